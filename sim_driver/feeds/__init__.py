@@ -1,0 +1,39 @@
+"""Recorded scans: one reader a format, behind one protocol. A new format is one new file and one line in ``FEEDS``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from sim_driver.feeds.base import Feed, Reading
+from sim_driver.feeds.carmen import CarmenFeed
+from spatial import InputError
+
+FEEDS: dict[str, Callable[[Path], Feed]] = {"carmen": CarmenFeed}
+"""Format name -> reader."""
+
+SUFFIXES = {".clf": "carmen", ".log": "carmen", ".script": "carmen"}
+
+
+def guess_format(path: Path) -> str:
+    """Return the format that the file's name tells, or raise ``InputError``."""
+    if not path.exists():
+        raise InputError(f"{path}: no such log")
+    suffix = path.with_suffix("").suffix if path.suffix == ".gz" else path.suffix
+    if suffix not in SUFFIXES:
+        raise InputError(
+            f"{path}: unknown log format {suffix or 'without suffix'!r}; known are {', '.join(SUFFIXES)} (or .gz)"
+        )
+    return SUFFIXES[suffix]
+
+
+def open_feed(path: Path | str, format: str | None = None) -> Feed:
+    """Open a recorded log; the format is guessed from its name unless given."""
+    path = Path(path)
+    name = format or guess_format(path)
+    if name not in FEEDS:
+        raise InputError(f"unknown log format {name!r}; known are {', '.join(FEEDS)}")
+    return FEEDS[name](path)
+
+
+__all__ = ["FEEDS", "Feed", "Reading", "guess_format", "open_feed"]

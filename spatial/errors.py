@@ -1,0 +1,16 @@
+"""The one exception for what a user gave us and we cannot use."""
+
+from __future__ import annotations
+
+
+class InputError(ValueError):
+    """A file, value or setting from outside that cannot be used.
+
+    The message is one line: what, the value with its unit, and what to do. The command prints it and exits with 1.
+    """
+
+
+def require(condition: bool, name: str, rule: str, value: object) -> None:
+    """Raise :class:`InputError` "<name> must be <rule>, got <value>" unless ``condition`` holds."""
+    if not condition:
+        raise InputError(f"{name} must be {rule}, got {value!r}")

@@ -1,0 +1,52 @@
+"""Where compiled kernels are kept on disk.
+
+Numba does not notice when a cached kernel's callee changed in another file, and would run old code. So the cache
+folder's name carries a hash of every kernel source: an edited kernel finds an empty folder and is compiled afresh.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from pathlib import Path
+
+PACKAGES = ("spatial", "rbpf", "alignment", "mutual_detection", "merge", "comms", "agent", "sim_driver")
+"""Packages of this distribution, lowest floor first."""
+
+
+def source_hash() -> str:
+    """Return a short hash of all sources of this distribution that use numba."""
+    top = Path(__file__).resolve().parent.parent
+    digest = hashlib.sha256(f"{sys.version_info[:2]}".encode())
+    for package in PACKAGES:
+        for path in sorted((top / package).rglob("*.py")):
+            source = path.read_bytes()
+            if b"njit" in source:
+                digest.update(str(path.relative_to(top)).encode() + b"\0" + source)
+    return digest.hexdigest()[:16]
+
+
+def cache_dir() -> Path:
+    """Return the folder for compiled kernels: ``$MRSLAM_CACHE``, else ``$XDG_CACHE_HOME/mrslam``, else ``~/.cache/mrslam``."""
+    root = os.environ.get("MRSLAM_CACHE")
+    if root is None:
+        root = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "mrslam")
+    return Path(root) / "kernels" / source_hash()
+
+
+def use_cache_dir() -> None:
+    """Point numba at :func:`cache_dir`, unless the user set ``NUMBA_CACHE_DIR``. Must run before any kernel is defined."""
+    if "NUMBA_CACHE_DIR" in os.environ:
+        return
+    folder = str(cache_dir())
+    os.environ["NUMBA_CACHE_DIR"] = folder  # inherited by agent processes
+    numba_config = sys.modules.get("numba.core.config")
+    if numba_config is not None:
+        numba_config.CACHE_DIR = folder  # type: ignore[attr-defined]
+
+
+def is_warm() -> bool:
+    """Return whether compiled kernels of the present sources are on disk."""
+    folder = Path(os.environ.get("NUMBA_CACHE_DIR", cache_dir()))
+    return folder.is_dir() and next(folder.rglob("*.nbc"), None) is not None

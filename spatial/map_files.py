@@ -1,0 +1,111 @@
+"""Maps on disk: PGM or PNG with YAML, as the ROS map tools write and read them; and ``.npz`` pairs of arrays."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from spatial.errors import InputError
+from spatial.files import write_text
+from spatial.grid import OCCUPIED_MIN, UNKNOWN, OccupancyGrid
+from spatial.images import read_grey, write_image
+
+log = logging.getLogger(__name__)
+
+PIXEL_FREE, PIXEL_UNKNOWN, PIXEL_OCCUPIED = 254, 205, 0
+DEFAULT_RESOLUTION_M = 0.05
+
+
+def write_map(path: Path, grid: OccupancyGrid) -> None:
+    """Write ``path`` (``.yaml``) and the PGM it names, in the trinary mode that every map tool loads.
+
+    Cells between free and occupied become unknown there. An empty map is written as one unknown cell.
+    """
+    if grid.cells.size == 0:
+        grid = OccupancyGrid(np.full((1, 1), UNKNOWN, dtype=np.int8), grid.resolution_m, grid.origin_m)
+    image = path.with_suffix(".pgm")
+    write_image(image, pixels(grid))
+    x, y = grid.origin_m
+    write_text(
+        path.with_suffix(".yaml"),
+        f"image: {image.name}\nmode: trinary\nresolution: {grid.resolution_m:.6g}\n"
+        f"origin: [{x:.6f}, {y:.6f}, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n",
+    )
+
+
+def pixels(grid: OccupancyGrid) -> NDArray[np.uint8]:
+    """Return the grid as a grey image, first row on top: white free, black occupied, grey unknown."""
+    image = np.full(grid.shape, PIXEL_UNKNOWN, dtype=np.uint8)
+    image[grid.is_free] = PIXEL_FREE
+    image[grid.is_occupied] = PIXEL_OCCUPIED
+    return np.ascontiguousarray(image[::-1])
+
+
+def read_map(path: Path | str, key: str = "a", resolution_m: float | None = None) -> OccupancyGrid:
+    """Read a map from ``.yaml`` (with its image), from a bare image, or from an ``.npz``.
+
+    A bare image has no resolution: ``resolution_m``, else 0.05 m with a warning. An ``.npz`` holds ``res`` and, for
+    ``key`` "a" or "b", the array and ``origin_<key>``. Raises ``InputError`` with what is wrong in which file.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise InputError(f"{path}: no such map file")
+    if path.suffix == ".npz":
+        return _read_npz(path, key)
+    if path.suffix.lower() in (".yaml", ".yml"):
+        return _read_yaml(path)
+    if resolution_m is None:
+        resolution_m = DEFAULT_RESOLUTION_M
+        log.warning("%s has no YAML beside its name: taking %g m a cell", path, resolution_m)
+    return OccupancyGrid(_trinary(read_grey(path), False, OCCUPIED_MIN / 100, 0.196), resolution_m)
+
+
+def _read_yaml(path: Path) -> OccupancyGrid:
+    try:
+        meta: Any = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise InputError(f"{path}: not a readable YAML file ({str(error).splitlines()[0]})") from error
+    if not isinstance(meta, dict) or not {"image", "resolution", "origin"} <= meta.keys():
+        raise InputError(f"{path}: a map file needs the keys image, resolution and origin")
+    image_path = path.parent / str(meta["image"])
+    if not image_path.exists():
+        raise InputError(f"{path}: its image {image_path} does not exist")
+    try:
+        resolution = float(meta["resolution"])
+        x, y, yaw = (float(v) for v in meta["origin"])
+        occupied, free = float(meta.get("occupied_thresh", 0.65)), float(meta.get("free_thresh", 0.196))
+        negate = bool(int(meta.get("negate", 0)))
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{path}: resolution, origin [x, y, yaw] and thresholds must be numbers ({error})") from error
+    if abs(yaw) > 1e-6:
+        raise InputError(f"{path}: origins with a rotation are not supported, got {yaw} rad; rotate the map first")
+    return OccupancyGrid(_trinary(read_grey(image_path), negate, occupied, free), resolution, (x, y))
+
+
+def _trinary(image: NDArray[np.uint8], negate: bool, occupied_thresh: float, free_thresh: float) -> NDArray[np.int8]:
+    """Return cells by the map tools' rule: occupancy is darkness (lightness if ``negate``) in [0, 1]."""
+    lightness = image[::-1].astype(np.float32) / 255.0
+    occupancy = lightness if negate else 1.0 - lightness
+    cells = np.full(image.shape, UNKNOWN, dtype=np.int8)
+    cells[occupancy < free_thresh] = 0
+    cells[occupancy > occupied_thresh] = 100
+    return cells
+
+
+def _read_npz(path: Path, key: str) -> OccupancyGrid:
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            cells, resolution = arrays[key], float(arrays["res"])
+            origin = np.asarray(arrays[f"origin_{key}"], dtype=np.float64)
+    except (OSError, KeyError, ValueError, EOFError) as error:
+        raise InputError(f"{path}: needs arrays {key}, origin_{key} and res ({error})") from error
+    if origin.shape != (2,):
+        raise InputError(f"{path}: origin_{key} must have 2 numbers, got shape {origin.shape}")
+    if cells.dtype != np.int8:
+        raise InputError(f"{path}: {key} must be int8 (-1 unknown, 0..100), got {cells.dtype}")
+    return OccupancyGrid(cells, resolution, (float(origin[0]), float(origin[1])))

@@ -1,0 +1,80 @@
+"""SE(2): rigid transforms of the plane as ``(..., 3) float64`` arrays ``x (m), y (m), theta (rad, in (-pi, pi])``.
+
+``T_a_b`` maps points given in frame b to frame a; in a product adjacent letters cancel: ``T_a_c = compose(T_a_b, T_b_c)``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Transform = NDArray[np.float64]
+"""``(3,)`` or ``(..., 3)`` float64: x (m), y (m), theta (rad)."""
+
+IDENTITY = np.zeros(3)
+IDENTITY.flags.writeable = False
+
+
+def wrap(angle_rad: ArrayLike) -> NDArray[np.float64]:
+    """Return the angle in (-pi, pi]."""
+    return np.pi - np.mod(np.pi - np.asarray(angle_rad, dtype=np.float64), 2.0 * np.pi)
+
+
+def transform(x_m: float, y_m: float, theta_rad: float) -> Transform:
+    """Return the transform with these parameters."""
+    return np.array([x_m, y_m, float(wrap(theta_rad))])
+
+
+def compose(T_a_b: ArrayLike, T_b_c: ArrayLike) -> Transform:
+    """Return ``T_a_c``; leading axes broadcast."""
+    ab, bc = np.asarray(T_a_b, dtype=np.float64), np.asarray(T_b_c, dtype=np.float64)
+    cos, sin = np.cos(ab[..., 2]), np.sin(ab[..., 2])
+    x = ab[..., 0] + cos * bc[..., 0] - sin * bc[..., 1]
+    y = ab[..., 1] + sin * bc[..., 0] + cos * bc[..., 1]
+    return np.stack([x, y, wrap(ab[..., 2] + bc[..., 2])], axis=-1)
+
+
+def inverse(T_a_b: ArrayLike) -> Transform:
+    """Return ``T_b_a``."""
+    ab = np.asarray(T_a_b, dtype=np.float64)
+    cos, sin = np.cos(ab[..., 2]), np.sin(ab[..., 2])
+    x = -cos * ab[..., 0] - sin * ab[..., 1]
+    y = sin * ab[..., 0] - cos * ab[..., 1]
+    return np.stack([x, y, wrap(-ab[..., 2])], axis=-1)
+
+
+def between(T_w_a: ArrayLike, T_w_b: ArrayLike) -> Transform:
+    """Return ``T_a_b``, the pose of b in the frame of a."""
+    return compose(inverse(T_w_a), T_w_b)
+
+
+def apply(T_a_b: ArrayLike, p_b: ArrayLike) -> NDArray[np.float64]:
+    """Return points ``p_a`` for points ``p_b`` of shape ``(..., 2)``, metres."""
+    ab, p = np.asarray(T_a_b, dtype=np.float64), np.asarray(p_b, dtype=np.float64)
+    cos, sin = np.cos(ab[..., 2]), np.sin(ab[..., 2])
+    x = ab[..., 0] + cos * p[..., 0] - sin * p[..., 1]
+    y = ab[..., 1] + sin * p[..., 0] + cos * p[..., 1]
+    return np.stack([x, y], axis=-1)
+
+
+def matrix(T_a_b: ArrayLike) -> NDArray[np.float64]:
+    """Return the ``(3, 3)`` homogeneous matrix."""
+    x, y, theta = np.asarray(T_a_b, dtype=np.float64)
+    cos, sin = np.cos(theta), np.sin(theta)
+    return np.array([[cos, -sin, x], [sin, cos, y], [0.0, 0.0, 1.0]])
+
+
+def difference(T_1: ArrayLike, T_2: ArrayLike) -> tuple[float, float]:
+    """Return how far two estimates of one transform are apart: metres between origins, radians (absolute)."""
+    one, two = np.asarray(T_1, dtype=np.float64), np.asarray(T_2, dtype=np.float64)
+    return float(np.hypot(*(one[:2] - two[:2]))), float(abs(wrap(one[2] - two[2])))
+
+
+def fit_rigid(p_a: NDArray[np.float64], p_b: NDArray[np.float64]) -> Transform:
+    """Return the least-squares ``T_a_b`` of matched points ``(N, 2)``, N >= 2 (Umeyama 1991, scale 1)."""
+    mean_a, mean_b = p_a.mean(axis=0), p_b.mean(axis=0)
+    cross = (p_b - mean_b).T @ (p_a - mean_a)
+    theta = float(np.arctan2(cross[0, 1] - cross[1, 0], cross[0, 0] + cross[1, 1]))
+    cos, sin = np.cos(theta), np.sin(theta)
+    rotated = np.array([cos * mean_b[0] - sin * mean_b[1], sin * mean_b[0] + cos * mean_b[1]])
+    return transform(*(mean_a - rotated), theta)

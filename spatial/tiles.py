@@ -1,0 +1,99 @@
+"""Maps as tiles with revisions: what a mapper publishes and robots exchange.
+
+A tile is a fixed square of the map's lattice. Its revision is the map's revision when its content last changed, so
+"what do you have after revision n" is answered by comparing numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spatial.grid import UNKNOWN, OccupancyGrid
+
+TILE_CELLS = 64
+"""Edge of a tile, cells."""
+
+TileIndex = tuple[int, int]
+"""(row, col) of a tile: it holds lattice rows ``64 * row ..  64 * row + 63``, and columns likewise."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tile:
+    """One square of a map."""
+
+    revision: int
+    """Map revision at which ``cells`` last changed."""
+    cells: NDArray[np.int8]
+    """``(64, 64) int8``, -1 or 0..100; not to be written to."""
+
+
+@dataclass(frozen=True, eq=False)
+class TiledMap:
+    """An occupancy map without bounds."""
+
+    resolution_m: float
+    tiles: Mapping[TileIndex, Tile] = field(default_factory=dict)
+    revision: int = 0
+    """Grows with every change; no tile's revision is above it."""
+
+    def to_grid(self) -> OccupancyGrid:
+        """Return the known part as one grid, its origin on the lattice; 0 x 0 where nothing is known."""
+        if not self.tiles:
+            return OccupancyGrid(np.empty((0, 0), dtype=np.int8), self.resolution_m)
+        rows, cols = [i for i, _ in self.tiles], [j for _, j in self.tiles]
+        i0, j0 = min(rows), min(cols)
+        shape = ((max(rows) - i0 + 1) * TILE_CELLS, (max(cols) - j0 + 1) * TILE_CELLS)
+        cells = np.full(shape, UNKNOWN, dtype=np.int8)
+        for (i, j), tile in self.tiles.items():
+            r, c = (i - i0) * TILE_CELLS, (j - j0) * TILE_CELLS
+            cells[r : r + TILE_CELLS, c : c + TILE_CELLS] = tile.cells
+        return OccupancyGrid.at_cell(cells, self.resolution_m, i0 * TILE_CELLS, j0 * TILE_CELLS).cropped()
+
+    @classmethod
+    def from_grid(cls, grid: OccupancyGrid, revision: int = 1) -> TiledMap:
+        """Return the grid as tiles, all of one revision; origins off the lattice move to the nearest cell."""
+        row0, col0 = grid.cell0
+        height, width = grid.shape
+        tiles: dict[TileIndex, Tile] = {}
+        for i in range(row0 // TILE_CELLS, -(-(row0 + height) // TILE_CELLS)):
+            for j in range(col0 // TILE_CELLS, -(-(col0 + width) // TILE_CELLS)):
+                cells = np.full((TILE_CELLS, TILE_CELLS), UNKNOWN, dtype=np.int8)
+                r0, c0 = i * TILE_CELLS - row0, j * TILE_CELLS - col0
+                part = grid.cells[max(r0, 0) : r0 + TILE_CELLS, max(c0, 0) : c0 + TILE_CELLS]
+                r, c = max(-r0, 0), max(-c0, 0)
+                cells[r : r + part.shape[0], c : c + part.shape[1]] = part
+                if (cells != UNKNOWN).any():
+                    cells.flags.writeable = False
+                    tiles[i, j] = Tile(revision, cells)
+        return cls(grid.resolution_m, tiles, revision)
+
+    def changed_since(self, revision: int) -> dict[TileIndex, Tile]:
+        """Return the tiles that changed after this revision, in index order."""
+        return {index: self.tiles[index] for index in sorted(self.tiles) if self.tiles[index].revision > revision}
+
+
+@dataclass(frozen=True, eq=False)
+class Keyframes:
+    """Poses of a robot in its own map, as its best particle remembers them now (past poses get corrected)."""
+
+    stamps_ns: NDArray[np.int64]
+    """``(K,)``."""
+    T_map_base: NDArray[np.float64]
+    """``(K, 3)``."""
+
+    @classmethod
+    def empty(cls) -> Keyframes:
+        """Return no keyframes."""
+        return cls(np.empty(0, dtype=np.int64), np.empty((0, 3)))
+
+
+@dataclass(frozen=True, eq=False)
+class LocalMap:
+    """One robot's own map and keyframes at one revision: what the mapper hands on."""
+
+    map: TiledMap
+    keyframes: Keyframes = field(default_factory=Keyframes.empty)
