@@ -66,7 +66,7 @@ class Scan:
     @property
     def angles_rad(self) -> NDArray[np.float64]:
         """``(B,)`` beam directions in the laser frame."""
-        return self.angle_min_rad + self.angle_increment_rad * np.arange(self.ranges_m.size)
+        return self.angle_min_rad + self.angle_increment_rad * np.arange(self.ranges_m.size, dtype=np.float64)
 
     @property
     def is_return(self) -> NDArray[np.bool_]:

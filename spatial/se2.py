@@ -77,4 +77,5 @@ def fit_rigid(p_a: NDArray[np.float64], p_b: NDArray[np.float64]) -> Transform:
     theta = float(np.arctan2(cross[0, 1] - cross[1, 0], cross[0, 0] + cross[1, 1]))
     cos, sin = np.cos(theta), np.sin(theta)
     rotated = np.array([cos * mean_b[0] - sin * mean_b[1], sin * mean_b[0] + cos * mean_b[1]])
-    return transform(*(mean_a - rotated), theta)
+    x, y = mean_a - rotated
+    return transform(x, y, theta)

@@ -22,6 +22,10 @@ class Reading:
 class Feed(Protocol):
     """A recorded log, read once and kept in file order: the order of motion, whatever the stamps say."""
 
-    readings: Sequence[Reading]
-    notes: Sequence[str]
-    """What was odd in the file, one plain sentence each: dropped lines, stamps that run backward, ..."""
+    @property
+    def readings(self) -> Sequence[Reading]:
+        """All scans, in file order."""
+
+    @property
+    def notes(self) -> Sequence[str]:
+        """What was odd in the file, one plain sentence each: dropped lines, stamps that run backward, ..."""
