@@ -1,0 +1,42 @@
+"""Settings of one robot: those of every room it wires, and a few of its own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from alignment import AlignmentConfig
+from comms import CommsConfig
+from merge import MergeConfig
+from mutual_detection import MutualDetectionConfig
+from rbpf import MapperConfig
+from spatial.errors import require
+
+
+@dataclass(frozen=True, kw_only=True)
+class AgentConfig:
+    """What is decided between the rooms."""
+
+    publish_interval_s: float = 2.0
+    """How often the own map is made ready for teammates, seconds, > 0. Shorter: fresher maps, more CPU."""
+    align_interval_s: float = 10.0
+    """Earliest next alignment of a pair whose maps have grown, seconds, > 0."""
+    align_growth: float = 0.10
+    """A pair is tried again when the known area of either map has grown by this share since, > 0."""
+    tick_s: float = 0.1
+    """How often beacons, rendezvous and exchanges are looked after, seconds, > 0."""
+
+    def __post_init__(self) -> None:
+        for name in ("publish_interval_s", "align_interval_s", "align_growth", "tick_s"):
+            require(getattr(self, name) > 0, f"agent.{name}", "> 0", getattr(self, name))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """All settings of one robot, one section a package."""
+
+    rbpf: MapperConfig = field(default_factory=MapperConfig)
+    alignment: AlignmentConfig = field(default_factory=AlignmentConfig)
+    mutual_detection: MutualDetectionConfig = field(default_factory=MutualDetectionConfig)
+    merge: MergeConfig = field(default_factory=MergeConfig)
+    comms: CommsConfig = field(default_factory=CommsConfig)
+    agent: AgentConfig = field(default_factory=AgentConfig)

@@ -1,0 +1,193 @@
+"""One robot, without I/O: scans, messages and ticks in; things to do out.
+
+The way of the data, one loop in one direction: scan -> teammates masked -> mapper -> own map to the network; maps of
+teammates from the network -> alignment -> team map -> where teammates are -> mask.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import comms
+from agent.config import Settings
+from agent.effects import AlignJob, Effect, Event, as_event
+from agent.link_stats import LinkStats
+from agent.pairs import PairBook
+from alignment import Alignment, Rejection
+from merge import TeamMap, TeamMapper
+from mutual_detection import TeammateTracker, mask_teammates
+from rbpf import Mapper, UpdateInfo
+from spatial import Keyframes, LocalMap, Scan, se2
+from spatial.se2 import Transform
+
+
+class Agent:
+    """A deterministic state machine; it owns no socket, thread, clock or global random state."""
+
+    def __init__(
+        self, robot_id: str, settings: Settings, *, team: str = "team", mode: str = "distributed", seed: int = 0, boot_id: int = 1
+    ) -> None:
+        """Make a robot that knows nothing yet."""
+        self.robot_id = robot_id
+        self.settings = settings
+        self.mode = mode
+        self.mapper = Mapper(settings.rbpf, seed=seed)
+        self.node = comms.CommsNode(robot_id, team, boot_id, settings.comms, mode=mode, seed=seed)
+        self.tracker = TeammateTracker(settings.mutual_detection)
+        self.team = TeamMapper(settings.merge, anchor=robot_id)
+        self.pairs = PairBook(robot_id, settings.agent, settings.alignment)
+        self.links: dict[str, LinkStats] = {}
+        self.masked_beams = 0
+        self._published_ns: int | None = None
+        self._last_scan: Scan | None = None
+
+    # -- in: the laser -------------------------------------------------------------------------------------------------
+
+    def on_scan(self, scan: Scan, T_odom_base: Transform | None, now_ns: int) -> list[Effect]:
+        """Map one scan, without the beams that hit teammates; publish the map when it is time to."""
+        if self.mode == "central":
+            return []
+        scan, masked = self._without_teammates(scan, T_odom_base, now_ns)
+        info = self.mapper.update(scan, T_odom_base)
+        self._last_scan = scan
+        self.node.set_own_pose(self.mapper.T_map_base, now_ns)
+        effects: list[Effect] = []
+        if masked:
+            self.masked_beams += masked
+            effects.append(Event(now_ns, "masked", {"beams": masked}))
+        if info.processed:
+            effects.append(Event(now_ns, "mapped", _mapped_fields(info)))
+        if info.processed and self._publish_due(now_ns):
+            effects += self.publish(now_ns)
+        return effects
+
+    def publish(self, now_ns: int) -> list[Effect]:
+        """Make the own map, as it is now, what teammates get."""
+        self._published_ns = now_ns
+        self.node.publish(self.mapper.snapshot(), now_ns)
+        return self._map_changed(self.robot_id, now_ns)
+
+    def _publish_due(self, now_ns: int) -> bool:
+        interval_ns = self.settings.agent.publish_interval_s * 1e9
+        return self._published_ns is None or now_ns - self._published_ns >= interval_ns
+
+    def _without_teammates(self, scan: Scan, T_odom_base: Transform | None, now_ns: int) -> tuple[Scan, int]:
+        if not self.settings.mutual_detection.enabled:
+            return scan, 0
+        centres, radii = self.tracker.predict(now_ns)
+        if not len(radii):
+            return scan, 0
+        return mask_teammates(scan, self.mapper.predict_pose(T_odom_base), centres, radii)
+
+    # -- in: the network -----------------------------------------------------------------------------------------------
+
+    def on_message(self, payload: bytes, sender: str | None, now_ns: int) -> list[Effect]:
+        """Take a message from the network; a bad one is counted and dropped."""
+        return self._follow(self.node.on_message(payload, now_ns, sender), now_ns)
+
+    def on_peer_joined(self, peer: str, now_ns: int) -> list[Effect]:
+        """A teammate's liveliness token appeared."""
+        return self._follow(self.node.on_peer_joined(peer, now_ns), now_ns)
+
+    def on_peer_left(self, peer: str, now_ns: int) -> list[Effect]:
+        """A teammate's liveliness token is gone."""
+        return self._follow(self.node.on_peer_left(peer, now_ns), now_ns)
+
+    def on_tick(self, now_ns: int) -> list[Effect]:
+        """Look after beacons, rendezvous and exchanges; call it every ``agent.tick_s``."""
+        return self._follow(self.node.on_tick(now_ns), now_ns)
+
+    def set_link_quality(self, peer: str, quality: float, now_ns: int) -> list[Effect]:
+        """Tell the quality of a link from outside (a radio model or a trace)."""
+        return self._follow(self.node.set_link_quality(peer, quality, now_ns) or [], now_ns)
+
+    def _follow(self, effects: Sequence[comms.Effect], now_ns: int) -> list[Effect]:
+        """Turn what the network core reports into what this robot does about it."""
+        out: list[Effect] = []
+        for effect in effects:
+            match effect:
+                case comms.Send():
+                    out.append(effect)
+                case comms.MapUpdated():
+                    out.append(as_event(effect, now_ns))
+                    out += self._map_changed(effect.robot_id, now_ns)
+                case comms.TeammatePose():
+                    self._observe(effect)
+                case comms.ExchangeDone():
+                    self.links.setdefault(effect.peer, LinkStats()).add(effect)
+                    out.append(as_event(effect, now_ns))
+                case _:
+                    out.append(as_event(effect, now_ns))
+        return out
+
+    def _observe(self, seen: comms.TeammatePose) -> None:
+        T_own_peer = self.team.T_team_map.get(seen.peer)
+        if T_own_peer is not None and seen.peer != self.robot_id:
+            self.tracker.observe(seen.peer, seen.stamp_ns, se2.compose(T_own_peer, seen.T_map_base)[:2])
+
+    # -- maps, alignments, team ----------------------------------------------------------------------------------------
+
+    def _map_changed(self, robot_id: str, now_ns: int) -> list[Effect]:
+        if self.mode == "mapper":
+            return []
+        local = self.node.store.maps[robot_id]
+        self.pairs.map_changed(robot_id, self.node.store.version(robot_id), local.map)
+        revoked = self.team.set_map(robot_id, local.map)
+        return [self._revoke(a, b, reason, now_ns) for a, b, reason in revoked]
+
+    def next_alignment(self, now_ns: int) -> AlignJob | None:
+        """Return the pair of maps most worth aligning now, or None; the shell runs it and calls :meth:`on_aligned`."""
+        return self.pairs.next_job(now_ns, self.team.T_team_map)
+
+    def on_aligned(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int) -> list[Effect]:
+        """Take the outcome of an alignment; an accepted and stable one becomes an edge of the team graph."""
+        verdict = self.pairs.settle(job, outcome, now_ns)
+        effects: list[Effect] = [Event(now_ns, "alignment", {"a": job.a, "b": job.b, **verdict.fields()})]
+        if verdict.edge is not None:
+            self.team.set_edge(job.a, job.b, verdict.edge)
+            if verdict.is_new:
+                effects.append(Event(now_ns, "merged", {"a": job.a, "b": job.b, **verdict.fields()}))
+        elif verdict.revoked:
+            effects.append(self._revoke(job.a, job.b, verdict.reason, now_ns))
+        return effects
+
+    def _revoke(self, a: str, b: str, reason: str, now_ns: int) -> Event:
+        self.team.revoke(a, b, reason)
+        self.pairs.revoke(a, b, reason)
+        return Event(now_ns, "unmerged", {"a": a, "b": b, "reason": reason})
+
+    def team_map(self) -> TeamMap:
+        """Return the team map in this robot's own map frame, with who is placed where and who is not and why."""
+        return self.team.team_map()
+
+    # -- what the robot has to show ------------------------------------------------------------------------------------
+
+    def local_map(self) -> LocalMap:
+        """Return the own map now."""
+        return self.mapper.snapshot()
+
+    def known_area_m2(self) -> float:
+        """Return the known area of the own map as last published, square metres."""
+        return self.pairs.area_m2(self.robot_id)
+
+    def trajectory_laser(self) -> Keyframes:
+        """Return the pose of the laser for every scan, corrected by all that came later."""
+        return self._at_laser(self.mapper.trajectory())
+
+    def _at_laser(self, trajectory: Keyframes) -> Keyframes:
+        if self._last_scan is None:
+            return trajectory
+        return Keyframes(trajectory.stamps_ns, se2.compose(trajectory.T_map_base, self._last_scan.T_base_laser))
+
+
+def _mapped_fields(info: UpdateInfo) -> dict[str, Any]:
+    x, y, theta = (round(float(value), 4) for value in info.T_map_base)
+    return {
+        "x_m": x,
+        "y_m": y,
+        "theta_rad": theta,
+        "neff": round(info.neff, 2),
+        "resampled": info.resampled,
+        "health": round(info.health, 3),
+    }

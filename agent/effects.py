@@ -1,0 +1,52 @@
+"""What an agent asks its shell to do. Messages to send are :class:`comms.Send`; the rest is here."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import comms
+from alignment import Prior
+from comms import Send
+from spatial import OccupancyGrid
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something worth a line in ``events.jsonl``."""
+
+    t_ns: int
+    """Mission time, nanoseconds."""
+    kind: str
+    fields: dict[str, Any] = field(default_factory=dict)
+    """Plain JSON values."""
+
+
+@dataclass(frozen=True, eq=False)
+class AlignJob:
+    """Two maps whose relative pose is to be found; slow, so the shell runs it beside the scans."""
+
+    a: str
+    b: str
+    grid_a: OccupancyGrid
+    grid_b: OccupancyGrid
+    prior: Prior | None
+    versions: tuple[tuple[int, int], tuple[int, int]]
+    """(epoch, revision) of the two maps."""
+    area_m2: tuple[float, float]
+
+
+Effect = Send | Event
+
+
+def as_event(effect: comms.Effect, t_ns: int) -> Event:
+    """Return what the network core reports as an event: its class name in snake case, its plain fields, counts for lists."""
+    kind = re.sub(r"(?<!^)(?=[A-Z])", "_", type(effect).__name__).lower()
+    return Event(t_ns, kind, {item.name: _plain(getattr(effect, item.name)) for item in fields(effect)})
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, float):
+        return round(value, 4)
+    return len(value) if isinstance(value, tuple) else value

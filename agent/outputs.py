@@ -1,0 +1,67 @@
+"""What one robot leaves in its folder: maps, team map, trajectory, events, and a summary for the mission's metrics."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import IO, Any
+
+from agent.core import Agent
+from agent.effects import Event
+from merge import draw_team
+from spatial import write_map
+from spatial.files import write_text
+from spatial.images import write_image
+from spatial.tum import write_tum
+
+
+class EventLog:
+    """Writes events as JSON lines, each flushed: what is written survives a crash."""
+
+    def __init__(self, folder: Path, robot_id: str) -> None:
+        """Begin ``events.jsonl`` in the folder."""
+        folder.mkdir(parents=True, exist_ok=True)
+        self._file: IO[str] = (folder / "events.jsonl").open("w", encoding="utf-8")
+        self._robot_id = robot_id
+
+    def write(self, event: Event) -> None:
+        """Append one event: ``t`` (mission seconds), ``robot``, ``event`` and its own fields."""
+        line = {"t": round(event.t_ns / 1e9, 3), "robot": self._robot_id, "event": event.kind, **event.fields}
+        self._file.write(json.dumps(line, allow_nan=False) + "\n")
+        self._file.flush()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+def write_robot(agent: Agent, folder: Path) -> None:
+    """Write everything a robot knows at its end into its folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    grid = agent.local_map().map.to_grid()
+    write_map(folder / "map.yaml", grid)
+    team = agent.team_map()
+    write_map(folder / "team_map.yaml", team.grid)
+    trajectory = agent.trajectory_laser()
+    layers = {robot_id: local.map.to_grid() for robot_id, local in sorted(agent.node.store.maps.items())}
+    write_image(folder / "team_map.png", draw_team(team, layers))
+    write_tum(folder / "trajectory.tum", trajectory.stamps_ns, trajectory.T_map_base)
+    write_text(folder / "robot.json", json.dumps(summary(agent), indent=1, allow_nan=False) + "\n")
+
+
+def summary(agent: Agent) -> dict[str, Any]:
+    """Return what the mission's metrics need of one robot, as plain JSON values."""
+    team = agent.team_map()
+    return {
+        "id": agent.robot_id,
+        "mode": agent.mode,
+        "known_area_m2": round(agent.local_map().map.to_grid().known_area_m2(), 2),
+        "team_area_m2": round(team.grid.known_area_m2(), 2),
+        "scans": agent.mapper.stats.scans,
+        "scans_processed": agent.mapper.stats.processed,
+        "masked_beams": agent.masked_beams,
+        "placed": {robot: [float(value) for value in T] for robot, T in sorted(team.T_team_map.items())},
+        "unplaced": dict(sorted(team.unplaced.items())),
+        "pairs": [status.row(a, b) for (a, b), status in sorted(agent.pairs.pairs.items())],
+        "links": [{"peer": peer, **stats.row()} for peer, stats in sorted(agent.links.items())],
+    }

@@ -1,0 +1,69 @@
+"""The process shell: one robot in one operating-system process, over a real transport.
+
+Scans are never kept waiting by alignment: that runs on a worker thread (its kernels and OpenCV release the interpreter
+lock). The transport's callbacks only enqueue; everything an agent does happens on this one loop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+
+from agent.clock import MissionClock
+from agent.effects import AlignJob
+from agent.runner import Runner
+from alignment import Alignment, Rejection
+
+IDLE_S = 0.02
+"""Longest wait for the network when nothing else is due, seconds of wall time."""
+
+
+class ProcessShell:
+    """Runs one agent by a clock until it is told to stop."""
+
+    def __init__(self, runner: Runner, clock: MissionClock) -> None:
+        """Take a wired agent."""
+        self.runner, self.clock = runner, clock
+        self.lag_s_max = 0.0
+        """Longest time a scan waited to be processed, seconds of wall time."""
+        self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="align")
+        self._job: tuple[AlignJob, Future[Alignment | Rejection]] | None = None
+        self._next_tick_ns = 0
+
+    def run(self, stop: Callable[[], bool]) -> None:
+        """Loop until ``stop()``; then write the robot's files and close everything."""
+        try:
+            while not stop():
+                if not self._step():
+                    self.runner.receive(self._idle_s(), self.clock.now_ns)
+        finally:
+            self._worker.shutdown(wait=True, cancel_futures=True)
+            self.runner.close()
+
+    def _step(self) -> bool:
+        """Do what is due now; return whether there was a scan, so that the next follows at once."""
+        self.runner.receive(0.0, self.clock.now_ns)
+        now_ns = self.clock.now_ns()
+        taken_ns = self.runner.sense(now_ns)
+        if taken_ns is not None:
+            self.lag_s_max = max(self.lag_s_max, self.clock.wall_s(now_ns - taken_ns))
+        if now_ns >= self._next_tick_ns:
+            self._next_tick_ns = now_ns + round(self.runner.agent.settings.agent.tick_s * 1e9)
+            self.runner.tick(now_ns)
+        self._align(now_ns)
+        self.runner.body.act(self.runner.agent, now_ns)
+        return taken_ns is not None
+
+    def _align(self, now_ns: int) -> None:
+        agent = self.runner.agent
+        if self._job is not None and self._job[1].done():
+            job, future = self._job
+            self._job = None
+            self.runner.perform(agent.on_aligned(job, future.result(), now_ns))
+        if self._job is None and (due := agent.next_alignment(now_ns)) is not None:
+            self._job = (due, self._worker.submit(self.runner.align, due))
+
+    def _idle_s(self) -> float:
+        next_scan_ns = self.runner.body.next_ns
+        due_ns = self._next_tick_ns if next_scan_ns is None else min(self._next_tick_ns, next_scan_ns)
+        return min(max(self.clock.wall_s(due_ns - self.clock.now_ns()), 0.0), IDLE_S)

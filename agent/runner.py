@@ -1,0 +1,77 @@
+"""What both shells do alike: hand a robot what came in, and carry out what it asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Protocol
+
+from agent.body import Body
+from agent.core import Agent
+from agent.effects import AlignJob, Effect, Event
+from agent.outputs import EventLog, write_robot
+from alignment import Alignment, Rejection, align
+from comms import Incoming, PeerJoined, PeerLeft, Transport
+
+
+class LinkSource(Protocol):
+    """Link qualities told from outside: a radio model or a trace."""
+
+    def qualities(self, now_ns: int) -> dict[str, float]:
+        """Return the quality in [0, 1] of the link to each peer, now."""
+
+
+class Runner:
+    """One agent with its body, its end of the network, and its folder."""
+
+    def __init__(
+        self, agent: Agent, body: Body, transport: Transport, folder: Path, links: LinkSource | None = None
+    ) -> None:
+        """Wire an agent to the world; its folder gets ``events.jsonl`` at once and the rest when it is closed."""
+        self.agent, self.body, self.transport, self.folder, self.links = agent, body, transport, folder, links
+        self.events = EventLog(folder, agent.robot_id)
+
+    def receive(self, timeout_s: float, now_ns: Callable[[], int]) -> None:
+        """Hand the agent all that came from the network."""
+        for item in self.transport.poll(timeout_s):
+            match item:
+                case PeerJoined():
+                    self.perform(self.agent.on_peer_joined(item.peer, now_ns()))
+                case PeerLeft():
+                    self.perform(self.agent.on_peer_left(item.peer, now_ns()))
+                case Incoming():
+                    self.perform(self.agent.on_message(item.payload, item.sender, now_ns()))
+
+    def sense(self, now_ns: int) -> int | None:
+        """Hand the agent the next scan that is due and return when it was taken; None where none is due."""
+        sensed = self.body.sense(now_ns)
+        if sensed is None:
+            return None
+        self.perform(self.agent.on_scan(sensed.scan, sensed.T_odom_base, now_ns))
+        return sensed.t_ns
+
+    def tick(self, now_ns: int) -> None:
+        """Tell the agent the link qualities where they come from outside, and let it look after its links."""
+        if self.links is not None:
+            for peer, quality in sorted(self.links.qualities(now_ns).items()):
+                self.perform(self.agent.set_link_quality(peer, quality, now_ns))
+        self.perform(self.agent.on_tick(now_ns))
+
+    def perform(self, effects: Sequence[Effect]) -> None:
+        """Carry out what the agent asks for."""
+        for effect in effects:
+            if isinstance(effect, Event):
+                self.events.write(effect)
+            else:
+                self.transport.send(effect)
+
+    def align(self, job: AlignJob) -> Alignment | Rejection:
+        """Align the two maps of a job by the agent's settings; slow."""
+        config = self.agent.settings.alignment
+        return align(job.grid_a, job.grid_b, method=config.method, prior=job.prior, config=config)
+
+    def close(self) -> None:
+        """Leave the network and write the robot's files."""
+        self.transport.close()
+        self.events.close()
+        write_robot(self.agent, self.folder)

@@ -1,0 +1,21 @@
+"""The command ``mrslam``: one file a sub-command, loaded only when it is called."""
+
+from __future__ import annotations
+
+import sys
+
+from sim_driver.cli.app import app
+
+
+def main() -> None:
+    """Run the command; a known error is one line and exit code 1, a wrong call exit code 2."""
+    from spatial.errors import InputError
+
+    try:
+        app()
+    except InputError as error:
+        print(f"mrslam: {error}", file=sys.stderr)
+        sys.exit(1)
+    except KeyboardInterrupt:
+        print("mrslam: stopped", file=sys.stderr)
+        sys.exit(130)

@@ -1,0 +1,64 @@
+"""``mrslam align``: two map files, one answer."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from alignment import ALIGNERS, Alignment, AlignmentConfig, Rejection, align
+from sim_driver.cli.console import console
+from sim_driver.settings import build, with_overrides
+from spatial import InputError, read_map
+
+
+def align_files(a: Path, b: Path | None, method: str, resolution: float | None, assignments: list[str], as_json: bool) -> None:
+    """Align two maps and print the outcome."""
+    config = build(AlignmentConfig, with_overrides({"alignment": {}}, assignments)["alignment"], "alignment")
+    check_method(method)
+    if b is None and a.suffix != ".npz":
+        raise InputError(f"{a} is one map; name the other one too (only an .npz holds both)")
+    grid_a = read_map(a, "a", resolution)
+    grid_b = read_map(a if b is None else b, "b" if b is None or b == a else _key(b), resolution)
+    start = time.perf_counter()
+    outcome = align(grid_a, grid_b, method=method, config=config)
+    seconds = time.perf_counter() - start
+    if as_json:
+        print(json.dumps({**as_row(outcome), "seconds": round(seconds, 4)}, allow_nan=False))
+        return
+    if isinstance(outcome, Alignment):
+        x, y, theta = outcome.T_a_b
+        text = f"accepted: b lies in a at x {x:.3f} m, y {y:.3f} m, turned by {np.degrees(theta):.2f} deg"
+    else:
+        text = f"rejected: {outcome.reason}"
+    console.print(f"{text} (confidence {outcome.confidence:.2f}, {outcome.method}, {seconds:.2f} s)", highlight=False)
+
+
+def _key(path: Path) -> str:
+    """Return which array of an .npz is meant: a pair's second map is "b", a file of one map has "a"."""
+    if path.suffix != ".npz":
+        return "a"
+    with np.load(path, allow_pickle=False) as arrays:
+        return "b" if "b" in arrays else "a"
+
+
+def check_method(method: str) -> None:
+    """Raise ``InputError`` for a method that there is not."""
+    if method not in ALIGNERS:
+        raise InputError(f"no alignment method {method!r}; there are {', '.join(ALIGNERS)}")
+
+
+def as_row(outcome: Alignment | Rejection) -> dict[str, Any]:
+    """Return an outcome as plain JSON values."""
+    accepted = isinstance(outcome, Alignment)
+    return {
+        "status": "accepted" if accepted else "rejected",
+        "T_a_b": [float(value) for value in outcome.T_a_b] if isinstance(outcome, Alignment) else None,
+        "confidence": float(outcome.confidence),
+        "reason": "accepted" if isinstance(outcome, Alignment) else outcome.reason,
+        "evidence": {name: float(value) for name, value in outcome.evidence.items() if np.isfinite(value)},
+        "method": outcome.method,
+    }

@@ -1,0 +1,130 @@
+"""The sub-commands and their options. Imports of the heavy packages wait until a command runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(
+    name="mrslam",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    help="Multi-robot 2-D lidar SLAM: robots map, meet, and their maps find each other.\n\n"
+    "mrslam demo                                  three robots explore a building and merge their maps\n\n"
+    "mrslam map LOG                               map a recorded log\n\n"
+    "mrslam run missions/intel-two.toml           two robots, two processes, real network",
+)
+
+Out = Annotated[Path, typer.Option("--out", help="Folder for everything the command leaves.")]
+Seed = Annotated[int | None, typer.Option("--seed", help="Everything random follows from it.")]
+Set = Annotated[list[str] | None, typer.Option("--set", help="A setting, section.key=value; may be given often.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+
+
+@app.command()
+def map(
+    log: Annotated[Path, typer.Argument(help="Recorded log; its format is guessed from its name.")],
+    particles: Annotated[int, typer.Option("--particles", help="Particles of the filter.", min=1)] = 30,
+    seed: Annotated[int, typer.Option("--seed", help="One seed gives the same bytes.")] = 0,
+    out: Out = Path("out/map"),
+    no_odometry: Annotated[bool, typer.Option("--no-odometry", help="Do without the log's odometry.")] = False,
+    set_: Set = None,
+    json: Json = False,
+) -> None:
+    """Map one recorded log and write map, trajectory and metrics.
+
+    mrslam map intel.clf.gz --particles 30 --seed 1 --out out/intel
+    """
+    from sim_driver.cli.map_log import map_log
+
+    map_log(log, particles, seed, out, no_odometry, set_ or [], json)
+
+
+@app.command()
+def run(
+    mission: Annotated[Path, typer.Argument(help="Mission file (TOML).")],
+    out: Out = Path("out/run"),
+    shell: Annotated[str | None, typer.Option("--shell", help="process (real processes) or virtual (virtual time).")] = None,
+    speed: Annotated[float | None, typer.Option("--speed", help="Mission seconds in a second (process shell).")] = None,
+    seed: Seed = None,
+    set_: Set = None,
+    json: Json = False,
+) -> None:
+    """Run a mission of several robots and write their maps, merges and metrics.
+
+    mrslam run missions/intel-two.toml --out out/intel-two --set comms.exchange_timeout_s=10
+    """
+    from sim_driver.cli.run import run_file
+
+    run_file(mission, out, shell, speed, seed, set_ or [], json)
+
+
+@app.command()
+def align(
+    a: Annotated[Path, typer.Argument(help="Map: .yaml with its image, a bare image, or .npz.")],
+    b: Annotated[Path | None, typer.Argument(help="The other map; left out for an .npz that holds both.")] = None,
+    method: Annotated[str, typer.Option("--method", help="auto, orb, surf, hough, random-walk, ...")] = "auto",
+    resolution: Annotated[float | None, typer.Option("--resolution", help="Metres a cell, for bare images.")] = None,
+    set_: Set = None,
+    json: Json = False,
+) -> None:
+    """Find how two maps fit together, or say why they do not.
+
+    mrslam align a/map.yaml b/map.yaml --json
+    """
+    from sim_driver.cli.align import align_files
+
+    align_files(a, b, method, resolution, set_ or [], json)
+
+
+@app.command()
+def merge(
+    maps: Annotated[list[Path], typer.Argument(help="Two or more maps: .yaml, bare images or .npz.")],
+    out: Annotated[Path, typer.Option("-o", "--out", help="Merged map: a .yaml file, or a folder.")] = Path("out/merged"),
+    known_poses: Annotated[Path | None, typer.Option("--known-poses", help="CSV: map, x_m, y_m, theta_rad a line.")] = None,
+    method: Annotated[str, typer.Option("--method", help="auto, orb, surf, hough, random-walk, ...")] = "auto",
+    resolution: Annotated[float | None, typer.Option("--resolution", help="Metres a cell, for bare images.")] = None,
+    set_: Set = None,
+    json: Json = False,
+) -> None:
+    """Merge map files of any SLAM system; maps that do not fit are named with the reason.
+
+    mrslam merge a/map.yaml b/map.yaml -o out/merged
+    """
+    from sim_driver.cli.merge import merge_files
+
+    merge_files(maps, out, known_poses, method, resolution, set_ or [], json)
+
+
+@app.command()
+def demo(
+    out: Out = Path("out/demo"),
+    seed: Annotated[int, typer.Option("--seed", help="Another seed, another story.")] = 1,
+    robots: Annotated[int, typer.Option("--robots", help="How many robots.", min=1, max=8)] = 2,
+) -> None:
+    """Robots explore a small building from unknown starts, meet, and merge their maps. Takes about two minutes."""
+    from sim_driver.cli.demo import demo as run_demo
+
+    run_demo(out, seed, robots)
+
+
+@app.command()
+def feed(log: Annotated[Path, typer.Argument(help="Recorded log.")], json: Json = False) -> None:
+    """Say what is in a recorded log, and what is missing.
+
+    mrslam feed intel.clf.gz
+    """
+    from sim_driver.cli.feed import inspect_file
+
+    inspect_file(log, json)
+
+
+@app.command()
+def config() -> None:
+    """Print every setting with its default and what it does."""
+    from sim_driver.cli.config import print_reference
+
+    print_reference()

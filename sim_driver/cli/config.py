@@ -1,0 +1,55 @@
+"""``mrslam config``: the reference of all settings, made from the code."""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import inspect
+from collections.abc import Iterator
+
+from agent import Settings
+from sim_driver import mission
+
+
+def print_reference() -> None:
+    """Print every section and key with its default and what it does."""
+    for section, cls in sections():
+        print(f"[{section}]")
+        for name, default, text in settings_of(cls):
+            print(f"  {name} = {default}\n      {text}")
+        print()
+
+
+def sections() -> Iterator[tuple[str, type]]:
+    """Yield every section of a mission file with its dataclass."""
+    yield "mission", mission.MissionConfig
+    yield "robots", mission.RobotConfig
+    yield "links", mission.LinksConfig
+    yield "truth", mission.TruthConfig
+    default = Settings()
+    for field in dataclasses.fields(Settings):
+        yield field.name, type(getattr(default, field.name))
+
+
+def settings_of(cls: type) -> Iterator[tuple[str, str, str]]:
+    """Yield name, default and description of every field: the text that stands below it in the source."""
+    texts = _field_texts(cls)
+    for field in dataclasses.fields(cls):
+        if field.default is not dataclasses.MISSING:
+            default = repr(field.default)
+        elif field.default_factory is not dataclasses.MISSING:
+            default = repr(field.default_factory())
+        else:
+            default = "(required)"
+        yield field.name, default, texts.get(field.name, "")
+
+
+def _field_texts(cls: type) -> dict[str, str]:
+    body = ast.parse(inspect.getsource(cls)).body[0]
+    assert isinstance(body, ast.ClassDef)
+    texts = {}
+    for node, after in zip(body.body, body.body[1:], strict=False):
+        is_text = isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant) and isinstance(after.value.value, str)
+        if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name) and is_text:
+            texts[node.target.id] = " ".join(after.value.value.split())  # type: ignore[attr-defined]
+    return texts

@@ -1,0 +1,15 @@
+"""``mrslam feed``: what is in a log."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from sim_driver.feeds.inspect import describe, inspect
+from sim_driver.locate import locate
+
+
+def inspect_file(log: Path, as_json: bool) -> None:
+    """Print what the log holds and what it lacks."""
+    found = inspect(locate(str(log)))
+    print(json.dumps(found) if as_json else describe(found))

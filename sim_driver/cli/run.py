@@ -1,0 +1,69 @@
+"""``mrslam run``: a mission file, from start to metrics."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from sim_driver import run as runs
+from sim_driver.cli.console import console
+from sim_driver.mission import Mission, load_mission
+
+
+def run_file(
+    path: Path, out: Path, shell: str | None, speed: float | None, seed: int | None, assignments: list[str], as_json: bool
+) -> None:
+    """Run the mission file, command-line options above what it says."""
+    options = {"shell": shell, "speed": speed, "seed": seed}
+    overrides = [f"mission.{key}={json.dumps(value)}" for key, value in options.items() if value is not None]
+    metrics = run_with_progress(load_mission(path, [*overrides, *assignments]), out)
+    if as_json:
+        print(json.dumps(metrics))
+    else:
+        report(metrics, out)
+
+
+def run_with_progress(mission: Mission, out: Path) -> dict[str, Any]:
+    """Run a mission with a progress bar."""
+    with mission_progress(mission.mission.name) as progress:
+        return runs.run_mission(mission, out, progress, lambda text: console.print(text, highlight=False))
+
+
+@contextmanager
+def mission_progress(name: str) -> Iterator[runs.Progress]:
+    """Show mission time against the whole, and a few words on what the robots do."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[words]}"), TimeElapsedColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(name, total=None, words="starting")
+
+        def show(mission_s: float, total_s: float | None, text: str) -> None:
+            bar.update(task, completed=mission_s, total=total_s, words=f"{mission_s:.0f} s of mission  {text}")
+
+        yield show
+
+
+def report(metrics: dict[str, Any], out: Path) -> None:
+    """Say in plain words what came of the mission."""
+    for pair in metrics["pairs"]:
+        who = f"{pair['a']} and {pair['b']}"
+        if pair["status"] != "accepted":
+            console.print(f"{who} not merged: {pair['reason']}", highlight=False)
+            continue
+        error = "" if pair["error_m"] is None else f", {pair['error_m']:.3f} m / {pair['error_deg']:.2f} deg off"
+        console.print(f"{who} merged after {pair['accepted_at_s']:.0f} s (confidence {pair['confidence']:.2f}{error})", highlight=False)
+    for link in metrics["links"]:
+        if link["exchanges"]:
+            saved = 1.0 - link["bytes_sent"] / max(link["bytes_full_lz4"], 1)
+            console.print(
+                f"{link['a']}-{link['b']}: {link['exchanges']} exchanges, {link['bytes_sent'] / 1e3:.1f} kB "
+                f"({100 * saved:.0f} % less than whole maps with LZ4)",
+                highlight=False,
+            )
+    for robot in metrics["robots_lost"]:
+        console.print(f"{robot} was lost: see {out / robot}", highlight=False)
+    console.print(f"{metrics['mission_s']:.0f} s of mission in {metrics['wall_s']:.0f} s; everything is in {out}", highlight=False)

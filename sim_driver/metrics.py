@@ -1,0 +1,79 @@
+"""``metrics.json`` of a run, put together from what each robot left in its folder."""
+
+from __future__ import annotations
+
+import json
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sim_driver.evaluation import cross_errors, read_relations
+from sim_driver.mission import Mission
+from spatial.files import write_text
+from spatial.tum import read_tum
+
+NEVER_MET = "never exchanged maps"
+
+
+def write_metrics(mission: Mission, folder: Path, *, wall_s: float, mission_s: float, **more: Any) -> dict[str, Any]:
+    """Write ``metrics.json`` into the run's folder and return it."""
+    robots = {path.parent.name: json.loads(path.read_text()) for path in sorted(folder.glob("*/robot.json"))}
+    missing = [robot.id for robot in mission.robots if robot.id not in robots]
+    metrics = {
+        "name": mission.mission.name,
+        "seed": mission.mission.seed,
+        "wall_s": round(wall_s, 3),
+        "mission_s": round(mission_s, 3),
+        "pairs": [_pair(mission, folder, robots, a, b) for a, b in combinations(sorted(robots), 2)],
+        "links": [_link(robots, a, b) for a, b in combinations(sorted(robots), 2)],
+        "robots": [
+            {key: value for key, value in robot.items() if key not in ("pairs", "links")} for robot in robots.values()
+        ],
+        "robots_lost": missing,
+        **more,
+    }
+    write_text(folder / "metrics.json", json.dumps(metrics, indent=1, allow_nan=False) + "\n")
+    return metrics
+
+
+def _pair(mission: Mission, folder: Path, robots: dict[str, Any], a: str, b: str) -> dict[str, Any]:
+    """Return what is believed of a pair: by robot a, or by b or another where a has not accepted it."""
+    views = [row for robot in (a, b, *robots) for row in robots[robot]["pairs"] if (row["a"], row["b"]) == (a, b)]
+    if not views:
+        views = [{"a": a, "b": b, "status": "rejected", "T_a_b": None, "accepted_at_s": None, "confidence": None}]
+        views[0]["reason"] = NEVER_MET
+    row = dict(next((view for view in views if view["status"] == "accepted"), views[0]))
+    row["status"] = "accepted" if row["status"] == "accepted" else "rejected"
+    row["error_m"], row["error_deg"], row["judged_by"] = _error(mission, folder, a, b, row["T_a_b"])
+    return row
+
+
+def _error(
+    mission: Mission, folder: Path, a: str, b: str, T_a_b: list[float] | None
+) -> tuple[float | None, float | None, str]:
+    """Return the pair's mean error (m, deg) and what it was judged by."""
+    if T_a_b is None:
+        return None, None, "not merged"
+    logs = {robot.id: robot.log for robot in mission.robots}
+    if mission.truth.relations is None or logs[a] is None or logs[a] != logs[b]:
+        return None, None, "no truth"
+    relations = read_relations(mission.find(mission.truth.relations))
+    poses = [read_tum(folder / robot / "trajectory.tum") for robot in (a, b)]
+    errors = cross_errors(relations, poses[0], poses[1], np.array(T_a_b))
+    if len(errors) == 0:
+        return None, None, "no relation links the two robots"
+    mean_m, mean_deg = errors.mean(axis=0)
+    return round(float(mean_m), 4), round(float(mean_deg), 4), f"{len(errors)} relations"
+
+
+def _link(robots: dict[str, Any], a: str, b: str) -> dict[str, Any]:
+    """Return what went over a pair's link, both ways."""
+    sides = [link for one, other in ((a, b), (b, a)) for link in robots[one]["links"] if link["peer"] == other]
+    return {
+        "a": a,
+        "b": b,
+        "exchanges": max((side["exchanges"] for side in sides), default=0),
+        **{key: sum(side[key] for side in sides) for key in ("bytes_sent", "bytes_full_lz4", "bytes_full_raw")},
+    }

@@ -1,0 +1,51 @@
+"""A recorded log as a robot's body: scans come due by their stamps, in file order, none left out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from agent import Agent, Sensed
+from sim_driver.feeds import Reading
+from spatial import InputError
+
+
+class RecordedBody:
+    """Plays part of a log, beginning at mission time 0. A stamp that runs backward comes due with the one before it."""
+
+    def __init__(self, readings: Sequence[Reading], first: float = 0.0, last: float = 1.0) -> None:
+        """Take the share ``first``..``last`` of the scans, by count."""
+        count = len(readings)
+        self._readings = readings[round(first * count) : round(last * count)]
+        if not self._readings:
+            raise InputError(f"the share {first}..{last} of a log of {count} scans holds no scan")
+        stamps = np.array([reading.scan.stamp_ns for reading in self._readings], dtype=np.int64)
+        self._due_ns = (np.maximum.accumulate(stamps) - stamps[0]).tolist()
+        self._next = 0
+
+    def sense(self, now_ns: int) -> Sensed | None:
+        """Return the next scan if it is due."""
+        if self.finished or self._due_ns[self._next] > now_ns:
+            return None
+        reading, due_ns = self._readings[self._next], self._due_ns[self._next]
+        self._next += 1
+        return Sensed(due_ns, reading.scan, reading.T_odom_base)
+
+    def act(self, agent: Agent, now_ns: int) -> None:
+        """Nothing to drive: the robot went where it went."""
+
+    @property
+    def next_ns(self) -> int | None:
+        """When the next scan comes due."""
+        return None if self.finished else self._due_ns[self._next]
+
+    @property
+    def finished(self) -> bool:
+        """Whether the log is played out."""
+        return self._next >= len(self._readings)
+
+    @property
+    def duration_ns(self) -> int:
+        """Mission time of the last scan."""
+        return int(self._due_ns[-1])

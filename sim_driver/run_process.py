@@ -1,0 +1,148 @@
+"""A mission as real processes: one a robot, over Zenoh on this machine, by explicit addresses."""
+
+from __future__ import annotations
+
+import multiprocessing as mp
+import multiprocessing.connection
+import socket
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from multiprocessing.context import SpawnProcess
+from multiprocessing.synchronize import Event as StopEvent
+from pathlib import Path
+from typing import Any, cast
+
+from sim_driver.mission import Mission
+from sim_driver.robot_process import Go, Ready, RobotTask, Status, run_robot
+
+READY_S = 120.0
+"""Longest wait for a robot's process to come up, seconds."""
+CLOSE_S = 60.0
+"""Longest wait for a robot's process to write its files, seconds."""
+
+
+@dataclass
+class Child:
+    """One robot's process, as the parent sees it."""
+
+    robot_id: str
+    process: SpawnProcess
+    pipe: multiprocessing.connection.Connection
+    duration_s: float = 0.0
+    status: Status = field(default_factory=Status)
+
+    @property
+    def alive(self) -> bool:
+        return self.process.is_alive()
+
+
+def run_processes(mission: Mission, out: Path, progress: Any) -> dict[str, Any]:
+    """Run the mission and return what the metrics need beside the robots' own files."""
+    context = mp.get_context("spawn")  # numba's and zenoh's threads do not survive a fork
+    stop = context.Event()
+    children = _spawn(mission, out, stop)
+    try:
+        _await_ready(children)
+        start_s = time.monotonic() + 0.2
+        for child in children:
+            child.pipe.send(Go(start_s))
+        mission_s = _watch(mission, children, start_s, progress)
+    finally:
+        stop.set()
+        _close(children)
+    return {
+        "mission_s": mission_s,
+        "shell": "process",
+        "exit_codes": {child.robot_id: child.process.exitcode for child in children},
+    }
+
+
+def _spawn(mission: Mission, out: Path, stop: StopEvent) -> list[Child]:
+    context = mp.get_context("spawn")
+    ports = free_ports(len(mission.robots))
+    children = []
+    for i, robot in enumerate(mission.robots):
+        here, there = context.Pipe()
+        task = RobotTask(mission, robot, out, listen=_address(ports[i]), connect=[_address(port) for port in ports[:i]])
+        process = context.Process(target=run_robot, args=(task, there, stop), name=f"mrslam-{robot.id}")
+        process.start()
+        there.close()
+        children.append(Child(robot.id, process, here))
+    return children
+
+
+def free_ports(count: int) -> list[int]:
+    """Return TCP ports that are free on the loopback address now."""
+    sockets = [socket.socket(socket.AF_INET, socket.SOCK_STREAM) for _ in range(count)]
+    try:
+        for one in sockets:
+            one.bind(("127.0.0.1", 0))
+        return [one.getsockname()[1] for one in sockets]
+    finally:
+        for one in sockets:
+            one.close()
+
+
+def _address(port: int) -> str:
+    return f"tcp/127.0.0.1:{port}"
+
+
+def _await_ready(children: Sequence[Child]) -> None:
+    """Wait until every process has its log and its network, so that all start together."""
+    deadline = time.monotonic() + READY_S
+    for child in children:
+        while not child.pipe.poll(0.1):
+            if not child.alive:
+                raise RuntimeError(f"the process of {child.robot_id} ended with code {child.process.exitcode} before it was ready")
+            if time.monotonic() > deadline:
+                raise RuntimeError(f"the process of {child.robot_id} was not ready within {READY_S:.0f} s")
+        child.duration_s = cast(Ready, child.pipe.recv()).duration_s
+
+
+def _watch(mission: Mission, children: Sequence[Child], start_s: float, progress: Any) -> float:
+    """Follow the robots until the mission is over; return how long it lasted in mission seconds."""
+    limit_s = mission.mission.duration_s
+    total_s = limit_s or max(child.duration_s for child in children) + mission.mission.linger_s
+    idle_since_s: float | None = None
+    while True:
+        _read_status(children)
+        now_s = (time.monotonic() - start_s) * mission.mission.speed
+        progress(now_s, total_s, _words(children))
+        if limit_s is not None and now_s >= limit_s:
+            return limit_s
+        busy = [child for child in children if child.alive and not child.status.finished]
+        if busy:
+            idle_since_s = None
+        elif idle_since_s is None:
+            idle_since_s = now_s
+        elif now_s - idle_since_s >= mission.mission.linger_s or not any(child.alive for child in children):
+            return now_s
+        time.sleep(0.05)
+
+
+def _read_status(children: Sequence[Child]) -> None:
+    for child in children:
+        try:
+            while child.pipe.poll(0):
+                child.status = child.pipe.recv()
+        except (EOFError, OSError):
+            continue  # it ended; ``alive`` tells
+
+
+def _words(children: Sequence[Child]) -> str:
+    parts = []
+    for child in children:
+        merged = f"+{child.status.merged}" if child.status.merged else ""
+        parts.append(f"{child.robot_id}{merged} {child.status.area_m2:.0f} m2" if child.alive else f"{child.robot_id} ended")
+    return "  ".join(parts)
+
+
+def _close(children: Sequence[Child]) -> None:
+    deadline = time.monotonic() + CLOSE_S
+    for child in children:
+        child.process.join(max(0.1, deadline - time.monotonic()))
+        if child.alive:
+            child.process.kill()
+            child.process.join()
+        child.pipe.close()

@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sim_driver.mission import load_mission, make_mission
+from spatial import InputError
+
+ROBOT = {"id": "r1", "log": "x.clf"}
+
+
+def make(**tables: Any) -> Any:
+    return make_mission({"robots": [ROBOT], **tables}, Path("m.toml"))
+
+
+def test_a_mission_needs_only_robots() -> None:
+    mission = make()
+    assert mission.mission.name == "m"
+    assert [robot.id for robot in mission.robots] == ["r1"]
+    assert mission.settings.comms.link_threshold == 0.8
+
+
+def test_a_trace_makes_the_links_traced() -> None:
+    assert make(links={"trace": "t.csv"}).settings.comms.link_source == "trace"
+    assert make().settings.comms.link_source == "measured"
+
+
+@pytest.mark.parametrize(
+    ("tables", "message"),
+    [
+        ({"robots": []}, r"at least one \[\[robots\]\]"),
+        ({"robots": [ROBOT, ROBOT]}, "two robots have one id"),
+        ({"robots": [{"id": "r 1", "log": "x"}]}, r"robots\.id must be a name"),
+        ({"robots": [{"log": "x"}]}, "missing.*id"),
+        ({"robots": [{"id": "r1"}]}, "has no log"),
+        ({"robots": [{"id": "r1", "log": "x", "first": 0.5, "last": 0.2}]}, "0 <= first < last <= 1"),
+        ({"mision": {}}, "unknown key 'mision'; did you mean 'mission'"),
+        ({"mission": {"speed": 0}}, r"mission\.speed must be > 0"),
+        ({"mission": {"shell": "thread"}}, "'process' or 'virtual'"),
+        ({"comms": {"exchange_timeout": 3}}, "did you mean 'exchange_timeout_s'"),
+        ({"comms": 3}, r"\[comms\] must be a section"),
+    ],
+)
+def test_every_mistake_is_named(tables: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        make(**tables)
+
+
+def test_the_missions_of_the_repository_are_valid() -> None:
+    missions = sorted((Path(__file__).parents[2] / "missions").glob("*.toml"))
+    assert missions
+    for path in missions:
+        load_mission(path)

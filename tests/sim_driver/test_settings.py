@@ -1,0 +1,73 @@
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from sim_driver.settings import build, parse_assignment, read_toml, with_overrides
+from spatial import InputError
+from spatial.errors import require
+
+
+@dataclass(frozen=True, kw_only=True)
+class Knobs:
+    timeout_s: float = 30.0
+    name: str = "x"
+    count: int | None = None
+
+    def __post_init__(self) -> None:
+        require(self.timeout_s > 0, "knobs.timeout_s", "> 0 s", self.timeout_s)
+
+
+def test_values_are_converted_and_defaults_stay() -> None:
+    assert build(Knobs, {"timeout_s": 5}, "knobs") == Knobs(timeout_s=5.0)
+
+
+def test_a_misspelt_key_suggests_the_nearest() -> None:
+    with pytest.raises(InputError, match="unknown key 'timeout'; did you mean 'timeout_s'"):
+        build(Knobs, {"timeout": 5}, "knobs")
+
+
+def test_a_wrong_type_names_key_and_value() -> None:
+    with pytest.raises(InputError, match=r"knobs\.count.*int.*got 'many'"):
+        build(Knobs, {"count": "many"}, "knobs")
+
+
+def test_a_value_out_of_range_says_the_bound() -> None:
+    with pytest.raises(InputError, match="knobs.timeout_s must be > 0 s, got -1"):
+        build(Knobs, {"timeout_s": -1}, "knobs")
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("comms.exchange_timeout_s=10", (["comms", "exchange_timeout_s"], 10)),
+        ("mission.shell=virtual", (["mission", "shell"], "virtual")),
+        ("a.b=[1, 2]", (["a", "b"], [1, 2])),
+        ("a.b=x=y", (["a", "b"], "x=y")),
+    ],
+)
+def test_assignments(text: str, expected: object) -> None:
+    assert parse_assignment(text) == expected
+
+
+@pytest.mark.parametrize("text", ["nonsense", "a=1", "a.b.c=1", ".b=1", "a.=1"])
+def test_broken_assignments_show_how_it_is_done(text: str) -> None:
+    with pytest.raises(InputError, match=r"section\.key=value"):
+        parse_assignment(text)
+
+
+def test_overrides_leave_the_original_alone() -> None:
+    tables = {"comms": {"a": 1}}
+    assert with_overrides(tables, ["comms.a=2", "rbpf.b=3"]) == {"comms": {"a": 2}, "rbpf": {"b": 3}}
+    assert tables == {"comms": {"a": 1}}
+
+
+def test_broken_toml_names_file_and_place(tmp_path: Path) -> None:
+    path = tmp_path / "m.toml"
+    path.write_text("[mission\n")
+    with pytest.raises(InputError, match=r"m\.toml: not valid TOML .*line 1"):
+        read_toml(path)
+    with pytest.raises(InputError, match="no such file"):
+        read_toml(tmp_path / "none.toml")

@@ -1,0 +1,39 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from sim_driver.traces import LinkTrace, TracedLinks
+from spatial import InputError
+
+
+def read(tmp_path: Path, text: str) -> LinkTrace:
+    path = tmp_path / "t.csv"
+    path.write_text(text)
+    return LinkTrace.read(path)
+
+
+def test_quality_is_a_staircase_and_the_same_both_ways(tmp_path: Path) -> None:
+    trace = read(tmp_path, "# comment\nt_s,a,b,quality\n10,r1,r2,0.5\n20,r2,r1,0.9\n")
+    at = [trace.quality("r2", "r1", round(t * 1e9)) for t in (0, 9.9, 10, 19.9, 20, 1e6)]
+    assert at == [0.0, 0.0, 0.5, 0.5, 0.9, 0.9]
+    assert trace.quality("r1", "r3", 0) == 0.0
+    assert TracedLinks(trace, "r1", ["r2", "r3"]).qualities(15_000_000_000) == {"r2": 0.5, "r3": 0.0}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "holds no link quality"),
+        ("0,r1,r2\n", "line 1: needs t_s,a,b,quality"),
+        ("0,r1,r2,high\n", "line 1: needs"),
+        ("0,r1,r2,1.5\n", "quality in 0..1"),
+        ("0,r1,r2,nan\n", "quality in 0..1"),
+        ("0,r1,r1,0.5\n", "two robots"),
+        ("5,r1,r2,0.5\n4,r1,r2,0.5\n", "line 2: times of a pair must not run backward"),
+    ],
+)
+def test_broken_traces_name_the_line(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        read(tmp_path, text)
