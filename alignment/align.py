@@ -1,0 +1,101 @@
+"""``align``: two occupancy grids in, an alignment or a reasoned rejection out."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from alignment.aligners import ALIGNERS
+from alignment.config import AlignmentConfig
+from alignment.decide import decide
+from alignment.prepared import PreparedMap, order_key, prepare, working_resolution
+from alignment.result import Alignment, Prior, Rejection
+from spatial import InputError, OccupancyGrid, se2
+
+MIN_KNOWN_M2 = 2.0
+"""A map smaller than this is not compared."""
+MIN_WALL_M = 2.0
+"""Nor one with less wall."""
+
+
+def align(
+    grid_a: OccupancyGrid,
+    grid_b: OccupancyGrid,
+    method: str = "auto",
+    prior: Prior | None = None,
+    config: AlignmentConfig | None = None,
+) -> Alignment | Rejection:
+    """Return how map b lies in map a, ``T_a_b``, or why that is not known.
+
+    ``align(b, a)`` is the inverse of ``align(a, b)``: the maps are put into one order first. Raises ``InputError`` for
+    an unknown method only; maps of any size, extent and resolution are handled or rejected.
+    """
+    config = config or AlignmentConfig()
+    if method not in ALIGNERS:
+        raise InputError(f"alignment method must be one of {', '.join(ALIGNERS)}, got {method!r}")
+    a, b = grid_a.cropped(), grid_b.cropped()
+    if order_key(a) < order_key(b):
+        swapped = None if prior is None else _inverse_prior(prior)
+        return _inverse(_align(b, a, method, swapped, config))
+    return _align(a, b, method, prior, config)
+
+
+def _align(
+    grid_a: OccupancyGrid, grid_b: OccupancyGrid, method: str, prior: Prior | None, config: AlignmentConfig
+) -> Alignment | Rejection:
+    for name, grid in (("larger", grid_a), ("smaller", grid_b)):
+        if grid.known_area_m2() < MIN_KNOWN_M2:
+            reason = f"the {name} map shows only {grid.known_area_m2():.1f} m2 < {MIN_KNOWN_M2:.0f} m2"
+            return Rejection(reason, 0.0, {}, method)
+    res = working_resolution(grid_a, grid_b, config)
+    a, b = prepare(grid_a, res), prepare(grid_b, res)
+    for name, side in (("larger", a), ("smaller", b)):
+        if side.wall_m < MIN_WALL_M:
+            return Rejection(
+                f"the {name} map holds only {side.wall_m:.1f} m of wall < {MIN_WALL_M:.0f} m", 0.0, {}, method
+            )
+    candidates = ALIGNERS[method](a, b, config, prior)
+    if prior is not None:
+        candidates = [c for c in candidates if _within(prior, c.T_a_b, a, b)]
+    return decide(a, b, candidates, method, config)
+
+
+def _within(prior: Prior, T_a_b: se2.Transform, a: PreparedMap, b: PreparedMap) -> bool:
+    """Whether a candidate lies within four sigma of the prior (and a cell, for priors that are too sure)."""
+    apart = np.append(T_a_b[:2] - prior.T_a_b[:2], se2.wrap(T_a_b[2] - prior.T_a_b[2]))
+    slack = np.diag([a.res, a.res, a.res / max(math.hypot(*np.ptp(b.points, axis=0)), a.res)]) ** 2
+    return bool(apart @ np.linalg.solve(prior.covariance + slack, apart) < 16.0)
+
+
+def _adjoint(T_a_b: se2.Transform) -> np.ndarray:
+    """Return d inverse(T) / d T at ``T_a_b``, ``(3, 3)``."""
+    cos, sin = math.cos(T_a_b[2]), math.sin(T_a_b[2])
+    back = se2.inverse(T_a_b)
+    return np.array([[-cos, -sin, back[1]], [sin, -cos, -back[0]], [0.0, 0.0, -1.0]])
+
+
+def _inverse_prior(prior: Prior) -> Prior:
+    J = _adjoint(prior.T_a_b)
+    return Prior(se2.inverse(prior.T_a_b), J @ prior.covariance @ J.T)
+
+
+def _inverse(outcome: Alignment | Rejection) -> Alignment | Rejection:
+    """Return what was found for (b, a) as the answer for (a, b)."""
+    evidence = {}
+    for name, value in outcome.evidence.items():
+        for one, other in (("_a", "_b"), ("_b", "_a")):
+            for tail in ("", "_m"):
+                if name.endswith(one + tail):
+                    name = name.removesuffix(one + tail) + other + tail
+                    break
+            else:
+                continue
+            break
+        evidence[name] = value
+    if isinstance(outcome, Rejection):
+        T = None if outcome.T_a_b is None else se2.inverse(outcome.T_a_b)
+        return Rejection(outcome.reason, outcome.confidence, evidence, outcome.method, T)
+    J = _adjoint(outcome.T_a_b)
+    C = J @ outcome.covariance @ J.T
+    return Alignment(se2.inverse(outcome.T_a_b), outcome.confidence, evidence, 0.5 * (C + C.T), outcome.method)

@@ -1,0 +1,84 @@
+"""Sub-cell refinement: walls of each map onto walls of the other, least squares in both directions, with covariance."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from alignment.kernels import normal_equations
+from alignment.prepared import PreparedMap
+from spatial import se2
+from spatial.se2 import Transform
+
+
+def turned(T_a_b: Transform, shift: NDArray[np.float64], pivot: NDArray[np.float64]) -> Transform:
+    """Return ``T_a_b`` followed by a turn ``shift[2]`` about ``pivot`` and a move ``shift[:2]``, in frame a."""
+    back = np.array([-pivot[0], -pivot[1], 0.0])
+    forth = np.array([pivot[0] + shift[0], pivot[1] + shift[1], shift[2]])
+    return se2.compose(se2.compose(forth, back), T_a_b)
+
+
+def equations(
+    a: PreparedMap,
+    b: PreparedMap,
+    T_a_b: Transform,
+    pivot: NDArray[np.float64],
+    reach_m: float,
+    scale_m: float,
+    step: int = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], int, float]:
+    """Return ``H (3, 3)``, ``g (3,)``, points used and cost of the walls' distances at ``T_a_b``, both directions."""
+    H, g = np.zeros((3, 3)), np.zeros(3)
+    n1, cost1 = normal_equations(
+        b.points, b.normals, step, T_a_b, a.label, a.points, a.normals, a.x0, a.y0, a.res, reach_m, scale_m,
+        float(pivot[0]), float(pivot[1]), True, H, g,
+    )  # fmt: skip
+    n2, cost2 = normal_equations(
+        a.points, a.normals, step, se2.inverse(T_a_b), b.label, b.points, b.normals, b.x0, b.y0, b.res, reach_m, scale_m,
+        float(pivot[0]), float(pivot[1]), False, H, g,
+    )  # fmt: skip
+    H += np.triu(H, 1).T
+    return H, g, n1 + n2, cost1 + cost2
+
+
+def refine(
+    a: PreparedMap,
+    b: PreparedMap,
+    T_a_b: Transform,
+    pivot: NDArray[np.float64],
+    schedule: tuple[tuple[float, float, int], ...] = ((0.6, 0.2, 5), (0.3, 0.1, 6)),
+    step: int = 1,
+) -> Transform:
+    """Return the transform that lays wall on wall nearest to ``T_a_b`` (Gauss-Newton, Geman-McClure).
+
+    ``schedule``: (reach m, kernel scale m, rounds) from coarse to fine. Directions that no wall holds do not move.
+    """
+    for reach_m, scale_m, rounds in schedule:
+        for _ in range(rounds):
+            H, g, used, _ = equations(a, b, T_a_b, pivot, reach_m, scale_m, step)
+            if used < 10:
+                return T_a_b
+            # Damping by a few points' worth keeps a corridor from being thrown along itself.
+            damped = H + np.diag([3.0, 3.0, 3.0]) + 1e-3 * np.diag(np.diag(H))
+            shift = -np.linalg.solve(damped, g)
+            length = float(np.hypot(shift[0], shift[1]))
+            shift *= min(1.0, 0.5 / max(length, 1e-12), 0.1 / max(abs(float(shift[2])), 1e-12))
+            T_a_b = turned(T_a_b, shift, pivot)
+            if length < 1e-4 and abs(shift[2]) < 1e-5:
+                break
+    return T_a_b
+
+
+def covariance(
+    H: NDArray[np.float64], pivot: NDArray[np.float64], T_a_b: Transform, sigma_m: float
+) -> NDArray[np.float64]:
+    """Return the ``(3, 3)`` covariance of ``T_a_b`` from the Hessian about ``pivot`` (unit weights).
+
+    Neighbouring cells see the same noise, so one in five counts as independent.
+    """
+    C = np.linalg.inv(H / 5.0 / sigma_m**2 + 1e-6 * np.eye(3))
+    # A turn about the pivot moves the origin of b: d t = shift + turn x (t - pivot).
+    J = np.eye(3)
+    J[0, 2], J[1, 2] = -(T_a_b[1] - pivot[1]), T_a_b[0] - pivot[0]
+    C = J @ C @ J.T
+    return 0.5 * (C + C.T)

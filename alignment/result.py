@@ -1,0 +1,86 @@
+"""What an alignment returns: a transform with its evidence, or a refusal in words with numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spatial.errors import InputError
+from spatial.se2 import Transform
+
+
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """Two maps fit together."""
+
+    T_a_b: Transform
+    """``(3,) float64``: maps points of map b to map a, metres and radians."""
+    confidence: float
+    """0..1; accepted from ``AlignmentConfig.min_confidence`` on."""
+    evidence: dict[str, float]
+    """What the decision rests on; names end in their unit."""
+    covariance: NDArray[np.float64]
+    """``(3, 3)`` of ``T_a_b`` (m, m, rad), from the curvature of the fit."""
+    method: str
+    """Name of the aligner that proposed it."""
+
+    @property
+    def accepted(self) -> bool:
+        """True: here is a transform."""
+        return True
+
+
+@dataclass(frozen=True, eq=False)
+class Rejection:
+    """Two maps do not fit together, or not provably."""
+
+    reason: str
+    """Why, in words with numbers."""
+    confidence: float
+    """0..1, of the best proposal."""
+    evidence: dict[str, float]
+    """What the decision rests on; empty where nothing was tried."""
+    method: str
+    """Name of the aligner that was asked."""
+    T_a_b: Transform | None = None
+    """Best proposal, for diagnosis only; never to be used as a transform."""
+
+    @property
+    def accepted(self) -> bool:
+        """False: there is no transform."""
+        return False
+
+
+@dataclass(frozen=True, eq=False)
+class Prior:
+    """What is known of the transform beforehand; narrows the search."""
+
+    T_a_b: Transform
+    """``(3,)`` expected transform."""
+    covariance: NDArray[np.float64]
+    """``(3, 3)``, m, m, rad."""
+
+    def __post_init__(self) -> None:
+        T_a_b, covariance = np.array(self.T_a_b, dtype=np.float64), np.array(self.covariance, dtype=np.float64)
+        if T_a_b.shape != (3,) or not np.isfinite(T_a_b).all():
+            raise InputError(f"a prior's T_a_b must be three finite numbers, got {self.T_a_b!r}")
+        if covariance.shape != (3, 3) or not np.isfinite(covariance).all():
+            raise InputError(f"a prior's covariance must be 3 x 3 finite numbers, got shape {covariance.shape}")
+        if not np.allclose(covariance, covariance.T) or np.linalg.eigvalsh(covariance)[0] < -1e-12:
+            raise InputError("a prior's covariance must be symmetric and not negative")
+        object.__setattr__(self, "T_a_b", T_a_b)
+        object.__setattr__(self, "covariance", covariance)
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One proposal of an aligner, before refinement and verification."""
+
+    T_a_b: Transform
+    """``(3,)``."""
+    score: float = 0.0
+    """The proposer's own measure; higher is better, comparable within one aligner only."""
+    evidence: dict[str, float] = field(default_factory=dict)
+    """The proposer's own numbers (matches, inliers, ...)."""

@@ -1,0 +1,54 @@
+"""The stability check: which transform of a pair is believed, as new estimates come in (Martins 2013, section 3.7)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from alignment.result import Alignment
+from spatial.errors import require
+from spatial.se2 import wrap
+
+
+@dataclass
+class StabilityCheck:
+    """Believes a transform once two estimates in a row agree; replaces it only on better evidence.
+
+    ``max_dx_m``, ``max_dy_m`` (m) and ``max_dtheta_rad`` (rad) say how far two estimates of one transform may differ.
+    """
+
+    max_dx_m: float = 0.5
+    max_dy_m: float = 0.5
+    max_dtheta_rad: float = 0.1
+    believed: Alignment | None = field(default=None, init=False)
+    """The transform to use; None while none is valid."""
+    previous: Alignment | None = field(default=None, init=False)
+    """The last estimate that came in."""
+
+    def __post_init__(self) -> None:
+        for name in ("max_dx_m", "max_dy_m", "max_dtheta_rad"):
+            require(getattr(self, name) > 0, f"stability.{name}", "> 0", getattr(self, name))
+
+    def agrees(self, one: Alignment, other: Alignment) -> bool:
+        """Return whether the two are estimates of one transform."""
+        dx, dy = np.abs(one.T_a_b[:2] - other.T_a_b[:2])
+        turn = abs(float(wrap(one.T_a_b[2] - other.T_a_b[2])))
+        return bool(dx < self.max_dx_m and dy < self.max_dy_m and turn < self.max_dtheta_rad)
+
+    def update(self, estimate: Alignment) -> Alignment | None:
+        """Take in one more estimate; return the believed transform, or None.
+
+        An estimate is valid when it agrees with the one before it. A valid one replaces the believed transform only
+        where its confidence is at least as high: never a better by a worse.
+        """
+        valid = self.previous is not None and self.agrees(estimate, self.previous)
+        self.previous = estimate
+        if valid and (self.believed is None or estimate.confidence >= self.believed.confidence):
+            self.believed = estimate
+        return self.believed
+
+    def contradicted(self) -> None:
+        """Forget the believed transform and what led to it: later evidence (a loop, a third robot) shows it wrong."""
+        self.believed = None
+        self.previous = None

@@ -1,0 +1,81 @@
+"""The common verification: how well two maps agree under a transform, in numbers, and whether that is enough."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from alignment import kernels
+from alignment.prepared import PreparedMap
+from alignment.refine import equations
+from spatial import se2
+from spatial.se2 import Transform
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """What two maps say of each other under one transform."""
+
+    T_a_b: Transform
+    evidence: dict[str, float]
+    """See :func:`examine`."""
+    pivot: NDArray[np.float64]
+    """``(2,)`` centre of the matched walls in frame a, metres."""
+    H: NDArray[np.float64]
+    """``(3, 3)`` curvature of the fit about ``pivot``, unit weights."""
+
+
+def judge_walls(
+    source: PreparedMap, target: PreparedMap, T_t_s: Transform, tolerance_m: float, step: int = 1
+) -> tuple[NDArray[np.uint8], tuple[int, int, int, int]]:
+    """Return a verdict per wall point of ``source`` and the counts (matched, opposed, contradicted, unseen)."""
+    verdict = np.empty(len(source.points), dtype=np.uint8)
+    counts = kernels.agreement(
+        source.points, source.normals, step, T_t_s, target.state, target.label, target.points, target.normals,
+        target.x0, target.y0, target.res, tolerance_m, verdict,
+    )  # fmt: skip
+    return verdict, counts
+
+
+def examine(a: PreparedMap, b: PreparedMap, T_a_b: Transform, tolerance_m: float) -> Agreement:
+    """Return the numbers that decide about ``T_a_b``.
+
+    ``matched_b_m``: wall of b that lies on wall of a, is free on the same side; ``opposed_b_m``: on a wall, but not so;
+    ``contradicted_b_m``: where a is free; likewise for a in b. ``wall_agreement_*`` = matched / (matched + the others).
+    ``overlap_m2``: known in both; ``acceptance_index``: Carpin 2008; ``crosswise_m``: matched wall across the weakest direction.
+    """
+    T_b_a = se2.inverse(T_a_b)
+    verdict_b, (mb, ob, cb, _) = judge_walls(b, a, T_a_b, tolerance_m)
+    verdict_a, (ma, oa, ca, _) = judge_walls(a, b, T_b_a, tolerance_m)
+    res = a.res
+    small, large = (a, b) if a.state.size <= b.state.size else (b, a)
+    T = T_b_a if small is a else T_a_b
+    free, occupied, differ, known = kernels.free_overlap(
+        small.state, small.x0, small.y0, 2, T, large.state, large.x0, large.y0, res
+    )
+    cell = 4.0 * res**2
+    evidence = {
+        "matched_a_m": ma * res,
+        "matched_b_m": mb * res,
+        "opposed_a_m": oa * res,
+        "opposed_b_m": ob * res,
+        "contradicted_a_m": ca * res,
+        "contradicted_b_m": cb * res,
+        "wall_agreement_a": ma / max(ma + oa + ca, 1),
+        "wall_agreement_b": mb / max(mb + ob + cb, 1),
+        "contradiction": (ca + cb) / max(ma + mb + ca + cb, 1),
+        "overlap_m2": (free + occupied + differ) * cell,
+        "overlap": (free + occupied + differ) * cell / max(min(a.known_m2, b.known_m2), 1e-9),
+        "free_m2": free * cell,
+        "acceptance_index": (free + occupied) / max(free + occupied + differ, 1),
+    }
+    hit_a, hit_b = a.points[verdict_a == 1], se2.apply(T_a_b, b.points[verdict_b == 1])
+    both = np.concatenate([hit_a, hit_b])
+    pivot = both.mean(axis=0) if len(both) else a.centre
+    H, _, used, cost = equations(a, b, T_a_b, pivot, tolerance_m, 0.5 * tolerance_m)
+    evidence["crosswise_m"] = 0.5 * res * float(np.linalg.eigvalsh(H[:2, :2])[0])
+    evidence["extent_m"] = float(np.sqrt(both.var(axis=0).sum())) if len(both) else 0.0
+    evidence["residual"] = cost / max(used, 1)
+    return Agreement(T_a_b, evidence, pivot, H)
