@@ -1,0 +1,77 @@
+"""Whether two placed maps can both be right: one's walls must not lie where the other saw free space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from spatial import OccupancyGrid, se2
+from spatial.distance import euclidean
+
+KNOWN_FREE_MAX = 35
+"""Equals ``spatial.FREE_MAX``."""
+
+
+@njit(cache=True, nogil=True)
+def count_walls(
+    cells: NDArray[np.int8],
+    distance: NDArray[np.float32],
+    points: NDArray[np.float64],
+    near_cells: float,
+) -> tuple[int, int]:  # pragma: no cover - compiled
+    """Return how many wall points ``(N, 2)`` (x, y in cells) agree with a grid and how many are on its free space.
+
+    A point agrees within ``near_cells`` of a wall; points on or near unknown cells say nothing.
+    """
+    height, width = cells.shape
+    agree, against = 0, 0
+    for k in range(points.shape[0]):
+        c, r = int(np.floor(points[k, 0])), int(np.floor(points[k, 1]))
+        if not (0 <= r < height and 0 <= c < width):
+            continue
+        if distance[r, c] <= near_cells:
+            agree += 1
+        elif 0 <= cells[r, c] <= KNOWN_FREE_MAX:
+            against += 1
+    return agree, against
+
+
+@dataclass(frozen=True, kw_only=True)
+class Agreement:
+    """How well two maps agree where both are known."""
+
+    agree_m: float
+    """Length of wall (cells x resolution) near the other map's walls, both ways."""
+    against_m: float
+    """Length of wall on the other map's free space, both ways."""
+
+    @property
+    def share_against(self) -> float:
+        """Share of the wall compared that is on free space, 0..1."""
+        return self.against_m / max(self.agree_m + self.against_m, 1e-9)
+
+
+class Walls:
+    """A map prepared for comparing: its walls as points, and the distance to them."""
+
+    def __init__(self, grid: OccupancyGrid) -> None:
+        self.grid = grid
+        self.points_m = grid.centres(grid.is_occupied)
+        self.distance = euclidean(grid.is_occupied) if grid.cells.size else np.empty((0, 0), dtype=np.float32)
+
+    def count(self, points_m: NDArray[np.float64], near_m: float) -> tuple[float, float]:
+        """Return lengths of wall (metres) that agree and that are on free space; points in this map's frame."""
+        points = (points_m - np.asarray(self.grid.origin_m)) / self.grid.resolution_m
+        agree, against = count_walls(self.grid.cells, self.distance, points, near_m / self.grid.resolution_m)
+        return float(agree), float(against)
+
+
+def compare(a: Walls, b: Walls, T_a_b: se2.Transform, near_m: float) -> Agreement:
+    """Return the agreement of two maps with b placed at ``T_a_b`` in a's frame."""
+    b_in_a = a.count(se2.apply(T_a_b, b.points_m), near_m)
+    a_in_b = b.count(se2.apply(se2.inverse(T_a_b), a.points_m), near_m)
+    res_a, res_b = a.grid.resolution_m, b.grid.resolution_m
+    return Agreement(agree_m=b_in_a[0] * res_b + a_in_b[0] * res_a, against_m=b_in_a[1] * res_b + a_in_b[1] * res_a)

@@ -1,0 +1,67 @@
+"""Settings of merging."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from spatial.errors import require
+
+FUSIONS = ("log-odds", "max", "mean")
+"""Ways to fuse known with known."""
+COMPONENTS = ("area", "count")
+"""What makes one component of the team graph the largest."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MergeConfig:
+    """How maps are placed and fused; every value is checked where it is made."""
+
+    fusion: str = "log-odds"
+    """Known with known: "log-odds" (evidence adds up), "max" (a wall seen once stays) or "mean"."""
+    component: str = "area"
+    """Without an anchor the component placed is the one with most known "area", or "count" of robots."""
+    resolution_m: float | None = None
+    """Cell edge of the team map, metres, > 0; None takes the finest of the maps placed."""
+    min_confidence: float = 0.0
+    """Edges of lower confidence are not used, >= 0; alignment decides already, so 0 uses all it accepted."""
+    loop_tolerance_m: float = 0.5
+    """A loop of three alignments may fail to close by this much at the middle of a map, metres, > 0."""
+    loop_tolerance_rad: float = 0.06
+    """A loop of three alignments may fail to close by this angle, radians, > 0."""
+    loop_tolerance_share: float = 0.015
+    """Loops may also fail by this share of the map's diameter, >= 0: maps of long runs are bent."""
+    covariance_scale: float = 4.0
+    """Alignments' covariances are multiplied by this in the joint solution, > 0: Hessians promise too much."""
+    robust_sigmas: float = 3.0
+    """Residuals beyond this many standard deviations lose weight in the joint solution (Cauchy), > 0."""
+    known_pose_sigma_m: float = 0.10
+    """Standard deviation of given starting positions, metres, > 0; alignments correct them within it."""
+    known_pose_sigma_rad: float = 0.03
+    """Standard deviation of given starting headings, radians, > 0."""
+    contradiction_share: float = 0.5
+    """Two placed maps contradict where more than this share of the walls both must see is on free space, 0..1."""
+    contradiction_min_m: float = 8.0
+    """... and at least this length of wall does so, metres, > 0."""
+    contradiction_tolerance_m: float = 0.3
+    """Walls nearer than this agree, metres, > 0: noise, and maps that are bent."""
+
+    def __post_init__(self) -> None:
+        require(self.fusion in FUSIONS, "merge.fusion", f"one of {', '.join(FUSIONS)}", self.fusion)
+        require(self.component in COMPONENTS, "merge.component", f"one of {', '.join(COMPONENTS)}", self.component)
+        if self.resolution_m is not None:
+            require(0 < self.resolution_m < 10, "merge.resolution_m", "> 0 and < 10 m", self.resolution_m)
+        require(self.min_confidence >= 0, "merge.min_confidence", ">= 0", self.min_confidence)
+        require(0 <= self.loop_tolerance_share < 1, "merge.loop_tolerance_share", "in 0..1", self.loop_tolerance_share)
+        require(0 < self.contradiction_share <= 1, "merge.contradiction_share", "in 0..1", self.contradiction_share)
+        for name in (
+            "loop_tolerance_m",
+            "loop_tolerance_rad",
+            "covariance_scale",
+            "robust_sigmas",
+            "known_pose_sigma_m",
+            "known_pose_sigma_rad",
+            "contradiction_min_m",
+            "contradiction_tolerance_m",
+        ):
+            value = getattr(self, name)
+            require(0 < value < float("inf"), f"merge.{name}", "> 0", value)

@@ -1,0 +1,170 @@
+"""The team map as a picture: every robot's part in its own colour."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from merge.team import TeamMap
+from merge.warp import warp
+from spatial import OccupancyGrid, se2
+
+PALETTE = (
+    (31, 119, 180),
+    (230, 97, 1),
+    (44, 150, 70),
+    (200, 40, 80),
+    (120, 84, 190),
+    (0, 158, 170),
+    (205, 140, 0),
+    (110, 110, 110),
+    (227, 119, 194),
+    (100, 140, 30),
+)
+"""RGB of the robots, in the order of their ids; from the eleventh on they repeat."""
+PAPER = (243, 243, 240)
+INK = (40, 40, 44)
+FREE_TINT = 0.22
+"""How much of a robot's colour its free space bears."""
+PAD_PX = 24
+
+
+def colours(ids: Sequence[str]) -> dict[str, tuple[int, int, int]]:
+    """Return each robot's RGB colour."""
+    return {robot_id: PALETTE[i % len(PALETTE)] for i, robot_id in enumerate(sorted(ids))}
+
+
+def draw_team(
+    team_map: TeamMap,
+    layers: Mapping[str, OccupancyGrid],
+    trajectories: Mapping[str, ArrayLike] | None = None,
+    legend: bool = True,
+    size_px: int = 1400,
+) -> NDArray[np.uint8]:
+    """Return the picture ``(H, W, 3) uint8`` RGB, first row on top.
+
+    ``layers`` are the robots' own maps in their own frames; ``trajectories`` ``(K, 2 or 3)`` poses in their own frames,
+    metres. Free space is tinted by the robots that saw it, walls are drawn in their colours. The longer side of the map
+    gets about ``size_px``.
+    """
+    grid = team_map.grid
+    if grid.cells.size == 0:
+        return _with_legend(np.full((120, 360, 3), PAPER, dtype=np.uint8), team_map, {}, 0.0)
+    hue = colours(list(layers))
+    picture = _painted(team_map, layers, hue)
+    height, width = grid.shape
+    scale = size_px / max(height, width)
+    shape = (max(1, round(width * scale)), max(1, round(height * scale)))
+    smooth = cv2.INTER_AREA if scale < 1 else cv2.INTER_NEAREST
+    picture = np.asarray(cv2.resize(picture, shape, interpolation=smooth), dtype=np.uint8)
+    for robot_id in sorted(trajectories or {}):
+        T_team_map = team_map.T_team_map.get(robot_id)
+        points = np.asarray((trajectories or {})[robot_id], dtype=np.float64)
+        if T_team_map is None or len(points) == 0:
+            continue
+        cells = (se2.apply(T_team_map, points[:, :2]) - np.asarray(grid.origin_m)) / grid.resolution_m
+        pixels = np.stack([cells[:, 0] * scale, (height - cells[:, 1]) * scale], axis=-1)
+        _draw_path(picture, pixels, hue.get(robot_id, INK))
+    picture = _bordered(picture, PAD_PX, PAD_PX, PAD_PX, PAD_PX)
+    return _with_legend(picture, team_map, hue, scale / grid.resolution_m) if legend else picture
+
+
+def _painted(
+    team_map: TeamMap, layers: Mapping[str, OccupancyGrid], hue: Mapping[str, tuple[int, int, int]]
+) -> NDArray[np.uint8]:
+    """Return the team map at one pixel a cell, first row on top."""
+    grid = team_map.grid
+    row0, col0 = grid.cell0
+    free, wall = np.zeros((*grid.shape, 3)), np.zeros((*grid.shape, 3))
+    saw_free, saw_wall = np.zeros(grid.shape), np.zeros(grid.shape)
+    for robot_id, T_team_map in team_map.T_team_map.items():
+        if robot_id not in layers:
+            continue
+        layer = warp(layers[robot_id], T_team_map, grid.resolution_m)
+        r, c = layer.cell0[0] - row0, layer.cell0[1] - col0
+        r0, c0, r1, c1 = (
+            max(r, 0),
+            max(c, 0),
+            min(r + layer.shape[0], grid.shape[0]),
+            min(c + layer.shape[1], grid.shape[1]),
+        )
+        if r1 <= r0 or c1 <= c0:
+            continue
+        here, there = np.s_[r0:r1, c0:c1], np.s_[r0 - r : r1 - r, c0 - c : c1 - c]
+        colour = np.array(hue[robot_id], dtype=np.float64)
+        for mask, total, count in ((layer.is_free, free, saw_free), (layer.is_occupied, wall, saw_wall)):
+            part = mask[there]
+            total[here] += part[..., None] * colour
+            count[here] += part
+    picture = np.empty((*grid.shape, 3))
+    picture[...] = PAPER
+    is_free, is_wall = grid.is_free, grid.is_occupied
+    seen = np.maximum(np.where(saw_free > 0, saw_free, saw_wall), 1)[..., None]
+    tint = np.where(saw_free[..., None] > 0, free, wall) / seen
+    picture[is_free] = (255 * (1 - FREE_TINT) + FREE_TINT * tint)[is_free]
+    ink = np.where(saw_wall[..., None] > 0, wall / np.maximum(saw_wall, 1)[..., None], np.array(INK))
+    picture[is_wall] = (0.8 * ink)[is_wall]
+    return np.ascontiguousarray(np.rint(picture[::-1]).astype(np.uint8))
+
+
+def _draw_path(picture: NDArray[np.uint8], pixels: NDArray[np.float64], colour: tuple[int, int, int]) -> None:
+    """Draw a trajectory with a ring where it starts and a dot where it ends."""
+    fixed = np.rint(pixels * 16).astype(np.int32)
+    dark = tuple(int(0.75 * c) for c in colour)
+    cv2.polylines(picture, [fixed.reshape(-1, 1, 2)], False, (255, 255, 255), 4, cv2.LINE_AA, 4)
+    cv2.polylines(picture, [fixed.reshape(-1, 1, 2)], False, dark, 2, cv2.LINE_AA, 4)
+    start, end = (tuple(int(v) for v in fixed[i]) for i in (0, -1))
+    cv2.circle(picture, start, 6 * 16, (255, 255, 255), -1, cv2.LINE_AA, 4)
+    cv2.circle(picture, start, 6 * 16, dark, 2, cv2.LINE_AA, 4)
+    cv2.circle(picture, end, 6 * 16, dark, -1, cv2.LINE_AA, 4)
+
+
+def _with_legend(
+    picture: NDArray[np.uint8], team_map: TeamMap, hue: Mapping[str, tuple[int, int, int]], px_per_m: float
+) -> NDArray[np.uint8]:
+    """Return the picture with a strip below: the robots' names and colours, who is not placed, and a scale bar."""
+    placed = [(robot_id, hue[robot_id]) for robot_id in team_map.T_team_map if robot_id in hue]
+    missing = sorted(team_map.unplaced)
+    font, line_px, x, y = cv2.FONT_HERSHEY_DUPLEX, 30, PAD_PX, 30
+    width = max(picture.shape[1], 360)
+    spots: list[tuple[int, int, str, tuple[int, int, int] | None]] = []
+    for text, colour in [*placed, *((f"{name} (not placed)", None) for name in missing)]:
+        wide = cv2.getTextSize(text, font, 0.55, 1)[0][0] + 52
+        if x + wide > width - PAD_PX and x > PAD_PX:
+            x, y = PAD_PX, y + line_px
+        spots.append((x, y, text, colour))
+        x += wide
+    strip = np.full((y + line_px + (24 if px_per_m else 0), width, 3), PAPER, dtype=np.uint8)
+    for x, y, text, colour in spots:
+        if colour is None:
+            cv2.rectangle(strip, (x, y - 12), (x + 16, y + 4), (170, 170, 170), 1, cv2.LINE_AA)
+        else:
+            cv2.rectangle(strip, (x, y - 12), (x + 16, y + 4), colour, -1, cv2.LINE_AA)
+        ink = INK if colour is not None else (140, 140, 140)
+        cv2.putText(strip, text, (x + 24, y + 2), font, 0.55, ink, 1, cv2.LINE_AA)
+    if px_per_m:
+        length_m = _round_length(0.2 * width / px_per_m)
+        x1, y1 = PAD_PX + round(length_m * px_per_m), strip.shape[0] - 16
+        cv2.line(strip, (PAD_PX, y1), (x1, y1), INK, 2, cv2.LINE_AA)
+        for end in (PAD_PX, x1):
+            cv2.line(strip, (end, y1 - 5), (end, y1 + 5), INK, 2, cv2.LINE_AA)
+        cv2.putText(strip, f"{length_m:g} m", (x1 + 12, y1 + 6), font, 0.55, INK, 1, cv2.LINE_AA)
+    if picture.shape[1] < width:
+        left = (width - picture.shape[1]) // 2
+        right = width - picture.shape[1] - left
+        picture = _bordered(picture, 0, 0, left, right)
+    return np.ascontiguousarray(np.vstack([picture, strip]))
+
+
+def _bordered(picture: NDArray[np.uint8], top: int, bottom: int, left: int, right: int) -> NDArray[np.uint8]:
+    framed = cv2.copyMakeBorder(picture, top, bottom, left, right, cv2.BORDER_CONSTANT, value=PAPER)
+    return np.asarray(framed, dtype=np.uint8)
+
+
+def _round_length(metres: float) -> float:
+    """Return the largest of 1, 2, 5 x 10^n metres that is not longer."""
+    power = 10.0 ** np.floor(np.log10(max(metres, 1e-3)))
+    return float(max(step * power for step in (1, 2, 5) if step * power <= metres * (1 + 1e-9)))

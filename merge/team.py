@@ -1,0 +1,149 @@
+"""The team map, kept up to date as maps grow and alignments come and go."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from merge.agreement import Walls, compare
+from merge.config import MergeConfig
+from merge.edges import AlignmentLike, Edge, Pair
+from merge.fusion_tree import FusionTree
+from merge.graph import Placement, TeamGraph
+from merge.layers import Layer
+from spatial import TILE_CELLS, UNKNOWN, OccupancyGrid, TiledMap, se2
+from spatial.tiles import TileIndex
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TeamMap:
+    """All placed robots' maps as one, and how they fit together."""
+
+    grid: OccupancyGrid
+    """The fused map in the team frame; 0 x 0 where nothing is placed."""
+    T_team_map: dict[str, se2.Transform]
+    """By robot id, in order: maps points of its map into the team frame."""
+    unplaced: dict[str, str]
+    """By robot id: why it is not in the team map."""
+    edges: tuple[Edge, ...] = ()
+    """The alignments used."""
+    dropped: dict[Pair, str] = field(default_factory=dict)
+    """Accepted alignments that were not used, and why."""
+    anchor: str | None = None
+    """The robot whose map frame is the team frame; None where known poses define it."""
+
+
+class TeamMapper:
+    """Builds team maps from robots' maps and accepted alignments; in whatever order these came, the bytes are the same.
+
+    The team frame is the anchor's map frame, for good: growth never moves it. Without an anchor it is the frame of the
+    first robot (by id) of the largest component.
+    """
+
+    def __init__(self, anchor: str | None = None, config: MergeConfig | None = None) -> None:
+        self.anchor = anchor
+        self.config = config or MergeConfig()
+        self.graph = TeamGraph(self.config)
+        self._grids: dict[str, OccupancyGrid] = {}
+        self._revisions: dict[str, int | None] = {}
+        self._walls: dict[str, Walls] = {}
+        self._compared: dict[tuple[str, str, bytes, int], tuple[OccupancyGrid, OccupancyGrid, str | None]] = {}
+        self._layers: dict[str, Layer] = {}
+        self._tree = FusionTree(self.config.fusion)
+
+    @property
+    def tiles_warped(self) -> int:
+        """Tiles rewritten into the team's lattice so far."""
+        return sum(layer.warped for layer in self._layers.values())
+
+    @property
+    def fusions(self) -> int:
+        """Fusions of two tiles done so far."""
+        return self._tree.fusions
+
+    def set_map(self, robot_id: str, new: OccupancyGrid | TiledMap, revision: int | None = None) -> None:
+        """Take a robot's map; where ``revision`` is the one held already nothing happens."""
+        if robot_id in self._grids and revision is not None and self._revisions[robot_id] == revision:
+            return
+        grid = new.to_grid() if isinstance(new, TiledMap) else new
+        self._revisions[robot_id] = revision
+        held = self._grids.get(robot_id)
+        if held is not None and held.origin_m == grid.origin_m and np.array_equal(held.cells, grid.cells):
+            return
+        self._grids[robot_id] = grid
+        self._walls.pop(robot_id, None)
+        self.graph.set_map(robot_id, grid)
+
+    def remove_map(self, robot_id: str) -> None:
+        """Forget a robot, its map and its alignments."""
+        for held in (self._grids, self._revisions, self._walls, self._layers):
+            held.pop(robot_id, None)
+        self.graph.remove_map(robot_id)
+
+    def set_edge(self, a: str, b: str, alignment: AlignmentLike) -> None:
+        """Accept or replace the alignment ``T_a_b`` of a pair; the maps may come later."""
+        self.graph.set_edge(a, b, alignment)
+
+    def revoke(self, a: str, b: str, reason: str) -> None:
+        """Take an alignment back: the pair is unmerged unless other alignments join it."""
+        self.graph.revoke(a, b, reason)
+
+    def team_map(self) -> TeamMap:
+        """Return the team map of what is known now; only what changed since the last call is fused anew."""
+        placement = self.graph.place(self.anchor, self._conflict)
+        resolution_m = self._resolution(placement)
+        self._layers = {x: self._layers.get(x, Layer()) for x in placement.T_team_map}
+        for robot_id, layer in self._layers.items():
+            layer.update(self._grids[robot_id], placement.T_team_map[robot_id], resolution_m)
+        self._tree.update(self._layers)
+        return TeamMap(
+            grid=_assembled(self._tree.cells, resolution_m),
+            T_team_map=placement.T_team_map,
+            unplaced=placement.unplaced,
+            edges=placement.edges,
+            dropped=placement.dropped,
+            anchor=placement.anchor,
+        )
+
+    def _resolution(self, placement: Placement) -> float:
+        if self.config.resolution_m is not None:
+            return self.config.resolution_m
+        finest = [self._grids[x].resolution_m for x in placement.T_team_map] or [
+            g.resolution_m for g in self._grids.values()
+        ]
+        return min(finest, default=0.05)
+
+    def _conflict(self, a: str, b: str, T_a_b: se2.Transform, hops: int) -> str | None:
+        """Return how two maps contradict each other, or None; remembered while both maps stay as they are."""
+        one, two = self._grids[a], self._grids[b]
+        key = (a, b, np.asarray(T_a_b).tobytes(), hops)
+        known = self._compared.get(key)
+        if known is not None and known[0] is one and known[1] is two:
+            return known[2]
+        for robot_id in (a, b):
+            if robot_id not in self._walls:
+                self._walls[robot_id] = Walls(self._grids[robot_id])
+        near_m = self.config.contradiction_tolerance_m * float(np.sqrt(hops))
+        found = compare(self._walls[a], self._walls[b], T_a_b, near_m)
+        against = None
+        if found.share_against > self.config.contradiction_share and found.against_m >= self.config.contradiction_min_m:
+            share = 100 * found.share_against
+            against = f"{found.against_m:.1f} m of wall of {a} and {b} ({share:.0f} %) is on the other's free space"
+        self._compared = {k: v for k, v in self._compared.items() if k[:2] != (a, b) or k[3] != hops}
+        self._compared[key] = (one, two, against)
+        return against
+
+
+def _assembled(tiles: dict[TileIndex, NDArray[np.int8]], resolution_m: float) -> OccupancyGrid:
+    if not tiles:
+        return OccupancyGrid(np.empty((0, 0), dtype=np.int8), resolution_m)
+    rows, cols = [i for i, _ in tiles], [j for _, j in tiles]
+    i0, j0 = min(rows), min(cols)
+    shape = ((max(rows) - i0 + 1) * TILE_CELLS, (max(cols) - j0 + 1) * TILE_CELLS)
+    cells = np.full(shape, UNKNOWN, dtype=np.int8)
+    for (i, j), tile in tiles.items():
+        r, c = (i - i0) * TILE_CELLS, (j - j0) * TILE_CELLS
+        cells[r : r + TILE_CELLS, c : c + TILE_CELLS] = tile
+    return OccupancyGrid.at_cell(cells, resolution_m, i0 * TILE_CELLS, j0 * TILE_CELLS).cropped()
