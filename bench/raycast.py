@@ -1,0 +1,33 @@
+"""Beams a second on one core: ``python bench/raycast.py [WORLD]``."""
+
+import sys
+import time
+
+import numpy as np
+
+from sim_driver.robots.raycast import cast, leap_field
+from sim_driver.worlds import load_world
+
+
+def main() -> None:
+    world = load_world(sys.argv[1] if len(sys.argv) > 1 else "office")
+    rng = np.random.default_rng(0)
+    leap = leap_field(world.clearance_cells)
+    poses = [world.free_start(rng) for _ in range(2000)]
+    out = np.empty(360, dtype=np.float32)
+    arguments = [(p[0] / world.resolution_m, p[1] / world.resolution_m, p[2]) for p in poses]
+    step = 2 * np.pi / out.size
+    cast(leap, *arguments[0], -np.pi, step, 80.0 / world.resolution_m, out)
+    start = time.process_time()
+    total = 0.0
+    for x, y, heading in arguments:
+        cast(leap, x, y, heading, -np.pi, step, 80.0 / world.resolution_m, out)
+        total += float(out.sum())
+    spent = time.process_time() - start
+    beams = len(arguments) * out.size
+    mean_m = total / beams * world.resolution_m
+    print(f"{world.name}: {beams / spent / 1e6:.2f} million beams/s, mean range {mean_m:.2f} m")
+
+
+if __name__ == "__main__":
+    main()

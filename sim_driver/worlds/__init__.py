@@ -1,0 +1,43 @@
+"""Worlds to simulate in: built-in, drawn at random by a seed, or read from map files and bitmaps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from sim_driver.worlds.builtin import BUILT_IN
+from sim_driver.worlds.office import office
+from sim_driver.worlds.world import World
+from spatial import InputError, OccupancyGrid, read_map
+from spatial.images import read_grey
+
+DARK_BELOW = 128
+"""Grey value below which a bitmap's pixel is wall."""
+
+
+def load_world(name_or_path: str | Path, scale_m: float | None = None) -> World:
+    """Return a world by name ("office", "office:7"), from a map server's YAML, or from a bitmap (dark = wall).
+
+    ``scale_m`` : metres a pixel of a bitmap, default 0.05. Raises ``InputError`` on unknown names and unreadable files.
+    """
+    name = str(name_or_path)
+    if scale_m is not None and not scale_m > 0:
+        raise InputError(f"world scale must be > 0 m per pixel, got {scale_m!r}")
+    if name in BUILT_IN:
+        return World(name, BUILT_IN[name]())
+    if name.startswith("office:"):
+        seed = name.partition(":")[2]
+        if not seed.isdecimal():
+            raise InputError(f"world {name!r}: the seed after office: must be a whole number >= 0")
+        return World(name, office(int(seed)))
+    path = Path(name)
+    if not path.is_file():
+        raise InputError(
+            f"world {name!r}: no such file, and no built-in world; those are {', '.join(BUILT_IN)}, office:SEED"
+        )
+    if path.suffix.lower() in (".yaml", ".yml"):
+        return World(path.stem, read_map(path))
+    cells = (read_grey(path)[::-1] < DARK_BELOW).astype("int8") * 100
+    return World(path.stem, OccupancyGrid(cells, scale_m or 0.05))
+
+
+__all__ = ["BUILT_IN", "World", "load_world", "office"]
