@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from alignment import AlignmentConfig
+from alignment import ALIGNERS, AlignmentConfig
 from comms import CommsConfig
 from merge import MergeConfig
 from mutual_detection import MutualDetectionConfig
@@ -18,14 +18,17 @@ class AgentConfig:
 
     publish_interval_s: float = 2.0
     """How often the own map is made ready for teammates, seconds, > 0. Shorter: fresher maps, more CPU."""
+    align_method: str = "auto"
+    """How maps are aligned: "auto", or one method by its name ("orb", "surf", "hough", "random-walk", ...)."""
     align_interval_s: float = 10.0
-    """Earliest next alignment of a pair whose maps have grown, seconds, > 0."""
+    """Earliest next alignment of a pair that was tried already, seconds, > 0."""
     align_growth: float = 0.10
     """A pair is tried again when the known area of either map has grown by this share since, > 0."""
     tick_s: float = 0.1
     """How often beacons, rendezvous and exchanges are looked after, seconds, > 0."""
 
     def __post_init__(self) -> None:
+        require(self.align_method in ALIGNERS, "agent.align_method", f"one of {', '.join(ALIGNERS)}", self.align_method)
         for name in ("publish_interval_s", "align_interval_s", "align_growth", "tick_s"):
             require(getattr(self, name) > 0, f"agent.{name}", "> 0", getattr(self, name))
 

@@ -18,8 +18,11 @@ from alignment import Alignment, Rejection
 from merge import TeamMap, TeamMapper
 from mutual_detection import TeammateTracker, mask_teammates
 from rbpf import Mapper, UpdateInfo
-from spatial import Keyframes, LocalMap, Scan, se2
+from spatial import Keyframes, LocalMap, OccupancyGrid, Scan, se2
 from spatial.se2 import Transform
+
+TEAMMATE_NS = 10_000_000_000
+"""A teammate heard longer ago than this may be anywhere, nanoseconds."""
 
 
 class Agent:
@@ -35,12 +38,16 @@ class Agent:
         self.mapper = Mapper(settings.rbpf, seed=seed)
         self.node = comms.CommsNode(robot_id, team, boot_id, settings.comms, mode=mode, seed=seed)
         self.tracker = TeammateTracker(settings.mutual_detection)
-        self.team = TeamMapper(settings.merge, anchor=robot_id)
-        self.pairs = PairBook(robot_id, settings.agent, settings.alignment)
+        self.team = TeamMapper(anchor=robot_id, config=settings.merge)
+        self.pairs = PairBook(robot_id, settings.agent)
         self.links: dict[str, LinkStats] = {}
         self.masked_beams = 0
         self._published_ns: int | None = None
-        self._last_scan: Scan | None = None
+        self._T_odom_base: Transform | None = None
+        self._T_base_laser: Transform = se2.IDENTITY
+        self._heard: dict[str, tuple[int, Transform]] = {}
+        self.T_team_map: dict[str, Transform] = {robot_id: se2.IDENTITY}
+        """By robot: maps points of its map into the own map, for those whose place is known."""
 
     # -- in: the laser -------------------------------------------------------------------------------------------------
 
@@ -50,7 +57,7 @@ class Agent:
             return []
         scan, masked = self._without_teammates(scan, T_odom_base, now_ns)
         info = self.mapper.update(scan, T_odom_base)
-        self._last_scan = scan
+        self._T_odom_base, self._T_base_laser = T_odom_base, scan.T_base_laser
         self.node.set_own_pose(self.mapper.T_map_base, now_ns)
         effects: list[Effect] = []
         if masked:
@@ -78,7 +85,13 @@ class Agent:
         centres, radii = self.tracker.predict(now_ns)
         if not len(radii):
             return scan, 0
-        return mask_teammates(scan, self.mapper.predict_pose(T_odom_base), centres, radii)
+        return mask_teammates(scan, self._expected_pose(T_odom_base), centres, radii)
+
+    def _expected_pose(self, T_odom_base: Transform | None) -> Transform:
+        """Return where the robot is when a scan comes in: where it was, and what the wheels say since."""
+        if T_odom_base is None or self._T_odom_base is None:
+            return self.mapper.T_map_base
+        return se2.compose(self.mapper.T_map_base, se2.between(self._T_odom_base, T_odom_base))
 
     # -- in: the network -----------------------------------------------------------------------------------------------
 
@@ -122,7 +135,8 @@ class Agent:
         return out
 
     def _observe(self, seen: comms.TeammatePose) -> None:
-        T_own_peer = self.team.T_team_map.get(seen.peer)
+        self._heard[seen.peer] = (seen.stamp_ns, seen.T_map_base)
+        T_own_peer = self.T_team_map.get(seen.peer)
         if T_own_peer is not None and seen.peer != self.robot_id:
             self.tracker.observe(seen.peer, seen.stamp_ns, se2.compose(T_own_peer, seen.T_map_base)[:2])
 
@@ -133,12 +147,18 @@ class Agent:
             return []
         local = self.node.store.maps[robot_id]
         self.pairs.map_changed(robot_id, self.node.store.version(robot_id), local.map)
-        revoked = self.team.set_map(robot_id, local.map)
-        return [self._revoke(a, b, reason, now_ns) for a, b, reason in revoked]
+        self.team.set_map(robot_id, local.map, local.map.revision)
+        return self._place(now_ns)
+
+    def _place(self, now_ns: int) -> list[Effect]:
+        """Work out anew where everyone's map lies; take back what the maps now contradict."""
+        placement = self.team.placement()
+        self.T_team_map = placement.T_team_map
+        return [self._revoke(a, b, reason, now_ns) for (a, b), reason in placement.dropped.items()]
 
     def next_alignment(self, now_ns: int) -> AlignJob | None:
         """Return the pair of maps most worth aligning now, or None; the shell runs it and calls :meth:`on_aligned`."""
-        return self.pairs.next_job(now_ns, self.team.T_team_map)
+        return self.pairs.next_job(now_ns, self.T_team_map)
 
     def on_aligned(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int) -> list[Effect]:
         """Take the outcome of an alignment; an accepted and stable one becomes an edge of the team graph."""
@@ -148,8 +168,7 @@ class Agent:
             self.team.set_edge(job.a, job.b, verdict.edge)
             if verdict.is_new:
                 effects.append(Event(now_ns, "merged", {"a": job.a, "b": job.b, **verdict.fields()}))
-        elif verdict.revoked:
-            effects.append(self._revoke(job.a, job.b, verdict.reason, now_ns))
+            effects += self._place(now_ns)
         return effects
 
     def _revoke(self, a: str, b: str, reason: str, now_ns: int) -> Event:
@@ -160,6 +179,20 @@ class Agent:
     def team_map(self) -> TeamMap:
         """Return the team map in this robot's own map frame, with who is placed where and who is not and why."""
         return self.team.team_map()
+
+    def planning_grid(self) -> OccupancyGrid:
+        """Return what to drive by, in the own map frame: the team's map once someone else is placed, else the own."""
+        if len(self.T_team_map) > 1:
+            return self.team_map().grid
+        return self.local_map().map.to_grid()
+
+    def teammates(self, now_ns: int) -> dict[str, Transform]:
+        """Return where those teammates are, in the own map frame, whose place is known and who were heard lately."""
+        return {
+            peer: se2.compose(self.T_team_map[peer], T_map_base)
+            for peer, (t_ns, T_map_base) in sorted(self._heard.items())
+            if peer in self.T_team_map and now_ns - t_ns < TEAMMATE_NS
+        }
 
     # -- what the robot has to show ------------------------------------------------------------------------------------
 
@@ -173,12 +206,8 @@ class Agent:
 
     def trajectory_laser(self) -> Keyframes:
         """Return the pose of the laser for every scan, corrected by all that came later."""
-        return self._at_laser(self.mapper.trajectory())
-
-    def _at_laser(self, trajectory: Keyframes) -> Keyframes:
-        if self._last_scan is None:
-            return trajectory
-        return Keyframes(trajectory.stamps_ns, se2.compose(trajectory.T_map_base, self._last_scan.T_base_laser))
+        trajectory = self.mapper.trajectory()
+        return Keyframes(trajectory.stamps_ns, se2.compose(trajectory.T_map_base, self._T_base_laser))
 
 
 def _mapped_fields(info: UpdateInfo) -> dict[str, Any]:

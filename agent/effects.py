@@ -35,6 +35,8 @@ class AlignJob:
     versions: tuple[tuple[int, int], tuple[int, int]]
     """(epoch, revision) of the two maps."""
     area_m2: tuple[float, float]
+    attempt: int
+    """How often the pair was tried before; seeds the search, so that a second try is an independent witness."""
 
 
 Effect = Send | Event

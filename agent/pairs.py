@@ -10,11 +10,12 @@ import numpy as np
 
 from agent.config import AgentConfig
 from agent.effects import AlignJob
-from alignment import Alignment, AlignmentConfig, Prior, Rejection, StabilityCheck
+from alignment import Alignment, Prior, Rejection, StabilityCheck
 from spatial import OccupancyGrid, TiledMap, se2
 from spatial.se2 import Transform
 
 Version = tuple[int, int]
+UNCONFIRMED = "found once; a second alignment that agrees is awaited"
 PRIOR_SIGMA = np.diag([0.5**2, 0.5**2, 0.1**2])
 """How far a pair's transform may have moved since it was last found: both maps get corrected. m^2, rad^2."""
 
@@ -32,7 +33,12 @@ class PairStatus:
     tried_ns: int | None = None
     tried_area_m2: tuple[float, float] = (0.0, 0.0)
     tried_versions: tuple[Version, Version] | None = None
-    stability: StabilityCheck | None = None
+    stability: StabilityCheck = field(default_factory=StabilityCheck)
+
+    @property
+    def awaits_confirmation(self) -> bool:
+        """Whether one alignment was found and a second is needed before it is believed."""
+        return self.alignment is None and self.stability.previous is not None
 
     def row(self, a: str, b: str) -> dict[str, Any]:
         """Return it as plain JSON values, as the mission's metrics list it."""
@@ -58,7 +64,6 @@ class Verdict:
     outcome: Alignment | Rejection
     edge: Alignment | None = None
     is_new: bool = False
-    revoked: bool = False
 
     def fields(self) -> dict[str, Any]:
         """Return it as plain JSON values."""
@@ -78,7 +83,6 @@ class PairBook:
 
     own_id: str
     config: AgentConfig
-    alignment_config: AlignmentConfig
     pairs: dict[tuple[str, str], PairStatus] = field(default_factory=dict)
     _maps: dict[str, tuple[Version, TiledMap]] = field(default_factory=dict)
     _grids: dict[str, tuple[Version, OccupancyGrid, float]] = field(default_factory=dict)
@@ -110,7 +114,8 @@ class PairBook:
         a, b = min(due)[1]
         (version_a, grid_a, area_a), (version_b, grid_b, area_b) = self._grid(a), self._grid(b)
         prior = self._prior(a, b, T_team_map)
-        return AlignJob(a, b, grid_a, grid_b, prior, (version_a, version_b), (area_a, area_b))
+        attempt = self.pairs[a, b].attempts
+        return AlignJob(a, b, grid_a, grid_b, prior, (version_a, version_b), (area_a, area_b), attempt)
 
     def _rank(self, pair: tuple[str, str], status: PairStatus) -> tuple[int, int, int]:
         tried = -1 if status.tried_ns is None else status.tried_ns
@@ -122,6 +127,8 @@ class PairBook:
             return True
         if now_ns - status.tried_ns < self.config.align_interval_s * 1e9:
             return False
+        if status.awaits_confirmation:
+            return True
         if status.tried_versions == (self._maps[a][0], self._maps[b][0]):
             return False
         growth = 1.0 + self.config.align_growth
@@ -152,18 +159,19 @@ class PairBook:
         if self._stale(job):
             return Verdict("rejected", "a map was started anew while this was computed", outcome)
         if isinstance(outcome, Rejection):
+            status.stability.previous = status.stability.believed
             if status.status != "accepted":  # a rejection never outweighs an accepted alignment: only contradiction does
                 status.status, status.reason = "rejected", outcome.reason
             return Verdict("rejected", outcome.reason, outcome)
-        if status.stability is None:
-            status.stability = StabilityCheck.from_config(self.alignment_config)
-        if not status.stability.update(outcome):
-            return Verdict("rejected", status.stability.reason, outcome)
+        believed = status.stability.update(outcome)
+        if believed is None:
+            status.status, status.reason = "rejected", UNCONFIRMED
+            return Verdict("rejected", UNCONFIRMED, outcome)
         is_new = status.status != "accepted"
         if is_new:
             status.accepted_at_ns = now_ns
-        status.status, status.reason, status.alignment = "accepted", "accepted", outcome
-        return Verdict("accepted", "accepted", outcome, edge=outcome, is_new=is_new)
+        status.status, status.reason, status.alignment = "accepted", "accepted", believed
+        return Verdict("accepted", "accepted", outcome, edge=believed, is_new=is_new)
 
     def _stale(self, job: AlignJob) -> bool:
         return any(self._maps[robot][0][0] != version[0] for robot, version in zip((job.a, job.b), job.versions, strict=True))
@@ -172,7 +180,7 @@ class PairBook:
         """Forget a pair's alignment: it was contradicted. The pair is tried again when its maps have changed."""
         status = self.pairs[_key(a, b)]
         status.status, status.reason, status.alignment, status.accepted_at_ns = "revoked", reason, None, None
-        status.stability = None
+        status.stability = StabilityCheck()
 
 
 def _key(one: str, other: str) -> tuple[str, str]:

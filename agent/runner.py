@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
 
@@ -67,8 +68,9 @@ class Runner:
 
     def align(self, job: AlignJob) -> Alignment | Rejection:
         """Align the two maps of a job by the agent's settings; slow."""
-        config = self.agent.settings.alignment
-        return align(job.grid_a, job.grid_b, method=config.method, prior=job.prior, config=config)
+        config = replace(self.agent.settings.alignment, seed=self.agent.settings.alignment.seed + job.attempt)
+        method = self.agent.settings.agent.align_method
+        return align(job.grid_a, job.grid_b, method=method, prior=job.prior, config=config)
 
     def close(self) -> None:
         """Leave the network and write the robot's files."""

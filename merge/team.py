@@ -90,9 +90,13 @@ class TeamMapper:
         """Take an alignment back: the pair is unmerged unless other alignments join it."""
         self.graph.revoke(a, b, reason)
 
+    def placement(self) -> Placement:
+        """Return where every map lies by what is known now, without fusing anything."""
+        return self.graph.place(self.anchor, self._conflict)
+
     def team_map(self) -> TeamMap:
         """Return the team map of what is known now; only what changed since the last call is fused anew."""
-        placement = self.graph.place(self.anchor, self._conflict)
+        placement = self.placement()
         resolution_m = self._resolution(placement)
         self._layers = {x: self._layers.get(x, Layer()) for x in placement.T_team_map}
         for robot_id, layer in self._layers.items():

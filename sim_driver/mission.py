@@ -12,6 +12,7 @@ from typing import Any
 
 from agent import Settings
 from sim_driver.locate import locate
+from sim_driver.radio import RadioConfig
 from sim_driver.settings import build, check_keys, read_toml, with_overrides
 from spatial import InputError
 from spatial.errors import require
@@ -89,6 +90,16 @@ class TruthConfig:
 
 
 @dataclass(frozen=True, kw_only=True)
+class WorldConfig:
+    """Where simulated robots are."""
+
+    name: str
+    """Built-in world ("office", "arena1", "office:SEED", ...), map YAML or bitmap."""
+    scale_m: float | None = None
+    """Metres a pixel of a bitmap."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Mission:
     """A mission, checked and with its files found."""
 
@@ -97,7 +108,8 @@ class Mission:
     settings: Settings
     links: LinksConfig
     truth: TruthConfig
-    world: dict[str, Any] | None
+    world: WorldConfig | None
+    radio: RadioConfig
     folder: Path
     """Where the mission's file lies: names in it are looked for there first."""
 
@@ -114,7 +126,7 @@ def load_mission(path: Path, assignments: Sequence[str] = ()) -> Mission:
 def make_mission(tables: dict[str, Any], path: Path) -> Mission:
     """Return the mission that these tables describe; ``path`` is named in errors."""
     sections = {section.name: section.type for section in fields(Settings)}
-    check_keys(tables, ["mission", "robots", "world", "links", "truth", *sections], str(path))
+    check_keys(tables, ["mission", "robots", "world", "radio", "links", "truth", *sections], str(path))
     for name, table in tables.items():
         if name != "robots" and not isinstance(table, dict):
             raise InputError(f"{path}: [{name}] must be a section, got {table!r}")
@@ -125,7 +137,7 @@ def make_mission(tables: dict[str, Any], path: Path) -> Mission:
     ids = [robot.id for robot in robots]
     if len(set(ids)) != len(ids):
         raise InputError(f"{path}: two robots have one id among {', '.join(ids)}")
-    world = tables.get("world")
+    world = build(WorldConfig, tables["world"], f"{path}: world") if "world" in tables else None
     for robot in robots:
         if robot.log is None and world is None and robot.mode != "central":
             raise InputError(f"{path}: robot {robot.id} has no log, and the mission has no [world] to simulate it in")
@@ -140,6 +152,7 @@ def make_mission(tables: dict[str, Any], path: Path) -> Mission:
         links=links,
         truth=build(TruthConfig, tables.get("truth", {}), f"{path}: truth"),
         world=world,
+        radio=build(RadioConfig, tables.get("radio", {}), f"{path}: radio"),
         folder=path.resolve().parent,
     )
 

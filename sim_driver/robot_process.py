@@ -14,7 +14,8 @@ from agent import MissionClock, ProcessShell, Runner
 from comms import ZenohTransport
 from sim_driver.mission import Mission, RobotConfig
 from sim_driver.shaping import ShapedTransport
-from sim_driver.team import make_agent, read_trace, recorded_body, seed_for
+from sim_driver.seeds import seed_for
+from sim_driver.team import make_agent, read_trace, recorded_body
 from sim_driver.traces import TracedLinks
 
 STATUS_S = 0.5
@@ -79,7 +80,7 @@ def run_robot(task: RobotTask, pipe: Connection, stop: StopEvent) -> None:
         nonlocal told_s
         if time.monotonic() - told_s > STATUS_S:
             told_s = time.monotonic()
-            pipe.send(Status(body.finished, len(agent.team.T_team_map) - 1, agent.known_area_m2()))
+            pipe.send(Status(body.finished, len(agent.T_team_map) - 1, agent.known_area_m2()))
         return stop.is_set()
 
     shell.run(stopped)

@@ -53,7 +53,8 @@ def prepare_folder(mission: Mission, out: Path) -> None:
         "robots": as_table(mission.robots),
         "links": as_table(mission.links),
         "truth": as_table(mission.truth),
-        "world": mission.world,
+        "world": as_table(mission.world),
+        "radio": as_table(mission.radio),
         "settings": as_table(mission.settings),
         "versions": {"python": platform.python_version(), **{name: importlib.metadata.version(name) for name in LIBRARIES}},
     }

@@ -8,7 +8,8 @@ from typing import Any
 from agent import Runner, VirtualRobot, run_virtual
 from comms import MemoryNetwork
 from sim_driver.mission import Mission
-from sim_driver.team import make_agent, read_trace, recorded_body, seed_for
+from sim_driver.seeds import seed_for
+from sim_driver.team import make_agent, read_trace, recorded_body
 from sim_driver.traces import TracedLinks
 
 

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
-
 from agent import Agent
 from sim_driver.feeds import open_feed
 from sim_driver.mission import Mission, RobotConfig
 from sim_driver.recorded import RecordedBody
+from sim_driver.seeds import seed_for
 from sim_driver.traces import LinkTrace
-
-
-def seed_for(mission: Mission, purpose: str) -> int:
-    """Return a seed of its own for everything random, all from the mission's one seed."""
-    text = f"{mission.mission.seed}/{purpose}".encode()
-    return int.from_bytes(hashlib.sha256(text).digest()[:4], "little")
 
 
 def make_agent(mission: Mission, robot: RobotConfig, boot_id: int) -> Agent:

@@ -19,3 +19,10 @@ def progress_bar(title: str, total: int) -> Iterator[Callable[[], None]]:
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task(title, total=total)
         yield lambda: progress.advance(task)
+
+
+@contextmanager
+def counting_bar(title: str, total: int) -> Iterator[Callable[[int, int], None]]:
+    """Show a bar that is told (done, in all)."""
+    with progress_bar(title, total) as advance:
+        yield lambda done, in_all: advance()

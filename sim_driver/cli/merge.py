@@ -1,0 +1,119 @@
+"""``mrslam merge``: map files of any SLAM system into one team map."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from merge import MergeConfig, MergeResult, draw_team, merge_maps
+from sim_driver.cli.align import as_row, check_method
+from sim_driver.cli.console import console, counting_bar
+from sim_driver.settings import build, with_overrides
+from spatial import InputError, OccupancyGrid, read_map, write_map
+from spatial.files import write_text
+from spatial.images import write_image
+from spatial.se2 import Transform, transform
+
+
+def merge_files(
+    maps: list[Path],
+    out: Path,
+    known_poses: Path | None,
+    method: str,
+    resolution: float | None,
+    assignments: list[str],
+    as_json: bool,
+) -> None:
+    """Merge the maps; write the team map, its picture and ``merge.json``."""
+    config = build(MergeConfig, with_overrides({"merge": {}}, assignments)["merge"], "merge")
+    check_method(method)
+    grids = read_maps(maps, resolution)
+    if len(grids) < 2:
+        raise InputError("merging needs two maps or more")
+    poses = None if known_poses is None else read_poses(known_poses, list(grids))
+    start = time.perf_counter()
+    pairs = len(grids) * (len(grids) - 1) // 2
+    with counting_bar("aligning pairs", pairs) as progress:
+        result = merge_maps(grids, poses, method, progress, config, workers=os.cpu_count())
+    row = {**as_json_row(result), "seconds": round(time.perf_counter() - start, 3)}
+    target = out if out.suffix in (".yaml", ".yml") else out / "team_map.yaml"
+    write_map(target, result.team_map.grid)
+    write_image(target.with_suffix(".png"), draw_team(result.team_map, grids))
+    write_text(target.with_suffix(".json"), json.dumps(row, indent=1, allow_nan=False) + "\n")
+    if as_json:
+        print(json.dumps(row, allow_nan=False))
+        return
+    for name, T_team_map in result.team_map.T_team_map.items():
+        x, y, theta = T_team_map
+        console.print(f"{name} placed at x {x:.3f} m, y {y:.3f} m, turned by {np.degrees(theta):.2f} deg", highlight=False)
+    for name, reason in result.team_map.unplaced.items():
+        console.print(f"{name} not placed: {reason}", highlight=False)
+    console.print(f"{target.with_suffix('.png')}, {target} ({row['seconds']:.1f} s)", highlight=False)
+
+
+def read_maps(paths: list[Path], resolution_m: float | None) -> dict[str, OccupancyGrid]:
+    """Return the maps by a short name that is unique: the file's, with its folder's where two files share one."""
+    names = [path.stem for path in paths]
+    grids: dict[str, OccupancyGrid] = {}
+    for path, name in zip(paths, names, strict=True):
+        unique = name if names.count(name) == 1 else f"{path.resolve().parent.name}/{name}"
+        if unique in grids:
+            raise InputError(f"{path}: given twice")
+        if path.suffix == ".npz" and _holds_pair(path):
+            grids[f"{unique}:a"] = read_map(path, "a")
+            grids[f"{unique}:b"] = read_map(path, "b")
+        else:
+            grids[unique] = read_map(path, "a", resolution_m)
+    return grids
+
+
+def _holds_pair(path: Path) -> bool:
+    if not path.exists():
+        raise InputError(f"{path}: no such map file")
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            return "b" in arrays
+    except (OSError, ValueError, EOFError) as error:
+        raise InputError(f"{path}: not a readable .npz ({error})") from error
+
+
+def read_poses(path: Path, names: list[str]) -> dict[str, Transform]:
+    """Read ``map, x_m, y_m, theta_rad`` lines: where known maps' frames lie in the team frame."""
+    poses: dict[str, Transform] = {}
+    try:
+        text = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: cannot be read ({error})") from error
+    for number, row in enumerate(csv.reader(text), start=1):
+        if not row or row[0].lstrip().startswith("#") or row[0].strip() == "map":
+            continue
+        name = row[0].strip() if row[0].strip() in names else Path(row[0].strip()).stem
+        try:
+            x, y, theta = (float(word) for word in row[1:4])
+        except ValueError as error:
+            raise InputError(f"{path}, line {number}: needs map,x_m,y_m,theta_rad ({error})") from error
+        if name not in names or not np.isfinite([x, y, theta]).all():
+            raise InputError(f"{path}, line {number}: needs one of the maps {', '.join(names)} and a finite pose, got {row}")
+        poses[name] = transform(x, y, theta)
+    if not poses:
+        raise InputError(f"{path}: holds no pose")
+    return poses
+
+
+def as_json_row(result: MergeResult) -> dict[str, Any]:
+    """Return a merge as plain JSON values."""
+    team = result.team_map
+    outcomes = {**result.edges, **result.rejections}
+    return {
+        "placed": {name: [float(value) for value in T] for name, T in team.T_team_map.items()},
+        "unplaced": team.unplaced,
+        "dropped": [{"a": a, "b": b, "reason": reason} for (a, b), reason in team.dropped.items()],
+        "pairs": [{"a": a, "b": b, **as_row(outcome)} for (a, b), outcome in sorted(outcomes.items())],
+        "known_area_m2": round(team.grid.known_area_m2(), 2),
+    }

@@ -1,0 +1,109 @@
+"""The truth of a simulated mission: one world, all robots in it, and the radio between them."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent import Sensed
+from sim_driver.mission import Mission, RobotConfig
+from sim_driver.radio import Radio
+from sim_driver.robots import LASERS, Fleet, LaserModel, SimulatedRobot
+from sim_driver.seeds import seed_for
+from sim_driver.worlds import World, load_world
+from spatial import InputError
+from spatial.se2 import Transform
+from spatial.tum import write_tum
+
+STEP_NS = 100_000_000
+"""Time between two sweeps of every laser, nanoseconds."""
+
+
+@dataclass(frozen=True)
+class RadioState:
+    """Quality of the link to each peer as one robot has it, each in [0, 1]."""
+
+    qualities: dict[str, float]
+
+
+class Simulation:
+    """Steps ten times a second of mission time; robots' commands hold until the next step."""
+
+    def __init__(self, mission: Mission) -> None:
+        """Place the robots; their starts follow from the mission's seed unless it gives them."""
+        assert mission.world is not None
+        self.robots = [robot for robot in mission.robots if robot.log is None and robot.mode != "central"]
+        self.world = make_world(mission)
+        self.radio = Radio(self.world, mission.radio, seed_for(mission, "radio"))
+        rng = np.random.default_rng(seed_for(mission, "simulation"))
+        self.fleet = Fleet(self._placed(rng))
+        self.starts = self.fleet.T_world_base()
+        self._commands: dict[str, tuple[float, float]] = {}
+        self._sensed: dict[str, list[Sensed]] = defaultdict(list)
+        self._truth: dict[str, list[tuple[int, Transform]]] = defaultdict(list)
+        self._qualities: dict[str, dict[str, float]] = {}
+        self._next_ns = 0
+
+    def _placed(self, rng: np.random.Generator) -> dict[str, SimulatedRobot]:
+        placed: dict[str, SimulatedRobot] = {}
+        for robot in self.robots:
+            taken = np.array([other.T_world_base[:2] for other in placed.values()]).reshape(-1, 2)
+            start = self.world.free_start(rng, apart_from=taken) if robot.start is None else np.array(robot.start)
+            placed[robot.id] = SimulatedRobot(self.world, start, _laser(robot), rng.spawn(1)[0])
+        return placed
+
+    def advance(self, now_ns: int) -> None:
+        """Move the world on to this mission time."""
+        while self._next_ns <= now_ns:
+            if self._next_ns > 0:
+                self.fleet.step(self._commands, STEP_NS / 1e9)
+            for seen in self.fleet.observe(self._next_ns):
+                self._sensed[seen.robot_id].append(Sensed(self._next_ns, seen.scan, seen.T_odom_base))
+                self._truth[seen.robot_id].append((self._next_ns, seen.T_world_base))
+            self._hear()
+            self._next_ns += STEP_NS
+
+    def _hear(self) -> None:
+        poses = self.fleet.T_world_base()
+        self._qualities = {robot_id: {} for robot_id in poses}
+        for a, b in combinations(sorted(poses), 2):
+            quality = self.radio.quality(poses[a], poses[b])
+            self._qualities[a][b] = self._qualities[b][a] = quality
+
+    def take(self, robot_id: str) -> list[Sensed]:
+        """Return the robot's scans since the last call."""
+        return self._sensed.pop(robot_id, [])
+
+    def command(self, robot_id: str, command: tuple[float, float]) -> None:
+        """Set what a robot drives from now on: speed (m/s) and turn (rad/s)."""
+        self._commands[robot_id] = command
+
+    def qualities(self, robot_id: str) -> dict[str, float]:
+        """Return the true quality of the robot's links, now."""
+        return self._qualities.get(robot_id, {})
+
+    def write_truth(self, out: Path) -> None:
+        """Write every robot's true trajectory in the world frame as ``<id>/truth.tum``."""
+        for robot_id, rows in sorted(self._truth.items()):
+            stamps: NDArray[np.int64] = np.array([t for t, _ in rows], dtype=np.int64)
+            write_tum(out / robot_id / "truth.tum", stamps, np.array([pose for _, pose in rows]))
+
+
+def make_world(mission: Mission) -> World:
+    """Return the world of a simulated mission."""
+    assert mission.world is not None
+    try:
+        return load_world(mission.world.name, mission.world.scale_m)
+    except InputError:
+        return load_world(mission.find(mission.world.name), mission.world.scale_m)
+
+
+def _laser(robot: RobotConfig) -> LaserModel:
+    if robot.laser not in LASERS:
+        raise InputError(f"robot {robot.id}: no laser {robot.laser!r}; there are {', '.join(LASERS)}")
+    return LASERS[robot.laser]

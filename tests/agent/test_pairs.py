@@ -1,0 +1,96 @@
+from __future__ import annotations
+
+import numpy as np
+
+from agent.config import AgentConfig
+from agent.pairs import UNCONFIRMED, PairBook
+from alignment import Alignment, Rejection
+from spatial import OccupancyGrid, TiledMap
+
+S = 1_000_000_000
+
+
+def tiled(cells: int, revision: int = 1) -> TiledMap:
+    return TiledMap.from_grid(OccupancyGrid(np.zeros((cells, cells), dtype=np.int8), 0.05), revision)
+
+
+def found(x: float = 1.0, confidence: float = 0.9) -> Alignment:
+    return Alignment(np.array([x, 0.0, 0.0]), confidence, {}, np.eye(3) * 1e-4, "auto")
+
+
+def book(*robots: str) -> PairBook:
+    made = PairBook("r2", AgentConfig(align_interval_s=10.0, align_growth=0.1))
+    for robot in robots:
+        made.map_changed(robot, (1, 1), tiled(64))
+    return made
+
+
+def next_pair(pairs: PairBook, t_s: float) -> tuple[str, str] | None:
+    job = pairs.next_job(round(t_s * S), {})
+    return None if job is None else (job.a, job.b)
+
+
+def test_pairs_with_the_own_map_come_first_and_are_named_in_order() -> None:
+    pairs = book("r3", "r1", "r2")
+    assert next_pair(pairs, 0) == ("r1", "r2")
+    assert set(pairs.pairs) == {("r1", "r2"), ("r1", "r3"), ("r2", "r3")}
+
+
+def test_an_alignment_is_believed_when_a_second_one_agrees() -> None:
+    pairs = book("r1", "r2")
+    first = pairs.next_job(0, {})
+    assert first is not None
+    verdict = pairs.settle(first, found(), 0)
+    assert verdict.edge is None and verdict.reason == UNCONFIRMED
+    assert next_pair(pairs, 5) is None  # too soon
+    second = pairs.next_job(10 * S, {})
+    assert second is not None and second.attempt == first.attempt + 1
+    verdict = pairs.settle(second, found(1.05), 10 * S)
+    assert verdict.edge is not None and verdict.is_new
+    row = pairs.pairs["r1", "r2"].row("r1", "r2")
+    assert row["status"] == "accepted" and row["accepted_at_s"] == 10.0 and row["T_a_b"] == [1.05, 0.0, 0.0]
+
+
+def test_two_that_disagree_are_not_believed() -> None:
+    pairs = book("r1", "r2")
+    for t, x in ((0, 1.0), (10, 5.0)):
+        job = pairs.next_job(t * S, {})
+        assert job is not None
+        assert pairs.settle(job, found(x), t * S).edge is None
+    assert pairs.pairs["r1", "r2"].status == "rejected"
+
+
+def test_a_rejected_pair_waits_for_growth() -> None:
+    pairs = book("r1", "r2")
+    job = pairs.next_job(0, {})
+    assert job is not None
+    pairs.settle(job, Rejection("overlap 2 %", 0.1, {}, "auto"), 0)
+    assert pairs.pairs["r1", "r2"].reason == "overlap 2 %"
+    assert next_pair(pairs, 100) is None  # nothing changed
+    pairs.map_changed("r1", (1, 2), tiled(65, 2))
+    assert next_pair(pairs, 100) is None  # hardly grown
+    pairs.map_changed("r1", (1, 3), tiled(80, 3))
+    assert next_pair(pairs, 100) == ("r1", "r2")
+
+
+def test_a_rejection_does_not_outweigh_what_is_accepted_but_revoking_does() -> None:
+    pairs = book("r1", "r2")
+    for t in (0, 10):
+        job = pairs.next_job(t * S, {})
+        assert job is not None
+        pairs.settle(job, found(), t * S)
+    pairs.settle(job, Rejection("no", 0.0, {}, "auto"), 20 * S)
+    assert pairs.pairs["r1", "r2"].status == "accepted"
+    pairs.revoke("r2", "r1", "walls contradict")
+    status = pairs.pairs["r1", "r2"]
+    assert (status.status, status.alignment, status.reason) == ("revoked", None, "walls contradict")
+
+
+def test_a_robot_that_starts_a_new_map_is_a_new_robot() -> None:
+    pairs = book("r1", "r2")
+    job = pairs.next_job(0, {})
+    assert job is not None
+    pairs.map_changed("r1", (2, 1), tiled(64))
+    assert pairs.settle(job, found(), 1).reason.startswith("a map was started anew")
+    assert pairs.pairs["r1", "r2"].alignment is None
+    assert next_pair(pairs, 100) == ("r1", "r2")
