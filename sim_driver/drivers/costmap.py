@@ -1,0 +1,121 @@
+"""The map as a planner needs it: coarse cells, where the body fits, and what a step there costs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from sim_driver.drivers.config import DriverConfig
+from spatial import FREE_MAX, OCCUPIED_MIN, OccupancyGrid
+from spatial.distance import euclidean
+
+WALL_PENALTY = 4.0
+"""How much dearer a step right beside a wall is."""
+CROWD_PENALTY = 10.0
+"""How much dearer a step through a teammate is: it may have gone by then."""
+
+
+@dataclass(frozen=True, eq=False)
+class Costmap:
+    """Planning cells of one map."""
+
+    weight: NDArray[np.float32]
+    """``(H, W)``, cost of a step, >= 1; inf where the body does not fit or nothing is known."""
+    is_frontier: NDArray[np.bool_]
+    """``(H, W)``, free cells beside unknown ones, with room to pass."""
+    resolution_m: float
+    origin_m: tuple[float, float]
+
+    def cell(self, xy_m: NDArray[np.float64]) -> tuple[int, int]:
+        """Return (row, col) of a point, moved inside the map."""
+        col = int(np.floor((xy_m[0] - self.origin_m[0]) / self.resolution_m))
+        row = int(np.floor((xy_m[1] - self.origin_m[1]) / self.resolution_m))
+        height, width = self.weight.shape
+        return min(max(row, 0), height - 1), min(max(col, 0), width - 1)
+
+    def point(self, cells: NDArray[np.int32]) -> NDArray[np.float64]:
+        """Return centres ``(..., 2)``, metres, of cells ``(..., 2)`` (row, col)."""
+        return (np.asarray(cells)[..., ::-1] + 0.5) * self.resolution_m + np.asarray(self.origin_m)
+
+    def nearest_open(self, xy_m: NDArray[np.float64], within_m: float) -> tuple[int, int] | None:
+        """Return the open cell nearest to a point, None where none is within reach."""
+        row, col = self.cell(xy_m)
+        reach = int(np.ceil(within_m / self.resolution_m))
+        r0, c0 = max(row - reach, 0), max(col - reach, 0)
+        rows, cols = np.nonzero(np.isfinite(self.weight[r0 : row + reach + 1, c0 : col + reach + 1]))
+        if rows.size == 0:
+            return None
+        centres = self.point(np.stack([rows + r0, cols + c0], axis=-1).astype(np.int32))
+        gap = np.hypot(centres[:, 0] - xy_m[0], centres[:, 1] - xy_m[1])
+        best = int(np.argmin(gap))
+        return (int(rows[best]) + r0, int(cols[best]) + c0) if gap[best] <= within_m else None
+
+
+def make_costmap(
+    grid: OccupancyGrid,
+    config: DriverConfig,
+    obstacles: NDArray[np.float64] | None = None,
+    teammates: NDArray[np.float64] | None = None,
+) -> Costmap:
+    """Return the planning cells of a map.
+
+    ``obstacles`` : ``(N, 2)`` points seen now, in the map frame; ``teammates`` : ``(M, 2)`` where teammates are.
+    """
+    factor = max(1, round(config.plan_resolution_m / grid.resolution_m))
+    while grid.cells.size / factor**2 > config.max_plan_cells:
+        factor += 1
+    occupied, free = pool(grid.cells, factor, FREE_MAX, OCCUPIED_MIN)
+    resolution = grid.resolution_m * factor
+    costmap = Costmap(np.empty(occupied.shape, dtype=np.float32), free, resolution, grid.origin_m)
+    height, width = occupied.shape
+    if obstacles is not None and len(obstacles):
+        cols, rows = np.floor((obstacles - np.asarray(grid.origin_m)) / resolution).astype(np.int64).T
+        inside = (rows >= 0) & (rows < height) & (cols >= 0) & (cols < width)
+        occupied[rows[inside], cols[inside]] = True
+    gap_m = np.maximum(euclidean(occupied) - 0.5, 0.0) * resolution
+    body = config.robot_radius_m + config.margin_m
+    crowding = np.clip(1.0 - (gap_m - body) / config.comfort_m, 0.0, 1.0)
+    weight = (1.0 + WALL_PENALTY * crowding**2).astype(np.float32)
+    weight[~free | (gap_m < body)] = np.inf
+    for x, y in teammates if teammates is not None else ():
+        _add_disc(
+            weight, (x - grid.origin_m[0]) / resolution, (y - grid.origin_m[1]) / resolution, 2.2 * body / resolution
+        )
+    unknown = np.ones((height + 2, width + 2), dtype=np.bool_)
+    unknown[1:-1, 1:-1] = ~free & ~occupied
+    beside = unknown[:-2, 1:-1] | unknown[2:, 1:-1] | unknown[1:-1, :-2] | unknown[1:-1, 2:]
+    is_frontier = free & beside & (gap_m >= min(body, 0.15))
+    return Costmap(weight, is_frontier, costmap.resolution_m, costmap.origin_m)
+
+
+def _add_disc(weight: NDArray[np.float32], col: float, row: float, radius: float) -> None:
+    height, width = weight.shape
+    r0, r1 = max(int(row - radius), 0), min(int(row + radius) + 2, height)
+    c0, c1 = max(int(col - radius), 0), min(int(col + radius) + 2, width)
+    if r0 < r1 and c0 < c1:
+        rows, cols = np.ogrid[r0:r1, c0:c1]
+        weight[r0:r1, c0:c1][(rows + 0.5 - row) ** 2 + (cols + 0.5 - col) ** 2 <= radius**2] += CROWD_PENALTY
+
+
+@njit(cache=True, nogil=True)
+def pool(
+    cells: NDArray[np.int8], factor: int, free_max: int, occupied_min: int
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:  # pragma: no cover - compiled
+    """Return (occupied, free) of blocks of ``factor`` x ``factor`` cells: occupied if any is, else free if half are."""
+    height, width = -(-cells.shape[0] // factor), -(-cells.shape[1] // factor)
+    occupied = np.zeros((height, width), dtype=np.bool_)
+    free = np.zeros((height, width), dtype=np.bool_)
+    for i in range(height):
+        for j in range(width):
+            count, walls = 0, 0
+            for r in range(i * factor, min((i + 1) * factor, cells.shape[0])):
+                for c in range(j * factor, min((j + 1) * factor, cells.shape[1])):
+                    value = cells[r, c]
+                    walls += value >= occupied_min
+                    count += 0 <= value <= free_max
+            occupied[i, j] = walls > 0
+            free[i, j] = walls == 0 and 2 * count >= factor * factor
+    return occupied, free

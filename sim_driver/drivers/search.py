@@ -1,0 +1,168 @@
+"""Shortest paths and frontiers on small grids."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+DIAGONAL = math.sqrt(2.0)
+
+
+@njit(cache=True, nogil=True)
+def _push(
+    keys: NDArray[np.float32], cells: NDArray[np.int32], size: int, key: float, cell: int
+) -> None:  # pragma: no cover - compiled
+    i = size
+    while i > 0:
+        parent = (i - 1) >> 1
+        if keys[parent] <= key:
+            break
+        keys[i], cells[i] = keys[parent], cells[parent]
+        i = parent
+    keys[i], cells[i] = key, cell
+
+
+@njit(cache=True, nogil=True)
+def _pop(keys: NDArray[np.float32], cells: NDArray[np.int32], size: int) -> None:  # pragma: no cover - compiled
+    """Take the top off a heap of ``size``; the rest stays a heap of ``size - 1``."""
+    key, cell = keys[size - 1], cells[size - 1]
+    i, last = 0, size - 1
+    while True:
+        child = 2 * i + 1
+        if child >= last:
+            break
+        if child + 1 < last and keys[child + 1] < keys[child]:
+            child += 1
+        if keys[child] >= key:
+            break
+        keys[i], cells[i] = keys[child], cells[child]
+        i = child
+    keys[i], cells[i] = key, cell
+
+
+@njit(cache=True, nogil=True)
+def travel(
+    weight: NDArray[np.float32], rows: NDArray[np.int32], cols: NDArray[np.int32], goal_row: int, goal_col: int
+) -> tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.int32]]:  # pragma: no cover - compiled
+    """Return cost from the nearest source, the cell before, and which source, for every cell.
+
+    ``weight`` : ``(H, W)``, cost of a step of one cell, >= 1; inf = blocked. ``rows``, ``cols`` : the sources.
+    With a goal (row >= 0) this is A* (Hart, Nilsson, Raphael 1968) and ends there; without one it is Dijkstra's.
+    Costs are inf, the others -1, where nothing was reached. Eight neighbours; no cutting of blocked corners.
+    """
+    height, width = weight.shape
+    cost = np.full((height, width), np.float32(np.inf), dtype=np.float32)
+    before = np.full((height, width), -1, dtype=np.int32)
+    source = np.full((height, width), -1, dtype=np.int32)
+    done = np.zeros((height, width), dtype=np.bool_)
+    capacity = 8 * height * width + rows.size + 1
+    keys = np.empty(capacity, dtype=np.float32)
+    cells = np.empty(capacity, dtype=np.int32)
+    size = 0
+    for i in range(rows.size):
+        r, c = rows[i], cols[i]
+        if math.isfinite(weight[r, c]) and cost[r, c] > 0.0:
+            cost[r, c] = 0.0
+            source[r, c] = i
+            _push(keys, cells, size, 0.0, r * width + c)
+            size += 1
+    while size > 0:
+        cell = cells[0]
+        _pop(keys, cells, size)
+        size -= 1
+        r, c = cell // width, cell % width
+        if done[r, c]:
+            continue
+        done[r, c] = True
+        if r == goal_row and c == goal_col:
+            break
+        for k in range(9):
+            dr, dc = k // 3 - 1, k % 3 - 1
+            nr, nc = r + dr, c + dc
+            if (dr == 0 and dc == 0) or nr < 0 or nc < 0 or nr >= height or nc >= width:
+                continue
+            if done[nr, nc] or not math.isfinite(weight[nr, nc]):
+                continue
+            length = 1.0
+            if dr != 0 and dc != 0:
+                if not (math.isfinite(weight[r, nc]) and math.isfinite(weight[nr, c])):
+                    continue
+                length = DIAGONAL
+            new = np.float32(cost[r, c] + length * 0.5 * (weight[r, c] + weight[nr, nc]))
+            if new < cost[nr, nc]:
+                cost[nr, nc] = new
+                before[nr, nc] = cell
+                source[nr, nc] = source[r, c]
+                rest = 0.0
+                if goal_row >= 0:
+                    a, b = abs(goal_row - nr), abs(goal_col - nc)
+                    rest = max(a, b) + (DIAGONAL - 1.0) * min(a, b)
+                _push(keys, cells, size, float(new) + rest, nr * width + nc)
+                size += 1
+    return cost, before, source
+
+
+@njit(cache=True, nogil=True)
+def trace(before: NDArray[np.int32], row: int, col: int) -> NDArray[np.int32]:  # pragma: no cover - compiled
+    """Return the path ``(N, 2)`` of (row, col) that ends at this cell, by the ``before`` of :func:`travel`."""
+    height, width = before.shape
+    count, cell = 1, before[row, col]
+    while cell >= 0 and count < height * width:
+        count += 1
+        cell = before[cell // width, cell % width]
+    path = np.empty((count, 2), dtype=np.int32)
+    cell = row * width + col
+    for i in range(count - 1, -1, -1):
+        path[i, 0], path[i, 1] = cell // width, cell % width
+        cell = before[cell // width, cell % width]
+    return path
+
+
+@njit(cache=True, nogil=True)
+def frontiers(
+    candidate: NDArray[np.bool_], cost: NDArray[np.float32], window: int
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:  # pragma: no cover - compiled
+    """Return connected groups of candidate cells: sizes ``(F,)`` in cells, and ``(F, 2)`` where to go to see each.
+
+    ``cost`` : of :func:`travel`. The place to go is the cheapest reached cell at most ``window`` cells from
+    any of the group's; (-1, -1) where none is.
+    """
+    height, width = candidate.shape
+    seen = np.zeros((height, width), dtype=np.bool_)
+    stack = np.empty(height * width, dtype=np.int32)
+    total = 0
+    for r in range(height):
+        for c in range(width):
+            total += candidate[r, c]
+    sizes = np.empty(total, dtype=np.int32)
+    goals = np.empty((total, 2), dtype=np.int32)
+    count = 0
+    for r0 in range(height):
+        for c0 in range(width):
+            if seen[r0, c0] or not candidate[r0, c0]:
+                continue
+            seen[r0, c0] = True
+            stack[0] = r0 * width + c0
+            top, size = 1, 0
+            best, best_r, best_c = np.inf, -1, -1
+            while top > 0:
+                top -= 1
+                r, c = stack[top] // width, stack[top] % width
+                size += 1
+                for nr in range(max(r - window, 0), min(r + window + 1, height)):
+                    for nc in range(max(c - window, 0), min(c + window + 1, width)):
+                        if cost[nr, nc] < best:
+                            best, best_r, best_c = cost[nr, nc], nr, nc
+                for nr in range(max(r - 1, 0), min(r + 2, height)):
+                    for nc in range(max(c - 1, 0), min(c + 2, width)):
+                        if candidate[nr, nc] and not seen[nr, nc]:
+                            seen[nr, nc] = True
+                            stack[top] = nr * width + nc
+                            top += 1
+            sizes[count] = size
+            goals[count, 0], goals[count, 1] = best_r, best_c
+            count += 1
+    return sizes[:count].copy(), goals[:count].copy()
