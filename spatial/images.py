@@ -32,7 +32,10 @@ def read_grey(path: Path) -> NDArray[np.uint8]:
 def write_image(path: Path, image: NDArray[np.uint8]) -> None:
     """Write ``(H, W)`` grey or ``(H, W, 3)`` RGB ``uint8``, first row on top; the format follows the file's name."""
     stored = image if image.ndim == 2 else image[..., ::-1]
-    ok, raw = cv2.imencode(path.suffix, np.ascontiguousarray(stored))
+    try:
+        ok, raw = cv2.imencode(path.suffix, np.ascontiguousarray(stored))
+    except cv2.error:
+        ok, raw = False, np.empty(0, dtype=np.uint8)
     if not ok:
         raise InputError(f"{path}: images cannot be written as {path.suffix!r}")
     write_bytes(path, raw.tobytes())

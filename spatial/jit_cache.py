@@ -28,15 +28,16 @@ def source_hash() -> str:
 
 
 def cache_dir() -> Path:
-    """Return the folder for compiled kernels: ``$MRSLAM_CACHE``, else ``$XDG_CACHE_HOME/mrslam``, else ``~/.cache/mrslam``."""
+    """Return the folder for compiled kernels, under ``$MRSLAM_CACHE``, ``$XDG_CACHE_HOME`` or ``~/.cache``."""
     root = os.environ.get("MRSLAM_CACHE")
-    if root is None:
-        root = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "mrslam")
-    return Path(root) / "kernels" / source_hash()
+    if root is not None:
+        return Path(root) / "kernels" / source_hash()
+    caches = os.environ.get("XDG_CACHE_HOME")
+    return (Path(caches) if caches else Path("~/.cache").expanduser()) / "mrslam" / "kernels" / source_hash()
 
 
 def use_cache_dir() -> None:
-    """Point numba at :func:`cache_dir`, unless the user set ``NUMBA_CACHE_DIR``. Must run before any kernel is defined."""
+    """Point numba at :func:`cache_dir`, unless ``NUMBA_CACHE_DIR`` is set. Must run before any kernel is defined."""
     if "NUMBA_CACHE_DIR" in os.environ:
         return
     folder = str(cache_dir())

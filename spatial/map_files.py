@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import logging
+import struct
+import zipfile
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +22,11 @@ log = logging.getLogger(__name__)
 
 PIXEL_FREE, PIXEL_UNKNOWN, PIXEL_OCCUPIED = 254, 205, 0
 DEFAULT_RESOLUTION_M = 0.05
+ARCHIVE_ERRORS = (
+    *(OSError, LookupError, ValueError, TypeError, EOFError, ArithmeticError, MemoryError, RuntimeError, SyntaxError),
+    *(struct.error, zipfile.BadZipFile, zlib.error),
+)
+"""What numpy and zipfile raise on damaged archives."""
 
 
 def write_map(path: Path, grid: OccupancyGrid) -> None:
@@ -55,6 +63,8 @@ def read_map(path: Path | str, key: str = "a", resolution_m: float | None = None
     path = Path(path)
     if not path.exists():
         raise InputError(f"{path}: no such map file")
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder, not a map file (.yaml, an image or .npz)")
     if path.suffix == ".npz":
         return _read_npz(path, key)
     if path.suffix.lower() in (".yaml", ".yml"):
@@ -69,12 +79,12 @@ def _read_yaml(path: Path) -> OccupancyGrid:
     try:
         meta: Any = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise InputError(f"{path}: not a readable YAML file ({str(error).splitlines()[0]})") from error
+        raise InputError(f"{path}: not a readable YAML file ({_first_line(error)})") from error
     if not isinstance(meta, dict) or not {"image", "resolution", "origin"} <= meta.keys():
         raise InputError(f"{path}: a map file needs the keys image, resolution and origin")
     image_path = path.parent / str(meta["image"])
-    if not image_path.exists():
-        raise InputError(f"{path}: its image {image_path} does not exist")
+    if not image_path.is_file():
+        raise InputError(f"{path}: its image {image_path} does not exist or is not a file")
     try:
         resolution = float(meta["resolution"])
         x, y, yaw = (float(v) for v in meta["origin"])
@@ -82,9 +92,23 @@ def _read_yaml(path: Path) -> OccupancyGrid:
         negate = bool(int(meta.get("negate", 0)))
     except (TypeError, ValueError) as error:
         raise InputError(f"{path}: resolution, origin [x, y, yaw] and thresholds must be numbers ({error})") from error
-    if abs(yaw) > 1e-6:
+    if not 0.0 <= free <= occupied <= 1.0:
+        raise InputError(f"{path}: need 0 <= free_thresh <= occupied_thresh <= 1, got {free} and {occupied}")
+    if not abs(yaw) <= 1e-6:
         raise InputError(f"{path}: origins with a rotation are not supported, got {yaw} rad; rotate the map first")
-    return OccupancyGrid(_trinary(read_grey(image_path), negate, occupied, free), resolution, (x, y))
+    return _grid(path, _trinary(read_grey(image_path), negate, occupied, free), resolution, (x, y))
+
+
+def _first_line(error: BaseException) -> str:
+    return (str(error).splitlines() or [type(error).__name__])[0]
+
+
+def _grid(path: Path, cells: NDArray[np.int8], resolution_m: float, origin_m: tuple[float, float]) -> OccupancyGrid:
+    """Return the grid, or say in which file it is that it cannot be."""
+    try:
+        return OccupancyGrid(cells, resolution_m, origin_m)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
 
 
 def _trinary(image: NDArray[np.uint8], negate: bool, occupied_thresh: float, free_thresh: float) -> NDArray[np.int8]:
@@ -102,10 +126,10 @@ def _read_npz(path: Path, key: str) -> OccupancyGrid:
         with np.load(path, allow_pickle=False) as arrays:
             cells, resolution = arrays[key], float(arrays["res"])
             origin = np.asarray(arrays[f"origin_{key}"], dtype=np.float64)
-    except (OSError, KeyError, ValueError, EOFError) as error:
-        raise InputError(f"{path}: needs arrays {key}, origin_{key} and res ({error})") from error
+    except ARCHIVE_ERRORS as error:
+        raise InputError(f"{path}: needs arrays {key}, origin_{key} and res ({_first_line(error)})") from error
     if origin.shape != (2,):
         raise InputError(f"{path}: origin_{key} must have 2 numbers, got shape {origin.shape}")
     if cells.dtype != np.int8:
         raise InputError(f"{path}: {key} must be int8 (-1 unknown, 0..100), got {cells.dtype}")
-    return OccupancyGrid(cells, resolution, (float(origin[0]), float(origin[1])))
+    return _grid(path, cells, resolution, (float(origin[0]), float(origin[1])))

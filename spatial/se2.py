@@ -1,6 +1,6 @@
 """SE(2): rigid transforms of the plane as ``(..., 3) float64`` arrays ``x (m), y (m), theta (rad, in (-pi, pi])``.
 
-``T_a_b`` maps points given in frame b to frame a; in a product adjacent letters cancel: ``T_a_c = compose(T_a_b, T_b_c)``.
+``T_a_b`` maps points given in frame b to frame a; letters side by side cancel: ``T_a_c = compose(T_a_b, T_b_c)``.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ IDENTITY.flags.writeable = False
 
 def wrap(angle_rad: ArrayLike) -> NDArray[np.float64]:
     """Return the angle in (-pi, pi]."""
-    return np.pi - np.mod(np.pi - np.asarray(angle_rad, dtype=np.float64), 2.0 * np.pi)
+    wrapped = np.pi - np.mod(np.pi - np.asarray(angle_rad, dtype=np.float64), 2.0 * np.pi)
+    return np.where(wrapped <= -np.pi, np.pi, wrapped)  # the modulus of a tiny negative number rounds to a full turn
 
 
 def transform(x_m: float, y_m: float, theta_rad: float) -> Transform:

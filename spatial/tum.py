@@ -1,4 +1,4 @@
-"""Trajectories on disk as TUM files: ``t x y z qx qy qz qw`` a line, seconds and metres, as the usual tools read them."""
+"""Trajectories on disk as TUM files: ``t x y z qx qy qz qw`` a line, seconds and metres, as common tools read them."""
 
 from __future__ import annotations
 

@@ -1,0 +1,9 @@
+import pytest
+
+from spatial.errors import InputError, require
+
+
+def test_require_names_setting_rule_and_value():
+    require(True, "a.b", "> 0", -1)
+    with pytest.raises(InputError, match=r"^a\.b must be > 0, got -1$"):
+        require(False, "a.b", "> 0", -1)

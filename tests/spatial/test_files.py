@@ -1,0 +1,85 @@
+import os
+from pathlib import Path
+
+import pytest
+
+from spatial import files
+
+
+def test_content_is_replaced_and_folders_are_made(tmp_path):
+    path = tmp_path / "deep" / "down" / "a.txt"
+    files.write_text(path, "first ä")
+    files.write_text(path, "second")
+    assert path.read_text(encoding="utf-8") == "second"
+    assert list(path.parent.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("broken", ["fsync", "write", "replace"])
+def test_a_failure_leaves_the_old_file_and_no_rubbish(tmp_path, monkeypatch, broken):
+    path = tmp_path / "a.bin"
+    files.write_bytes(path, b"good")
+
+    def full_disk(*_args, **_kwargs):
+        raise OSError(28, "No space left on device")
+
+    if broken == "fsync":
+        monkeypatch.setattr(os, "fsync", full_disk)
+    elif broken == "replace":
+        monkeypatch.setattr(Path, "replace", full_disk)
+    else:
+        real_open = Path.open
+
+        def open_full(self, *args, **kwargs):
+            file = real_open(self, *args, **kwargs)
+            return _FullFile(file)
+
+        monkeypatch.setattr(Path, "open", open_full)
+    with pytest.raises(OSError, match="No space left"):
+        files.write_bytes(path, b"new content")
+    monkeypatch.undo()
+    assert path.read_bytes() == b"good"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+class _FullFile:
+    """A file on a full disk."""
+
+    def __init__(self, file):
+        self._file = file
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_exc):
+        self._file.close()
+
+    def write(self, _content):
+        raise OSError(28, "No space left on device")
+
+
+def test_the_target_is_never_seen_half_written(tmp_path, monkeypatch):
+    path = tmp_path / "a.bin"
+    files.write_bytes(path, b"old")
+    seen = []
+    real_fsync = os.fsync
+
+    def watching(descriptor):
+        seen.append(path.read_bytes())
+        real_fsync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", watching)
+    files.write_bytes(path, b"new" * 1000)
+    assert seen[0] == b"old"
+    assert path.read_bytes() == b"new" * 1000
+
+
+def test_two_threads_writing_one_file_leave_one_whole_content(tmp_path):
+    from concurrent.futures import ThreadPoolExecutor
+
+    path = tmp_path / "a.bin"
+    contents = [bytes([i]) * 200_000 for i in range(8)]
+    with ThreadPoolExecutor(8) as pool:
+        for _ in range(5):
+            list(pool.map(lambda content: files.write_bytes(path, content), contents))
+            assert path.read_bytes() in contents
+    assert list(tmp_path.iterdir()) == [path]

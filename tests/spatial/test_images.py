@@ -1,0 +1,41 @@
+import numpy as np
+import pytest
+
+from spatial import InputError
+from spatial.images import read_grey, write_image
+
+
+@pytest.mark.parametrize("suffix", [".pgm", ".png"])
+def test_grey_images_round_trip_to_the_byte(tmp_path, suffix):
+    image = np.random.default_rng(0).integers(0, 256, size=(7, 11)).astype(np.uint8)
+    write_image(tmp_path / f"a{suffix}", image)
+    np.testing.assert_array_equal(read_grey(tmp_path / f"a{suffix}"), image)
+
+
+def test_colours_are_rgb(tmp_path):
+    import cv2
+
+    image = np.zeros((2, 2, 3), dtype=np.uint8)
+    image[..., 0] = 200  # red
+    write_image(tmp_path / "a.png", image)
+    blue, green, red = cv2.imread(str(tmp_path / "a.png"))[0, 0]
+    assert (red, green, blue) == (200, 0, 0)
+
+
+@pytest.mark.parametrize("content", [b"", b"no image", b"P5\n10 10\n255\n", b"\x89PNG\r\n\x1a\nrubbish"])
+def test_what_is_no_image_is_named(tmp_path, content):
+    (tmp_path / "a.pgm").write_bytes(content)
+    with pytest.raises(InputError, match=r"a\.pgm: not a readable image"):
+        read_grey(tmp_path / "a.pgm")
+
+
+def test_a_missing_image_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"gone\.pgm: cannot be read"):
+        read_grey(tmp_path / "gone.pgm")
+
+
+@pytest.mark.parametrize("name", ["a.nonsense", "a"])
+def test_unknown_formats_are_refused(tmp_path, name):
+    with pytest.raises(InputError, match="cannot be written as"):
+        write_image(tmp_path / name, np.zeros((2, 2), dtype=np.uint8))
+    assert list(tmp_path.iterdir()) == []

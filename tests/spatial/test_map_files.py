@@ -1,0 +1,174 @@
+import contextlib
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from spatial import InputError, OccupancyGrid, read_map, write_map
+from spatial.images import write_image
+
+trinary = arrays(np.int8, st.tuples(st.integers(1, 12), st.integers(1, 12)), elements=st.sampled_from([-1, 0, 100]))
+
+
+@settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(trinary, st.floats(-500, 500), st.floats(-500, 500), st.sampled_from([0.01, 0.025, 0.05, 0.1]))
+def test_maps_round_trip(tmp_path, cells, x, y, resolution):
+    grid = OccupancyGrid(cells, resolution, (x, y))
+    write_map(tmp_path / "map.yaml", grid)
+    back = read_map(tmp_path / "map.yaml")
+    np.testing.assert_array_equal(back.cells, cells)
+    assert back.resolution_m == resolution
+    np.testing.assert_allclose(back.origin_m, (x, y), atol=1e-6)
+
+
+def test_shades_are_written_as_free_unknown_or_occupied(tmp_path):
+    cells = np.array([[0, 35, 36, 64, 65, 100, -1]], dtype=np.int8)
+    write_map(tmp_path / "map.yaml", OccupancyGrid(cells, 0.05))
+    assert read_map(tmp_path / "map.yaml").cells.tolist() == [[0, 0, -1, -1, 100, 100, -1]]
+
+
+def test_the_first_row_of_cells_is_the_bottom_of_the_image(tmp_path):
+    from spatial.images import read_grey
+
+    cells = np.array([[100, 100], [0, 0]], dtype=np.int8)
+    write_map(tmp_path / "map.yaml", OccupancyGrid(cells, 0.05))
+    assert read_grey(tmp_path / "map.pgm").tolist() == [[254, 254], [0, 0]]
+
+
+def test_the_files_hold_what_other_map_tools_ask_for(tmp_path):
+    write_map(tmp_path / "map.yaml", OccupancyGrid(np.zeros((3, 4), dtype=np.int8), 0.05, (-1.0, 2.0)))
+    meta = yaml.safe_load((tmp_path / "map.yaml").read_text())
+    assert meta == {
+        "image": "map.pgm",
+        "mode": "trinary",
+        "resolution": 0.05,
+        "origin": [-1.0, 2.0, 0.0],
+        "negate": 0,
+        "occupied_thresh": 0.65,
+        "free_thresh": 0.196,
+    }
+    assert (tmp_path / "map.pgm").read_bytes().startswith(b"P5")
+
+
+def test_an_empty_map_is_one_unknown_cell(tmp_path):
+    write_map(tmp_path / "map.yaml", OccupancyGrid(np.empty((0, 0), dtype=np.int8), 0.05))
+    assert read_map(tmp_path / "map.yaml").cells.tolist() == [[-1]]
+
+
+def test_negated_images_and_own_thresholds(tmp_path):
+    write_image(tmp_path / "m.png", np.array([[0, 128, 255]], dtype=np.uint8))
+    (tmp_path / "m.yaml").write_text(
+        "image: m.png\nresolution: 0.1\norigin: [0, 0, 0]\nnegate: 1\noccupied_thresh: 0.9\nfree_thresh: 0.1\n"
+    )
+    assert read_map(tmp_path / "m.yaml").cells.tolist() == [[0, -1, 100]]
+
+
+def test_a_bare_image_takes_the_resolution_given(tmp_path, caplog):
+    write_image(tmp_path / "m.png", np.array([[0, 255, 127]], dtype=np.uint8))
+    grid = read_map(tmp_path / "m.png", resolution_m=0.1)
+    assert grid.cells.tolist() == [[100, 0, -1]]
+    assert grid.resolution_m == 0.1
+    assert not caplog.records
+    assert read_map(tmp_path / "m.png").resolution_m == 0.05
+    assert "0.05 m a cell" in caplog.text
+
+
+def test_npz_pairs(tmp_path):
+    a, b = np.zeros((2, 3), dtype=np.int8), np.full((4, 1), 100, dtype=np.int8)
+    np.savez(tmp_path / "p.npz", a=a, b=b, origin_a=[1.0, 2.0], origin_b=[0.0, 0.0], res=0.05)
+    assert read_map(tmp_path / "p.npz").origin_m == (1.0, 2.0)
+    np.testing.assert_array_equal(read_map(tmp_path / "p.npz", "b").cells, b)
+    with pytest.raises(InputError, match="needs arrays c, origin_c and res"):
+        read_map(tmp_path / "p.npz", "c")
+
+
+GOOD = {"image": "m.png", "resolution": 0.05, "origin": [0.0, 0.0, 0.0]}
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"image": None}, "image"),
+        ({"image": "gone.png"}, "gone.png does not exist"),
+        ({"image": 7}, "does not exist"),
+        ({"image": "."}, "is not a file"),
+        ({"resolution": None}, "needs the keys"),
+        ({"resolution": "coarse"}, "must be numbers"),
+        ({"resolution": -0.05}, "resolution must be > 0 m"),
+        ({"resolution": [1]}, "must be numbers"),
+        ({"origin": [0.0]}, "must be numbers"),
+        ({"origin": 3}, "must be numbers"),
+        ({"origin": [0.0, 0.0, 0.5]}, "origins with a rotation"),
+        ({"origin": [0.0, 0.0, float("nan")]}, "origin"),
+        ({"origin": [float("inf"), 0.0, 0.0]}, "origin must be finite"),
+        ({"occupied_thresh": "high"}, "must be numbers"),
+        ({"negate": "maybe"}, "must be numbers"),
+        ({"occupied_thresh": float("nan")}, "thresh"),
+        ({"occupied_thresh": 0.1, "free_thresh": 0.9}, "thresh"),
+    ],
+)
+def test_broken_yaml_files_are_named_with_what_is_wrong(tmp_path, change, message):
+    write_image(tmp_path / "m.png", np.zeros((2, 2), dtype=np.uint8))
+    meta = {key: value for key, value in (GOOD | change).items() if value is not None}
+    (tmp_path / "m.yaml").write_text(yaml.safe_dump(meta))
+    with pytest.raises(InputError, match=message) as caught:
+        read_map(tmp_path / "m.yaml")
+    assert "m.yaml" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"just words", b"[1, 2", b"\xff\xfe\x00", b"- 1\n- 2\n", b"a: !!python/object:os.system x"]
+)
+def test_files_that_are_no_map_are_named(tmp_path, content):
+    (tmp_path / "m.yaml").write_bytes(content)
+    with pytest.raises(InputError, match=r"m\.yaml"):
+        read_map(tmp_path / "m.yaml")
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(InputError, match="no such map file"):
+        read_map(tmp_path / "gone.yaml")
+    with pytest.raises(InputError, match="is a folder, not a map file"):
+        read_map(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "arrays_",
+    [
+        {"a": np.zeros((2, 2), dtype=np.int8)},
+        {"a": np.zeros((2, 2)), "origin_a": [0.0, 0.0], "res": 0.05},
+        {"a": np.zeros((2, 2), dtype=np.int8), "origin_a": [0.0], "res": 0.05},
+        {"a": np.zeros((2, 2), dtype=np.int8), "origin_a": [0.0, 0.0], "res": [0.05, 0.1]},
+        {"a": np.zeros((2, 2), dtype=np.int8), "origin_a": ["x", "y"], "res": 0.05},
+        {"a": np.array([{}], dtype=object), "origin_a": [0.0, 0.0], "res": 0.05},
+        {"a": np.full((2, 2), 120, dtype=np.int8), "origin_a": [0.0, 0.0], "res": 0.05},
+    ],
+)
+def test_broken_arrays_are_named(tmp_path, arrays_):
+    np.savez(tmp_path / "p.npz", **arrays_)
+    with pytest.raises(InputError):
+        read_map(tmp_path / "p.npz")
+
+
+@settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.binary(max_size=200), st.sampled_from(["f.npz", "f.yaml", "f.pgm", "f.png"]))
+def test_rubbish_raises_nothing_but_input_errors(tmp_path, content, name):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(InputError):
+        read_map(tmp_path / name)
+
+
+@settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.data())
+def test_damaged_archives_raise_nothing_but_input_errors(tmp_path, data):
+    path = tmp_path / "p.npz"
+    np.savez(path, a=np.zeros((4, 4), dtype=np.int8), origin_a=[0.0, 0.0], res=0.05)
+    raw = bytearray(path.read_bytes())
+    raw[data.draw(st.integers(0, len(raw) - 1))] ^= data.draw(st.integers(1, 255))
+    path.write_bytes(bytes(raw[: data.draw(st.integers(0, len(raw)))]))
+    with contextlib.suppress(InputError):
+        read_map(path)

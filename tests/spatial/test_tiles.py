@@ -1,0 +1,60 @@
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from spatial import TILE_CELLS, UNKNOWN, OccupancyGrid, Tile, TiledMap
+
+
+def random_grid(seed: int, row0: int, col0: int, height: int, width: int) -> OccupancyGrid:
+    rng = np.random.default_rng(seed)
+    cells = rng.choice(np.array([-1, 0, 50, 100], dtype=np.int8), size=(height, width), p=[0.7, 0.1, 0.1, 0.1])
+    return OccupancyGrid.at_cell(cells, 0.05, row0, col0)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.integers(0, 2**31),
+    st.integers(-200, 200),
+    st.integers(-200, 200),
+    st.integers(0, 150),
+    st.integers(0, 150),
+)
+def test_a_grid_survives_the_way_through_tiles(seed, row0, col0, height, width):
+    grid = random_grid(seed, row0, col0, height, width).cropped()
+    back = TiledMap.from_grid(grid).to_grid()
+    assert back.shape == grid.shape
+    np.testing.assert_array_equal(back.cells, grid.cells)
+    if grid.cells.size:
+        assert back.cell0 == grid.cell0
+
+
+def test_tiles_lie_where_their_index_says_also_below_zero():
+    cells = np.full((1, 1), 100, dtype=np.int8)
+    for row, col, index in [(0, 0, (0, 0)), (-1, -1, (-1, -1)), (63, 64, (0, 1)), (-64, -65, (-1, -2))]:
+        tiled = TiledMap.from_grid(OccupancyGrid.at_cell(cells, 0.05, row, col))
+        assert list(tiled.tiles) == [index]
+        tile = tiled.tiles[index].cells
+        assert tile[row % TILE_CELLS, col % TILE_CELLS] == 100
+        assert (tile != UNKNOWN).sum() == 1
+
+
+def test_unknown_tiles_are_not_kept_and_tiles_are_read_only():
+    cells = np.full((TILE_CELLS * 3, TILE_CELLS), UNKNOWN, dtype=np.int8)
+    cells[0, 0], cells[-1, 0] = 0, 100
+    tiled = TiledMap.from_grid(OccupancyGrid(cells, 0.05))
+    assert sorted(tiled.tiles) == [(0, 0), (2, 0)]
+    assert not tiled.tiles[0, 0].cells.flags.writeable
+
+
+def test_an_empty_map_is_an_empty_grid():
+    assert TiledMap(0.05).to_grid().shape == (0, 0)
+    assert TiledMap.from_grid(OccupancyGrid(np.empty((0, 0), dtype=np.int8), 0.05)).tiles == {}
+
+
+def test_changed_since_gives_later_tiles_in_order():
+    blank = np.zeros((TILE_CELLS, TILE_CELLS), dtype=np.int8)
+    tiles = {(1, 0): Tile(3, blank), (0, 2): Tile(5, blank), (0, 0): Tile(4, blank)}
+    tiled = TiledMap(0.05, tiles, 5)
+    assert list(tiled.changed_since(3)) == [(0, 0), (0, 2)]
+    assert list(tiled.changed_since(0)) == [(0, 0), (0, 2), (1, 0)]
+    assert tiled.changed_since(5) == {}

@@ -1,0 +1,43 @@
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from spatial import InputError, se2
+from spatial.tum import read_tum, write_tum
+
+
+@settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 2_000_000_000), st.floats(-1e4, 1e4), st.floats(-1e4, 1e4), st.floats(-np.pi, np.pi)),
+        max_size=10,
+    )
+)
+def test_trajectories_round_trip(tmp_path, rows):
+    stamps = np.array([row[0] * 1000 for row in rows], dtype=np.int64)
+    poses = np.array([row[1:] for row in rows], dtype=np.float64).reshape(-1, 3)
+    write_tum(tmp_path / "t.tum", stamps, poses)
+    stamps_back, poses_back = read_tum(tmp_path / "t.tum")
+    np.testing.assert_allclose(stamps_back, stamps, atol=1000)
+    np.testing.assert_allclose(poses_back[:, :2], poses[:, :2], atol=1e-6)
+    np.testing.assert_allclose(se2.wrap(poses_back[:, 2] - poses[:, 2]), 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("1 2 3\n", "line 1: needs 8 finite numbers"),
+        ("# head\n1 0 0 0 0 0 0 1\n1 0 0 0 0 0 x 1\n", "line 3: not a number"),
+        ("nan 0 0 0 0 0 0 1\n", "line 1"),
+    ],
+)
+def test_bad_lines_are_named(tmp_path, text, message):
+    (tmp_path / "t.tum").write_text(text)
+    with pytest.raises(InputError, match=message):
+        read_tum(tmp_path / "t.tum")
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(InputError, match="cannot be read"):
+        read_tum(tmp_path / "gone.tum")
