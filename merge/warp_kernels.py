@@ -59,10 +59,10 @@ def _put(out: NDArray[np.int8], row: int, col: int, value: int) -> None:  # prag
 
 @njit(cache=True, nogil=True)
 def _draw_link(
-    out: NDArray[np.int8], u0: float, v0: float, u1: float, v1: float, row0: int, col0: int, value: int
+    out: NDArray[np.int8], u0: float, v0: float, u1: float, v1: float, along_u: bool, row0: int, col0: int, value: int
 ) -> None:  # pragma: no cover - compiled
     """Draw the part of a wall between two cell centres: one cell for each cell centre passed along the longer axis."""
-    if abs(u1 - u0) >= abs(v1 - v0):
+    if along_u:
         if u0 > u1:
             u0, v0, u1, v1 = u1, v1, u0, v0
         slope = (v1 - v0) / (u1 - u0)
@@ -156,7 +156,9 @@ def warp_window(
                 if k < 4:
                     x, y = c + dc + 0.5 - inverse[0, 2], r + dr + 0.5 - inverse[1, 2]
                     joined = min(value, cells[r + dr, c + dc])
-                    _draw_link(out, u, v, fxx * x + fxy * y, fyx * x + fyy * y, row0, col0, joined)
+                    # By direction alone: rounding must not choose another axis for the next link of a straight wall.
+                    along_u = abs(fxx * dc + fxy * dr) >= abs(fyx * dc + fyy * dr)
+                    _draw_link(out, u, v, fxx * x + fxy * y, fyx * x + fyy * y, along_u, row0, col0, joined)
             if (count == 0 and thick and ratio <= 1.05) or (straight and not thick):
                 continue
             _put(out, int(math.floor(v)) - row0, int(math.floor(u)) - col0, value)
