@@ -1,0 +1,76 @@
+"""Settings of the mapper."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from spatial.errors import require
+
+
+@dataclass(frozen=True, kw_only=True)
+class MapperConfig:
+    """Settings of one robot's mapper; the defaults serve indoor robots with lasers of 4 to 80 m."""
+
+    particles: int = 30
+    """Number of particles, 1..1000: hypotheses about where the robot has been."""
+    resolution_m: float = 0.05
+    """Edge of a map cell, metres, 0.01..1."""
+    linear_update_m: float = 0.5
+    """The filter is updated after this much driving, metres."""
+    angular_update_rad: float = 0.5
+    """The filter is updated after this much turning, radians."""
+    temporal_update_s: float = 0.0
+    """The filter is updated after this much time even at rest, seconds; 0 = never (a robot at rest learns nothing new)."""
+    usable_range_m: float = 40.0
+    """Returns beyond this are not used, metres."""
+    clear_range_m: float = 0.0
+    """Beams without a return clear the map up to here, metres; 0 = they are ignored."""
+    srr: float = 0.03
+    """Motion noise: metres of error for each metre driven, after scan matching."""
+    srt: float = 0.01
+    """Motion noise: radians of error for each metre driven, after scan matching."""
+    str: float = 0.01
+    """Motion noise: metres of error for each radian turned, after scan matching."""
+    stt: float = 0.02
+    """Motion noise: radians of error for each radian turned, after scan matching."""
+    odometry_noise: float = 0.1
+    """Odometry's error to begin with, as a share of the motion; later it is learnt from the scans."""
+    sigma_m: float = 0.03
+    """Scale of the distance between a beam's end and the map, metres: range noise and the map's own."""
+    beams_match: int = 180
+    """Most beams that the local matching of every scan uses."""
+    beams_filter: int = 120
+    """Most beams that the matching of each particle uses."""
+    evidence_beams: float = 10.0
+    """A scan weighs as much as this many independent beams: tempers the weights, so that ancestors live longer."""
+    neff_fraction: float = 0.5
+    """Resample when fewer than this share of particles are effective, 0..1."""
+    use_odometry: bool = True
+    """Whether odometry is used where there is some; without, motion is predicted from the motion before."""
+    close_loops: bool = True
+    """Whether places seen again are searched for, and trajectories relaxed when one is found."""
+    threads: int = 0
+    """Threads for the particles; 0 = as many as there are cores. Results do not depend on it."""
+
+    def __post_init__(self) -> None:
+        """Check every bound; raise ``InputError`` naming the setting."""
+
+        def bound(name: str, ok: bool, rule: str) -> None:
+            require(ok, f"rbpf.{name}", rule, getattr(self, name))
+
+        bound("particles", isinstance(self.particles, int) and 1 <= self.particles <= 1000, "a whole number in 1..1000")
+        bound("resolution_m", 0.01 <= self.resolution_m <= 1.0, "in 0.01..1 m")
+        bound("linear_update_m", 0.0 < self.linear_update_m < math.inf, "> 0 m")
+        bound("angular_update_rad", 0.0 < self.angular_update_rad < math.inf, "> 0 rad")
+        bound("temporal_update_s", 0.0 <= self.temporal_update_s < math.inf, ">= 0 s")
+        bound("usable_range_m", 0.1 <= self.usable_range_m <= 1000.0, "in 0.1..1000 m")
+        bound("clear_range_m", 0.0 <= self.clear_range_m <= 1000.0, "in 0..1000 m")
+        for name in ("srr", "srt", "str", "stt", "odometry_noise"):
+            bound(name, 0.0 <= getattr(self, name) < math.inf, ">= 0")
+        bound("sigma_m", 0.001 <= self.sigma_m <= 1.0, "in 0.001..1 m")
+        bound("beams_match", isinstance(self.beams_match, int) and self.beams_match >= 10, "a whole number >= 10")
+        bound("beams_filter", isinstance(self.beams_filter, int) and self.beams_filter >= 10, "a whole number >= 10")
+        bound("evidence_beams", 0.0 < self.evidence_beams < math.inf, "> 0")
+        bound("neff_fraction", 0.0 <= self.neff_fraction <= 1.0, "in 0..1")
+        bound("threads", isinstance(self.threads, int) and 0 <= self.threads <= 256, "a whole number in 0..256")

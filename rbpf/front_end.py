@@ -1,0 +1,156 @@
+"""Every scan against the last few metres: dense, precise motion at the price of one match a scan.
+
+All particles share it. It works in a frame of its own (``local``) that drifts slowly; what the filter takes from it is
+the motion between scans.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rbpf.config import MapperConfig
+from rbpf.matching import CONFLICTS, INFO, INLIERS, RESULT_SIZE, SCORE, direction_tables, match, search
+from rbpf.tile_store import TileStore
+from spatial import se2
+from spatial.se2 import Transform
+
+KEY_DISTANCE_M, KEY_TURN_RAD = 0.2, 0.15
+"""A scan enters the local map after this much motion: a robot at rest adds nothing."""
+KEYS_MOST, KEYS_KEPT = 60, 30
+"""The local map is made anew of the last so many scans whenever it holds so many."""
+GOOD_INLIERS = 0.85
+TURN_SEARCHED_RAD = 0.1
+"""Turns larger than this between two scans are searched, not only descended."""
+MAX_STEP_M = 5.0
+"""Odometry that jumps farther between two scans is disbelieved, metres."""
+LEARN = 0.05
+"""Share of a new scan in what is known of the predictors' errors."""
+
+COS, SIN = direction_tables()
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """Motion of the base from the scan before to this one."""
+
+    T_before_base: Transform
+    """``(3,)``."""
+    score: float
+    """Mean log-likelihood of a beam relative to a perfect fit."""
+    inliers: float
+    """Share of beams that lie on the local map."""
+    covariance: NDArray[np.float64]
+    """``(3, 3)`` of the pose in the local frame."""
+
+
+class FrontEnd:
+    """The rolling local map and the robot's pose in it."""
+
+    def __init__(self, config: MapperConfig) -> None:
+        self.sigma_m = config.sigma_m
+        self.reach_m = config.usable_range_m + 2.0
+        self.store = TileStore(1, config.resolution_m)
+        self.T_local_base: Transform = np.zeros(3)
+        self.velocity: Transform = np.zeros(3)
+        self.keys: list[tuple[Transform, NDArray[np.float64]]] = []
+        # Errors of the two predictors (odometry, constant velocity) as shares of the motion: along, turning.
+        self.errors = np.array([[config.odometry_noise, config.odometry_noise], [0.5, 0.5]])
+        self._out = np.zeros(RESULT_SIZE)
+        self._start = np.zeros(3)
+
+    def step(
+        self, points: NDArray[np.float64], all_points: NDArray[np.float64], T_before_odom: Transform | None
+    ) -> Step:
+        """Match a scan, given the motion by odometry if there is some, and extend the local map."""
+        before = self.T_local_base
+        if not self.keys:
+            self._add_key(before, all_points)
+            return Step(np.zeros(3), 0.0, 1.0, np.diag([1e-8, 1e-8, 1e-8]))
+        predicted, spread = self._predict(T_before_odom)
+        out = self._match(points, se2.compose(before, predicted), predicted, spread)
+        self.T_local_base = out[:3].copy()
+        motion = se2.between(before, self.T_local_base)
+        self._learn(motion, T_before_odom, out)
+        self.velocity = motion
+        key = self.keys[-1][0]
+        away, turned = se2.difference(key, self.T_local_base)
+        if away > KEY_DISTANCE_M or turned > KEY_TURN_RAD:
+            self._add_key(self.T_local_base, all_points)
+        prior = np.diag(1.0 / spread**2)
+        covariance = np.linalg.inv(0.2 * information(out) + prior)
+        return Step(motion, float(out[SCORE]), float(out[INLIERS]), covariance)
+
+    def _predict(self, T_before_odom: Transform | None) -> tuple[Transform, NDArray[np.float64]]:
+        """Return the predicted motion and the standard deviations (x, y, theta) of it."""
+        steady = self.velocity
+        if T_before_odom is None or np.hypot(T_before_odom[0], T_before_odom[1]) > MAX_STEP_M:
+            length, turn = np.hypot(steady[0], steady[1]), abs(steady[2])
+            return steady, np.array([0.05 + 0.5 * length, 0.05 + 0.5 * length, 0.05 + 0.5 * turn])
+        along, turning = (int(np.argmin(self.errors[:, k])) for k in (0, 1))
+        choice = (T_before_odom, steady)
+        motion = np.array([*choice[along][:2], choice[turning][2]])
+        length, turn = np.hypot(motion[0], motion[1]), abs(motion[2])
+        sigma_xy = 0.008 + min(self.errors[along, 0], 1.0) * length + 0.02 * turn
+        sigma_t = 0.005 + min(self.errors[turning, 1], 1.0) * turn + 0.05 * length
+        return motion, np.array([sigma_xy, sigma_xy, sigma_t])
+
+    def _match(
+        self, points: NDArray[np.float64], start: Transform, motion: Transform, spread: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        store = self.store
+        store.cover(start[:2] - self.reach_m, start[:2] + self.reach_m)
+        place = (store.pool, store.tables[0], store.row0, store.col0, store.resolution_m, points)
+        prior = np.diag(1.0 / spread**2)
+        out = self._out
+        match(*place, start, start, prior, self.sigma_m, 12, COS, SIN, out)
+        if out[INLIERS] < GOOD_INLIERS or abs(motion[2]) > TURN_SEARCHED_RAD:
+            first = out.copy()
+            half_turn, half_shift = 0.05 + 3.0 * spread[2], 0.1
+            search(*place, 60, start, min(half_turn, 0.6), 0.015, half_shift, 0.1, COS, SIN, self._start)
+            match(*place, self._start, start, prior, self.sigma_m, 12, COS, SIN, out)
+            if first[SCORE] >= out[SCORE]:
+                out[:] = first
+        return out
+
+    def _learn(self, motion: Transform, T_before_odom: Transform | None, out: NDArray[np.float64]) -> None:
+        """Follow how well each predictor foretold the motion, where the match was good enough to tell."""
+        if T_before_odom is None or out[INLIERS] < 0.7:
+            return
+        for k, guess in enumerate((T_before_odom, self.velocity)):
+            error = guess - motion
+            length, turn = np.hypot(motion[0], motion[1]), abs(motion[2])
+            if length > 0.03 and out[INFO] + out[INFO + 3] > 0.0 and weakest(out) > 2e3:
+                share = min(np.hypot(error[0], error[1]) / length, 3.0)
+                self.errors[k, 0] += LEARN * (share - self.errors[k, 0])
+            if turn > 0.03:
+                share = min(abs(float(se2.wrap(error[2]))) / turn, 3.0)
+                self.errors[k, 1] += LEARN * (share - self.errors[k, 1])
+        np.maximum(self.errors, 0.03, out=self.errors)
+
+    def _add_key(self, pose: Transform, points: NDArray[np.float64]) -> None:
+        self.keys.append((pose.copy(), points.copy()))
+        if len(self.keys) >= KEYS_MOST:
+            self.keys = self.keys[-KEYS_KEPT:]
+            self.store.clear(0)
+            for old, old_points in self.keys:
+                self.store.add_points(0, old, old_points)
+        else:
+            self.store.add_points(0, pose, points)
+
+
+def information(out: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the ``(3, 3)`` information matrix of a match's result row."""
+    xx, xy, xt, yy, yt, tt = out[INFO : INFO + 6]
+    return np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])
+
+
+def weakest(out: NDArray[np.float64]) -> float:
+    """Return the information (1/m^2) on position along the direction that the match saw least."""
+    xx, xy, yy = out[INFO], out[INFO + 1], out[INFO + 3]
+    return float(0.5 * (xx + yy) - np.hypot(0.5 * (xx - yy), xy))
+
+
+__all__ = ["CONFLICTS", "FrontEnd", "Step", "information", "weakest"]

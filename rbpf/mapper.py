@@ -1,0 +1,344 @@
+"""One robot's mapper: a Rao-Blackwellised particle filter behind a dense local matcher."""
+
+from __future__ import annotations
+
+import os
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rbpf.config import MapperConfig
+from rbpf.front_end import COS, SIN, FrontEnd, Step
+from rbpf.matching import CONFLICTS, INLIERS, RESULT_SIZE
+from rbpf.particles import insert_range, propose
+from rbpf.publisher import Publisher
+from rbpf.resampling import effective, normalised, systematic
+from rbpf.scan_points import POINT_COLUMNS, scan_points, spaced
+from rbpf.tile_store import TileStore
+from rbpf.trajectory import Rows, spread
+from spatial import Keyframes, LocalMap, Scan, se2
+from spatial.se2 import Transform
+
+POINTS_LEAST = 10
+"""A scan with fewer usable returns is dropped."""
+SPACING_M = 0.03
+SKIP_M = 0.1
+"""Beams clear the map up to this far before their end, metres."""
+HEALTH_MEMORY = 0.2
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class UpdateInfo:
+    """What became of one scan."""
+
+    processed: bool
+    """Whether the filter was updated, not only the local motion."""
+    T_map_base: Transform
+    """``(3,)``, the best pose known now."""
+    neff: float
+    """Effective number of particles."""
+    resampled: bool = False
+    """Whether particles were resampled."""
+    match_score: float = 0.0
+    """Share of beams that fit the local map, 0..1."""
+    health: float = 1.0
+    """0..1; below 0.5 the pose is doubtful."""
+    dropped_beams: int = 0
+    """Beams that are no usable return."""
+    reason: str | None = None
+    """Why the scan was not used; None where it was."""
+
+
+@dataclass(eq=False)
+class Stats:
+    """Counts since the start, and CPU seconds by stage (the latter are no part of the mapper's state)."""
+
+    scans: int = 0
+    dropped: int = 0
+    processed: int = 0
+    resamplings: int = 0
+    neff_min: float = np.inf
+    loops_closed: int = 0
+    cpu_s: dict[str, float] = field(default_factory=dict)
+
+
+class Mapper:
+    """Maps with one robot's laser; the map's frame is the robot's pose at its first scan."""
+
+    def __init__(self, config: MapperConfig | None = None, seed: int = 0) -> None:
+        """Start with an empty map."""
+        self.config = config or MapperConfig()
+        self.seed = seed
+        n = self.config.particles
+        self.stats = Stats()
+        self._rng = np.random.default_rng(seed)
+        self._front = FrontEnd(self.config)
+        self._store = TileStore(n, self.config.resolution_m)
+        self._log_weights = np.zeros(n)
+        self._poses = np.zeros((n, 64, 3))  # (particle, keyframe): every particle's whole ancestry
+        self._keys = 0
+        self._arrival = Rows(4)  # per keyframe: local motion from the one before, and its way
+        self._scan_place = Rows(2, np.int64)  # per scan: stamp, keyframe
+        self._scan_motion = Rows(4)  # per scan: local motion since that keyframe, and its way
+        self._online = Rows(3)
+        self._T_key_base: Transform = np.zeros(3)
+        self._way = 0.0
+        self._key_cov = np.zeros((3, 3))
+        self._key_stamp_ns = 0
+        self._T_odom_base: Transform | None = None
+        self._stamp_ns: int | None = None
+        self.best = 0
+        """Index of the particle that speaks for all."""
+        self._neff = float(n)
+        self._health = 1.0
+        self._publisher = Publisher()
+        self._geometry: tuple[object, ...] = ()
+        self._pool = _pool(self.config.threads, n)
+
+    # -- what it knows -------------------------------------------------------------------------------------------------
+
+    @property
+    def T_map_base(self) -> Transform:
+        """``(3,)``, the best pose known now."""
+        if self._keys == 0:
+            return np.zeros(3)
+        return se2.compose(self._poses[self.best, self._keys - 1], self._T_key_base)
+
+    @property
+    def covariance(self) -> NDArray[np.float64]:
+        """``(3, 3)`` of the pose over the particles, and of the motion since the last update."""
+        if self._keys == 0:
+            return np.zeros((3, 3))
+        poses = se2.compose(self._poses[:, self._keys - 1], self._T_key_base)
+        error = poses - self.T_map_base
+        error[:, 2] = se2.wrap(error[:, 2])
+        weights = normalised(self._log_weights)
+        return np.einsum("i,ij,ik->jk", weights, error, error) + self._key_cov
+
+    @property
+    def neff(self) -> float:
+        """Effective number of particles."""
+        return self._neff
+
+    @property
+    def health(self) -> float:
+        """0..1; below 0.5 the pose is doubtful."""
+        return self._health
+
+    def trajectory(self) -> Keyframes:
+        """Return the pose of every accepted scan, in the order fed, as the best particle remembers it now."""
+        place, motion = self._scan_place.rows, self._scan_motion.rows
+        poses = spread(
+            self._poses[self.best, : self._keys], place[:, 1], motion[:, :3], motion[:, 3], self._arrival.rows
+        )
+        return Keyframes(place[:, 0].copy(), poses)
+
+    def online_trajectory(self) -> Keyframes:
+        """Return the pose of every accepted scan as it was known when the scan came."""
+        return Keyframes(self._scan_place.rows[:, 0].copy(), self._online.rows.copy())
+
+    def snapshot(self) -> LocalMap:
+        """Return the best particle's map as tiles with revisions, and its keyframes."""
+        place = self._scan_place.rows
+        first = np.searchsorted(place[:, 1], np.arange(self._keys))
+        keyframes = Keyframes(place[first, 0].copy(), self._poses[self.best, : self._keys].copy())
+        return LocalMap(self._publisher.publish(self._store, self.best), keyframes)
+
+    # -- what it does --------------------------------------------------------------------------------------------------
+
+    def update(self, scan: Scan, T_odom_base: Transform | None) -> UpdateInfo:
+        """Take one scan, and what the wheels said when it was taken; bad data is dropped and counted, never raised."""
+        clock = _Clock(self.stats.cpu_s)
+        self.stats.scans += 1
+        count = self._see(scan)
+        dropped = scan.ranges_m.size - count
+        if self._stamp_ns is not None and scan.stamp_ns == self._stamp_ns and self._same(scan):
+            return self._drop("the scan repeats the one before", dropped)
+        if count < POINTS_LEAST:
+            return self._drop(f"{count} usable returns, {POINTS_LEAST} are needed", dropped)
+        self._stamp_ns, self._ranges = scan.stamp_ns, scan.ranges_m
+        points = self._points[:count]
+        T_before_odom = self._odometry(T_odom_base)
+        few = spaced(points, SPACING_M, self.config.beams_match, self._few)
+        clock.lap("points")
+        step = self._front.step(self._few[:few], points, T_before_odom)
+        self._T_key_base = se2.compose(self._T_key_base, step.T_before_base)
+        self._way += float(np.hypot(*step.T_before_base[:2]) + 0.3 * abs(step.T_before_base[2]))
+        clock.lap("front end")
+        processed = self._due(scan.stamp_ns)
+        resampled = False
+        if processed:
+            resampled = self._filter(scan, points, step, clock)
+        self._scan_place.add((scan.stamp_ns, self._keys - 1))
+        self._scan_motion.add((*self._T_key_base, self._way))
+        T_map_base = self.T_map_base
+        self._online.add(T_map_base)
+        clock.lap("record")
+        return UpdateInfo(
+            processed=processed, T_map_base=T_map_base, neff=self._neff, resampled=resampled,
+            match_score=step.inliers, health=self._health, dropped_beams=dropped,
+        )  # fmt: skip
+
+    def _see(self, scan: Scan) -> int:
+        """Turn the scan into points; return how many."""
+        geometry = (scan.ranges_m.size, scan.angle_min_rad, scan.angle_increment_rad)
+        if geometry != self._geometry:
+            self._geometry = geometry
+            angles = scan.angles_rad
+            self._cos, self._sin = np.cos(angles), np.sin(angles)
+            self._points = np.zeros((angles.size, POINT_COLUMNS))
+            self._few = np.zeros((angles.size, POINT_COLUMNS))
+        return scan_points(
+            scan.ranges_m, self._cos, self._sin, scan.T_base_laser, self.config.usable_range_m, self._points
+        )
+
+    def _same(self, scan: Scan) -> bool:
+        return scan.ranges_m.shape == self._ranges.shape and bool(
+            np.array_equal(scan.ranges_m, self._ranges, equal_nan=True)
+        )
+
+    def _drop(self, reason: str, dropped: int) -> UpdateInfo:
+        self.stats.dropped += 1
+        return UpdateInfo(
+            processed=False, T_map_base=self.T_map_base, neff=self._neff, health=self._health,
+            dropped_beams=dropped, reason=reason,
+        )  # fmt: skip
+
+    def _odometry(self, T_odom_base: Transform | None) -> Transform | None:
+        before = self._T_odom_base
+        if T_odom_base is None or not self.config.use_odometry:
+            self._T_odom_base = None
+            return None
+        now = np.asarray(T_odom_base, dtype=np.float64)
+        if now.shape != (3,) or not np.isfinite(now).all():
+            self._T_odom_base = None
+            return None
+        self._T_odom_base = now.copy()
+        return None if before is None else se2.between(before, now)
+
+    def _due(self, stamp_ns: int) -> bool:
+        if self._keys == 0:
+            return True
+        config, motion = self.config, self._T_key_base
+        waited = 0.0 < config.temporal_update_s <= abs(stamp_ns - self._key_stamp_ns) * 1e-9
+        return (
+            np.hypot(motion[0], motion[1]) >= config.linear_update_m
+            or abs(motion[2]) >= config.angular_update_rad
+            or self._way >= 3.0 * config.linear_update_m
+            or waited
+        )
+
+    def _filter(self, scan: Scan, points: NDArray[np.float64], step: Step, clock: _Clock) -> bool:
+        """Update every particle with this scan; return whether they were resampled."""
+        n, config, store = self.config.particles, self.config, self._store
+        motion = self._T_key_base.copy()
+        if self._keys == self._poses.shape[1]:
+            self._poses = np.concatenate([self._poses, np.zeros_like(self._poses)], axis=1)
+        resampled = False
+        reach = config.usable_range_m + 2.0
+        if self._keys == 0:
+            poses = np.zeros((n, 3))
+            store.cover(np.full(2, -reach), np.full(2, reach))
+        else:
+            before = self._poses[:, self._keys - 1]
+            noise = self._rng.standard_normal((n, 3))
+            centres = se2.compose(before, motion)[:, :2]
+            store.cover(centres.min(axis=0) - reach, centres.max(axis=0) + reach)
+            few = spaced(points, SPACING_M, config.beams_filter, self._few)
+            poses, gain, results = np.empty((n, 3)), np.empty(n), np.zeros((n, RESULT_SIZE))
+            place = (store.pool, store.tables, store.row0, store.col0, store.resolution_m, self._few[:few])
+            cov = self._motion_cov(motion)
+            self._parallel(
+                lambda first, last: propose(
+                    *place, before, motion, cov, noise, config.sigma_m, config.evidence_beams, COS, SIN, first, last,
+                    poses, gain, results,
+                )
+            )  # fmt: skip
+            clock.lap("match")
+            self._log_weights += gain
+            self._log_weights -= self._log_weights.max()
+            self._judge(results, step)
+        self._poses[:, self._keys] = poses
+        self._arrival.add((*motion, self._way))
+        self._keys += 1
+        self._T_key_base, self._way, self._key_stamp_ns = np.zeros(3), 0.0, scan.stamp_ns
+        weights = normalised(self._log_weights)
+        self._neff = effective(weights)
+        self.stats.processed += 1
+        self.stats.neff_min = min(self.stats.neff_min, self._neff)
+        if self._neff < config.neff_fraction * n:
+            self._resample(weights)
+            resampled = True
+        clock.lap("resample")
+        self._insert(scan, points)
+        clock.lap("map update")
+        self.best = int(np.argmax(self._log_weights))
+        return resampled
+
+    def _motion_cov(self, motion: Transform) -> NDArray[np.float64]:
+        config, length, turn = self.config, float(np.hypot(motion[0], motion[1])), abs(float(motion[2]))
+        sigma_xy = 0.01 + config.srr * length + config.str * turn
+        sigma_t = 0.003 + config.srt * length + config.stt * turn
+        return np.diag([sigma_xy**2, sigma_xy**2, sigma_t**2])
+
+    def _judge(self, results: NDArray[np.float64], step: Step) -> None:
+        """Follow how well the best particle's map foretells the scans."""
+        best = results[int(np.argmax(self._log_weights))]
+        seen = best[INLIERS] + best[CONFLICTS]
+        now = best[INLIERS] / seen if seen > 0.2 else step.inliers
+        self._health += HEALTH_MEMORY * (float(np.clip((now - 0.3) / 0.5, 0.0, 1.0)) - self._health)
+
+    def _resample(self, weights: NDArray[np.float64]) -> None:
+        parents = systematic(weights, float(self._rng.random()))
+        self._poses[:, : self._keys] = self._poses[parents, : self._keys]
+        self._store.resample(parents)
+        self._log_weights[:] = 0.0
+        self.stats.resamplings += 1
+
+    def _insert(self, scan: Scan, points: NDArray[np.float64]) -> None:
+        store, config = self._store, self.config
+        poses = np.ascontiguousarray(self._poses[:, self._keys - 1])
+        ends = self._clearing_ends(scan)
+        origin = np.ascontiguousarray(scan.T_base_laser[:2])
+        for i in range(config.particles):
+            store.own(i, origin, poses[i], points, ends, True)
+        place = (store.pool, store.refs, store.tables, store.row0, store.col0, store.resolution_m, origin, poses)
+        self._parallel(lambda first, last: insert_range(*place, points, ends, SKIP_M, first, last))
+
+    def _clearing_ends(self, scan: Scan) -> NDArray[np.float64]:
+        """Return where beams without a return end, in the base frame, if they are to clear the map."""
+        reach = min(self.config.clear_range_m, self.config.usable_range_m)
+        if reach <= 0.0:
+            return np.empty((0, 2))
+        none = np.isinf(scan.ranges_m)
+        ends = reach * np.stack([self._cos[none], self._sin[none]], axis=-1)
+        return se2.apply(scan.T_base_laser, ends)
+
+    def _parallel(self, job: object) -> None:
+        n = self.config.particles
+        if self._pool is None:
+            job(0, n)  # type: ignore[operator]
+            return
+        parts = self._pool._max_workers
+        bounds = [n * k // parts for k in range(parts + 1)]
+        list(self._pool.map(job, bounds[:-1], bounds[1:]))  # type: ignore[arg-type]
+
+
+class _Clock:
+    """CPU seconds by stage."""
+
+    def __init__(self, laps: dict[str, float]) -> None:
+        self.laps, self.since = laps, time.process_time()
+
+    def lap(self, stage: str) -> None:
+        now = time.process_time()
+        self.laps[stage] = self.laps.get(stage, 0.0) + now - self.since
+        self.since = now
+
+
+def _pool(threads: int, particles: int) -> ThreadPoolExecutor | None:
+    threads = min(threads or len(os.sched_getaffinity(0)), particles)
+    return ThreadPoolExecutor(threads, thread_name_prefix="rbpf") if threads > 1 else None

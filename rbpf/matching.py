@@ -1,0 +1,298 @@
+"""Scan matching: Gauss-Newton on point-to-line distances to the mean hit points of the cells around each beam's end."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from rbpf.cells import MASK, TILE_BITS
+
+# Layout of the result row written by `match`.
+X, Y, THETA, SCORE, INLIERS, CONFLICTS, KNOWN = 0, 1, 2, 3, 4, 5, 6
+INFO = 7  # 7..12: upper triangle of the information matrix: xx xy xt yy yt tt
+RESULT_SIZE = 13
+
+POINT_WEIGHT = 0.2
+"""Weight of a correspondence without a normal beside one with."""
+TWO_PI_1024 = 2.0 * math.pi / 1024.0
+
+
+@njit(cache=True, nogil=True)
+def nearest(
+    pool: NDArray[np.int64],
+    table: NDArray[np.int32],
+    row0: int,
+    col0: int,
+    x: float,
+    y: float,
+    nx: float,
+    ny: float,
+    quality: float,
+    radius: int,
+    cos_table: NDArray[np.float64],
+    sin_table: NDArray[np.float64],
+) -> tuple[int, float, float, float]:  # pragma: no cover - compiled
+    """Return the nearest occupied cell's word (0 where none), its mean point minus (x, y) in cells, and the squared distance.
+
+    Cells whose normal looks the other way belong to another surface. The second value of a miss is the visits of the
+    cell at (x, y): positive where the map knows that there is nothing.
+    """
+    height, width = table.shape
+    col, row = int(math.floor(x)), int(math.floor(y))
+    best, best_dx, best_dy, best_d2 = 0, 0.0, 0.0, 1e30
+    tr, tc = (row >> TILE_BITS) - row0, (col >> TILE_BITS) - col0
+    if not (1 <= tr < height - 1 and 1 <= tc < width - 1):
+        return best, 0.0, 0.0, best_d2
+    here = 0
+    inside = radius <= (row & MASK) <= MASK - radius and radius <= (col & MASK) <= MASK - radius
+    tile = table[tr, tc]
+    if inside and tile == 0:
+        return best, 0.0, 0.0, best_d2
+    for r in range(row - radius, row + radius + 1):
+        for q in range(col - radius, col + radius + 1):
+            if not inside:
+                tile = table[(r >> TILE_BITS) - row0, (q >> TILE_BITS) - col0]
+            word = pool[tile, ((r & MASK) << TILE_BITS) | (q & MASK)]
+            if r == row and q == col:
+                here = (word >> 8) & 0xFF
+            hits = word & 0xFF
+            if hits == 0 or hits * 5 < (word >> 8) & 0xFF:
+                continue
+            dx = q + ((word >> 16) & 0xFFF) * (1.0 / 4096.0) - x
+            dy = r + ((word >> 28) & 0xFFF) * (1.0 / 4096.0) - y
+            d2 = dx * dx + dy * dy
+            if d2 < best_d2:
+                if quality > 0.0 and (word >> 50) & 0x3F > 0:
+                    k = (word >> 40) & 0x3FF
+                    if nx * cos_table[k] + ny * sin_table[k] < 0.35:
+                        continue
+                best, best_dx, best_dy, best_d2 = word, dx, dy, d2
+    if best == 0:
+        return 0, float(here), 0.0, 1e30
+    return best, best_dx, best_dy, best_d2
+
+
+@njit(cache=True, nogil=True)
+def match(
+    pool: NDArray[np.int64],
+    table: NDArray[np.int32],
+    row0: int,
+    col0: int,
+    resolution_m: float,
+    points: NDArray[np.float64],
+    start: NDArray[np.float64],
+    prior: NDArray[np.float64],
+    prior_info: NDArray[np.float64],
+    sigma_m: float,
+    iterations: int,
+    cos_table: NDArray[np.float64],
+    sin_table: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None:  # pragma: no cover - compiled
+    """Write the pose that fits ``points (N, 5)`` best, with score and information, into ``out (13,)``.
+
+    Minimises the robust sum of squared point-to-line distances over ``sigma_m``, plus the prior
+    ``(x - prior)^T prior_info (x - prior)``. ``SCORE`` is the mean log-likelihood of a beam relative to a perfect fit;
+    ``INLIERS``, ``CONFLICTS`` and ``KNOWN`` are shares of beams: within 2.5 sigma of the map, ending in known free space,
+    either. The information is of the matching alone, without the prior.
+    """
+    inv = 1.0 / resolution_m
+    n = points.shape[0]
+    x, y, theta = start[0], start[1], start[2]
+    weight0 = 1.0 / (sigma_m * sigma_m)
+    hxx = hxy = hxt = hyy = hyt = htt = 0.0
+    it = 0
+    settled = False
+    while True:
+        final = settled or it >= iterations
+        hxx = hxy = hxt = hyy = hyt = htt = 0.0
+        bx = by = bt = 0.0
+        score, inliers, conflicts = 0.0, 0.0, 0.0
+        c, s = math.cos(theta), math.sin(theta)
+        # Wide at first, to draw in what is off; narrow at the end, to leave out what does not belong.
+        scale2 = (max(3.0 * sigma_m, 0.12) if it < 2 else 1.5 * sigma_m) ** 2
+        for i in range(n):
+            rx = c * points[i, 0] - s * points[i, 1]
+            ry = s * points[i, 0] + c * points[i, 1]
+            quality = points[i, 4]
+            nx = c * points[i, 2] - s * points[i, 3]
+            ny = s * points[i, 2] + c * points[i, 3]
+            px, py = (x + rx) * inv, (y + ry) * inv
+            word, dx, dy, d2 = nearest(pool, table, row0, col0, px, py, nx, ny, quality, 1, cos_table, sin_table)
+            if word == 0:
+                free = dx
+                word, dx, dy, d2 = nearest(pool, table, row0, col0, px, py, nx, ny, quality, 3, cos_table, sin_table)
+                if word == 0 or d2 > 9.0:
+                    if free > 0.0:
+                        conflicts += 1.0
+                        score -= 3.0
+                    else:
+                        score -= 1.0
+                    continue
+            dx *= resolution_m
+            dy *= resolution_m
+            map_quality = (word >> 50) & 0x3F
+            line = map_quality > 6
+            if line:
+                k = (word >> 40) & 0x3FF
+                mx, my = cos_table[k], sin_table[k]
+                if quality > 0.2:
+                    # Where beams are sparse the mean point's wall is known better from both sides.
+                    mx, my = mx + nx, my + ny
+                    norm = 1.0 / math.sqrt(mx * mx + my * my)
+                    mx *= norm
+                    my *= norm
+            elif quality > 0.2:
+                mx, my = nx, ny
+                line = True
+            else:
+                mx, my = 0.0, 0.0
+            if line:
+                r = mx * dx + my * dy  # map minus scan along the normal
+                r2 = r * r
+                w = scale2 / (scale2 + r2)
+                w = w * w * weight0
+                jt = -mx * ry + my * rx
+                hxx += w * mx * mx
+                hxy += w * mx * my
+                hyy += w * my * my
+                hxt += w * mx * jt
+                hyt += w * my * jt
+                htt += w * jt * jt
+                bx += w * mx * r
+                by += w * my * r
+                bt += w * jt * r
+                # A line has no end in this model: count how far along it the map was seen, too.
+                r2 += 0.1 * max(d2 * resolution_m * resolution_m - r2 - resolution_m * resolution_m, 0.0)
+            else:
+                r2 = dx * dx + dy * dy
+                w = scale2 / (scale2 + r2)
+                w = w * w * weight0 * POINT_WEIGHT
+                hxx += w
+                hyy += w
+                hxt += -w * ry
+                hyt += w * rx
+                htt += w * (rx * rx + ry * ry)
+                bx += w * dx
+                by += w * dy
+                bt += w * (-ry * dx + rx * dy)
+            e = 0.5 * r2 * weight0
+            score -= min(e, 3.0)
+            if r2 * weight0 < 6.25:
+                inliers += 1.0
+        if final:
+            out[SCORE] = score / max(n, 1)
+            out[INLIERS] = inliers / max(n, 1)
+            out[CONFLICTS] = conflicts / max(n, 1)
+            out[KNOWN] = (inliers + conflicts) / max(n, 1)
+            break
+        ex, ey = prior[0] - x, prior[1] - y
+        et = prior[2] - theta
+        et -= 2.0 * math.pi * math.floor((et + math.pi) / (2.0 * math.pi))
+        axx, axy, axt = hxx + prior_info[0, 0] + 1e-3, hxy + prior_info[0, 1], hxt + prior_info[0, 2]
+        ayy, ayt, att = hyy + prior_info[1, 1] + 1e-3, hyt + prior_info[1, 2], htt + prior_info[2, 2] + 1e-3
+        gx = bx + prior_info[0, 0] * ex + prior_info[0, 1] * ey + prior_info[0, 2] * et
+        gy = by + prior_info[0, 1] * ex + prior_info[1, 1] * ey + prior_info[1, 2] * et
+        gt = bt + prior_info[0, 2] * ex + prior_info[1, 2] * ey + prior_info[2, 2] * et
+        l11 = math.sqrt(axx)
+        l21, l31 = axy / l11, axt / l11
+        l22 = math.sqrt(max(ayy - l21 * l21, 1e-9))
+        l32 = (ayt - l31 * l21) / l22
+        l33 = math.sqrt(max(att - l31 * l31 - l32 * l32, 1e-9))
+        z1 = gx / l11
+        z2 = (gy - l21 * z1) / l22
+        z3 = (gt - l31 * z1 - l32 * z2) / l33
+        dt = z3 / l33
+        dy_ = (z2 - l32 * dt) / l22
+        dx_ = (z1 - l21 * dy_ - l31 * dt) / l11
+        limit = 0.3
+        norm2 = dx_ * dx_ + dy_ * dy_
+        if norm2 > limit * limit:
+            shrink = limit / math.sqrt(norm2)
+            dx_, dy_, dt = dx_ * shrink, dy_ * shrink, dt * shrink
+        dt = min(max(dt, -0.2), 0.2)
+        x += dx_
+        y += dy_
+        theta += dt
+        settled = it >= 2 and norm2 < 1e-7 and dt * dt < 1e-8
+        it += 1
+    out[X] = x
+    out[Y] = y
+    out[THETA] = theta - 2.0 * math.pi * math.floor((theta + math.pi) / (2.0 * math.pi))
+    out[INFO] = hxx
+    out[INFO + 1] = hxy
+    out[INFO + 2] = hxt
+    out[INFO + 3] = hyy
+    out[INFO + 4] = hyt
+    out[INFO + 5] = htt
+
+
+def direction_tables() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return cos and sin of the 1024 directions a cell's normal can have."""
+    angles = np.arange(1024) * TWO_PI_1024
+    return np.cos(angles), np.sin(angles)
+
+
+@njit(cache=True, nogil=True)
+def search(
+    pool: NDArray[np.int64],
+    table: NDArray[np.int32],
+    row0: int,
+    col0: int,
+    resolution_m: float,
+    points: NDArray[np.float64],
+    most_points: int,
+    centre: NDArray[np.float64],
+    half_turn: float,
+    turn_step: float,
+    half_shift_m: float,
+    shift_step_m: float,
+    cos_table: NDArray[np.float64],
+    sin_table: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> float:  # pragma: no cover - compiled
+    """Write the best pose of a regular lattice around ``centre`` into ``out (3,)`` and return its score per point, 0..1.
+
+    Correlative matching (Olson 2009) on a subset of the points; the start of :func:`match` where the prediction is poor.
+    """
+    inv = 1.0 / resolution_m
+    stride = max(1, points.shape[0] // most_points)
+    turns = int(half_turn / turn_step)
+    shifts = int(half_shift_m / shift_step_m + 0.5)
+    used = 0
+    for i in range(0, points.shape[0], stride):
+        used += 1
+    best = -1.0
+    out[0], out[1], out[2] = centre[0], centre[1], centre[2]
+    if used == 0:
+        return 0.0
+    for a in range(-turns, turns + 1):
+        theta = centre[2] + a * turn_step
+        c, s = math.cos(theta), math.sin(theta)
+        for iy in range(-shifts, shifts + 1):
+            for ix in range(-shifts, shifts + 1):
+                x, y = centre[0] + ix * shift_step_m, centre[1] + iy * shift_step_m
+                score = 0.0
+                left = used
+                for i in range(0, points.shape[0], stride):
+                    px = (x + c * points[i, 0] - s * points[i, 1]) * inv
+                    py = (y + s * points[i, 0] + c * points[i, 1]) * inv
+                    nx = c * points[i, 2] - s * points[i, 3]
+                    ny = s * points[i, 2] + c * points[i, 3]
+                    word, _, _, d2 = nearest(
+                        pool, table, row0, col0, px, py, nx, ny, points[i, 4], 1, cos_table, sin_table
+                    )
+                    if word != 0:
+                        score += 1.0 / (1.0 + d2)
+                    left -= 1
+                    if score + left <= best:
+                        break
+                # Of two equal poses the one nearer to the prediction.
+                score -= 1e-3 * used * (abs(a) / (turns + 1.0) + (abs(ix) + abs(iy)) / (shifts + 1.0))
+                if score > best:
+                    best = score
+                    out[0], out[1], out[2] = x, y, theta
+    return best / used
