@@ -1,1 +1,48 @@
-"""TODO"""
+"""The network: discovery, link quality, rendezvous, and an exchange of maps that loses nothing."""
+
+import spatial  # noqa: F401  (points numba's cache at the right folder)
+from comms.config import CommsConfig
+from comms.effects import (
+    DuplicateId,
+    Dropped,
+    Effect,
+    ExchangeDone,
+    ExchangeFailed,
+    ExchangeStarted,
+    LinkChanged,
+    MapUpdated,
+    PeerGone,
+    PeerSeen,
+    Send,
+    TeammatePose,
+)
+from comms.memory_transport import LinkConditions, MemoryNetwork, MemoryTransport
+from comms.node import CommsNode
+from comms.transport import Arrival, Incoming, PeerJoined, PeerLeft, Transport
+from comms.zenoh_transport import ZenohTransport
+
+__all__ = [
+    "Arrival",
+    "CommsConfig",
+    "CommsNode",
+    "Dropped",
+    "DuplicateId",
+    "Effect",
+    "ExchangeDone",
+    "ExchangeFailed",
+    "ExchangeStarted",
+    "Incoming",
+    "LinkChanged",
+    "LinkConditions",
+    "MapUpdated",
+    "MemoryNetwork",
+    "MemoryTransport",
+    "PeerGone",
+    "PeerJoined",
+    "PeerLeft",
+    "PeerSeen",
+    "Send",
+    "TeammatePose",
+    "Transport",
+    "ZenohTransport",
+]

@@ -1,0 +1,62 @@
+"""A chunk's content, decoded, and the hash that proves it."""
+
+from __future__ import annotations
+
+from hashlib import blake2b
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comms.bitmask import from_mask
+from comms.frames import WireError
+from comms.keyframe_codec import KeyframeBlock, unpack_block
+from comms.messages import Chunk, Manifest
+from comms.snapshots import Snapshot
+from comms.tile_codec import MAX_TILES_PER_CHUNK, decompress, max_packed, unknown_tile, unpack_tiles
+from spatial import TILE_CELLS, Tile
+from spatial.tiles import TileIndex
+
+UNKNOWN_TILE = unknown_tile()
+
+
+def content_hash(blocks: list[KeyframeBlock], cells: NDArray[np.int8]) -> bytes:
+    """Return eight bytes over what the chunk stands for, not over how it was coded: a wrong base is found out too."""
+    digest = blake2b(digest_size=8)
+    for block in blocks:
+        digest.update(block.stamps_ns.astype("<i8").tobytes() + block.poses.astype("<i4").tobytes())
+    digest.update(np.ascontiguousarray(cells).tobytes())
+    return digest.digest()
+
+
+def open_chunk(
+    chunk: Chunk, manifest: Manifest, base: Snapshot
+) -> tuple[dict[int, KeyframeBlock], dict[TileIndex, Tile]]:
+    """Return the keyframe blocks and tiles of a chunk; raise :class:`WireError` where anything does not fit."""
+    items = from_mask(chunk.mask, len(manifest.blocks) + len(manifest.rows))
+    if not items or len(items) > MAX_TILES_PER_CHUNK:
+        raise WireError("bad chunk", f"{len(items)} items")
+    positions = [k for k in items if k < len(manifest.blocks)]
+    tile_positions = [k - len(manifest.blocks) for k in items if k >= len(manifest.blocks)]
+    raw = decompress(chunk.packed, chunk.raw_bytes, max_packed(len(tile_positions), len(positions)))
+    blocks: dict[int, KeyframeBlock] = {}
+    for k in positions:
+        i = manifest.blocks[k]
+        old = base.blocks[i] if chunk.is_delta and i < len(base.blocks) else None
+        blocks[i], used = unpack_block(raw, old, manifest.target - manifest.block_ages[k])
+        raw = raw[used:]
+    indices = [(manifest.rows[k], manifest.cols[k]) for k in tile_positions]
+    cells = np.empty((0, TILE_CELLS, TILE_CELLS), dtype=np.int8)
+    if indices:
+        held = base.map.tiles if chunk.is_delta else {}
+        old_cells = [held[index].cells if index in held else UNKNOWN_TILE for index in indices]
+        cells = unpack_tiles(raw, np.stack(old_cells))
+    elif raw:
+        raise WireError("bad chunk", "bytes left over")
+    if content_hash(list(blocks.values()), cells) != chunk.content_hash:
+        raise WireError("bad hash")
+    tiles: dict[TileIndex, Tile] = {}
+    for k, index, tile_cells in zip(tile_positions, indices, cells, strict=True):
+        own = tile_cells.copy()
+        own.flags.writeable = False
+        tiles[index] = Tile(manifest.target - manifest.ages[k], own)
+    return blocks, tiles

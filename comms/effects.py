@@ -1,0 +1,149 @@
+"""What the network core wants done or known: values that :class:`comms.CommsNode` returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spatial.tiles import TileIndex
+
+Lane = Literal["beacon", "control", "bulk"]
+"""beacon: best effort, may be dropped; control: small and urgent; bulk: map chunks, behind all else."""
+
+
+@dataclass(frozen=True)
+class Send:
+    """Bytes for a peer, or for all where ``to`` is None."""
+
+    to: str | None
+    payload: bytes
+    lane: Lane
+
+
+@dataclass(frozen=True)
+class PeerSeen:
+    """A teammate came into sight."""
+
+    peer: str
+    boot_id: int
+    mode: str
+
+
+@dataclass(frozen=True)
+class PeerGone:
+    """A teammate left, or has been silent for too long."""
+
+    peer: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class LinkChanged:
+    """The quality of a link moved by at least the recorded step, or its state changed."""
+
+    peer: str
+    quality: float
+    """LQ x NLQ, 0..1."""
+    state: int
+    """-1 myself, 0 weak, 1 strong (the source dissertation's three states)."""
+
+
+@dataclass(frozen=True)
+class ExchangeStarted:
+    """An exchange with a peer began."""
+
+    peer: str
+    opened_by_me: bool
+
+
+@dataclass(frozen=True)
+class ExchangeDone:
+    """Both sides hold what the other had when it began (or the bytes allowed for one meeting are spent)."""
+
+    peer: str
+    bytes_sent: int
+    bytes_received: int
+    bytes_full_lz4: int
+    """What sending the same maps whole, LZ4 on the cropped grid, would have cost me."""
+    bytes_full_raw: int
+    """What sending the same maps whole and uncompressed would have cost me."""
+    tiles: int
+    """Tiles received."""
+    seconds: float
+    reason: str
+    """"complete", or "budget spent"."""
+
+
+@dataclass(frozen=True)
+class ExchangeFailed:
+    """An exchange broke off. What arrived is kept, and the next one goes on from there."""
+
+    peer: str
+    bytes_sent: int
+    bytes_received: int
+    bytes_full_lz4: int
+    bytes_full_raw: int
+    tiles: int
+    seconds: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class MapUpdated:
+    """A newer snapshot of a robot's map arrived whole; it is in ``node.store.maps`` now."""
+
+    robot_id: str
+    epoch: int
+    revision: int
+    changed: tuple[TileIndex, ...]
+    source: str
+    """The peer it came from: the robot itself, or a third party."""
+
+
+@dataclass(frozen=True, eq=False)
+class TeammatePose:
+    """Where a teammate says it is, in the frame of its own map."""
+
+    peer: str
+    stamp_ns: int
+    T_map_base: NDArray[np.float64]
+    epoch: int
+    """Which of its maps (a restarted robot may start a new one)."""
+
+
+@dataclass(frozen=True)
+class DuplicateId:
+    """Another live process uses my robot id."""
+
+    robot_id: str
+    own_boot_id: int
+    other_boot_id: int
+    am_newcomer: bool
+    """Whether I started later: then this process must stop."""
+
+
+@dataclass(frozen=True)
+class Dropped:
+    """Bad input was thrown away; emitted at the first of a kind and at each doubling after that."""
+
+    kind: str
+    count: int
+    sender: str | None
+
+
+Effect = (
+    Send
+    | PeerSeen
+    | PeerGone
+    | LinkChanged
+    | ExchangeStarted
+    | ExchangeDone
+    | ExchangeFailed
+    | MapUpdated
+    | TeammatePose
+    | DuplicateId
+    | Dropped
+)

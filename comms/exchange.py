@@ -1,0 +1,118 @@
+"""One exchange with one peer: what was asked, what is still to come, what it cost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from comms.bitmask import to_mask
+from comms.config import CommsConfig
+from comms.content import open_chunk
+from comms.frames import WireError
+from comms.keyframe_codec import BLOCK
+from comms.messages import Chunk, Get, Manifest, Version
+from comms.store import MapStore
+from spatial.tiles import TileIndex
+
+
+@dataclass
+class Pull:
+    """The taking side for one robot's map."""
+
+    robot: str
+    manifest: Manifest | None = None
+    asked: set[int] = field(default_factory=set)
+    """Items of the manifest asked for and not here yet."""
+
+
+@dataclass
+class Exchange:
+    """Both sides of one meeting, as one robot sees it."""
+
+    peer: str
+    xid: int
+    opened_by_me: bool
+    started_ns: int
+    progress_ns: int
+    accepted: bool = False
+    theirs: dict[str, Version] = field(default_factory=dict)
+    """What the peer held when the exchange began."""
+    pulls: dict[str, Pull] = field(default_factory=dict)
+    offered: dict[str, Manifest] = field(default_factory=dict)
+    """Manifests I gave, by robot."""
+    asked_ns: int = 0
+    retries: int = 0
+    is_done: bool = False
+    """I have told the peer that I hold what I wanted."""
+    peer_done: bool = False
+    budget_spent: bool = False
+    bytes_sent: int = 0
+    bytes_received: int = 0
+    served: int = 0
+    """Bytes of chunks given."""
+    tiles: int = 0
+    full_lz4: int = 0
+    full_raw: int = 0
+
+    def retry_ns(self, config: CommsConfig) -> int:
+        """Return after how much silence to ask again."""
+        return round(config.retry_s * 1e9) << min(self.retries, 2)
+
+
+def check_manifest(manifest: Manifest, config: CommsConfig) -> None:
+    """Raise :class:`WireError` where a manifest contradicts itself or is beyond the bounds."""
+    span = manifest.target - manifest.base
+    blocks = -(-manifest.keyframes // BLOCK)
+    ages = manifest.ages + manifest.block_ages
+    if span <= 0 or manifest.epoch == 0 or (ages and max(ages) >= span):
+        raise WireError("bad manifest", "revisions")
+    if not len(manifest.rows) == len(manifest.cols) == len(manifest.ages):
+        raise WireError("bad manifest", "tile lists differ in length")
+    if len(manifest.rows) > config.max_tiles or len(set(zip(manifest.rows, manifest.cols, strict=True))) != len(
+        manifest.rows
+    ):
+        raise WireError("bad manifest", "tiles")
+    if (
+        manifest.keyframes > config.max_keyframes
+        or len(manifest.block_ages) != len(manifest.blocks)
+        or len(set(manifest.blocks)) != len(manifest.blocks)
+        or (manifest.blocks and max(manifest.blocks) >= blocks)
+    ):
+        raise WireError("bad manifest", "keyframes")
+
+
+def next_get(pull: Pull, store: MapStore, sender: str, xid: int, config: CommsConfig) -> Get | None:
+    """Return the request for the most valuable items not here yet, as many as may be on the way; None for nothing."""
+    manifest = pull.manifest
+    if manifest is None:
+        return None
+    tiles, blocks = store.missing(manifest)
+    wanted = blocks + [len(manifest.blocks) + k for k in tiles]
+    pull.asked = set(wanted[: config.window_tiles])
+    if not pull.asked:
+        return None
+    mask = to_mask(sorted(pull.asked))
+    return Get(sender, xid, manifest.robot, manifest.epoch, manifest.base, manifest.target, mask)
+
+
+def take_chunk(pull: Pull, chunk: Chunk, store: MapStore) -> list[TileIndex]:
+    """Stage a chunk's content and return its tiles; raise :class:`WireError` where it does not hold what it says."""
+    manifest = pull.manifest
+    if manifest is None or (chunk.epoch, chunk.base, chunk.target) != (
+        manifest.epoch,
+        manifest.base,
+        manifest.target,
+    ):
+        return []  # of a manifest that was replaced
+    base = store.base_of(manifest)
+    if base is None:
+        return []
+    blocks, tiles = open_chunk(chunk, manifest, base)
+    staging = store.stage(manifest)
+    staging.blocks.update(blocks)
+    staging.tiles.update(tiles)
+    here = {k for k, i in enumerate(manifest.blocks) if i in blocks}
+    here |= {
+        len(manifest.blocks) + k for k, at in enumerate(zip(manifest.rows, manifest.cols, strict=True)) if at in tiles
+    }
+    pull.asked -= here
+    return list(tiles)

@@ -1,0 +1,164 @@
+"""The messages, typed and bounded. docs/protocol.md describes each byte."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import msgspec
+
+from comms.frames import WireError, frame, unframe
+
+Name = Annotated[str, msgspec.Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.-]+$")]
+U8 = Annotated[int, msgspec.Meta(ge=0, le=255)]
+U32 = Annotated[int, msgspec.Meta(ge=0, le=2**32 - 1)]
+Count = Annotated[int, msgspec.Meta(ge=0, le=2**62)]
+I32 = Annotated[int, msgspec.Meta(ge=-(2**31), le=2**31 - 1)]
+Stamp = Annotated[int, msgspec.Meta(ge=-(2**62), le=2**62)]
+TileCoordinate = Annotated[int, msgspec.Meta(ge=-(2**20), le=2**20)]
+MAX_LIST = 65_536
+
+Version = tuple[int, int]
+"""(epoch, revision): a newer epoch beats any revision of an older one."""
+
+
+class Message(msgspec.Struct, array_like=True, frozen=True, tag_field="k"):
+    """What all messages share: who sends it."""
+
+    sender: Name
+
+
+class Beacon(Message, frozen=True, tag=1):
+    """I am here; I hear you this well; I stand there."""
+
+    boot: Count
+    seq: Count
+    sent_ns: Stamp
+    period_ms: Annotated[int, msgspec.Meta(ge=1, le=10**9)]
+    uptime_ms: Count
+    mode: Annotated[int, msgspec.Meta(ge=0, le=2)]
+    heard: Annotated[list[tuple[Name, U8]], msgspec.Meta(max_length=64)]
+    epoch: Count
+    pose: tuple[I32, I32, I32, Stamp] | None
+    """x (mm), y (mm), theta (0.1 mrad), stamp (ns)."""
+
+
+Digest = Annotated[list[tuple[Name, Count, Count]], msgspec.Meta(max_length=4096)]
+"""(robot, epoch, revision), by robot."""
+
+
+class Open(Message, frozen=True, tag=2):
+    """Let us exchange. This is what I hold, and which snapshots I hold in part."""
+
+    boot: Count
+    xid: U32
+    digest: Digest
+    staged: Digest
+
+
+class Accept(Message, frozen=True, tag=3):
+    """Yes; this is what I hold."""
+
+    boot: Count
+    xid: U32
+    digest: Digest
+    staged: Digest
+
+
+class Refuse(Message, frozen=True, tag=4):
+    """Not now."""
+
+    xid: U32
+    reason: Annotated[str, msgspec.Meta(max_length=64)]
+
+
+class Ask(Message, frozen=True, tag=5):
+    """Which tiles do I lack of this robot's map, if I hold this version?"""
+
+    xid: U32
+    robot: Name
+    epoch: Count
+    base: Count
+
+
+class Manifest(Message, frozen=True, tag=6):
+    """What differs between the asker's version and the target, most valuable first."""
+
+    xid: U32
+    robot: Name
+    epoch: Count
+    base: Count
+    target: Count
+    resolution_m: Annotated[float, msgspec.Meta(ge=1e-3, le=100.0)]
+    keyframes: Count
+    blocks: Annotated[list[U32], msgspec.Meta(max_length=MAX_LIST)]
+    block_ages: Annotated[list[Count], msgspec.Meta(max_length=MAX_LIST)]
+    """target - revision, for each block."""
+    rows: Annotated[list[TileCoordinate], msgspec.Meta(max_length=MAX_LIST)]
+    cols: Annotated[list[TileCoordinate], msgspec.Meta(max_length=MAX_LIST)]
+    ages: Annotated[list[Count], msgspec.Meta(max_length=MAX_LIST)]
+    """target - revision, for each tile."""
+
+
+class Get(Message, frozen=True, tag=7):
+    """Send these items of the manifest (bit i of the mask: block i, then tiles)."""
+
+    xid: U32
+    robot: Name
+    epoch: Count
+    base: Count
+    target: Count
+    mask: Annotated[bytes, msgspec.Meta(max_length=2 * MAX_LIST // 8)]
+
+
+class Chunk(Message, frozen=True, tag=8):
+    """Some items of a manifest."""
+
+    xid: U32
+    robot: Name
+    epoch: Count
+    base: Count
+    target: Count
+    mask: Annotated[bytes, msgspec.Meta(max_length=2 * MAX_LIST // 8)]
+    is_delta: bool
+    """Whether items are coded as differences from the asker's base."""
+    raw_bytes: Annotated[int, msgspec.Meta(ge=0, le=1 << 20)]
+    """Size of ``packed`` when decompressed."""
+    packed: bytes
+    content_hash: Annotated[bytes, msgspec.Meta(min_length=8, max_length=8)]
+
+
+HOLD_ALL, GIVE_NO_MORE = 0, 1
+
+
+class Done(Message, frozen=True, tag=9):
+    """I hold what I wanted (0), or: I give no more in this exchange (1)."""
+
+    xid: U32
+    code: Annotated[int, msgspec.Meta(ge=HOLD_ALL, le=GIVE_NO_MORE)]
+
+
+class Bye(Message, frozen=True, tag=10):
+    """I leave."""
+
+    boot: Count
+
+
+AnyMessage = Beacon | Open | Accept | Refuse | Ask | Manifest | Get | Chunk | Done | Bye
+
+_encoder = msgspec.msgpack.Encoder()
+_decoder = msgspec.msgpack.Decoder(AnyMessage)
+
+
+def encode(message: Message, tag: int) -> bytes:
+    """Return the message framed for a team."""
+    return frame(_encoder.encode(message), tag)
+
+
+def decode(payload: bytes, tag: int, max_bytes: int) -> AnyMessage:
+    """Return the message, or raise :class:`comms.frames.WireError`; nothing else is ever raised."""
+    body = unframe(payload, tag, max_bytes)
+    try:
+        message: AnyMessage = _decoder.decode(body)
+    except (msgspec.DecodeError, msgspec.ValidationError, UnicodeDecodeError, RecursionError) as error:
+        raise WireError("malformed", str(error)) from error
+    return message

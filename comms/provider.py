@@ -1,0 +1,108 @@
+"""The giving side of an exchange: what the asker lacks, and the chunks that bring it. Keeps no state of its own."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from comms.bitmask import from_mask, to_mask
+from comms.config import CommsConfig
+from comms.content import content_hash
+from comms.keyframe_codec import pack_block
+from comms.messages import Chunk, Get, Manifest, Version
+from comms.snapshots import Snapshot, value_of
+from comms.store import MapStore
+from comms.tile_codec import MAX_TILES_PER_CHUNK, compress, pack_tiles, unknown_tile
+from spatial import TILE_CELLS, Tile
+
+UNKNOWN_TILE = unknown_tile()
+MAX_BLOCKS_PER_CHUNK = 64
+
+
+def manifest_for(
+    store: MapStore, sender: str, xid: int, robot: str, held: Version, staged: Version | None
+) -> Manifest | None:
+    """Return what one who holds version ``held`` lacks of a robot's map, most valuable tiles first; None for nothing.
+
+    ``staged``: the snapshot the asker has in part and wants to finish first, where it is still kept here.
+    """
+    target = store.newest(robot)
+    if staged is not None and staged > held and (older := store.at(robot, *staged)) is not None:
+        target = older
+    if target is None or target.version <= held:
+        return None
+    base_revision = held[1] if held[0] == target.epoch else 0
+    base = store.at(robot, target.epoch, base_revision) if base_revision else None
+    store.remember(robot, target)
+    old = {} if base is None else base.map.tiles
+    changed = target.map.changed_since(base_revision)
+    order = sorted(changed, key=lambda index: (-value_of(changed[index], old.get(index)), index))
+    blocks = [i for i, block in enumerate(target.blocks) if block.revision > base_revision]
+    revision = target.map.revision
+    return Manifest(
+        sender,
+        xid,
+        robot,
+        target.epoch,
+        base_revision,
+        revision,
+        target.map.resolution_m,
+        target.keyframes,
+        blocks,
+        [revision - target.blocks[i].revision for i in blocks],
+        [row for row, _ in order],
+        [col for _, col in order],
+        [revision - changed[index].revision for index in order],
+    )
+
+
+def chunks_for(store: MapStore, manifest: Manifest, get: Get, config: CommsConfig) -> list[Chunk]:
+    """Return the asked items of a manifest as chunks, each below ``chunk_bytes``; none where the snapshot is gone."""
+    target = store.at(get.robot, get.epoch, get.target)
+    if target is None:
+        return []
+    base = store.at(get.robot, get.epoch, get.base) if get.base else None
+    items = from_mask(get.mask, len(manifest.blocks) + len(manifest.rows))
+    size = MAX_TILES_PER_CHUNK
+    groups = [items[i : i + size] for i in range(0, len(items), size)]
+    chunks: list[Chunk] = []
+    while groups:
+        group = groups.pop(0)
+        chunk = _chunk(manifest, target, base, group)
+        if len(chunk.packed) > config.chunk_bytes and len(group) > 1:
+            groups[:0] = [group[: len(group) // 2], group[len(group) // 2 :]]
+        else:
+            chunks.append(chunk)
+    return chunks
+
+
+def _chunk(manifest: Manifest, target: Snapshot, base: Snapshot | None, items: list[int]) -> Chunk:
+    blocks = [manifest.blocks[k] for k in items if k < len(manifest.blocks)]
+    positions = [k - len(manifest.blocks) for k in items if k >= len(manifest.blocks)]
+    indices = [(manifest.rows[k], manifest.cols[k]) for k in positions]
+    parts = [
+        pack_block(target.blocks[i], base.blocks[i] if base is not None and i < len(base.blocks) else None)
+        for i in blocks
+    ]
+    cells = np.empty((0, TILE_CELLS, TILE_CELLS), dtype=np.int8)
+    if indices:
+        old = {} if base is None else base.map.tiles
+        cells = np.stack([target.map.tiles[index].cells for index in indices])
+        parts.append(pack_tiles(cells, np.stack([_cells(old.get(index)) for index in indices])))
+    raw = b"".join(parts)
+    return Chunk(
+        manifest.sender,
+        manifest.xid,
+        manifest.robot,
+        manifest.epoch,
+        manifest.base,
+        manifest.target,
+        to_mask(items),
+        base is not None,
+        len(raw),
+        compress(raw),
+        content_hash([target.blocks[i] for i in blocks], cells),
+    )
+
+
+def _cells(tile: Tile | None) -> np.ndarray[tuple[int, ...], np.dtype[np.int8]]:
+    return UNKNOWN_TILE if tile is None else tile.cells

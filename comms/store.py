@@ -1,0 +1,180 @@
+"""What a robot knows: the newest whole map of every robot, older ones to send differences from, and half-arrived ones.
+
+Readers only ever see whole snapshots. Versions never go back. Only maps as their own robots made them are kept, so no
+evidence is counted twice however it travelled.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from comms.config import CommsConfig
+from comms.keyframe_codec import BLOCK, KeyframeBlock
+from comms.messages import Manifest, Version
+from comms.snapshots import Snapshot, published, relabelled
+from spatial import LocalMap, Tile, TiledMap
+from spatial.tiles import TileIndex
+
+NOTHING: Version = (0, 0)
+"""The version of a map one has nothing of."""
+
+
+@dataclass
+class Staging:
+    """Parts of a snapshot that has not arrived whole; kept when a link breaks."""
+
+    epoch: int
+    target: int
+    tiles: dict[TileIndex, Tile] = field(default_factory=dict)
+    blocks: dict[int, KeyframeBlock] = field(default_factory=dict)
+
+
+class MapStore:
+    """All maps one robot knows; own and others', by robot id."""
+
+    def __init__(self, own_id: str, epoch: int, config: CommsConfig) -> None:
+        """Start with nothing; ``epoch`` labels the own map."""
+        self.own_id = own_id
+        self.own_epoch = max(epoch, 1)
+        self.maps: dict[str, LocalMap] = {}
+        self.staging: dict[str, Staging] = {}
+        self._config = config
+        self._newest: dict[str, Snapshot] = {}
+        self._history: dict[str, OrderedDict[Version, Snapshot]] = {}
+
+    def version(self, robot_id: str) -> Version:
+        """Return (epoch, revision) of the newest map of a robot; (0, 0) where nothing is known."""
+        newest = self._newest.get(robot_id)
+        return NOTHING if newest is None else newest.version
+
+    def digest(self) -> dict[str, Version]:
+        """Return the version of every map held, by robot id."""
+        return {robot: self._newest[robot].version for robot in sorted(self._newest)}
+
+    def newest(self, robot_id: str) -> Snapshot | None:
+        """Return the newest snapshot of a robot."""
+        return self._newest.get(robot_id)
+
+    def at(self, robot_id: str, epoch: int, revision: int) -> Snapshot | None:
+        """Return the snapshot of exactly this version if it is still kept; revision 0 is the empty map."""
+        newest = self._newest.get(robot_id)
+        if newest is not None and newest.version == (epoch, revision):
+            return newest
+        return self._history.get(robot_id, OrderedDict()).get((epoch, revision))
+
+    def remember(self, robot_id: str, snapshot: Snapshot) -> None:
+        """Keep a snapshot that a peer will hold, so that later only differences from it need to be sent."""
+        kept = self._history.setdefault(robot_id, OrderedDict())
+        kept[snapshot.version] = snapshot
+        kept.move_to_end(snapshot.version)
+        while len(kept) > self._config.history:
+            kept.popitem(last=False)
+
+    def publish(self, local_map: LocalMap) -> bool:
+        """Take the own newest map; return whether it is news."""
+        before = self._newest.get(self.own_id)
+        restarted = before is not None and (
+            local_map.map.revision < before.map.revision or local_map.map.resolution_m != before.map.resolution_m
+        )
+        if restarted:
+            self.own_epoch += 1
+            before = None
+            self._history.pop(self.own_id, None)
+        snapshot = published(local_map, before, self.own_epoch)
+        if snapshot is None:
+            return False
+        self._set(self.own_id, snapshot)
+        return True
+
+    def outrank(self, version: Version) -> bool:
+        """Relabel the own map above ``version``, told by a teammate who knows an earlier life of mine; return whether needed."""
+        own = self._newest.get(self.own_id)
+        if version <= ((self.own_epoch, 0) if own is None else own.version):
+            return False
+        self.own_epoch = version[0] + 1
+        self._history.pop(self.own_id, None)
+        if own is not None:
+            self._set(self.own_id, relabelled(own, self.own_epoch))
+        return True
+
+    def may_take(self, robot_id: str) -> bool:
+        """Return whether there is room for this robot's map."""
+        return robot_id in self._newest or len(self._newest) < self._config.max_robots
+
+    def try_commit(self, manifest: Manifest) -> tuple[TileIndex, ...] | None:
+        """Put a robot's staged snapshot in place if all of the manifest is there; return the changed tiles, else None."""
+        robot, staging = manifest.robot, self.staging.get(manifest.robot)
+        missing_tiles, missing_blocks = self.missing(manifest)
+        base = self.base_of(manifest)
+        if missing_tiles or missing_blocks or base is None or (manifest.epoch, manifest.target) <= self.version(robot):
+            return None
+        changed = tuple(zip(manifest.rows, manifest.cols, strict=True))
+        tiles = dict(base.map.tiles)
+        blocks = {i: block for i, block in enumerate(base.blocks)}
+        if staging is not None:
+            tiles.update({index: staging.tiles[index] for index in changed})
+            blocks.update({i: staging.blocks[i] for i in manifest.blocks})
+        count = -(-manifest.keyframes // BLOCK)
+        whole = Snapshot(
+            manifest.epoch,
+            TiledMap(manifest.resolution_m, tiles, manifest.target),
+            tuple(blocks[i] for i in range(count) if i in blocks),
+        )
+        if whole.keyframes != manifest.keyframes or len(tiles) > self._config.max_tiles:
+            self.staging.pop(robot, None)
+            return None
+        self._set(robot, whole)
+        self.remember(robot, whole)
+        self.staging.pop(robot, None)
+        return changed
+
+    def missing(self, manifest: Manifest) -> tuple[list[int], list[int]]:
+        """Return positions in the manifest's tile list and its block list of what has not arrived yet."""
+        staging = self.staging.get(manifest.robot)
+        if staging is None or staging.epoch != manifest.epoch:
+            return list(range(len(manifest.rows))), list(range(len(manifest.blocks)))
+        tiles = [
+            k
+            for k, (row, col, age) in enumerate(zip(manifest.rows, manifest.cols, manifest.ages, strict=True))
+            if (tile := staging.tiles.get((row, col))) is None or tile.revision != manifest.target - age
+        ]
+        blocks = [
+            k
+            for k, (i, age) in enumerate(zip(manifest.blocks, manifest.block_ages, strict=True))
+            if (block := staging.blocks.get(i)) is None or block.revision != manifest.target - age
+        ]
+        return tiles, blocks
+
+    def base_of(self, manifest: Manifest) -> Snapshot | None:
+        """Return the map a manifest's differences apply to, empty for base 0; None where I hold another one now."""
+        if manifest.base == 0:
+            return Snapshot(manifest.epoch, TiledMap(manifest.resolution_m), ())
+        held = self._newest.get(manifest.robot)
+        return held if held is not None and held.version == (manifest.epoch, manifest.base) else None
+
+    def stage(self, manifest: Manifest) -> Staging:
+        """Return where the parts of this manifest's target are gathered, keeping parts that still hold."""
+        staging = self.staging.get(manifest.robot)
+        if staging is None or staging.epoch != manifest.epoch:
+            staging = self.staging[manifest.robot] = Staging(manifest.epoch, manifest.target)
+        staging.target = manifest.target
+        return staging
+
+    def staged(self) -> dict[str, Version]:
+        """Return which snapshots have arrived in part."""
+        return {robot: (part.epoch, part.target) for robot, part in sorted(self.staging.items())}
+
+    def _set(self, robot_id: str, snapshot: Snapshot) -> None:
+        for tile in snapshot.map.tiles.values():
+            if tile.cells.flags.writeable:
+                tile.cells.flags.writeable = False
+        self._newest[robot_id] = snapshot
+        self.maps[robot_id] = snapshot.local_map
+
+
+def known_cells(snapshot: Snapshot) -> int:
+    """Return how many cells of a snapshot are known."""
+    return int(sum(np.count_nonzero(tile.cells != -1) for tile in snapshot.map.tiles.values()))

@@ -1,0 +1,86 @@
+"""How Zenoh is set up for a robot, as plain settings."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+from comms.security import RobotKeys, access_rules
+from spatial import InputError
+
+LEASE_MS = 2000
+"""A robot whose link is silent for so long is gone, milliseconds."""
+BATCH_BYTES = 16_384
+SEND_BUFFER_BYTES = 32_768
+"""Small, so that what is urgent need not queue behind map chunks inside the kernel."""
+SECURE = ("tls", "quic")
+PLAIN = ("tcp", "udp", "ws")
+
+
+def settings(
+    team: str,
+    *,
+    mode: str,
+    listen: Sequence[str],
+    connect: Sequence[str],
+    multicast: bool,
+    keys: RobotKeys | None,
+) -> dict[str, Any]:
+    """Return Zenoh's settings by key; raise ``InputError`` for an endpoint that cannot work."""
+    endpoints = [*listen, *connect]
+    for endpoint in endpoints:
+        _check_endpoint(endpoint, keys)
+    chosen: dict[str, Any] = {
+        "mode": mode,
+        "scouting/multicast/enabled": multicast,
+        "scouting/gossip/enabled": True,
+        "transport/shared_memory/enabled": False,
+        "transport/link/tx/lease": LEASE_MS,
+        "transport/link/tx/batch_size": BATCH_BYTES,
+        "connect/timeout_ms": 0,  # robots may come later: do not wait for them, keep trying
+        "connect/exit_on_failure": False,
+        "listen/exit_on_failure": True,
+    }
+    if listen or not multicast:
+        chosen["listen/endpoints"] = [_tuned(endpoint) for endpoint in listen]
+    if connect:
+        chosen["connect/endpoints"] = [_tuned(endpoint) for endpoint in connect]
+    if any(endpoint.startswith("udp/") for endpoint in endpoints):
+        chosen["transport/unicast/max_links"] = 4  # beacons take the UDP link, maps the other
+    if keys is not None:
+        tls = "transport/link/tls/"
+        chosen |= {
+            tls + "root_ca_certificate": str(keys.ca),
+            tls + "enable_mtls": True,
+            tls + "verify_name_on_connect": False,  # robots move between addresses; the access rules go by name
+            tls + "listen_private_key": str(keys.key),
+            tls + "listen_certificate": str(keys.certificate),
+            tls + "connect_private_key": str(keys.key),
+            tls + "connect_certificate": str(keys.certificate),
+            "access_control": access_rules(team, keys.roster),
+        }
+        if multicast:
+            chosen["listen/endpoints"] = [_tuned(endpoint) for endpoint in listen] or ["tls/[::]:0"]
+    return chosen
+
+
+def as_json(chosen: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return each setting with its value as JSON text, as Zenoh takes it."""
+    return [(key, json.dumps(value)) for key, value in chosen.items()]
+
+
+def _check_endpoint(endpoint: str, keys: RobotKeys | None) -> None:
+    protocol, slash, address = endpoint.partition("/")
+    if not slash or not address or protocol not in (*SECURE, *PLAIN):
+        raise InputError(f"endpoint must look like tcp/192.168.1.5:7447 or tls/..., got {endpoint!r}")
+    if keys is not None and protocol not in SECURE:
+        raise InputError(f"with team keys every endpoint must be tls/ or quic/, got {endpoint!r}")
+    if keys is None and protocol in SECURE:
+        raise InputError(f"endpoint {endpoint!r} needs the team's keys (mrslam keys makes them)")
+
+
+def _tuned(endpoint: str) -> str:
+    if endpoint.startswith(("tcp/", "tls/")) and "#" not in endpoint and "?" not in endpoint:
+        return f"{endpoint}#so_sndbuf={SEND_BUFFER_BYTES}"
+    return endpoint
