@@ -7,6 +7,7 @@ the motion between scans.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -139,6 +140,19 @@ class FrontEnd:
                 self.store.add_points(0, old, old_points)
         else:
             self.store.add_points(0, pose, points)
+
+    def state(self) -> dict[str, Any]:
+        """Return everything that a resumed front end needs."""
+        return {
+            "store": self.store.state(), "T_local_base": self.T_local_base, "velocity": self.velocity,
+            "errors": self.errors, "keys": [[pose, points] for pose, points in self.keys],
+        }  # fmt: skip
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Become the front end that was saved."""
+        self.store.restore(state["store"])
+        self.T_local_base, self.velocity, self.errors = (state[k] for k in ("T_local_base", "velocity", "errors"))
+        self.keys = [(pose, points) for pose, points in state["keys"]]
 
 
 def information(out: NDArray[np.float64]) -> NDArray[np.float64]:

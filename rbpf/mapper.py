@@ -6,6 +6,7 @@ import os
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,6 +93,7 @@ class Mapper:
         self._stamp_ns: int | None = None
         self.best = 0
         """Index of the particle that speaks for all."""
+        self._ranges = np.empty(0, dtype=np.float32)
         self._neff = float(n)
         self._health = 1.0
         self._publisher = Publisher()
@@ -325,6 +327,42 @@ class Mapper:
         parts = self._pool._max_workers
         bounds = [n * k // parts for k in range(parts + 1)]
         list(self._pool.map(job, bounds[:-1], bounds[1:]))  # type: ignore[arg-type]
+
+    # -- on disk -------------------------------------------------------------------------------------------------------
+
+    def state(self) -> dict[str, Any]:
+        """Return everything that a resumed mapper needs, as numbers, text, arrays, lists and dicts of them."""
+        stats = self.stats
+        return {
+            "store": self._store.state(), "front": self._front.state(), "publisher": self._publisher.state(),
+            "rng": self._rng.bit_generator.state, "log_weights": self._log_weights,
+            "poses": self._poses[:, : self._keys], "best": self.best, "neff": self._neff, "health": self._health,
+            "arrival": self._arrival.rows, "scan_place": self._scan_place.rows, "scan_motion": self._scan_motion.rows,
+            "online": self._online.rows, "T_key_base": self._T_key_base, "way": self._way,
+            "key_stamp_ns": self._key_stamp_ns, "T_odom_base": self._T_odom_base, "stamp_ns": self._stamp_ns,
+            "ranges": self._ranges,
+            "stats": [stats.scans, stats.dropped, stats.processed, stats.resamplings, stats.loops_closed],
+            "neff_min": float(stats.neff_min),
+        }  # fmt: skip
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Become the mapper whose :meth:`state` this is; the configuration must be the same."""
+        self._store.restore(state["store"])
+        self._front.restore(state["front"])
+        self._publisher.restore(state["publisher"])
+        self._rng.bit_generator.state = state["rng"]
+        self._log_weights = state["log_weights"]
+        poses = state["poses"]
+        self._keys = poses.shape[1]
+        self._poses = np.concatenate([poses, np.zeros((poses.shape[0], max(64, self._keys), 3))], axis=1)
+        self.best, self._neff, self._health = state["best"], state["neff"], state["health"]
+        self._arrival, self._scan_place = Rows.of(state["arrival"]), Rows.of(state["scan_place"])
+        self._scan_motion, self._online = Rows.of(state["scan_motion"]), Rows.of(state["online"])
+        self._T_key_base, self._way, self._key_stamp_ns = state["T_key_base"], state["way"], state["key_stamp_ns"]
+        self._T_odom_base, self._stamp_ns, self._ranges = state["T_odom_base"], state["stamp_ns"], state["ranges"]
+        stats = self.stats
+        stats.scans, stats.dropped, stats.processed, stats.resamplings, stats.loops_closed = state["stats"]
+        stats.neff_min = state["neff_min"]
 
 
 class _Clock:

@@ -6,6 +6,8 @@ only for good reason, it changes where something was seen, and only that has to 
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -93,6 +95,20 @@ class Publisher:
         if changed:
             self.revision = revision
         return TiledMap(store.resolution_m, dict(self.tiles), self.revision)
+
+    def state(self) -> dict[str, Any]:
+        """Return everything that a resumed publisher needs."""
+        return {
+            "revision": self.revision,
+            "tiles": [[*place, tile.revision, tile.cells] for place, tile in self.tiles.items()],
+            "seen": [[*place, *stamps] for place, stamps in self._seen.items()],
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Become the publisher that was saved."""
+        self.revision = state["revision"]
+        self.tiles = {(r, c): Tile(revision, cells) for r, c, revision, cells in state["tiles"]}
+        self._seen = {(r, c): tuple(stamps) for r, c, *stamps in state["seen"]}
 
 
 def _parts(place: tuple[int, int]) -> list[tuple[int, int]]:

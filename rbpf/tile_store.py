@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -245,3 +247,21 @@ class TileStore:
         spare = np.arange(keep - 1, live.size, -1, dtype=np.int32)
         self.free[: spare.size] = spare
         self.free_count = spare.size
+
+    def state(self) -> dict[str, Any]:
+        """Return everything that a resumed store needs."""
+        return {
+            "pool": self.pool, "refs": self.refs, "stamps": self.stamps, "free": self.free[: self.free_count],
+            "tables": self.tables, "window": [self.row0, self.col0], "writes": self.writes,
+        }  # fmt: skip
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Become the store that was saved."""
+        self.pool, self.refs, self.stamps, self.tables = (state[k] for k in ("pool", "refs", "stamps", "tables"))
+        self.free = np.empty(self.refs.size, dtype=np.int32)
+        self.free_count = state["free"].size
+        self.free[: self.free_count] = state["free"]
+        self.row0, self.col0 = state["window"]
+        self.writes = state["writes"]
+        self._mark = np.zeros(self.tables.shape[1:], dtype=np.int32)
+        self._stamp = 0

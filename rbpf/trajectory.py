@@ -23,6 +23,14 @@ class Rows:
         self._data[self.size] = row
         self.size += 1
 
+    @classmethod
+    def of(cls, rows: NDArray[np.generic]) -> Rows:
+        """Return a table that holds these rows."""
+        table = cls(rows.shape[1], rows.dtype.type)
+        table._data = np.concatenate([rows, np.zeros((max(64, rows.shape[0]), rows.shape[1]), dtype=rows.dtype)])
+        table.size = rows.shape[0]
+        return table
+
     @property
     def rows(self) -> NDArray[np.generic]:
         """View of what was added."""

@@ -1,0 +1,25 @@
+"""Compile every kernel of this room once."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rbpf.config import MapperConfig
+from rbpf.mapper import Mapper
+from spatial import Scan
+
+
+def warm_up() -> None:
+    """Run the mapper on a few made-up scans, so that every kernel is compiled and on disk."""
+    config = MapperConfig(particles=2, threads=1, clear_range_m=1.0, neff_fraction=1.0)
+    mapper = Mapper(config, seed=0)
+    angles = np.linspace(-1.5, 1.5, 60)
+    for k in range(4):
+        walls = 2.0 / np.maximum(np.cos(angles), 0.5) - 0.1 * k
+        ranges = np.where(np.arange(60) % 20 == 0, np.inf, walls).astype(np.float32)
+        scan = Scan(
+            stamp_ns=k * 10**9, ranges_m=ranges, angle_min_rad=-1.5, angle_increment_rad=3.0 / 59, range_max_m=10.0
+        )
+        mapper.update(scan, np.array([0.6 * k, 0.0, 0.2 * k]))
+    mapper.snapshot()
+    mapper.trajectory()
