@@ -59,21 +59,33 @@ def _put(out: NDArray[np.int8], row: int, col: int, value: int) -> None:  # prag
 
 @njit(cache=True, nogil=True)
 def _draw_link(
-    out: NDArray[np.int8], u0: float, v0: float, u1: float, v1: float, along_u: bool, row0: int, col0: int, value: int
+    out: NDArray[np.int8],
+    row0: int,
+    col0: int,
+    start: tuple[float, float, int],
+    end: tuple[float, float, int],
+    along_u: bool,
 ) -> None:  # pragma: no cover - compiled
-    """Draw the part of a wall between two cell centres: one cell for each cell centre passed along the longer axis."""
-    if along_u:
-        if u0 > u1:
-            u0, v0, u1, v1 = u1, v1, u0, v0
-        slope = (v1 - v0) / (u1 - u0)
-        for col in range(int(math.ceil(u0 - 0.5)), int(math.ceil(u1 - 0.5))):
-            _put(out, int(math.floor(v0 + (col + 0.5 - u0) * slope)) - row0, col - col0, value)
-    else:
-        if v0 > v1:
-            u0, v0, u1, v1 = u1, v1, u0, v0
-        slope = (u1 - u0) / (v1 - v0)
-        for row in range(int(math.ceil(v0 - 0.5)), int(math.ceil(v1 - 0.5))):
-            _put(out, row - row0, int(math.floor(u0 + (row + 0.5 - v0) * slope)) - col0, value)
+    """Draw the part of a wall between two cell centres: one cell for each cell centre passed along the longer axis.
+
+    Ends are (x, y, value) in cells of the lattice whose (row0, col0) is ``out[0, 0]``; each half has its end's value.
+    """
+    u0, v0, value0 = start
+    u1, v1, value1 = end
+    if not along_u:
+        u0, v0, u1, v1 = v0, u0, v1, u1
+    if u0 > u1:
+        u0, v0, u1, v1 = u1, v1, u0, v0
+        value0, value1 = value1, value0
+    slope = (v1 - v0) / (u1 - u0)
+    for step in range(int(math.ceil(u0 - 0.5)), int(math.ceil(u1 - 0.5))):
+        gone = step + 0.5 - u0
+        other = int(math.floor(v0 + gone * slope))
+        value = value0 if gone < 0.5 * (u1 - u0) else value1
+        if along_u:
+            _put(out, other - row0, step - col0, value)
+        else:
+            _put(out, step - row0, other - col0, value)
 
 
 @njit(cache=True, nogil=True)
@@ -140,7 +152,7 @@ def warp_window(
             thick = not draws_thin or _is_thick(cells, r, c)
             x, y = c + 0.5 - inverse[0, 2], r + 0.5 - inverse[1, 2]
             u, v = fxx * x + fxy * y, fyx * x + fyy * y
-            count, way_r, way_c, straight = 0, 0, 0, False
+            count, onward, last_way, last_along = 0, False, 0.0, False
             for k in range(8):
                 dr, dc = LINKS[k]
                 if not _is_wall(cells, r + dr, c + dc):
@@ -151,14 +163,15 @@ def warp_window(
                 elif thick and (not draws_thin or _is_thick(cells, r + dr, c + dc)):
                     continue  # joined by the sampling
                 count += 1
-                straight = count == 2 and way_r == -dr and way_c == -dc
-                way_r, way_c = dr, dc
+                # By direction alone: rounding must not choose another axis for the next link of a straight wall.
+                along_u = abs(fxx * dc + fxy * dr) >= abs(fyx * dc + fyy * dr)
+                way = fxx * dc + fxy * dr if along_u else fyx * dc + fyy * dr
+                onward = count == 2 and along_u == last_along and way * last_way < 0.0
+                last_way, last_along = way, along_u
                 if k < 4:
                     x, y = c + dc + 0.5 - inverse[0, 2], r + dr + 0.5 - inverse[1, 2]
-                    joined = min(value, cells[r + dr, c + dc])
-                    # By direction alone: rounding must not choose another axis for the next link of a straight wall.
-                    along_u = abs(fxx * dc + fxy * dr) >= abs(fyx * dc + fyy * dr)
-                    _draw_link(out, u, v, fxx * x + fxy * y, fyx * x + fyy * y, along_u, row0, col0, joined)
-            if (count == 0 and thick and ratio <= 1.05) or (straight and not thick):
+                    end = (fxx * x + fxy * y, fyx * x + fyy * y, int(cells[r + dr, c + dc]))
+                    _draw_link(out, row0, col0, (u, v, int(value)), end, along_u)
+            if (count == 0 and thick and ratio <= 1.05) or (onward and not thick):
                 continue
             _put(out, int(math.floor(v)) - row0, int(math.floor(u)) - col0, value)
