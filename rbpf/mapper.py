@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from rbpf.config import MapperConfig
 from rbpf.front_end import COS, SIN, FrontEnd, Step
+from rbpf.loops import MOVED_M, LoopCloser
 from rbpf.matching import CONFLICTS, INLIERS, RESULT_SIZE
 from rbpf.particles import insert_range, propose
 from rbpf.publisher import Publisher
@@ -97,6 +98,8 @@ class Mapper:
         self._neff = float(n)
         self._health = 1.0
         self._publisher = Publisher()
+        self._origins: list[NDArray[np.float64]] = []  # per keyframe: the laser on the base
+        self._loops = LoopCloser(self.config)
         self._geometry: tuple[object, ...] = ()
         self._pool = _pool(self.config.threads, n)
 
@@ -264,6 +267,7 @@ class Mapper:
             self._log_weights -= self._log_weights.max()
             self._judge(results, step)
         self._poses[:, self._keys] = poses
+        self._origins.append(np.ascontiguousarray(scan.T_base_laser[:2]))
         self._arrival.add((*motion, self._way))
         self._keys += 1
         self._T_key_base, self._way, self._key_stamp_ns = np.zeros(3), 0.0, scan.stamp_ns
@@ -276,9 +280,44 @@ class Mapper:
             resampled = True
         clock.lap("resample")
         self._insert(scan, points)
-        clock.lap("map update")
         self.best = int(np.argmax(self._log_weights))
+        clock.lap("map update")
+        self._loops.add_key(points, float(self._arrival.rows[-1, 3]))
+        if config.close_loops:
+            self._close_loops()
+            clock.lap("loops")
         return resampled
+
+    def _close_loops(self) -> None:
+        """Where the best particle comes to a place it has been, see whether its trajectory agrees; relax it if not."""
+        poses = self._poses[self.best, : self._keys]
+        if not self._loops.look(poses):
+            return
+        relaxed = self._loops.relaxed(poses, self._chain_cov())
+        if np.hypot(*(relaxed - poses)[:, :2].T).max() < MOVED_M:
+            return
+        self.stats.loops_closed += 1
+        self._adopt(relaxed)
+
+    def _chain_cov(self) -> NDArray[np.float64]:
+        """Return ``(K, 3, 3)`` covariances of the motion to each keyframe."""
+        return np.stack([self._motion_cov(motion) for motion in self._arrival.rows[:, :3]])
+
+    def _adopt(self, poses: Transform) -> None:
+        """Let all particles go on from this trajectory and the map it makes: a loop's closing leaves one history."""
+        store, reach = self._store, self.config.usable_range_m + 2.0
+        store.cover(poses[:, :2].min(axis=0) - reach, poses[:, :2].max(axis=0) + reach)
+        for i in range(self.config.particles):
+            store.clear(i)
+        ends = np.empty((0, 2))
+        for k in range(self._keys):
+            points = self._loops.scans[k].astype(np.float64)
+            origin = self._origins[k]
+            store.own(0, origin, poses[k], points, ends, True)
+            store.insert(0, origin, poses[k], points, ends, SKIP_M)
+        store.resample(np.zeros(self.config.particles, dtype=np.int64))
+        self._poses[:, : self._keys] = poses
+        self._log_weights[:] = 0.0
 
     def _motion_cov(self, motion: Transform) -> NDArray[np.float64]:
         config, length, turn = self.config, float(np.hypot(motion[0], motion[1])), abs(float(motion[2]))
@@ -335,7 +374,7 @@ class Mapper:
         stats = self.stats
         return {
             "store": self._store.state(), "front": self._front.state(), "publisher": self._publisher.state(),
-            "rng": self._rng.bit_generator.state, "log_weights": self._log_weights,
+            "loops": self._loops.state(), "origins": list(self._origins), "rng": self._rng.bit_generator.state, "log_weights": self._log_weights,
             "poses": self._poses[:, : self._keys], "best": self.best, "neff": self._neff, "health": self._health,
             "arrival": self._arrival.rows, "scan_place": self._scan_place.rows, "scan_motion": self._scan_motion.rows,
             "online": self._online.rows, "T_key_base": self._T_key_base, "way": self._way,
@@ -350,6 +389,8 @@ class Mapper:
         self._store.restore(state["store"])
         self._front.restore(state["front"])
         self._publisher.restore(state["publisher"])
+        self._loops.restore(state["loops"])
+        self._origins = state["origins"]
         self._rng.bit_generator.state = state["rng"]
         self._log_weights = state["log_weights"]
         poses = state["poses"]

@@ -1,0 +1,219 @@
+"""Places seen again: the last few scans against the map of an old stretch of the way, and what follows from a fit.
+
+A fit is an edge between two keyframes. Where the trajectory already agrees with it, it only holds the trajectory there;
+where it does not, a second fit has to say the same before it is believed.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rbpf.config import MapperConfig
+from rbpf.front_end import COS, SIN, information
+from rbpf.graph import relax, residuals
+from rbpf.matching import INLIERS, RESULT_SIZE, SCORE, match, search
+from rbpf.scan_points import POINT_COLUMNS, spaced
+from rbpf.tile_store import TileStore
+from spatial import se2
+from spatial.se2 import Transform
+
+OLD_WAY_M = 12.0
+"""A place is old when at least this much way lies between."""
+NEAR_M = 2.0
+"""A keyframe closer than this is looked at even where the way there is known without error."""
+DRIFT = 0.02
+"""Expected error of position for each metre of way."""
+FAR_MOST_M = 6.0
+"""Nothing is searched for farther away than this."""
+TURN_MOST_RAD = 0.35
+GROUP = 12
+"""Keyframes to either side of the old one that make its map."""
+TAIL = 4
+"""Keyframes before the newest one that are matched with it."""
+POINTS_OF_KEY = 90
+CONSISTENT_M, CONSISTENT_RAD = 0.12, 0.03
+"""A fit within this of the trajectory is believed at once."""
+AGREE_M, AGREE_RAD = 0.25, 0.05
+"""Two fits that say the same correct the trajectory alike within this."""
+INLIERS_LEAST = 0.7
+EDGE_WAY_M = 2.0
+"""Places are compared again after this much way."""
+SEARCH_WAY_M = 1.0
+"""A wide search is tried again after this much way."""
+MOVED_M = 0.05
+"""The map is made anew when relaxation moves a keyframe by more than this."""
+SHARE = 0.02
+"""Beams of many scans on one wall are far from independent: share of the matcher's information that an edge gets."""
+
+
+class LoopCloser:
+    """Keyframe scans, edges between keyframes, and the search for more of them."""
+
+    def __init__(self, config: MapperConfig) -> None:
+        self.config = config
+        self.scans: list[NDArray[np.float32]] = []
+        """Per keyframe: points ``(N, 5)`` in its base frame."""
+        self.way: list[float] = []
+        """Per keyframe: way since the start, metres."""
+        self.first: list[int] = []
+        self.second: list[int] = []
+        self.T_first_second: list[Transform] = []
+        self.information: list[NDArray[np.float64]] = []
+        self._pending: tuple[int, Transform] | None = None
+        self._last_try_m = self._last_search_m = -1e9
+        self._stores = (TileStore(1, config.resolution_m), TileStore(1, 2.0 * config.resolution_m))
+        self._out = np.zeros(RESULT_SIZE)
+
+    def add_key(self, points: NDArray[np.float64], way_m: float) -> None:
+        """Remember a keyframe's scan; ``way_m`` is the way since the keyframe before."""
+        self.scans.append(points.astype(np.float32))
+        self.way.append(way_m + (self.way[-1] if self.way else 0.0))
+
+    def look(self, T_map_key: Transform) -> bool:
+        """Compare the newest place with old ones near it; return whether a new edge contradicts the trajectory."""
+        now = len(self.scans) - 1
+        way = self.way[now]
+        if way - self._last_try_m < EDGE_WAY_M and not (
+            self._pending is not None or way - self._last_search_m >= SEARCH_WAY_M
+        ):
+            return False
+        old = self._candidate(T_map_key, now)
+        if old is None:
+            return False
+        near = way - self._last_try_m >= EDGE_WAY_M or self._pending is not None
+        if not near:
+            return False
+        self._last_try_m = way
+        return self._compare(T_map_key, old, now)
+
+    def _candidate(self, T_map_key: Transform, now: int) -> int | None:
+        """Return the old keyframe that most likely saw what the newest sees."""
+        way = np.asarray(self.way)
+        since = way[now] - way[: now + 1]
+        away = np.hypot(*(T_map_key[: now + 1, :2] - T_map_key[now, :2]).T)
+        turned = np.abs(se2.wrap(T_map_key[: now + 1, 2] - T_map_key[now, 2]))
+        reach = np.minimum(NEAR_M + DRIFT * since, FAR_MOST_M)
+        fits = (since > OLD_WAY_M) & (away < reach)
+        if not fits.any():
+            return None
+        cost = np.where(fits, away + 0.7 * turned, np.inf)
+        return int(np.argmin(cost))
+
+    def _compare(self, T_map_key: Transform, old: int, now: int) -> bool:
+        T_old_now = se2.between(T_map_key[old], T_map_key[now])
+        since = self.way[now] - self.way[old]
+        fine, coarse = self._stores
+        group = range(max(0, old - GROUP), min(old + GROUP + 1, now - TAIL))
+        self._draw(fine, T_map_key, group, old)
+        source = self._source(T_map_key, now)
+        reach = self.config.usable_range_m + FAR_MOST_M
+        for store in self._stores:
+            store.cover(T_old_now[:2] - reach, T_old_now[:2] + reach)
+        place = (fine.pool, fine.tables[0], fine.row0, fine.col0, fine.resolution_m, source)
+        spread_m, spread_rad = 0.05 + DRIFT * since, 0.02 + 0.002 * since
+        prior = np.diag([1.0 / spread_m**2, 1.0 / spread_m**2, 1.0 / spread_rad**2])
+        sigma, out = self.config.sigma_m, self._out
+        match(*place, T_old_now, T_old_now, prior, sigma, 15, COS, SIN, out)
+        way = self.way[now]
+        fitted = out.copy()
+        if fitted[INLIERS] < INLIERS_LEAST + 0.1 and way - self._last_search_m >= SEARCH_WAY_M:
+            self._last_search_m = way
+            self._draw(coarse, T_map_key, group, old)
+            coarse.cover(T_old_now[:2] - reach, T_old_now[:2] + reach)
+            start = np.zeros(3)
+            window = min(1.0 + DRIFT * since, FAR_MOST_M)
+            search(
+                coarse.pool, coarse.tables[0], coarse.row0, coarse.col0, coarse.resolution_m, source, 80, T_old_now,
+                min(0.1 + 0.002 * since, TURN_MOST_RAD), 0.03, window, 0.2, COS, SIN, start,
+            )  # fmt: skip
+            search(*place, 120, start, 0.03, 0.01, 0.15, 0.05, COS, SIN, start)
+            match(*place, start, T_old_now, prior, sigma, 15, COS, SIN, out)
+            if out[SCORE] > fitted[SCORE]:
+                fitted = out.copy()
+        if fitted[INLIERS] < INLIERS_LEAST:
+            return False
+        return self._believe(T_map_key, old, now, fitted, T_old_now)
+
+    def _believe(
+        self, T_map_key: Transform, old: int, now: int, fitted: NDArray[np.float64], T_old_now: Transform
+    ) -> bool:
+        T_fit = fitted[:3].copy()
+        away, turned = se2.difference(T_fit, T_old_now)
+        consistent = away < CONSISTENT_M and turned < CONSISTENT_RAD
+        # Where the newest keyframe would have to go, as a correction in its own frame.
+        correction = se2.between(T_map_key[now], se2.compose(T_map_key[old], T_fit))
+        if not consistent:
+            pending, self._pending = self._pending, (now, correction)
+            if pending is None or now == pending[0] or self.way[now] - self.way[pending[0]] > 5.0:
+                return False
+            apart, twisted = se2.difference(pending[1], correction)
+            if apart > AGREE_M + 0.1 * away or twisted > AGREE_RAD:
+                return False
+        self._pending = None
+        self.first.append(old)
+        self.second.append(now)
+        self.T_first_second.append(T_fit)
+        H = SHARE * information(fitted)
+        cos, sin = np.cos(T_map_key[old, 2] * 0.0), 0.0
+        rotation = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        floor = np.diag([0.01**2, 0.01**2, 0.003**2])
+        covariance = np.linalg.inv(rotation.T @ H @ rotation + np.diag([1e-2, 1e-2, 1e-2])) + floor
+        self.information.append(np.linalg.inv(covariance))
+        return not consistent
+
+    def relaxed(self, T_map_key: Transform, motion_cov: NDArray[np.float64]) -> Transform:
+        """Return the trajectory bent the least that fits all edges; ``motion_cov (K, 3, 3)`` of each arrival."""
+        count = T_map_key.shape[0]
+        if not self.first:
+            return T_map_key.copy()
+        chain = np.arange(count - 1)
+        first = np.concatenate([chain, np.array(self.first)])
+        second = np.concatenate([chain + 1, np.array(self.second)])
+        T = np.concatenate([se2.between(T_map_key[:-1], T_map_key[1:]), np.stack(self.T_first_second)])
+        info = np.concatenate([np.linalg.inv(motion_cov[1:]), np.stack(self.information)])
+        robust = np.arange(first.size) >= count - 1
+        return relax(T_map_key, first, second, T, info, robust)
+
+    def misfit(self, T_map_key: Transform) -> float:
+        """Return the largest distance by which the trajectory misses an edge, metres."""
+        if not self.first:
+            return 0.0
+        error = residuals(T_map_key, np.array(self.first), np.array(self.second), np.stack(self.T_first_second))
+        return float(np.hypot(error[:, 0], error[:, 1]).max())
+
+    def _draw(self, store: TileStore, T_map_key: Transform, group: range, old: int) -> None:
+        store.clear(0)
+        for k in group:
+            store.add_points(0, se2.between(T_map_key[old], T_map_key[k]), self.scans[k].astype(np.float64))
+
+    def _source(self, T_map_key: Transform, now: int) -> NDArray[np.float64]:
+        """Return the points of the newest keyframes in the frame of the last."""
+        parts = []
+        for k in range(max(0, now - TAIL), now + 1):
+            points = self.scans[k].astype(np.float64)
+            few = np.empty((points.shape[0], POINT_COLUMNS))
+            few = few[: spaced(points, 0.05, POINTS_OF_KEY, few)]
+            T_now_k = se2.between(T_map_key[now], T_map_key[k])
+            normals = se2.apply(np.array([0.0, 0.0, T_now_k[2]]), few[:, 2:4])
+            parts.append(np.column_stack([se2.apply(T_now_k, few[:, :2]), normals, few[:, 4]]))
+        return np.ascontiguousarray(np.concatenate(parts))
+
+    def state(self) -> dict[str, Any]:
+        """Return everything that a resumed search needs."""
+        return {
+            "scans": list(self.scans), "way": list(self.way), "first": list(self.first), "second": list(self.second),
+            "T": list(self.T_first_second), "information": list(self.information),
+            "pending": None if self._pending is None else [self._pending[0], self._pending[1]],
+            "last": [self._last_try_m, self._last_search_m],
+        }  # fmt: skip
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Become the search that was saved."""
+        self.scans, self.way = state["scans"], state["way"]
+        self.first, self.second = state["first"], state["second"]
+        self.T_first_second, self.information = state["T"], state["information"]
+        self._pending = None if state["pending"] is None else (state["pending"][0], state["pending"][1])
+        self._last_try_m, self._last_search_m = state["last"]
