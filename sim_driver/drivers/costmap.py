@@ -67,16 +67,20 @@ def make_costmap(
     factor = max(1, round(config.plan_resolution_m / grid.resolution_m))
     while grid.cells.size / factor**2 > config.max_plan_cells:
         factor += 1
-    occupied, free = pool(grid.cells, factor, FREE_MAX, OCCUPIED_MIN)
+    occupied, free, unknown = pool(grid.cells, factor, FREE_MAX, OCCUPIED_MIN)
     resolution = grid.resolution_m * factor
-    costmap = Costmap(np.empty(occupied.shape, dtype=np.float32), free, resolution, grid.origin_m)
     height, width = occupied.shape
+    body = config.robot_radius_m + config.margin_m
+    padded = np.ones((height + 2, width + 2), dtype=np.bool_)
+    padded[1:-1, 1:-1] = unknown
+    beside = padded[:-2, 1:-1] | padded[2:, 1:-1] | padded[1:-1, :-2] | padded[1:-1, 2:]
+    gap_m = _gap_m(occupied, resolution)
+    is_frontier = free & beside & (gap_m >= min(body, 0.15))
     if obstacles is not None and len(obstacles):
         cols, rows = np.floor((obstacles - np.asarray(grid.origin_m)) / resolution).astype(np.int64).T
         inside = (rows >= 0) & (rows < height) & (cols >= 0) & (cols < width)
         occupied[rows[inside], cols[inside]] = True
-    gap_m = np.maximum(euclidean(occupied) - 0.5, 0.0) * resolution
-    body = config.robot_radius_m + config.margin_m
+        gap_m = _gap_m(occupied, resolution)
     crowding = np.clip(1.0 - (gap_m - body) / config.comfort_m, 0.0, 1.0)
     weight = (1.0 + WALL_PENALTY * crowding**2).astype(np.float32)
     weight[~free | (gap_m < body)] = np.inf
@@ -84,11 +88,11 @@ def make_costmap(
         _add_disc(
             weight, (x - grid.origin_m[0]) / resolution, (y - grid.origin_m[1]) / resolution, 2.2 * body / resolution
         )
-    unknown = np.ones((height + 2, width + 2), dtype=np.bool_)
-    unknown[1:-1, 1:-1] = ~free & ~occupied
-    beside = unknown[:-2, 1:-1] | unknown[2:, 1:-1] | unknown[1:-1, :-2] | unknown[1:-1, 2:]
-    is_frontier = free & beside & (gap_m >= min(body, 0.15))
-    return Costmap(weight, is_frontier, costmap.resolution_m, costmap.origin_m)
+    return Costmap(weight, is_frontier, resolution, grid.origin_m)
+
+
+def _gap_m(occupied: NDArray[np.bool_], resolution_m: float) -> NDArray[np.float32]:
+    return np.maximum(euclidean(occupied) - np.float32(0.5), 0.0) * np.float32(resolution_m)
 
 
 def _add_disc(weight: NDArray[np.float32], col: float, row: float, radius: float) -> None:
@@ -103,19 +107,25 @@ def _add_disc(weight: NDArray[np.float32], col: float, row: float, radius: float
 @njit(cache=True, nogil=True)
 def pool(
     cells: NDArray[np.int8], factor: int, free_max: int, occupied_min: int
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:  # pragma: no cover - compiled
-    """Return (occupied, free) of blocks of ``factor`` x ``factor`` cells: occupied if any is, else free if half are."""
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:  # pragma: no cover - compiled
+    """Return (occupied, free, unknown) of blocks of ``factor`` x ``factor`` cells.
+
+    Occupied if any cell is, else free or unknown if half are; cells between free and occupied are none of the three.
+    """
     height, width = -(-cells.shape[0] // factor), -(-cells.shape[1] // factor)
     occupied = np.zeros((height, width), dtype=np.bool_)
     free = np.zeros((height, width), dtype=np.bool_)
+    unknown = np.zeros((height, width), dtype=np.bool_)
     for i in range(height):
         for j in range(width):
-            count, walls = 0, 0
+            count, walls, unseen = 0, 0, 0
             for r in range(i * factor, min((i + 1) * factor, cells.shape[0])):
                 for c in range(j * factor, min((j + 1) * factor, cells.shape[1])):
                     value = cells[r, c]
                     walls += value >= occupied_min
                     count += 0 <= value <= free_max
+                    unseen += value < 0
             occupied[i, j] = walls > 0
             free[i, j] = walls == 0 and 2 * count >= factor * factor
-    return occupied, free
+            unknown[i, j] = walls == 0 and not free[i, j] and 2 * unseen >= factor * factor
+    return occupied, free, unknown

@@ -28,6 +28,8 @@ log = logging.getLogger(__name__)
 NS = 1_000_000_000
 BIGGEST_GAIN_M = 5.0
 """Longer frontiers gain no more than this."""
+ARRIVED_M = 0.4
+"""At a goal this near there is nothing more to drive, only to look."""
 PROGRESS_M = 0.2
 """A goal that came this much nearer has made progress."""
 SCAN_ROUND: Command = (0.0, 0.6)
@@ -50,6 +52,23 @@ class Goal:
     """Lower is better."""
 
 
+@dataclass(eq=False)
+class Attempt:
+    """How a goal has been approached, over all times it was chosen: two goals taken in turns both run out of time."""
+
+    xy_m: NDArray[np.float64]
+    nearest_m: float = np.inf
+    spent_s: float = 0.0
+
+    def spend(self, seconds: float, way_m: float) -> float:
+        """Return how long it has been chosen without coming nearer; standing at it counts threefold."""
+        if way_m < self.nearest_m - PROGRESS_M:
+            self.nearest_m, self.spent_s = way_m, 0.0
+        else:
+            self.spent_s += seconds * (3.0 if way_m < ARRIVED_M else 1.0)
+        return self.spent_s
+
+
 class Explorer:
     """Explores on its own map, or on the team's where that is given."""
 
@@ -61,7 +80,7 @@ class Explorer:
         self._blacklist: list[NDArray[np.float64]] = []
         self._forgiven = 0
         self._next_plan_ns = 0
-        self._nearest_m, self._progress_ns = np.inf, 0
+        self._attempts: list[Attempt] = []
         self._nothing_since_ns: int | None = None
         self._finished = False
 
@@ -95,6 +114,9 @@ class Explorer:
         if self._goal is None:
             self._recovery.rest(now_ns)
             return STOP if self._finished or self._nothing_since_ns is not None else SCAN_ROUND
+        if np.hypot(*(self._goal.path_m[-1] - T_map_base[:2])) < 0.1:
+            self._recovery.rest(now_ns)
+            return SCAN_ROUND
         wanted = steer(T_map_base, self._goal.path_m, self._config)
         command = slow_for_obstacles(wanted, scan, self._config)
         if self._recovery.is_stuck(now_ns, T_map_base):
@@ -114,32 +136,41 @@ class Explorer:
         scan: Scan | None,
     ) -> None:
         mates = np.array([teammates[name][:2] for name in sorted(teammates)]).reshape(-1, 2)
-        costmap = make_costmap(grid, self._config, seen_obstacles(scan, T_map_base, self._config), mates)
-        start = costmap.nearest_open(T_map_base[:2], SNAP_M)
+        seen = seen_obstacles(scan, T_map_base, mates, self._config)
+        start, goals = self._goals(make_costmap(grid, self._config, seen, mates), T_map_base, mates)
+        if not goals:  # what moves may only be in the way for now
+            start, goals = self._goals(make_costmap(grid, self._config, None, mates), T_map_base, mates)
         if start is None:
             # Walled in, by something that moves or by noise in a young map: look around, then wriggle.
             self._goal = None
             if self._nothing_since_ns is None and self._recovery.rested_s(now_ns) > self._config.finish_after_s:
                 self._recovery.start(now_ns)
             return
-        goals = self._goals(costmap, start, T_map_base, mates)
         if not goals:
             self._none_left(now_ns)
             return
         self._nothing_since_ns, self._finished = None, False
         best = min(goals, key=lambda goal: (not goal.is_mine, goal.cost_m))
-        changed = self._goal is None or bool(np.hypot(*(best.xy_m - self._goal.xy_m)) > 1.0)
-        way_m = length_m(best.path_m)
-        if changed or way_m < self._nearest_m - PROGRESS_M:
-            self._nearest_m, self._progress_ns = way_m, now_ns
         self._goal = best
-        if now_ns - self._progress_ns > self._config.progress_timeout_s * NS:
+        way_m = length_m(best.path_m)
+        if self._attempt_at(best.xy_m).spend(self._config.plan_interval_s, way_m) > self._config.progress_timeout_s:
             self._give_up(now_ns)
 
+    def _attempt_at(self, xy_m: NDArray[np.float64]) -> Attempt:
+        for attempt in self._attempts:
+            if np.hypot(*(attempt.xy_m - xy_m)) < self._config.blacklist_radius_m:
+                return attempt
+        self._attempts.append(Attempt(xy_m))
+        return self._attempts[-1]
+
     def _goals(
-        self, costmap: Costmap, start: tuple[int, int], T_map_base: Transform, mates: NDArray[np.float64]
-    ) -> list[Goal]:
+        self, costmap: Costmap, T_map_base: Transform, mates: NDArray[np.float64]
+    ) -> tuple[tuple[int, int] | None, list[Goal]]:
+        """Return the cell that the robot sets out from (None where it is walled in), and all goals."""
         config, resolution = self._config, costmap.resolution_m
+        start = costmap.nearest_open(T_map_base[:2], SNAP_M)
+        if start is None:
+            return None, []
         starts = [start] + [cell for xy in mates if (cell := costmap.nearest_open(xy, SNAP_M)) is not None]
         rows, cols = np.array(starts, dtype=np.int32).T.copy()
         cost, before, _ = travel(costmap.weight, rows[:1], cols[:1], -1, -1)
@@ -162,12 +193,13 @@ class Explorer:
             score = config.path_scale * way - config.gain_scale * min(size_m, BIGGEST_GAIN_M)
             score += config.turn_scale * turn - config.keep_goal_m * kept
             goals.append(Goal(xy, path, size_m, nearest is None or int(nearest[row, col]) == 0, score))
-        return goals
+        return start, goals
 
     def _none_left(self, now_ns: int) -> None:
         self._goal = None
         if self._blacklist and self._forgiven < self._config.blacklist_forgiven:
             self._blacklist.clear()
+            self._attempts.clear()
             self._forgiven += 1
             return
         if self._nothing_since_ns is None:
@@ -178,6 +210,6 @@ class Explorer:
         if self._goal is not None:
             log.debug("giving up the frontier at %s", self._goal.xy_m)
             self._blacklist.append(self._goal.xy_m)
-        self._goal, self._nearest_m, self._progress_ns = None, np.inf, now_ns
+        self._goal = None
         self._recovery.in_a_row = 0
         self._next_plan_ns = now_ns

@@ -17,13 +17,18 @@ SNAP_M = 0.6
 """How far from the robot or the goal the nearest open cell may be."""
 
 
-def seen_obstacles(scan: Scan | None, T_map_base: Transform, config: DriverConfig) -> NDArray[np.float64]:
-    """Return the near returns ``(N, 2)`` in the map frame."""
+def seen_obstacles(
+    scan: Scan | None, T_map_base: Transform, teammates_m: NDArray[np.float64], config: DriverConfig
+) -> NDArray[np.float64]:
+    """Return the near returns ``(N, 2)`` in the map frame, without those of teammates ``(M, 2)``, who move on."""
     if scan is None:
         return np.empty((0, 2))
     points = scan.points_base()
     reach = np.hypot(points[:, 0], points[:, 1])
-    return se2.apply(T_map_base, points[(reach > config.robot_radius_m) & (reach < SEEN_WITHIN_M)])
+    points = se2.apply(T_map_base, points[(reach > config.robot_radius_m) & (reach < SEEN_WITHIN_M)])
+    for mate in teammates_m:
+        points = points[np.hypot(*(points - mate).T) > 2.0 * config.robot_radius_m]
+    return points
 
 
 def path_between(

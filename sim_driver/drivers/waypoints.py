@@ -67,7 +67,7 @@ class WaypointDriver:
             self._path_m = None
             if grid is not None and grid.cells.size:
                 mates = np.array([teammates[name][:2] for name in sorted(teammates)]).reshape(-1, 2)
-                seen = seen_obstacles(scan, T_map_base, self._config)
+                seen = seen_obstacles(scan, T_map_base, mates, self._config)
                 costmap = make_costmap(grid, self._config, seen, mates)
                 self._path_m = path_between(costmap, T_map_base[:2], goal, self._config.arrive_m)
         if self._recovery.is_stuck(now_ns, T_map_base):

@@ -1,0 +1,102 @@
+"""Where teammates are at the time of a scan, from what they said of themselves a moment ago."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from filterpy.kalman import KalmanFilter
+from numpy.typing import ArrayLike, NDArray
+
+from mutual_detection.config import MutualDetectionConfig
+
+NS = 1_000_000_000
+SPEED_SIGMA_M_S = 0.4
+"""Spread of the speed that a newly heard teammate may have."""
+PLACE = np.array([0, 2])
+"""Indices of x and y in the state x, vx, y, vy."""
+
+
+@dataclass
+class _Track:
+    filter: KalmanFilter
+    stamp_ns: int
+
+
+class TeammateTracker:
+    """One constant-velocity Kalman filter a teammate, all in this robot's map frame (dissertation, section 3.6)."""
+
+    def __init__(self, config: MutualDetectionConfig | None = None) -> None:
+        """Start without teammates."""
+        self._config = config or MutualDetectionConfig()
+        self._tracks: dict[str, _Track] = {}
+
+    def observe(self, robot_id: str, stamp_ns: int, xy_m: ArrayLike, covariance_m2: ArrayLike | None = None) -> None:
+        """Take a reported place ``(2,)`` in my map frame; reports older than the last one, or not finite, are dropped.
+
+        ``covariance_m2`` : ``(2, 2)``, of the teammate's pose and of the transform between our maps.
+        """
+        xy = np.array(xy_m, dtype=np.float64)
+        floor = self._config.position_sigma_m**2 * np.eye(2)
+        noise = floor if covariance_m2 is None else np.array(covariance_m2, dtype=np.float64)
+        if xy.shape != (2,) or noise.shape != (2, 2) or not (np.isfinite(xy).all() and np.isfinite(noise).all()):
+            return
+        noise = (noise + noise.T) / 2.0 + 1e-6 * np.eye(2)
+        track = self._tracks.get(robot_id)
+        if track is None or stamp_ns - track.stamp_ns > self._config.forget_after_s * NS:
+            self._tracks[robot_id] = _Track(_new_filter(xy, noise), stamp_ns)
+            return
+        if stamp_ns < track.stamp_ns:
+            return
+        dt_s = (stamp_ns - track.stamp_ns) / NS
+        F, Q = _motion(dt_s, self._config.acceleration_m_s2)
+        track.filter.predict(F=F, Q=Q)
+        innovation = xy - track.filter.x[PLACE]
+        spread = track.filter.P[np.ix_(PLACE, PLACE)] + noise
+        if innovation @ np.linalg.solve(spread, innovation) > self._config.gate_sigmas**2:
+            self._tracks[robot_id] = _Track(_new_filter(xy, noise), stamp_ns)
+            return
+        track.filter.update(xy, R=noise)
+        track.stamp_ns = stamp_ns
+
+    def forget(self, robot_id: str) -> None:
+        """Drop a teammate: it left, or the transform to its map was revoked."""
+        self._tracks.pop(robot_id, None)
+
+    def predict(self, stamp_ns: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return centres ``(N, 2)`` in my map frame and radii ``(N,)``, metres, of teammates at a scan's time.
+
+        In the order of their ids; those not heard of for ``forget_after_s`` are left out. Changes nothing.
+        """
+        centres, radii = [], []
+        for robot_id in sorted(self._tracks):
+            track = self._tracks[robot_id]
+            age_ns = stamp_ns - track.stamp_ns
+            if abs(age_ns) > self._config.forget_after_s * NS:
+                continue
+            F, Q = _motion(age_ns / NS, self._config.acceleration_m_s2)
+            spread = (F @ track.filter.P @ F.T + Q)[np.ix_(PLACE, PLACE)]
+            sigma_m = float(np.sqrt(max(np.linalg.eigvalsh(spread)[-1], 0.0)))
+            radius = self._config.robot_radius_m + self._config.margin_m + self._config.sigmas * sigma_m
+            centres.append((F @ track.filter.x)[PLACE])
+            radii.append(min(radius, self._config.max_radius_m))
+        return np.array(centres, dtype=np.float64).reshape(-1, 2), np.array(radii, dtype=np.float64)
+
+
+def _new_filter(xy: NDArray[np.float64], noise: NDArray[np.float64]) -> KalmanFilter:
+    kalman = KalmanFilter(dim_x=4, dim_z=2)
+    kalman.x = np.array([xy[0], 0.0, xy[1], 0.0])
+    kalman.P = np.diag([0.0, SPEED_SIGMA_M_S**2, 0.0, SPEED_SIGMA_M_S**2])
+    kalman.P[np.ix_(PLACE, PLACE)] = noise
+    kalman.H = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]])
+    return kalman
+
+
+def _motion(dt_s: float, acceleration_m_s2: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the transition and its noise over ``dt_s`` (negative: looking back) under white acceleration."""
+    step = np.array([[1.0, dt_s], [0.0, 1.0]])
+    dt = abs(dt_s)
+    noise = acceleration_m_s2**2 * np.array([[dt**4 / 4, dt**3 / 2], [dt**3 / 2, dt**2]])
+    F: NDArray[np.float64] = np.kron(np.eye(2), step)
+    Q: NDArray[np.float64] = np.kron(np.eye(2), noise)
+    return F, Q

@@ -1,0 +1,15 @@
+"""Compiles this package's kernels ahead of use."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mutual_detection.mask import mask_teammates
+from spatial import Scan
+
+
+def warm_up() -> None:
+    """Call each kernel once."""
+    ranges = np.ones(4, dtype=np.float32)
+    scan = Scan(stamp_ns=0, ranges_m=ranges, angle_min_rad=0.0, angle_increment_rad=0.1, range_max_m=5.0)
+    mask_teammates(scan, np.zeros(3), np.array([[1.0, 0.0]]), np.array([0.2]))

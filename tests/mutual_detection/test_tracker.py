@@ -1,0 +1,87 @@
+import numpy as np
+import pytest
+
+from mutual_detection import MutualDetectionConfig, TeammateTracker
+from spatial import InputError
+
+S = 1_000_000_000
+
+
+def drive(tracker, seconds, velocity=(0.4, -0.2), rate_hz=5, noise_m=0.02, seed=0):
+    rng = np.random.default_rng(seed)
+    for i in range(int(seconds * rate_hz) + 1):
+        t = i / rate_hz
+        tracker.observe("r1", round(t * S), np.array(velocity) * t + rng.normal(0, noise_m, 2), noise_m**2 * np.eye(2))
+    return t
+
+
+def test_predicts_ahead_by_the_velocity():
+    tracker = TeammateTracker()
+    t = drive(tracker, 4)
+    centres, radii = tracker.predict(round((t + 0.5) * S))
+    assert np.allclose(centres[0], np.array([0.4, -0.2]) * (t + 0.5), atol=0.1)
+    assert 0.26 < radii[0] < 0.6
+
+
+def test_circle_grows_with_age_up_to_its_limit_and_then_is_forgotten():
+    config = MutualDetectionConfig(forget_after_s=3.0, max_radius_m=0.7)
+    tracker = TeammateTracker(config)
+    t = drive(tracker, 4)
+    radii = [float(tracker.predict(round((t + age) * S))[1][0]) for age in (0.0, 0.2, 0.5, 1.0, 2.9)]
+    assert radii == sorted(radii)
+    assert radii[1] > radii[0]
+    assert radii[-1] == 0.7
+    assert len(tracker.predict(round((t + 3.1) * S))[0]) == 0
+
+
+def test_predicting_changes_nothing():
+    tracker = TeammateTracker()
+    drive(tracker, 2)
+    first = tracker.predict(3 * S)
+    tracker.predict(2 * S)
+    again = tracker.predict(3 * S)
+    assert np.array_equal(first[0], again[0])
+    assert np.array_equal(first[1], again[1])
+
+
+def test_late_and_broken_reports_are_dropped():
+    tracker, twin = TeammateTracker(), TeammateTracker()
+    drive(tracker, 2)
+    drive(twin, 2)
+    tracker.observe("r1", 1 * S, [50.0, 50.0])
+    tracker.observe("r1", 2 * S, [np.nan, 0.0])
+    tracker.observe("r1", 2 * S, [0.0, 0.0], [[np.inf, 0], [0, 1]])
+    tracker.observe("r1", 2 * S, [0.0, 0.0, 0.0])
+    assert np.array_equal(tracker.predict(2 * S)[0], twin.predict(2 * S)[0])
+
+
+def test_a_jump_starts_the_track_afresh():
+    tracker = TeammateTracker()
+    drive(tracker, 4)
+    tracker.observe("r1", round(4.2 * S), [20.0, 5.0])
+    assert np.allclose(tracker.predict(round(4.2 * S))[0][0], [20.0, 5.0])
+
+
+def test_all_teammates_at_once_in_the_order_of_ids():
+    tracker = TeammateTracker()
+    for robot_id, x in (("b", 2.0), ("a", 1.0), ("c", 3.0)):
+        tracker.observe(robot_id, 0, [x, 0.0])
+    centres, radii = tracker.predict(0)
+    assert centres[:, 0].tolist() == [1.0, 2.0, 3.0]
+    assert radii.shape == (3,)
+    tracker.forget("b")
+    tracker.forget("nobody")
+    assert tracker.predict(0)[0][:, 0].tolist() == [1.0, 3.0]
+
+
+def test_a_poor_transform_widens_the_circle():
+    tracker = TeammateTracker()
+    tracker.observe("r1", 0, [0, 0], 0.01**2 * np.eye(2))
+    tracker.observe("r2", 0, [1, 0], 0.2**2 * np.eye(2))
+    radii = tracker.predict(0)[1]
+    assert radii[1] - radii[0] == pytest.approx(2.0 * 0.19, abs=0.01)
+
+
+def test_settings_are_checked():
+    with pytest.raises(InputError, match=r"mutual_detection.forget_after_s must be > 0, got -1"):
+        MutualDetectionConfig(forget_after_s=-1)
