@@ -3,8 +3,8 @@
 import spatial  # noqa: F401  (points numba's cache at the right folder)
 from comms.config import CommsConfig
 from comms.effects import (
-    DuplicateId,
     Dropped,
+    DuplicateId,
     Effect,
     ExchangeDone,
     ExchangeFailed,
@@ -18,7 +18,9 @@ from comms.effects import (
 )
 from comms.memory_transport import LinkConditions, MemoryNetwork, MemoryTransport
 from comms.node import CommsNode
+from comms.security import RobotKeys, load_keys, make_team_keys
 from comms.transport import Arrival, Incoming, PeerJoined, PeerLeft, Transport
+from comms.warm_up import warm_up
 from comms.zenoh_transport import ZenohTransport
 
 __all__ = [
@@ -41,8 +43,12 @@ __all__ = [
     "PeerJoined",
     "PeerLeft",
     "PeerSeen",
+    "RobotKeys",
     "Send",
     "TeammatePose",
     "Transport",
     "ZenohTransport",
+    "load_keys",
+    "make_team_keys",
+    "warm_up",
 ]

@@ -54,7 +54,7 @@ class Exchanges:
         self._pulling: dict[str, str] = {}  # robot -> the peer its map is being taken from
         self._count = 0
 
-    # -- beginning -----------------------------------------------------------------------------------------------------
+    # -- beginning -------------------------------------------------------------------------------------------------
 
     def open(self, peer: str, now_ns: int) -> None:
         """Propose an exchange to a peer."""
@@ -137,7 +137,7 @@ class Exchanges:
             exchange.full_lz4 += packed
             exchange.full_raw += raw
 
-    # -- giving --------------------------------------------------------------------------------------------------------
+    # -- giving ----------------------------------------------------------------------------------------------------
 
     def _offer(self, exchange: Exchange, robot: str, held: Version, staged: Version | None) -> bool:
         first = robot not in exchange.offered
@@ -185,7 +185,7 @@ class Exchanges:
         message = Done(self._own_id, exchange.xid, GIVE_NO_MORE)
         exchange.bytes_sent += self._post(message, exchange.peer, "control")
 
-    # -- taking --------------------------------------------------------------------------------------------------------
+    # -- taking ----------------------------------------------------------------------------------------------------
 
     def on_manifest(self, message: Manifest, size: int, now_ns: int) -> None:
         """The peer tells what I lack of one map; raises ``WireError`` where that makes no sense."""
@@ -245,7 +245,7 @@ class Exchanges:
             return False
         return self._store.may_take(robot) and self._pulling.get(robot, peer) == peer
 
-    # -- ending --------------------------------------------------------------------------------------------------------
+    # -- ending ----------------------------------------------------------------------------------------------------
 
     def on_done(self, message: Done, size: int, now_ns: int) -> None:
         """The peer holds all it wanted, or gives no more."""
@@ -343,7 +343,7 @@ class Exchanges:
         else:
             self._post(Refuse(self._own_id, xid, "that exchange is over"), peer, "control")
 
-    # -- small -----------------------------------------------------------------------------------------------------------
+    # -- small -----------------------------------------------------------------------------------------------------
 
     def _find(self, peer: str, xid: int, size: int, now_ns: int) -> Exchange | None:
         exchange = self.active.get(peer)

@@ -41,7 +41,7 @@ def frame(body: bytes, tag: int) -> bytes:
 
 
 def unframe(payload: bytes, tag: int, max_bytes: int) -> bytes:
-    """Return the body, or raise :class:`WireError`: oversized, truncated, foreign protocol, version, foreign team, corrupt."""
+    """Return the body, or raise :class:`WireError` for what is too long, cut off, foreign or corrupt."""
     if len(payload) > max_bytes:
         raise WireError("oversized", f"{len(payload)} bytes > {max_bytes}")
     if len(payload) < HEADER.size:

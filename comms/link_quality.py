@@ -120,7 +120,7 @@ class LinkMonitor:
         return qualities
 
     def report(self, now_ns: int) -> list[tuple[str, int]]:
-        """Return the LQ (0..255) of the neighbours whose turn it is, for the next beacon: bounded however many there are."""
+        """Return the LQ (0..255) of the neighbours whose turn it is, for the next beacon; bounded in number."""
         turn = sorted(self._neighbours, key=lambda peer: (self._neighbours[peer].reported, peer))
         chosen = turn[: self.config.beacon_neighbours]
         self._turn += 1

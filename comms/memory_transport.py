@@ -55,8 +55,8 @@ class MemoryNetwork:
     ) -> None:
         """Make an empty network.
 
-        ``reliable``: maps and control messages arrive in order, losses only delay them (as over TCP); False: they are lost,
-        doubled and reordered like beacons. ``queue_bytes``: what waits for a slow link beyond this is lost.
+        ``reliable``: maps and control messages arrive in order, losses only delay them (as over TCP); False: they are
+        lost, doubled and reordered like beacons. ``queue_bytes``: what waits for a slow link beyond this is lost.
         """
         self.now_ns = 0
         self.conditions: Conditions = conditions or (lambda a, b, now_ns: PERFECT)

@@ -72,7 +72,7 @@ class Refuse(Message, frozen=True, tag=4):
 
 
 class Ask(Message, frozen=True, tag=5):
-    """Which tiles do I lack of this robot's map, if I hold this version?"""
+    """Tell what I lack of this robot's map, if I hold this version."""
 
     xid: U32
     robot: Name

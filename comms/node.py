@@ -1,4 +1,4 @@
-"""The network core of one robot: bytes, times and own maps in; effects out. No I/O, no clock, no global random state."""
+"""The network core of one robot: bytes, times and own maps in, effects out. No I/O, no clock, no global state."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class CommsNode:
         self._beacon_ns: int | None = None
         self._pose: tuple[int, int, int, int] | None = None
 
-    # -- in ----------------------------------------------------------------------------------------------------------------
+    # -- in --------------------------------------------------------------------------------------------------------
 
     def publish(self, local_map: LocalMap, now_ns: int) -> bool:
         """Take the own newest map; return whether it is news. It is in ``store.maps`` under the own id at once."""
@@ -142,7 +142,7 @@ class CommsNode:
         self._post(Bye(self.robot_id, self.boot_id), None, "control")
         return self._flush()
 
-    # -- messages ----------------------------------------------------------------------------------------------------------
+    # -- messages --------------------------------------------------------------------------------------------------
 
     def _dispatch(self, message: Message, size: int, now_ns: int) -> None:
         if message.sender == self.robot_id:
@@ -207,7 +207,7 @@ class CommsNode:
         self.must_stop |= newcomer
         self._out.append(fx.DuplicateId(self.robot_id, self.boot_id, beacon.boot, newcomer))
 
-    # -- peers and links -----------------------------------------------------------------------------------------------------
+    # -- peers and links -------------------------------------------------------------------------------------------
 
     def _see(self, peer: str, known: Peer, now_ns: int) -> Peer:
         known.heard_ns = now_ns
@@ -239,7 +239,7 @@ class CommsNode:
         """Two robots that both only give maps have nothing to tell each other."""
         return self.mode == "mapper" and MODES[self.peers[peer].mode] == "mapper"
 
-    # -- out -----------------------------------------------------------------------------------------------------------------
+    # -- out -------------------------------------------------------------------------------------------------------
 
     def _uptime_ms(self, now_ns: int) -> int:
         return 0 if self._started_ns is None else max(now_ns - self._started_ns, 0) // 1_000_000

@@ -13,7 +13,7 @@ MAX_BYTES = 16 << 20
 
 
 class Outbox:
-    """A bounded queue and the thread that empties it; what does not fit is lost, and asked for again by who misses it."""
+    """A bounded queue and the thread that empties it; what does not fit is lost and will be asked for again."""
 
     def __init__(self, name: str, put: Callable[[str, bytes], None], max_bytes: int = MAX_BYTES) -> None:
         """Start the thread; ``put(key, payload)`` sends and may wait."""

@@ -1,8 +1,8 @@
 """When to exchange with whom: a pure state machine over peers, link qualities and time.
 
-A peer's link is weak (0) or strong (1), with hysteresis; -1 is the robot itself. An exchange is due on a strong link when
-``exchange_timeout_s`` has passed since the last completed one, and the pause after a failed one is over. The peer that
-has waited longest goes first.
+A peer's link is weak (0) or strong (1), with hysteresis; -1 is the robot itself. An exchange is due on a strong link
+when ``exchange_timeout_s`` has passed since the last completed one, and the pause after a failed one is over. The peer
+that has waited longest goes first.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ class MapStore:
         return self._newest.get(robot_id)
 
     def at(self, robot_id: str, epoch: int, revision: int) -> Snapshot | None:
-        """Return the snapshot of exactly this version if it is still kept; revision 0 is the empty map."""
+        """Return the snapshot of exactly this version if it is still kept."""
         newest = self._newest.get(robot_id)
         if newest is not None and newest.version == (epoch, revision):
             return newest
@@ -90,7 +90,7 @@ class MapStore:
         return True
 
     def outrank(self, version: Version) -> bool:
-        """Relabel the own map above ``version``, told by a teammate who knows an earlier life of mine; return whether needed."""
+        """Relabel the own map above a version that a teammate holds of my earlier life; return whether needed."""
         own = self._newest.get(self.own_id)
         if version <= ((self.own_epoch, 0) if own is None else own.version):
             return False
@@ -105,7 +105,7 @@ class MapStore:
         return robot_id in self._newest or len(self._newest) < self._config.max_robots
 
     def try_commit(self, manifest: Manifest) -> tuple[TileIndex, ...] | None:
-        """Put a robot's staged snapshot in place if all of the manifest is there; return the changed tiles, else None."""
+        """Put a staged snapshot in place if all of the manifest is there; return the changed tiles, else None."""
         robot, staging = manifest.robot, self.staging.get(manifest.robot)
         missing_tiles, missing_blocks = self.missing(manifest)
         base = self.base_of(manifest)
@@ -113,7 +113,7 @@ class MapStore:
             return None
         changed = tuple(zip(manifest.rows, manifest.cols, strict=True))
         tiles = dict(base.map.tiles)
-        blocks = {i: block for i, block in enumerate(base.blocks)}
+        blocks = dict(enumerate(base.blocks))
         if staging is not None:
             tiles.update({index: staging.tiles[index] for index in changed})
             blocks.update({i: staging.blocks[i] for i in manifest.blocks})

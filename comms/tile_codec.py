@@ -1,8 +1,8 @@
-"""Tiles as bytes: palette, difference from what the asker holds, bit planes, LZ4.
+"""Tiles as bytes: a palette, then the arithmetic code of what differs from the asker's tiles, then LZ4.
 
-Cells of one chunk hold few distinct values, so each cell becomes its index in the chunk's palette; XOR with the index of
-the same cell in the asker's tile (all unknown where it has none) leaves mostly zeros; bit planes put those zeros side by
-side, and LZ4 takes them out.
+Cells of one chunk hold few distinct values, so each cell becomes its index in the chunk's palette, and is coded against
+the same cell of the asker's tile (all unknown where it has none). Where that would need more room than bit planes do,
+as for noise, bit planes are sent.
 """
 
 from __future__ import annotations
@@ -11,49 +11,74 @@ import lz4.block
 import numpy as np
 from numpy.typing import NDArray
 
+from comms.cell_coder import READ_AHEAD, code
 from comms.frames import WireError
 from spatial import TILE_CELLS, UNKNOWN
 
 CELLS = TILE_CELLS * TILE_CELLS
 MAX_TILES_PER_CHUNK = 64
+PLANES = 128
+"""Added to the palette's size where bit planes follow it."""
+TOP_VALUE = 101
+"""Greatest palette entry: a cell's value + 1, so 0 is unknown and 101 is 100 percent."""
 
 
 def pack_tiles(cells: NDArray[np.int8], base: NDArray[np.int8]) -> bytes:
-    """Return tiles ``(N, 64, 64)`` coded against ``base`` of the same shape, not yet compressed."""
+    """Return tiles ``(N, 64, 64)`` coded against ``base`` of the same shape."""
     present = np.zeros(256, dtype=np.bool_)
     present[cells.reshape(-1).view(np.uint8)] = True
     present[base.reshape(-1).view(np.uint8)] = True
     present[255] = True  # unknown is always in the palette, and its index is 0
-    palette = np.flatnonzero(np.roll(present, 1)).astype(np.uint8)  # value + 1: 0 unknown, 1 .. 101
-    index_of = np.zeros(256, dtype=np.uint8)
-    index_of[palette] = np.arange(palette.size, dtype=np.uint8)
-    index_of = np.roll(index_of, -1)
-    changed = index_of[cells.view(np.uint8)] ^ index_of[base.view(np.uint8)]
-    bits = max(int(palette.size - 1).bit_length(), 1)
-    planes = np.packbits((changed.reshape(1, -1) >> np.arange(bits, dtype=np.uint8)[:, None]) & 1, axis=-1)
-    return bytes([palette.size]) + palette.tobytes() + planes.tobytes()
+    palette = np.flatnonzero(np.roll(present, 1)).astype(np.uint8)
+    index_of = _index_of(palette)
+    index, held = index_of[cells.view(np.uint8)], index_of[base.view(np.uint8)]
+    bits = _bits(palette.size)
+    room = np.empty(bits * index.size // 8, dtype=np.uint8)
+    used = int(code(index, held, bits, room, True))
+    if used <= room.size:
+        return bytes([palette.size]) + palette.tobytes() + room[:used].tobytes()
+    planes = np.packbits((index.reshape(1, -1) >> np.arange(bits, dtype=np.uint8)[:, None]) & 1, axis=-1)
+    return bytes([PLANES + palette.size]) + palette.tobytes() + planes.tobytes()
 
 
 def unpack_tiles(raw: bytes, base: NDArray[np.int8]) -> NDArray[np.int8]:
-    """Return the tiles ``(N, 64, 64)``; raise :class:`WireError` where the bytes do not fit ``base``'s N."""
-    count = base.shape[0]
-    size = raw[0] if raw else 0
-    palette = np.frombuffer(raw, dtype=np.uint8, count=min(size, max(len(raw) - 1, 0)), offset=1 if raw else 0)
-    if size == 0 or palette.size != size or palette[0] != 0 or palette[-1] > 101 or (np.diff(palette) <= 0).any():
+    """Return the tiles ``(N, 64, 64)``; raise :class:`WireError` where the bytes make no sense for ``base``'s N."""
+    kind = raw[0] if raw else 0
+    size = kind % PLANES
+    palette = np.frombuffer(raw[1 : 1 + size], dtype=np.uint8)
+    if size == 0 or palette.size != size or palette[0] != 0 or palette[-1] > TOP_VALUE or not _rises(palette):
         raise WireError("bad tiles", "palette")
-    bits = max((size - 1).bit_length(), 1)
-    if len(raw) != 1 + size + bits * count * CELLS // 8:
-        raise WireError("bad tiles", f"{len(raw)} bytes for {count} tiles of {size} values")
-    planes = np.frombuffer(raw, dtype=np.uint8, offset=1 + size).reshape(bits, -1)
-    index = np.zeros(count * CELLS, dtype=np.uint8)
-    for bit in range(bits):
-        index |= np.unpackbits(planes[bit]) << np.uint8(bit)
-    index_of = np.zeros(256, dtype=np.uint8)
-    index_of[palette] = np.arange(size, dtype=np.uint8)
-    index ^= np.roll(index_of, -1)[base.reshape(-1).view(np.uint8)]
+    bits = _bits(size)
+    body = np.frombuffer(bytearray(raw[1 + size :]), dtype=np.uint8)
+    if kind < PLANES:
+        index = np.empty(base.shape, dtype=np.uint8)
+        held = _index_of(palette)[base.view(np.uint8)]
+        if code(index, held, bits, body, False) != body.size + READ_AHEAD:
+            raise WireError("bad tiles", "length")
+    else:
+        if body.size != bits * base.size // 8:
+            raise WireError("bad tiles", f"{body.size} bytes of bit planes for {base.shape[0]} tiles")
+        planes = np.unpackbits(body.reshape(bits, -1), axis=-1)
+        index = (planes << np.arange(bits, dtype=np.uint8)[:, None]).sum(axis=0, dtype=np.uint8).reshape(base.shape)
     if int(index.max(initial=0)) >= size:
         raise WireError("bad tiles", "value outside the palette")
-    return (palette.astype(np.int16) - 1).astype(np.int8)[index].reshape(count, TILE_CELLS, TILE_CELLS)
+    value_of: NDArray[np.int8] = (palette.astype(np.int16) - 1).astype(np.int8)
+    return value_of[index]
+
+
+def _bits(values: int) -> int:
+    return max((values - 1).bit_length(), 1)
+
+
+def _rises(palette: NDArray[np.uint8]) -> bool:
+    return bool((palette[1:] > palette[:-1]).all())
+
+
+def _index_of(palette: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the palette index of each cell value, looked up by the value's byte; 0 where it is not in the palette."""
+    index_of = np.zeros(256, dtype=np.uint8)
+    index_of[palette] = np.arange(palette.size, dtype=np.uint8)
+    return np.roll(index_of, -1)
 
 
 def max_packed(tiles: int, blocks: int) -> int:

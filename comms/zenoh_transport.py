@@ -1,8 +1,8 @@
 """Robots over Zenoh. The only file that knows it.
 
 Keys: ``mrslam/<team>/<robot>/all/<lane>`` to everybody, ``mrslam/<team>/<robot>/to/<peer>/<lane>`` to one, and the
-liveliness token ``mrslam/<team>/<robot>/alive/<session>``. A robot publishes only below its own name, which access rules
-can enforce. Zenoh's threads only put what arrives into a bounded queue.
+liveliness token ``mrslam/<team>/<robot>/alive/<session>``. A robot publishes only below its own name, which access
+rules can enforce. Zenoh's threads only put what arrives into a bounded queue.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class ZenohTransport:
         """Open the session and announce the robot.
 
         ``listen``, ``connect``: endpoints such as ``tcp/0.0.0.0:7447``; several are fine, absent peers are tried again.
-        ``multicast``: find robots on the local network by themselves. ``mode``: "peer", "client" (of a router) or "router".
+        ``multicast``: find robots on the local network by themselves. ``mode``: "peer", "client", "router".
         ``keys``: the robot's certificate; then links are mutual TLS and robots publish only under their own names.
         Raises ``InputError`` where an endpoint cannot be used.
         """
@@ -132,7 +132,7 @@ class ZenohTransport:
             key, payload, congestion_control=zenoh.CongestionControl.BLOCK, priority=zenoh.Priority.BACKGROUND
         )
 
-    # -- on Zenoh's threads: look at the key, put into a queue, nothing else --------------------------------------------
+    # -- on Zenoh's threads: look at the key, put into a queue, nothing else ---------------------------------------
 
     def _on_sample(self, sample: zenoh.Sample) -> None:
         parts = str(sample.key_expr).split("/")
