@@ -97,6 +97,5 @@ def _motion(dt_s: float, acceleration_m_s2: float) -> tuple[NDArray[np.float64],
     step = np.array([[1.0, dt_s], [0.0, 1.0]])
     dt = abs(dt_s)
     noise = acceleration_m_s2**2 * np.array([[dt**4 / 4, dt**3 / 2], [dt**3 / 2, dt**2]])
-    F: NDArray[np.float64] = np.kron(np.eye(2), step)
-    Q: NDArray[np.float64] = np.kron(np.eye(2), noise)
-    return F, Q
+    F, Q = np.kron(np.eye(2), step), np.kron(np.eye(2), noise)
+    return F.astype(np.float64), Q.astype(np.float64)
