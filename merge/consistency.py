@@ -194,8 +194,9 @@ def drop_broken_loops(
             ids = {x for p in way for x in p}
             limit_m, limit_rad = tolerance(config, (nodes[x] for x in ids), len(way) + 1)
             closes = gap_m <= limit_m and gap_rad <= limit_rad
-            for p in way:
-                support[p] += kept[pair].confidence if closes else -kept[pair].confidence
+            for p in [pair, *way]:
+                weakest = min(kept[q].confidence for q in [pair, *way] if q != p)
+                support[p] += weakest if closes else -weakest
             if not closes:
                 gap = f"{gap_m:.2f} m and {math.degrees(gap_rad):.1f} deg"
                 for p in [pair, *way]:

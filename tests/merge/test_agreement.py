@@ -1,0 +1,59 @@
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from merge.agreement import Walls, compare, count_walls
+from spatial import OccupancyGrid, se2
+from spatial.distance import euclidean
+from tests.merge.plans import RESOLUTION_M, building, part
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    arrays(np.int8, (9, 11), elements=st.sampled_from([-1, 0, 30, 50, 100])),
+    arrays(np.float64, (20, 2), elements=st.floats(-3, 13)),
+    st.floats(0, 4),
+)
+def test_counts_are_those_of_the_slow_twin(cells, points, near):
+    agree = against = 0
+    walls = np.argwhere(cells >= 65)
+    for x, y in points:
+        c, r = int(np.floor(x)), int(np.floor(y))
+        if not (0 <= r < 9 and 0 <= c < 11):
+            continue
+        nearest = min((np.float32(np.hypot(r - i, c - j)) for i, j in walls), default=np.inf)
+        if nearest <= near:
+            agree += 1
+        elif 0 <= cells[r, c] <= 35:
+            against += 1
+    assert count_walls(cells, euclidean(cells >= 65), points, near) == (agree, against)
+
+
+def test_true_places_agree_and_wrong_ones_contradict():
+    plan = building(1)
+    T_a_plan, T_b_plan = se2.transform(2.0, 1.0, 0.6), se2.transform(-4.0, 0.5, -1.1)
+    width = plan.shape[1]
+    a, b = part(plan, 0, 2 * width // 3, T_a_plan), part(plan, width // 3, width, T_b_plan)
+    T_a_b = se2.compose(T_a_plan, se2.inverse(T_b_plan))
+    right = compare(Walls(a), Walls(b), T_a_b, 0.15)
+    assert right.share_against < 0.02
+    assert right.agree_m > 20.0
+    wrong = compare(Walls(a), Walls(b), se2.compose(T_a_b, se2.transform(1.0, 0.8, 0.5)), 0.15)
+    assert wrong.share_against > 0.5
+    assert wrong.against_m > 8.0
+
+
+def test_both_directions_say_the_same():
+    plan = building(2)
+    T = se2.transform(1.0, 0.3, 0.2)
+    a, b = Walls(plan), Walls(part(plan, 50, 200, se2.IDENTITY))
+    there, back = compare(a, b, T, 0.2), compare(b, a, se2.inverse(T), 0.2)
+    assert abs(there.agree_m - back.agree_m) < 2 * RESOLUTION_M
+    assert abs(there.against_m - back.against_m) < 2 * RESOLUTION_M
+
+
+def test_nothing_against_nothing():
+    empty = Walls(OccupancyGrid(np.empty((0, 0), dtype=np.int8), 0.05))
+    found = compare(empty, Walls(building(3)), se2.IDENTITY, 0.2)
+    assert (found.agree_m, found.against_m, found.share_against) == (0.0, 0.0, 0.0)

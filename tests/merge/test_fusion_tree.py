@@ -1,0 +1,77 @@
+import numpy as np
+import pytest
+
+from merge import fuse, warp
+from merge.config import FUSIONS
+from merge.fusion_tree import FusionTree
+from merge.layers import Layer
+from spatial import TILE_CELLS, UNKNOWN, OccupancyGrid, se2
+from tests.merge.plans import building
+
+ROBOTS = [f"r{i:02}" for i in range(8)]
+
+
+def noisy(seed: int) -> OccupancyGrid:
+    """Return a small building as one robot may have seen it."""
+    rng = np.random.default_rng(seed)
+    cells = building(1, rooms=3).cells.copy()
+    cells[rng.random(cells.shape) < 0.3] = UNKNOWN
+    return OccupancyGrid(cells, 0.05)
+
+
+def layers_of(grids, places):
+    layers = {}
+    for robot_id, grid in grids.items():
+        layers[robot_id] = Layer()
+        layers[robot_id].update(grid, places[robot_id], 0.05)
+    return layers
+
+
+@pytest.fixture
+def team():
+    grids = {robot_id: noisy(i) for i, robot_id in enumerate(ROBOTS)}
+    places = {robot_id: se2.transform(0.01 * i, 0.02 * i, 0.01 * i) for i, robot_id in enumerate(ROBOTS)}
+    return grids, places
+
+
+@pytest.mark.parametrize("method", FUSIONS)
+def test_the_tree_gives_what_fusing_all_at_once_gives(team, method):
+    grids, places = team
+    tree = FusionTree(method)
+    tree.update(layers_of(grids, places))
+    wanted = fuse([warp(grids[x], places[x]) for x in ROBOTS], method)
+    row0, col0 = wanted.cell0
+    for (i, j), tile in tree.cells.items():
+        for r, c in np.argwhere(tile != UNKNOWN):
+            assert wanted.cells[i * TILE_CELLS + r - row0, j * TILE_CELLS + c - col0] == tile[r, c]
+    assert sum((tile != UNKNOWN).sum() for tile in tree.cells.values()) == np.count_nonzero(wanted.is_known)
+
+
+def test_one_changed_map_fuses_only_its_branch_anew(team):
+    grids, places = team
+    layers = layers_of(grids, places)
+    tree = FusionTree("log-odds")
+    tree.update(layers)
+    everything = tree.fusions
+    cells = grids["r03"].cells.copy()
+    cells[10:14, 10:14] = 100
+    layers["r03"].update(OccupancyGrid(cells, 0.05), places["r03"], 0.05)
+    made = tree.update(layers)
+    assert 1 <= len(made) <= 4
+    assert tree.fusions - everything == 3 * len(made)  # eight robots: three fusions from the leaf to the root
+    assert tree.update(layers) == []
+    anew = FusionTree("log-odds")
+    anew.update(layers)
+    assert {k: v.tobytes() for k, v in anew.cells.items()} == {k: v.tobytes() for k, v in tree.cells.items()}
+
+
+def test_robots_come_and_go(team):
+    grids, places = team
+    layers = layers_of(grids, places)
+    tree = FusionTree("log-odds")
+    for some in (ROBOTS[:3], ROBOTS, ROBOTS[2:5], [], ROBOTS[1:2], ROBOTS):
+        present = {x: layers[x] for x in some}
+        tree.update(present)
+        anew = FusionTree("log-odds")
+        anew.update(present)
+        assert {k: v.tobytes() for k, v in anew.cells.items()} == {k: v.tobytes() for k, v in tree.cells.items()}

@@ -1,0 +1,98 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from merge import warp
+from merge.layers import Layer, changed_parts
+from spatial import TILE_CELLS, UNKNOWN, OccupancyGrid, se2
+from tests.merge.plans import building
+
+PLAN = building(5)
+
+
+def assembled(layer: Layer) -> dict:
+    """Return known cells by lattice (row, col)."""
+    out = {}
+    for (i, j), tile in layer.tiles.items():
+        for r, c in np.argwhere(tile != UNKNOWN):
+            out[i * TILE_CELLS + r, j * TILE_CELLS + c] = tile[r, c]
+    return out
+
+
+def cells_of(grid: OccupancyGrid) -> dict:
+    row0, col0 = grid.cell0
+    return {(row0 + r, col0 + c): grid.cells[r, c] for r, c in np.argwhere(grid.is_known)}
+
+
+def with_patch(grid: OccupancyGrid, row: int, col: int, value: int) -> OccupancyGrid:
+    cells = grid.cells.copy()
+    cells[row : row + 4, col : col + 4] = value
+    return OccupancyGrid(cells, grid.resolution_m, grid.origin_m)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.floats(-3, 3),
+    st.floats(-3, 3),
+    st.floats(-3.1, 3.1),
+    st.lists(st.tuples(st.integers(0, 140), st.integers(0, 300), st.sampled_from([-1, 0, 100])), max_size=5),
+    st.sampled_from([0.05, 0.1, 0.03]),
+)
+def test_following_changes_gives_what_starting_anew_gives(x, y, theta, patches, resolution):
+    T, grid, layer = se2.transform(x, y, theta), PLAN, Layer()
+    layer.update(grid, T, resolution)
+    for row, col, value in patches:
+        grid = with_patch(grid, row, col, value)
+        layer.update(grid, T, resolution)
+    anew = Layer()
+    anew.update(grid, T, resolution)
+    assert layer.tiles.keys() == anew.tiles.keys()
+    assert layer.versions == anew.versions
+    for index, tile in layer.tiles.items():
+        np.testing.assert_array_equal(tile, anew.tiles[index])
+
+
+@pytest.mark.parametrize("resolution", [0.05, 0.08])
+def test_tiles_are_the_warped_map(resolution):
+    T, layer = se2.transform(1.0, -2.0, 0.7), Layer()
+    layer.update(PLAN, T, resolution)
+    assert assembled(layer) == cells_of(warp(PLAN, T, resolution))
+
+
+def test_only_tiles_near_a_change_are_rewritten():
+    T, layer = se2.transform(1.0, -2.0, 0.7), Layer()
+    layer.update(PLAN, T, 0.05)
+    everything = layer.warped
+    layer.update(with_patch(PLAN, 20, 30, 50), T, 0.05)
+    assert 0 < layer.warped - everything <= 12 < everything
+    held = layer.warped
+    layer.update(with_patch(PLAN, 20, 30, 50), T, 0.05)
+    assert layer.warped == held
+
+
+def test_growing_shrinking_moving_and_vanishing():
+    layer, T = Layer(), se2.transform(0.5, 0.5, 1.0)
+    small = OccupancyGrid.at_cell(PLAN.cells[:50, :50], 0.05, 0, 0)
+    empty = OccupancyGrid(np.empty((0, 0), dtype=np.int8), 0.05)
+    shifted = OccupancyGrid(small.cells, 0.05, (0.02, 0.013))
+    for grid, place in [(small, T), (PLAN, T), (small, T), (shifted, T), (small, se2.IDENTITY), (empty, T), (small, T)]:
+        layer.update(grid, place, 0.05)
+        anew = Layer()
+        anew.update(grid, place, 0.05)
+        assert layer.versions == anew.versions
+
+
+def test_changed_parts_hold_every_cell_that_differs():
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        before = OccupancyGrid.at_cell(rng.choice(np.array([-1, 0, 100], dtype=np.int8), (90, 130)), 0.05, -30, 17)
+        after = with_patch(before, int(rng.integers(0, 80)), int(rng.integers(0, 120)), 50)
+        after = OccupancyGrid.at_cell(np.pad(after.cells, ((3, 0), (0, 9)), constant_values=-1), 0.05, -33, 17)
+        covered = set()
+        for one in changed_parts(before, after):
+            assert one.on_lattice
+            covered |= {(one.cell0[0] + r, one.cell0[1] + c) for r, c in np.ndindex(one.shape)}
+        old, new = cells_of(before), cells_of(after)
+        assert {cell for cell in old | new if old.get(cell) != new.get(cell)} <= covered
+    assert changed_parts(before, before) == []

@@ -1,0 +1,250 @@
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from merge import MergeConfig, TeamMapper, fuse, warp
+from spatial import UNKNOWN, OccupancyGrid, TiledMap, se2
+from tests.merge.plans import alignment, building, part, truth
+
+PLAN = building(7)
+WIDTH = PLAN.shape[1]
+POSES = {  # T_plan_map: where each robot's frame lies in the plan
+    "r1": se2.transform(1.0, 2.0, 0.4),
+    "r2": se2.transform(6.0, 3.0, -2.0),
+    "r3": se2.transform(12.0, 1.0, 1.3),
+}
+MAPS = {
+    "r1": part(PLAN, 0, WIDTH // 2, se2.inverse(POSES["r1"])),
+    "r2": part(PLAN, WIDTH // 4, 3 * WIDTH // 4, se2.inverse(POSES["r2"])),
+    "r3": part(PLAN, WIDTH // 2, WIDTH, se2.inverse(POSES["r3"])),
+}
+EDGES = {(a, b): alignment(np.add(truth(POSES, a, b), [0.01, -0.01, 0.001])) for a, b in (("r1", "r2"), ("r2", "r3"))}
+
+
+def mapper_of(maps=MAPS, edges=EDGES, anchor=None, config=None) -> TeamMapper:
+    mapper = TeamMapper(anchor, config)
+    for robot_id, grid in maps.items():
+        mapper.set_map(robot_id, grid)
+    for (a, b), found in edges.items():
+        mapper.set_edge(a, b, found)
+    return mapper
+
+
+def fingerprint(team_map) -> bytes:
+    poses = b"".join(x.encode() + T.tobytes() for x, T in team_map.T_team_map.items())
+    grid = team_map.grid
+    head = f"{grid.origin_m} {grid.resolution_m} {grid.shape} {team_map.unplaced} {team_map.dropped} {team_map.anchor}"
+    return grid.cells.tobytes() + poses + head.encode()
+
+
+def test_the_team_map_is_the_building():
+    team_map = mapper_of().team_map()
+    assert list(team_map.T_team_map) == ["r1", "r2", "r3"]
+    assert team_map.anchor == "r1"
+    wanted = warp(PLAN, se2.inverse(POSES["r1"]))
+    assert team_map.grid.known_area_m2() == pytest.approx(wanted.known_area_m2(), rel=0.02)
+    T_team_plan = se2.inverse(POSES["r1"])
+    for robot_id, T_team_map in team_map.T_team_map.items():
+        metres, radians = se2.difference(T_team_map, se2.compose(T_team_plan, POSES[robot_id]))
+        assert metres < 0.1
+        assert radians < 0.01
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.permutations(["r1", "r2", "r3", ("r1", "r2"), ("r2", "r3"), "look", "old r2", "revoke"]))
+def test_any_order_of_arrival_gives_the_same_bytes(order):
+    """Maps, alignments, looks, an older map of r2 and an alignment taken back may come at any time before."""
+    mapper = TeamMapper()
+    old = OccupancyGrid(MAPS["r2"].cells[:80], 0.05, MAPS["r2"].origin_m)
+    for what in order:
+        if what == "look":
+            mapper.team_map()
+        elif what == "old r2":
+            mapper.set_map("r2", old)
+        elif what == "revoke":
+            mapper.set_edge("r1", "r3", alignment(se2.IDENTITY))
+            mapper.team_map()
+            mapper.revoke("r3", "r1", "a test")
+        elif isinstance(what, tuple):
+            mapper.set_edge(*what, EDGES[what])
+        else:
+            mapper.set_map(what, MAPS[what])
+    mapper.set_map("r2", MAPS["r2"])
+    assert fingerprint(mapper.team_map()) == fingerprint(mapper_of().team_map())
+
+
+def test_every_anchor_sees_its_own_map_unmoved():
+    for anchor in MAPS:
+        team_map = mapper_of(anchor=anchor).team_map()
+        assert (team_map.T_team_map[anchor] == 0.0).all()
+        row0, col0 = np.subtract(MAPS[anchor].cell0, team_map.grid.cell0)
+        height, width = MAPS[anchor].shape
+        own = team_map.grid.cells[row0 : row0 + height, col0 : col0 + width]
+        both = MAPS[anchor].is_known
+        assert (own[both] != UNKNOWN).all()
+
+
+def test_a_map_grown_a_hundred_times_moves_no_landmark():
+    """The anchor's map grows to all sides, its alignment with the other is found anew each time, a little different."""
+    rng = np.random.default_rng(3)
+    T_r1_r2 = truth(POSES, "r1", "r2")
+    landmark_r2 = np.array([-2.0, 1.0])
+    mapper = TeamMapper("r1")
+    mapper.set_map("r2", MAPS["r2"])
+    seen = []
+    for step in range(100):
+        share = 0.3 + 0.7 * step / 99
+        rows, cols = (round(n * share) for n in MAPS["r1"].shape)
+        row0, col0 = MAPS["r1"].shape[0] - rows, (MAPS["r1"].shape[1] - cols) // 2
+        cells = MAPS["r1"].cells[row0:, col0 : col0 + cols]
+        r, c = MAPS["r1"].cell0
+        mapper.set_map("r1", OccupancyGrid.at_cell(cells, 0.05, r + row0, c + col0), revision=step)
+        mapper.set_edge("r1", "r2", alignment(T_r1_r2 + rng.normal(size=3) * [0.003, 0.003, 0.0005]))
+        team_map = mapper.team_map()
+        assert (team_map.T_team_map["r1"] == 0.0).all()
+        assert team_map.grid.on_lattice
+        seen.append(se2.apply(team_map.T_team_map["r2"], landmark_r2))
+    assert np.ptp(np.array(seen), axis=0).max() < 0.05
+
+
+def test_a_wall_stays_in_its_cell_while_the_map_grows():
+    plan = PLAN.cells
+    mapper = TeamMapper("r1")
+    wall = None
+    for step in range(100):
+        margin = 100 - step
+        grown = OccupancyGrid.at_cell(plan[:, margin : WIDTH - margin], 0.05, 0, margin)
+        mapper.set_map("r1", grown, revision=step)
+        grid = mapper.team_map().grid
+        here = {(r + grid.cell0[0], c + grid.cell0[1]) for r, c in np.argwhere(grid.is_occupied)}
+        if wall is not None:
+            assert wall <= here
+        wall = here
+
+
+def test_dropping_an_edge_unmerges_and_setting_it_merges_again():
+    mapper = mapper_of(anchor="r1")
+    whole = fingerprint(mapper.team_map())
+    mapper.revoke("r2", "r3", "shown wrong")
+    apart = mapper.team_map()
+    assert list(apart.T_team_map) == ["r1", "r2"]
+    assert apart.unplaced == {"r3": "no accepted alignment (r2-r3: shown wrong)"}
+    without = {x: MAPS[x] for x in ("r1", "r2")}
+    assert apart.grid.cells.tobytes() == mapper_of(without, EDGES, "r1").team_map().grid.cells.tobytes()
+    mapper.set_edge("r2", "r3", EDGES["r2", "r3"])
+    assert fingerprint(mapper.team_map()) == whole
+
+
+def test_an_edge_shown_wrong_by_a_third_robot_is_dropped_and_the_map_heals():
+    wrong = {("r1", "r3"): alignment(np.add(truth(POSES, "r1", "r3"), [3.0, 0.0, 0.0]), 0.55)}
+    mapper = mapper_of({x: MAPS[x] for x in ("r1", "r3")}, wrong, anchor="r1")
+    before = mapper.team_map()
+    assert list(before.T_team_map) == ["r1", "r3"]
+    mapper.set_map("r2", MAPS["r2"])
+    for pair, found in EDGES.items():
+        mapper.set_edge(*pair, found)
+    healed = mapper.team_map()
+    assert list(healed.dropped) == [("r1", "r3")]
+    assert healed.grid.cells.tobytes() == mapper_of(anchor="r1").team_map().grid.cells.tobytes()
+
+
+def test_an_edge_is_dropped_once_the_maps_grow_to_contradict_it():
+    """As long as the maps say nothing against it a wrong alignment stands; what they see later takes it back."""
+    wrong = alignment(np.add(truth(POSES, "r1", "r2"), [0.0, 0.0, np.pi / 2]))
+    young = OccupancyGrid(MAPS["r2"].cells[:30, :30], 0.05, MAPS["r2"].origin_m)
+    mapper = mapper_of({"r1": MAPS["r1"], "r2": young}, {("r1", "r2"): wrong}, anchor="r1")
+    assert "r2" in mapper.team_map().T_team_map
+    mapper.set_map("r2", MAPS["r2"])
+    team_map = mapper.team_map()
+    assert list(team_map.T_team_map) == ["r1"]
+    assert "contradicted" in team_map.dropped["r1", "r2"]
+    assert "% is on the other's free space" in team_map.unplaced["r2"].replace(" %)", " %")
+
+
+def test_contradiction_on_the_way_drops_the_weakest_edge():
+    """r1 and r3 never aligned, but placed through r2 they lie on each other: one of the two edges is wrong."""
+    young = OccupancyGrid(MAPS["r2"].cells[:40, :40], 0.05, MAPS["r2"].origin_m)
+    maps = {"r1": MAPS["r1"], "r2": young, "r3": MAPS["r1"]}
+    T_r1_r2 = truth(POSES, "r1", "r2")
+    turned = se2.compose(se2.inverse(T_r1_r2), se2.transform(0.5, 0.5, 0.5))
+    edges = {("r1", "r2"): alignment(T_r1_r2, 0.9), ("r2", "r3"): alignment(turned, 0.6)}
+    mapper = mapper_of(maps, edges, anchor="r1")
+    team_map = mapper.team_map()
+    assert list(team_map.dropped) == [("r2", "r3")]
+    assert "placed through it" in team_map.dropped["r2", "r3"]
+
+
+def test_only_what_changed_is_done_again():
+    mapper = mapper_of(anchor="r1")
+    mapper.team_map()
+    tiles, fusions = mapper.tiles_warped, mapper.fusions
+    mapper.team_map()
+    assert (mapper.tiles_warped, mapper.fusions) == (tiles, fusions)
+    cells = MAPS["r2"].cells.copy()
+    cells[100:104, 100:104] = 100
+    mapper.set_map("r2", OccupancyGrid(cells, 0.05, MAPS["r2"].origin_m))
+    mapper.team_map()
+    assert 0 < mapper.tiles_warped - tiles < tiles / 4
+    assert 0 < mapper.fusions - fusions < fusions / 2
+
+
+def test_tiled_maps_and_revisions():
+    tiled = {x: TiledMap.from_grid(grid) for x, grid in MAPS.items()}
+    assert fingerprint(mapper_of(tiled).team_map()) == fingerprint(mapper_of().team_map())
+    mapper = mapper_of()
+    mapper.set_map("r1", MAPS["r1"], revision=3)
+    held = fingerprint(mapper.team_map())
+    mapper.set_map("r1", MAPS["r3"], revision=3)  # the same revision: nothing is even looked at
+    assert fingerprint(mapper.team_map()) == held
+
+
+@pytest.mark.parametrize("method", ["log-odds", "max", "mean"])
+def test_the_team_map_is_the_fusion_of_the_warped_layers(method):
+    mapper = mapper_of(config=MergeConfig(fusion=method))
+    team_map = mapper.team_map()
+    wanted = fuse([warp(MAPS[x], T, 0.05) for x, T in team_map.T_team_map.items()], method).cropped()
+    assert team_map.grid.cells.tobytes() == wanted.cells.tobytes()
+    assert team_map.grid.origin_m == wanted.origin_m
+
+
+def test_maps_of_different_resolutions_meet_on_the_finest_lattice():
+    maps = MAPS | {"r2": warp(MAPS["r2"], se2.IDENTITY, 0.1)}
+    team_map = mapper_of(maps).team_map()
+    assert team_map.grid.resolution_m == 0.05
+    assert list(team_map.T_team_map) == ["r1", "r2", "r3"]
+    coarse = mapper_of(maps, config=MergeConfig(resolution_m=0.1)).team_map()
+    assert coarse.grid.resolution_m == 0.1
+    assert coarse.grid.known_area_m2() == pytest.approx(team_map.grid.known_area_m2(), rel=0.02)
+
+
+def test_a_removed_robot_is_forgotten():
+    mapper = mapper_of(anchor="r1")
+    mapper.team_map()
+    mapper.remove_map("r2")
+    team_map = mapper.team_map()
+    assert list(team_map.T_team_map) == ["r1"]
+    assert "r2" not in team_map.unplaced
+    mapper.set_map("r2", MAPS["r3"])
+    mapper.set_edge("r1", "r2", alignment(truth(POSES, "r1", "r3")))
+    maps, edges = {"r1": MAPS["r1"], "r2": MAPS["r3"]}, {("r1", "r2"): alignment(truth(POSES, "r1", "r3"))}
+    anew = mapper_of(maps, edges, "r1")
+    assert mapper.team_map().grid.cells.tobytes() == anew.team_map().grid.cells.tobytes()
+
+
+def test_empty_maps_and_no_maps_are_no_trouble():
+    empty = OccupancyGrid(np.empty((0, 0), dtype=np.int8), 0.05)
+    assert TeamMapper().team_map().grid.shape == (0, 0)
+    mapper = mapper_of({"r1": empty, "r2": MAPS["r2"]}, {})
+    assert list(mapper.team_map().T_team_map) == ["r2"]
+    assert mapper_of({"r1": empty}, {}, "r1").team_map().grid.shape == (0, 0)
+
+
+def test_all_pairs_of_edges_give_one_answer_whichever_way_they_are_given():
+    full = {pair: alignment(truth(POSES, *pair)) for pair in itertools.combinations(MAPS, 2)}
+    turned = {(b, a): alignment(truth(POSES, b, a)) for a, b in full}
+    one, two = mapper_of(edges=full).team_map(), mapper_of(edges=turned).team_map()
+    for robot_id in MAPS:
+        np.testing.assert_allclose(one.T_team_map[robot_id], two.T_team_map[robot_id], atol=1e-6)
