@@ -7,18 +7,31 @@ from pathlib import Path
 
 from sim_driver.feeds.base import Feed, Reading
 from sim_driver.feeds.carmen import CarmenFeed
+from sim_driver.feeds.rosbag import RosbagFeed
 from spatial import InputError
 
-FEEDS: dict[str, Callable[[Path], Feed]] = {"carmen": CarmenFeed}
+FEEDS: dict[str, Callable[[Path], Feed]] = {"carmen": CarmenFeed, "rosbag": RosbagFeed}
 """Format name -> reader."""
 
-SUFFIXES = {".clf": "carmen", ".log": "carmen", ".script": "carmen"}
+SUFFIXES = {
+    ".clf": "carmen",
+    ".log": "carmen",
+    ".script": "carmen",
+    ".bag": "rosbag",
+    ".db3": "rosbag",
+    ".mcap": "rosbag",
+}
+"""Suffix of a file (before .gz) -> format name. A folder with a metadata.yaml is a ROS2 recording."""
 
 
 def guess_format(path: Path) -> str:
     """Return the format that the file's name tells, or raise ``InputError``."""
     if not path.exists():
         raise InputError(f"{path}: no such log")
+    if path.is_dir():
+        if (path / "metadata.yaml").is_file():
+            return "rosbag"
+        raise InputError(f"{path}: a folder without metadata.yaml is no ROS2 recording; name the log file itself")
     suffix = path.with_suffix("").suffix if path.suffix == ".gz" else path.suffix
     if suffix not in SUFFIXES:
         raise InputError(

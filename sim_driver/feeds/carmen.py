@@ -131,7 +131,7 @@ def _poses(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np
 
 
 def flaser_angles(beams: int) -> tuple[float, float]:
-    """Return first angle and increment (radians) of a half-turn laser: 180 -> 1 deg from -90, 181 -> -90..+90, and so on."""
+    """Return first angle and increment (radians) of a half-turn laser: 180 -> 1 deg from -90, 181 -> -90..+90, ..."""
     return -np.pi / 2, np.pi / (beams if beams % 2 == 0 else max(beams - 1, 1))
 
 
