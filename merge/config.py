@@ -38,7 +38,7 @@ class MergeConfig:
     """Standard deviation of given starting positions, metres, > 0; alignments correct them within it."""
     known_pose_sigma_rad: float = 0.03
     """Standard deviation of given starting headings, radians, > 0."""
-    contradiction_share: float = 0.5
+    contradiction_share: float = 0.3
     """Two placed maps contradict where more than this share of the walls both must see is on free space, 0..1."""
     contradiction_min_m: float = 8.0
     """... and at least this length of wall does so, metres, > 0."""
