@@ -29,7 +29,14 @@ class Agent:
     """A deterministic state machine; it owns no socket, thread, clock or global random state."""
 
     def __init__(
-        self, robot_id: str, settings: Settings, *, team: str = "team", mode: str = "distributed", seed: int = 0, boot_id: int = 1
+        self,
+        robot_id: str,
+        settings: Settings,
+        *,
+        team: str = "team",
+        mode: str = "distributed",
+        seed: int = 0,
+        boot_id: int = 1,
     ) -> None:
         """Make a robot that knows nothing yet."""
         self.robot_id = robot_id
@@ -72,8 +79,8 @@ class Agent:
     def publish(self, now_ns: int) -> list[Effect]:
         """Make the own map, as it is now, what teammates get."""
         self._published_ns = now_ns
-        self.node.publish(self.mapper.snapshot(), now_ns)
-        return self._map_changed(self.robot_id, now_ns)
+        is_news = self.node.publish(self.mapper.snapshot(), now_ns)
+        return self._map_changed(self.robot_id, now_ns) if is_news else []
 
     def _publish_due(self, now_ns: int) -> bool:
         interval_ns = self.settings.agent.publish_interval_s * 1e9
@@ -113,7 +120,11 @@ class Agent:
 
     def set_link_quality(self, peer: str, quality: float, now_ns: int) -> list[Effect]:
         """Tell the quality of a link from outside (a radio model or a trace)."""
-        return self._follow(self.node.set_link_quality(peer, quality, now_ns) or [], now_ns)
+        return self._follow(self.node.set_link_quality(peer, quality, now_ns), now_ns)
+
+    def leave(self, now_ns: int) -> list[Effect]:
+        """Say goodbye: teammates need not wait for silence."""
+        return self._follow(self.node.leave(), now_ns)
 
     def _follow(self, effects: Sequence[comms.Effect], now_ns: int) -> list[Effect]:
         """Turn what the network core reports into what this robot does about it."""
@@ -153,6 +164,8 @@ class Agent:
     def _place(self, now_ns: int) -> list[Effect]:
         """Work out anew where everyone's map lies; take back what the maps now contradict."""
         placement = self.team.placement()
+        for lost in self.T_team_map.keys() - placement.T_team_map.keys():
+            self.tracker.forget(lost)
         self.T_team_map = placement.T_team_map
         return [self._revoke(a, b, reason, now_ns) for (a, b), reason in placement.dropped.items()]
 

@@ -43,7 +43,7 @@ Effect = Send | Event
 
 
 def as_event(effect: comms.Effect, t_ns: int) -> Event:
-    """Return what the network core reports as an event: its class name in snake case, its plain fields, counts for lists."""
+    """Return what the network core reports as an event: its class in snake case, plain fields, counts for lists."""
     kind = re.sub(r"(?<!^)(?=[A-Z])", "_", type(effect).__name__).lower()
     return Event(t_ns, kind, {item.name: _plain(getattr(effect, item.name)) for item in fields(effect)})
 

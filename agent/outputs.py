@@ -60,6 +60,7 @@ def summary(agent: Agent) -> dict[str, Any]:
         "scans": agent.mapper.stats.scans,
         "scans_processed": agent.mapper.stats.processed,
         "masked_beams": agent.masked_beams,
+        "loops_closed": agent.mapper.stats.loops_closed,
         "placed": {robot: [float(value) for value in T] for robot, T in sorted(team.T_team_map.items())},
         "unplaced": dict(sorted(team.unplaced.items())),
         "pairs": [status.row(a, b) for (a, b), status in sorted(agent.pairs.pairs.items())],

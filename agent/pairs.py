@@ -107,8 +107,12 @@ class PairBook:
         return self._grid(robot_id)[2] if robot_id in self._maps else 0.0
 
     def next_job(self, now_ns: int, T_team_map: Mapping[str, Transform]) -> AlignJob | None:
-        """Return the pair most worth aligning: untried before tried, pairs with the own map first, longest waiting first."""
-        due = [(self._rank(pair, status), pair) for pair, status in self.pairs.items() if self._is_due(pair, status, now_ns)]
+        """Return the pair most worth aligning: untried first, then the own map's, then the longest waiting."""
+        due = [
+            (self._rank(pair, status), pair)
+            for pair, status in self.pairs.items()
+            if self._is_due(pair, status, now_ns)
+        ]
         if not due:
             return None
         a, b = min(due)[1]
@@ -160,7 +164,9 @@ class PairBook:
             return Verdict("rejected", "a map was started anew while this was computed", outcome)
         if isinstance(outcome, Rejection):
             status.stability.previous = status.stability.believed
-            if status.status != "accepted":  # a rejection never outweighs an accepted alignment: only contradiction does
+            if (
+                status.status != "accepted"
+            ):  # a rejection never outweighs an accepted alignment: only contradiction does
                 status.status, status.reason = "rejected", outcome.reason
             return Verdict("rejected", outcome.reason, outcome)
         believed = status.stability.update(outcome)
@@ -174,7 +180,9 @@ class PairBook:
         return Verdict("accepted", "accepted", outcome, edge=believed, is_new=is_new)
 
     def _stale(self, job: AlignJob) -> bool:
-        return any(self._maps[robot][0][0] != version[0] for robot, version in zip((job.a, job.b), job.versions, strict=True))
+        return any(
+            self._maps[robot][0][0] != version[0] for robot, version in zip((job.a, job.b), job.versions, strict=True)
+        )
 
     def revoke(self, a: str, b: str, reason: str) -> None:
         """Forget a pair's alignment: it was contradicted. The pair is tried again when its maps have changed."""

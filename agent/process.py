@@ -38,7 +38,7 @@ class ProcessShell:
                     self.runner.receive(self._idle_s(), self.clock.now_ns)
         finally:
             self._worker.shutdown(wait=True, cancel_futures=True)
-            self.runner.close()
+            self.runner.close(self.clock.now_ns())
 
     def _step(self) -> bool:
         """Do what is due now; return whether there was a scan, so that the next follows at once."""

@@ -72,8 +72,9 @@ class Runner:
         method = self.agent.settings.agent.align_method
         return align(job.grid_a, job.grid_b, method=method, prior=job.prior, config=config)
 
-    def close(self) -> None:
+    def close(self, now_ns: int) -> None:
         """Leave the network and write the robot's files."""
+        self.perform(self.agent.leave(now_ns))
         self.transport.close()
         self.events.close()
         write_robot(self.agent, self.folder)

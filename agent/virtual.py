@@ -60,7 +60,7 @@ def run_virtual(
     linger_ns: int,
     progress: Callable[[int], None] = lambda now_ns: None,
 ) -> int:
-    """Run the robots until ``duration_ns``, or until all bodies have finished and ``linger_ns`` more; return the mission time.
+    """Run the robots until ``duration_ns``, or until ``linger_ns`` after all have finished; return the time.
 
     ``progress`` is told the virtual time at every step.
     """
@@ -79,5 +79,5 @@ def run_virtual(
             break
         now_ns += step_ns
     for robot in robots:
-        robot.runner.close()
+        robot.runner.close(now_ns)
     return now_ns

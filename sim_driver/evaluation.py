@@ -35,7 +35,7 @@ def cross_errors(
     poses_b: tuple[NDArray[np.int64], NDArray[np.float64]],
     T_a_b: Transform,
 ) -> NDArray[np.float64]:
-    """Return ``(N, 2)`` errors (m, deg) of the relations between a pose that only robot a has and one that only robot b has.
+    """Return ``(N, 2)`` errors (m, deg) of the relations between a pose only robot a has and one only b has.
 
     Poses are ``(stamps_ns, (K, 3))``, each in its robot's own map frame.
     """

@@ -9,10 +9,17 @@ import alignment
 import merge
 import mutual_detection
 import rbpf
+import sim_driver.drivers
 import sim_driver.robots
 from spatial.jit_cache import is_warm
 
-ROOMS = (rbpf, alignment, mutual_detection, merge, sim_driver.robots)
+ROOMS = (rbpf, alignment, mutual_detection, merge, sim_driver.robots, sim_driver.drivers)
+
+
+def load_kernels() -> None:
+    """Call every kernel once: each is loaded from disk, or compiled where it is not there."""
+    for room in ROOMS:
+        room.warm_up()
 
 
 def ensure_compiled(say: Callable[[str], None]) -> float:

@@ -14,8 +14,8 @@ DATA_VARIABLE = "MRSLAM_DATA"
 def locate(name: str, beside: Path | None = None) -> Path:
     """Return the file called ``name``: absolute or from here, from ``beside``, or from the data folder.
 
-    The data folder is ``$MRSLAM_DATA``, else a folder ``shared/data`` next to the checkout. Raises ``InputError`` that lists
-    where it was looked for.
+    The data folder is ``$MRSLAM_DATA``, else a folder ``shared/data`` next to the checkout. Raises ``InputError`` that
+    lists where it was looked for.
     """
     tried = [folder / name for folder in _folders(beside)]
     for path in tried:

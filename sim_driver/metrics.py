@@ -11,6 +11,7 @@ import numpy as np
 
 from sim_driver.evaluation import cross_errors, read_relations
 from sim_driver.mission import Mission
+from sim_driver.truth import pair_error, team_figures, true_starts
 from spatial.files import write_text
 from spatial.tum import read_tum
 
@@ -21,17 +22,20 @@ def write_metrics(mission: Mission, folder: Path, *, wall_s: float, mission_s: f
     """Write ``metrics.json`` into the run's folder and return it."""
     robots = {path.parent.name: json.loads(path.read_text()) for path in sorted(folder.glob("*/robot.json"))}
     missing = [robot.id for robot in mission.robots if robot.id not in robots]
+    pairs = [_pair(mission, folder, robots, a, b) for a, b in combinations(sorted(robots), 2)]
+    team = team_figures(mission, folder, pairs)
     metrics = {
         "name": mission.mission.name,
         "seed": mission.mission.seed,
         "wall_s": round(wall_s, 3),
         "mission_s": round(mission_s, 3),
-        "pairs": [_pair(mission, folder, robots, a, b) for a, b in combinations(sorted(robots), 2)],
+        "pairs": pairs,
         "links": [_link(robots, a, b) for a, b in combinations(sorted(robots), 2)],
         "robots": [
             {key: value for key, value in robot.items() if key not in ("pairs", "links")} for robot in robots.values()
         ],
         "robots_lost": missing,
+        **({} if team is None else {"team": team}),
         **more,
     }
     write_text(folder / "metrics.json", json.dumps(metrics, indent=1, allow_nan=False) + "\n")
@@ -56,6 +60,10 @@ def _error(
     """Return the pair's mean error (m, deg) and what it was judged by."""
     if T_a_b is None:
         return None, None, "not merged"
+    starts = true_starts(mission, folder)
+    if a in starts and b in starts:
+        off_m, off_deg = pair_error(np.array(T_a_b), starts[a], starts[b])
+        return round(off_m, 4), round(off_deg, 4), "simulated truth"
     logs = {robot.id: robot.log for robot in mission.robots}
     if mission.truth.relations is None or logs[a] is None or logs[a] != logs[b]:
         return None, None, "no truth"

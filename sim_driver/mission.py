@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from agent import Settings
+from sim_driver.drivers import DriverConfig
 from sim_driver.locate import locate
 from sim_driver.radio import RadioConfig
 from sim_driver.settings import build, check_keys, read_toml, with_overrides
@@ -68,9 +69,21 @@ class RobotConfig:
     def __post_init__(self) -> None:
         ok = bool(self.id) and all(c.isalnum() or c in "-_" for c in self.id) and self.id.isascii()
         require(ok, "robots.id", "a name of letters, digits, - and _", self.id)
-        require(self.mode in ("distributed", "mapper", "central"), f"robots.{self.id}.mode", "distributed, mapper or central", self.mode)
-        require(0.0 <= self.first < self.last <= 1.0, f"robots.{self.id}.first, last", "0 <= first < last <= 1", [self.first, self.last])
-        require(self.start is None or len(self.start) == 3, f"robots.{self.id}.start", "[x_m, y_m, theta_rad]", self.start)
+        require(
+            self.mode in ("distributed", "mapper", "central"),
+            f"robots.{self.id}.mode",
+            "distributed, mapper or central",
+            self.mode,
+        )
+        require(
+            0.0 <= self.first < self.last <= 1.0,
+            f"robots.{self.id}.first, last",
+            "0 <= first < last <= 1",
+            [self.first, self.last],
+        )
+        require(
+            self.start is None or len(self.start) == 3, f"robots.{self.id}.start", "[x_m, y_m, theta_rad]", self.start
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,6 +123,7 @@ class Mission:
     truth: TruthConfig
     world: WorldConfig | None
     radio: RadioConfig
+    driver: DriverConfig
     folder: Path
     """Where the mission's file lies: names in it are looked for there first."""
 
@@ -126,7 +140,7 @@ def load_mission(path: Path, assignments: Sequence[str] = ()) -> Mission:
 def make_mission(tables: dict[str, Any], path: Path) -> Mission:
     """Return the mission that these tables describe; ``path`` is named in errors."""
     sections = {section.name: section.type for section in fields(Settings)}
-    check_keys(tables, ["mission", "robots", "world", "radio", "links", "truth", *sections], str(path))
+    check_keys(tables, ["mission", "robots", "world", "driver", "radio", "links", "truth", *sections], str(path))
     for name, table in tables.items():
         if name != "robots" and not isinstance(table, dict):
             raise InputError(f"{path}: [{name}] must be a section, got {table!r}")
@@ -152,6 +166,7 @@ def make_mission(tables: dict[str, Any], path: Path) -> Mission:
         links=links,
         truth=build(TruthConfig, tables.get("truth", {}), f"{path}: truth"),
         world=world,
+        driver=build(DriverConfig, tables.get("driver", {}), f"{path}: driver"),
         radio=build(RadioConfig, tables.get("radio", {}), f"{path}: radio"),
         folder=path.resolve().parent,
     )
@@ -161,7 +176,9 @@ def make_settings(tables: dict[str, Any], where: str) -> Settings:
     """Return the settings of one robot from the sections named as the packages are."""
     default = Settings()
     parts = {
-        section.name: build(type(getattr(default, section.name)), tables.get(section.name, {}), f"{where}: {section.name}")
+        section.name: build(
+            type(getattr(default, section.name)), tables.get(section.name, {}), f"{where}: {section.name}"
+        )
         for section in fields(Settings)
     }
     return Settings(**parts)

@@ -10,13 +10,13 @@ from multiprocessing.connection import Connection
 from multiprocessing.synchronize import Event as StopEvent
 from pathlib import Path
 
-from agent import MissionClock, ProcessShell, Runner
-from comms import ZenohTransport
+from agent import MissionClock, ProcessShell, Runner, Sensed
+from comms import Transport, ZenohTransport
+from sim_driver.kernels import load_kernels
 from sim_driver.mission import Mission, RobotConfig
-from sim_driver.shaping import ShapedTransport
 from sim_driver.seeds import seed_for
-from sim_driver.team import make_agent, read_trace, recorded_body
-from sim_driver.traces import TracedLinks
+from sim_driver.shaping import ShapedTransport
+from sim_driver.team import make_agent, make_body, radio_of, read_trace, told_links
 
 STATUS_S = 0.5
 """How often a robot tells the parent how it fares, seconds."""
@@ -31,6 +31,7 @@ class RobotTask:
     out: Path
     listen: str
     connect: list[str]
+    is_simulated: bool
 
 
 @dataclass(frozen=True)
@@ -56,24 +57,58 @@ class Status:
     area_m2: float = 0.0
 
 
-def run_robot(task: RobotTask, pipe: Connection, stop: StopEvent) -> None:
+@dataclass(frozen=True, eq=False)
+class SimulatorNews:
+    """What the simulation tells a robot at every step."""
+
+    sensed: list[Sensed]
+    qualities: dict[str, float]
+
+
+class PipePort:
+    """A robot's line to the simulation in the parent process."""
+
+    def __init__(self, pipe: Connection) -> None:
+        """Take the robot's end of the pipe."""
+        self._pipe = pipe
+        self._qualities: dict[str, float] = {}
+
+    def take(self) -> list[Sensed]:
+        """Return the scans since the last call."""
+        sensed: list[Sensed] = []
+        while self._pipe.poll(0):
+            news: SimulatorNews = self._pipe.recv()
+            sensed += news.sensed
+            self._qualities = news.qualities
+        return sensed
+
+    def command(self, command: tuple[float, float]) -> None:
+        """Say what to drive."""
+        self._pipe.send(command)
+
+    def qualities(self) -> dict[str, float]:
+        """Return the true quality of the robot's links, as last told."""
+        return self._qualities
+
+
+def run_robot(task: RobotTask, pipe: Connection, simulator: Connection, stop: StopEvent) -> None:
     """Map, meet and merge until told to stop, then write the robot's files."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent tells when to stop
     mission, robot = task.mission, task.robot
-    body = recorded_body(mission, robot)
-    agent = make_agent(mission, robot, boot_id=int.from_bytes(os.urandom(4), "little"))
-    transport = ZenohTransport(
+    load_kernels()  # from disk, before the clock runs
+    port = PipePort(simulator) if task.is_simulated else None
+    body = make_body(mission, robot, port)
+    agent = make_agent(mission, robot, boot_id=time.time_ns() // 1_000_000 % 2**31 + os.getpid() % 1000)
+    transport: Transport = ZenohTransport(
         robot.id, mission.mission.name, listen=[task.listen], connect=task.connect, multicast=False
     )
-    pipe.send(Ready(body.duration_ns / 1e9))
-    go = pipe.recv()
+    pipe.send(Ready(getattr(body, "duration_ns", 0) / 1e9))
+    go: Go = pipe.recv()
     clock = MissionClock(go.start_s, mission.mission.speed)
-    links, network = None, transport
-    trace = read_trace(mission)
-    if trace is not None:
-        links = TracedLinks(trace, robot.id, [other.id for other in mission.robots if other.id != robot.id])
-        network = ShapedTransport(transport, links, clock, seed_for(mission, f"radio/{robot.id}"))
-    shell = ProcessShell(Runner(agent, body, network, task.out / robot.id, links), clock)
+    radio = radio_of(mission, robot, read_trace(mission), port)
+    if radio is not None:
+        transport = ShapedTransport(transport, radio, clock, seed_for(mission, f"radio/{robot.id}"))
+    shell = ProcessShell(Runner(agent, body, transport, task.out / robot.id, told_links(mission, radio)), clock)
     told_s = 0.0
 
     def stopped() -> bool:

@@ -39,7 +39,9 @@ def run_mission(mission: Mission, out: Path, progress: Progress, say: Callable[[
     wall_s = time.monotonic() - start
     # Wall-clock figures stay out of virtual runs' metrics: the same seed gives the same bytes.
     virtual = mission.mission.shell == "virtual"
-    return write_metrics(mission, out, wall_s=0.0 if virtual else wall_s, compile_s=0.0 if virtual else round(compile_s, 3), **outcome)
+    return write_metrics(
+        mission, out, wall_s=0.0 if virtual else wall_s, compile_s=0.0 if virtual else round(compile_s, 3), **outcome
+    )
 
 
 def prepare_folder(mission: Mission, out: Path) -> None:
@@ -56,6 +58,9 @@ def prepare_folder(mission: Mission, out: Path) -> None:
         "world": as_table(mission.world),
         "radio": as_table(mission.radio),
         "settings": as_table(mission.settings),
-        "versions": {"python": platform.python_version(), **{name: importlib.metadata.version(name) for name in LIBRARIES}},
+        "versions": {
+            "python": platform.python_version(),
+            **{name: importlib.metadata.version(name) for name in LIBRARIES},
+        },
     }
     write_text(out / "config.json", json.dumps(config, indent=1) + "\n")

@@ -13,11 +13,15 @@ from multiprocessing.synchronize import Event as StopEvent
 from pathlib import Path
 from typing import Any, cast
 
+from agent import MissionClock
 from sim_driver.mission import Mission
-from sim_driver.robot_process import Go, Ready, RobotTask, Status, run_robot
+from sim_driver.robot_process import Go, Ready, RobotTask, SimulatorNews, Status, run_robot
+from sim_driver.simulation import STEP_NS, Simulation, is_simulated
 
 READY_S = 120.0
 """Longest wait for a robot's process to come up, seconds."""
+WATCH_S = 0.05
+"""How often the parent looks after its robots, seconds."""
 CLOSE_S = 60.0
 """Longest wait for a robot's process to write its files, seconds."""
 
@@ -29,11 +33,13 @@ class Child:
     robot_id: str
     process: SpawnProcess
     pipe: multiprocessing.connection.Connection
+    simulator: multiprocessing.connection.Connection
     duration_s: float = 0.0
     status: Status = field(default_factory=Status)
 
     @property
     def alive(self) -> bool:
+        """Whether the process still runs."""
         return self.process.is_alive()
 
 
@@ -41,16 +47,19 @@ def run_processes(mission: Mission, out: Path, progress: Any) -> dict[str, Any]:
     """Run the mission and return what the metrics need beside the robots' own files."""
     context = mp.get_context("spawn")  # numba's and zenoh's threads do not survive a fork
     stop = context.Event()
+    simulation = Simulation(mission) if mission.world is not None else None
     children = _spawn(mission, out, stop)
     try:
         _await_ready(children)
         start_s = time.monotonic() + 0.2
         for child in children:
             child.pipe.send(Go(start_s))
-        mission_s = _watch(mission, children, start_s, progress)
+        mission_s = _watch(mission, children, simulation, start_s, progress)
     finally:
         stop.set()
         _close(children)
+    if simulation is not None:
+        simulation.write_truth(out)
     return {
         "mission_s": mission_s,
         "shell": "process",
@@ -64,11 +73,14 @@ def _spawn(mission: Mission, out: Path, stop: StopEvent) -> list[Child]:
     children = []
     for i, robot in enumerate(mission.robots):
         here, there = context.Pipe()
-        task = RobotTask(mission, robot, out, listen=_address(ports[i]), connect=[_address(port) for port in ports[:i]])
-        process = context.Process(target=run_robot, args=(task, there, stop), name=f"mrslam-{robot.id}")
+        sim_here, sim_there = context.Pipe()
+        connect = [_address(port) for port in ports[:i]]
+        task = RobotTask(mission, robot, out, _address(ports[i]), connect, is_simulated(mission, robot))
+        process = context.Process(target=run_robot, args=(task, there, sim_there, stop), name=f"mrslam-{robot.id}")
         process.start()
         there.close()
-        children.append(Child(robot.id, process, here))
+        sim_there.close()
+        children.append(Child(robot.id, process, here, sim_here))
     return children
 
 
@@ -94,20 +106,27 @@ def _await_ready(children: Sequence[Child]) -> None:
     for child in children:
         while not child.pipe.poll(0.1):
             if not child.alive:
-                raise RuntimeError(f"the process of {child.robot_id} ended with code {child.process.exitcode} before it was ready")
+                raise RuntimeError(
+                    f"the process of {child.robot_id} ended with code {child.process.exitcode} before it was ready"
+                )
             if time.monotonic() > deadline:
                 raise RuntimeError(f"the process of {child.robot_id} was not ready within {READY_S:.0f} s")
         child.duration_s = cast(Ready, child.pipe.recv()).duration_s
 
 
-def _watch(mission: Mission, children: Sequence[Child], start_s: float, progress: Any) -> float:
-    """Follow the robots until the mission is over; return how long it lasted in mission seconds."""
+def _watch(
+    mission: Mission, children: Sequence[Child], simulation: Simulation | None, start_s: float, progress: Any
+) -> float:
+    """Move the simulated world on and follow the robots to the end; return how long it was, mission seconds."""
     limit_s = mission.mission.duration_s
     total_s = limit_s or max(child.duration_s for child in children) + mission.mission.linger_s
     idle_since_s: float | None = None
+    clock = MissionClock(start_s, mission.mission.speed)
     while True:
         _read_status(children)
-        now_s = (time.monotonic() - start_s) * mission.mission.speed
+        if simulation is not None:
+            _simulate(simulation, children, clock.now_ns())
+        now_s = clock.now_ns() / 1e9
         progress(now_s, total_s, _words(children))
         if limit_s is not None and now_s >= limit_s:
             return limit_s
@@ -118,7 +137,21 @@ def _watch(mission: Mission, children: Sequence[Child], start_s: float, progress
             idle_since_s = now_s
         elif now_s - idle_since_s >= mission.mission.linger_s or not any(child.alive for child in children):
             return now_s
-        time.sleep(0.05)
+        time.sleep(WATCH_S if simulation is None else clock.wall_s(STEP_NS) / 4)
+
+
+def _simulate(simulation: Simulation, children: Sequence[Child], now_ns: int) -> None:
+    """Move the world on; hand every robot what it senses, and take what it drives."""
+    simulation.advance(now_ns)
+    for child in children:
+        sensed = simulation.take(child.robot_id)
+        try:
+            if sensed:
+                child.simulator.send(SimulatorNews(sensed, simulation.qualities(child.robot_id)))
+            while child.simulator.poll(0):
+                simulation.command(child.robot_id, child.simulator.recv())
+        except (EOFError, OSError):
+            simulation.command(child.robot_id, (0.0, 0.0))  # its process is gone; its body stands where it was
 
 
 def _read_status(children: Sequence[Child]) -> None:
@@ -134,7 +167,9 @@ def _words(children: Sequence[Child]) -> str:
     parts = []
     for child in children:
         merged = f"+{child.status.merged}" if child.status.merged else ""
-        parts.append(f"{child.robot_id}{merged} {child.status.area_m2:.0f} m2" if child.alive else f"{child.robot_id} ended")
+        parts.append(
+            f"{child.robot_id}{merged} {child.status.area_m2:.0f} m2" if child.alive else f"{child.robot_id} ended"
+        )
     return "  ".join(parts)
 
 
@@ -146,3 +181,4 @@ def _close(children: Sequence[Child]) -> None:
             child.process.kill()
             child.process.join()
         child.pipe.close()
+        child.simulator.close()

@@ -2,37 +2,73 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from agent import Runner, VirtualRobot, run_virtual
-from comms import MemoryNetwork
+from agent import LinkSource, Runner, VirtualRobot, run_virtual
+from comms import LinkConditions, MemoryNetwork
+from comms.memory_transport import Conditions
 from sim_driver.mission import Mission
+from sim_driver.recorded import RecordedBody
 from sim_driver.seeds import seed_for
-from sim_driver.team import make_agent, read_trace, recorded_body
-from sim_driver.traces import TracedLinks
+from sim_driver.shaping import CUT_BELOW
+from sim_driver.simulated import DirectPort
+from sim_driver.simulation import Simulation, is_simulated
+from sim_driver.team import make_agent, make_body, radio_of, read_trace, told_links
+
+
+class VirtualWorld:
+    """Network and simulated world, moved on together."""
+
+    def __init__(self, network: MemoryNetwork, simulation: Simulation | None) -> None:
+        """Take both; a mission of recorded robots has no world."""
+        self._network, self._simulation = network, simulation
+
+    def advance(self, now_ns: int) -> None:
+        """Move virtual time on."""
+        if self._simulation is not None:
+            self._simulation.advance(now_ns)
+        self._network.advance(now_ns)
+
+
+def _conditions(radios: Mapping[str, LinkSource | None]) -> Conditions:
+    """Return how every link is, by what the sender's radio says of it."""
+
+    def conditions(sender: str, receiver: str, now_ns: int) -> LinkConditions:
+        radio = radios.get(sender)
+        quality = 1.0 if radio is None else radio.qualities(now_ns).get(receiver, 1.0)
+        return LinkConditions.of_quality(quality if quality >= CUT_BELOW else 0.0)
+
+    return conditions
 
 
 def run_in_virtual_time(mission: Mission, out: Path, progress: Any) -> dict[str, Any]:
     """Run the mission and return what the metrics need beside the robots' own files."""
+    simulation = Simulation(mission) if mission.world is not None else None
     trace = read_trace(mission)
-    ids = [robot.id for robot in mission.robots]
-    network = MemoryNetwork(seed=seed_for(mission, "network"))
-    robots = []
+    radios: dict[str, LinkSource | None] = {}
+    network = MemoryNetwork(seed_for(mission, "network"), _conditions(radios))
+    robots, durations_s = [], [0.0]
     for robot in mission.robots:
+        port = DirectPort(simulation, robot.id) if simulation and is_simulated(mission, robot) else None
+        body = make_body(mission, robot, port)
+        if isinstance(body, RecordedBody):
+            durations_s.append(body.duration_ns / 1e9)
+        radio = radios[robot.id] = radio_of(mission, robot, trace, port)
         agent = make_agent(mission, robot, boot_id=seed_for(mission, f"boot/{robot.id}"))
-        links = None if trace is None else TracedLinks(trace, robot.id, [other for other in ids if other != robot.id])
-        robots.append(
-            VirtualRobot(Runner(agent, recorded_body(mission, robot), network.attach(robot.id), out / robot.id, links))
-        )
-    duration_s = mission.mission.duration_s
-    total_s = duration_s
+        transport = network.attach(robot.id)
+        robots.append(VirtualRobot(Runner(agent, body, transport, out / robot.id, told_links(mission, radio))))
+    limit_s = mission.mission.duration_s
+    total_s = limit_s or (max(durations_s) + mission.mission.linger_s if simulation is None else None)
     mission_ns = run_virtual(
         robots,
-        network,
+        VirtualWorld(network, simulation),
         step_ns=round(mission.settings.agent.tick_s * 1e9),
-        duration_ns=None if duration_s is None else round(duration_s * 1e9),
+        duration_ns=None if limit_s is None else round(limit_s * 1e9),
         linger_ns=round(mission.mission.linger_s * 1e9),
         progress=lambda now_ns: progress(now_ns / 1e9, total_s, ""),
     )
+    if simulation is not None:
+        simulation.write_truth(out)
     return {"mission_s": mission_ns / 1e9, "shell": "virtual"}

@@ -23,6 +23,9 @@ class Port(Protocol):
     def command(self, command: tuple[float, float]) -> None:
         """Say what to drive: speed (m/s) and turn (rad/s)."""
 
+    def qualities(self) -> dict[str, float]:
+        """Return the true quality of the robot's links, now."""
+
 
 class DirectPort:
     """The line to a simulation in this process."""
@@ -38,6 +41,10 @@ class DirectPort:
     def command(self, command: tuple[float, float]) -> None:
         """Say what to drive."""
         self._simulation.command(self._robot_id, command)
+
+    def qualities(self) -> dict[str, float]:
+        """Return the true quality of the robot's links."""
+        return self._simulation.qualities(self._robot_id)
 
 
 class SimulatedBody:

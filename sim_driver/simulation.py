@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 
@@ -24,20 +23,13 @@ STEP_NS = 100_000_000
 """Time between two sweeps of every laser, nanoseconds."""
 
 
-@dataclass(frozen=True)
-class RadioState:
-    """Quality of the link to each peer as one robot has it, each in [0, 1]."""
-
-    qualities: dict[str, float]
-
-
 class Simulation:
     """Steps ten times a second of mission time; robots' commands hold until the next step."""
 
     def __init__(self, mission: Mission) -> None:
         """Place the robots; their starts follow from the mission's seed unless it gives them."""
         assert mission.world is not None
-        self.robots = [robot for robot in mission.robots if robot.log is None and robot.mode != "central"]
+        self.robots = [robot for robot in mission.robots if is_simulated(mission, robot)]
         self.world = make_world(mission)
         self.radio = Radio(self.world, mission.radio, seed_for(mission, "radio"))
         rng = np.random.default_rng(seed_for(mission, "simulation"))
@@ -92,6 +84,11 @@ class Simulation:
         for robot_id, rows in sorted(self._truth.items()):
             stamps: NDArray[np.int64] = np.array([t for t, _ in rows], dtype=np.int64)
             write_tum(out / robot_id / "truth.tum", stamps, np.array([pose for _, pose in rows]))
+
+
+def is_simulated(mission: Mission, robot: RobotConfig) -> bool:
+    """Return whether a robot drives in the mission's world."""
+    return mission.world is not None and robot.log is None and robot.mode != "central"
 
 
 def make_world(mission: Mission) -> World:

@@ -1,13 +1,45 @@
-"""Making the robots of a mission: agents with their seeds, and recorded bodies."""
+"""Making the robots of a mission: agents with their seeds, bodies, and what tells them of their links."""
 
 from __future__ import annotations
 
-from agent import Agent
+from collections.abc import Callable
+
+import numpy as np
+
+from agent import Agent, Body, LinkSource, Sensed
+from sim_driver.drivers import DRIVERS, Driver, Explorer, IdleDriver, WaypointDriver
 from sim_driver.feeds import open_feed
 from sim_driver.mission import Mission, RobotConfig
 from sim_driver.recorded import RecordedBody
 from sim_driver.seeds import seed_for
-from sim_driver.traces import LinkTrace
+from sim_driver.simulated import Port, SimulatedBody
+from sim_driver.traces import LinkTrace, TracedLinks
+from spatial import InputError, se2
+
+
+class NoBody:
+    """A robot that senses nothing: a base station that only merges."""
+
+    next_ns: int | None = None
+    finished = True
+
+    def sense(self, now_ns: int) -> Sensed | None:
+        """Return None: there is no laser."""
+
+    def act(self, agent: Agent, now_ns: int) -> None:
+        """Nothing to drive."""
+
+
+class ToldLinks:
+    """Link qualities as a function tells them, now."""
+
+    def __init__(self, tell: Callable[[], dict[str, float]]) -> None:
+        """Take the function."""
+        self._tell = tell
+
+    def qualities(self, now_ns: int) -> dict[str, float]:
+        """Return the quality of the link to each peer."""
+        return self._tell()
 
 
 def make_agent(mission: Mission, robot: RobotConfig, boot_id: int) -> Agent:
@@ -22,14 +54,41 @@ def make_agent(mission: Mission, robot: RobotConfig, boot_id: int) -> Agent:
     )
 
 
-def recorded_body(mission: Mission, robot: RobotConfig) -> RecordedBody:
-    """Return the body that plays the robot's log."""
-    assert robot.log is not None
-    return RecordedBody(open_feed(mission.find(robot.log)).readings, robot.first, robot.last)
+def make_body(mission: Mission, robot: RobotConfig, port: Port | None) -> Body:
+    """Return what the robot senses and drives with: a log, the simulation at the other end of ``port``, or nothing."""
+    if robot.log is not None:
+        return RecordedBody(open_feed(mission.find(robot.log)).readings, robot.first, robot.last)
+    if robot.mode == "central" or port is None:
+        return NoBody()
+    return SimulatedBody(port, _driver(mission, robot))
+
+
+def _driver(mission: Mission, robot: RobotConfig) -> Driver:
+    seed = seed_for(mission, f"driver/{robot.id}")
+    if robot.driver == "explore":
+        return Explorer(mission.driver, seed)
+    if robot.driver == "idle":
+        return IdleDriver()
+    if robot.driver == "waypoints" and robot.waypoints and robot.start is not None:
+        # Waypoints are places of the world; the robot drives in its own map, whose origin is its start.
+        points = se2.apply(se2.inverse(np.array(robot.start)), np.array(robot.waypoints, dtype=np.float64))
+        return WaypointDriver(points, mission.driver, seed)
+    known = ", ".join(name for name in DRIVERS if name != "trajectory")
+    raise InputError(f"robot {robot.id}: driver {robot.driver!r} must be one of {known}; waypoints need a start")
 
 
 def read_trace(mission: Mission) -> LinkTrace | None:
     """Return the mission's trace of link qualities, if that is where they come from."""
-    if mission.links.trace is None:
-        return None
-    return LinkTrace.read(mission.find(mission.links.trace))
+    return None if mission.links.trace is None else LinkTrace.read(mission.find(mission.links.trace))
+
+
+def radio_of(mission: Mission, robot: RobotConfig, trace: LinkTrace | None, port: Port | None) -> LinkSource | None:
+    """Return what the radio really does at one robot: by the trace, by the simulation, or None (all is heard)."""
+    if trace is not None:
+        return TracedLinks(trace, robot.id, [other.id for other in mission.robots if other.id != robot.id])
+    return None if port is None else ToldLinks(port.qualities)
+
+
+def told_links(mission: Mission, radio: LinkSource | None) -> LinkSource | None:
+    """Return what tells the agent its link qualities; None where it measures them itself."""
+    return None if mission.settings.comms.link_source == "measured" else radio

@@ -15,7 +15,9 @@ from sim_driver.settings import build, with_overrides
 from spatial import InputError, read_map
 
 
-def align_files(a: Path, b: Path | None, method: str, resolution: float | None, assignments: list[str], as_json: bool) -> None:
+def align_files(
+    a: Path, b: Path | None, method: str, resolution: float | None, assignments: list[str], as_json: bool
+) -> None:
     """Align two maps and print the outcome."""
     config = build(AlignmentConfig, with_overrides({"alignment": {}}, assignments)["alignment"], "alignment")
     check_method(method)

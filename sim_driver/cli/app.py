@@ -47,7 +47,9 @@ def map(
 def run(
     mission: Annotated[Path, typer.Argument(help="Mission file (TOML).")],
     out: Out = Path("out/run"),
-    shell: Annotated[str | None, typer.Option("--shell", help="process (real processes) or virtual (virtual time).")] = None,
+    shell: Annotated[
+        str | None, typer.Option("--shell", help="process (real processes) or virtual (virtual time).")
+    ] = None,
     speed: Annotated[float | None, typer.Option("--speed", help="Mission seconds in a second (process shell).")] = None,
     seed: Seed = None,
     set_: Set = None,
@@ -83,8 +85,12 @@ def align(
 @app.command()
 def merge(
     maps: Annotated[list[Path], typer.Argument(help="Two or more maps: .yaml, bare images or .npz.")],
-    out: Annotated[Path, typer.Option("-o", "--out", help="Merged map: a .yaml file, or a folder.")] = Path("out/merged"),
-    known_poses: Annotated[Path | None, typer.Option("--known-poses", help="CSV: map, x_m, y_m, theta_rad a line.")] = None,
+    out: Annotated[Path, typer.Option("-o", "--out", help="Merged map: a .yaml file, or a folder.")] = Path(
+        "out/merged"
+    ),
+    known_poses: Annotated[
+        Path | None, typer.Option("--known-poses", help="CSV: map, x_m, y_m, theta_rad a line.")
+    ] = None,
     method: Annotated[str, typer.Option("--method", help="auto, orb, surf, hough, random-walk, ...")] = "auto",
     resolution: Annotated[float | None, typer.Option("--resolution", help="Metres a cell, for bare images.")] = None,
     set_: Set = None,

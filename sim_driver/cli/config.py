@@ -49,7 +49,9 @@ def _field_texts(cls: type) -> dict[str, str]:
     assert isinstance(body, ast.ClassDef)
     texts = {}
     for node, after in zip(body.body, body.body[1:], strict=False):
-        is_text = isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant) and isinstance(after.value.value, str)
+        is_text = (
+            isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant) and isinstance(after.value.value, str)
+        )
         if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name) and is_text:
             texts[node.target.id] = " ".join(after.value.value.split())  # type: ignore[attr-defined]
     return texts

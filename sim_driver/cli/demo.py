@@ -18,7 +18,9 @@ def demo(out: Path, seed: int, robots: int) -> None:
     tables = read_toml(MISSION)
     tables["mission"]["seed"] = seed
     tables["robots"] = [{"id": f"r{i + 1}"} for i in range(robots)]
-    console.print(f"{robots} robots explore an office from unknown starts, each in a process of its own.", highlight=False)
+    console.print(
+        f"{robots} robots explore an office from unknown starts, each in a process of its own.", highlight=False
+    )
     metrics = run_with_progress(make_mission(tables, MISSION), out)
     report(metrics, out)
     console.print(f"Look at the team map: {out / 'r1' / 'team_map.png'}", highlight=False)

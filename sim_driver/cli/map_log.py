@@ -5,25 +5,29 @@ from __future__ import annotations
 import json
 import resource
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import rbpf
 from sim_driver.cli.console import console, progress_bar
-from sim_driver.feeds import open_feed
+from sim_driver.feeds import Reading, open_feed
 from sim_driver.kernels import ensure_compiled
 from sim_driver.locate import locate
 from sim_driver.settings import build, with_overrides
-from spatial import Keyframes, Scan, se2, write_map
+from spatial import se2, write_map
 from spatial.files import write_text
 from spatial.images import write_image
 from spatial.map_files import pixels
 from spatial.tum import write_tum
 
 
-def map_log(log: Path, particles: int, seed: int, out: Path, no_odometry: bool, assignments: list[str], as_json: bool) -> None:
+def map_log(
+    log: Path, particles: int, seed: int, out: Path, no_odometry: bool, assignments: list[str], as_json: bool
+) -> None:
     """Map the log and write ``trajectory.tum``, ``trajectory_online.tum``, ``map.*`` and ``metrics.json``."""
     table = {"particles": particles, **({"use_odometry": False} if no_odometry else {})}
     config = build(rbpf.MapperConfig, with_overrides({"rbpf": table}, assignments)["rbpf"], "rbpf")
@@ -34,14 +38,15 @@ def map_log(log: Path, particles: int, seed: int, out: Path, no_odometry: bool, 
     wall, cpu = time.monotonic(), time.process_time()
     mapper = rbpf.Mapper(config, seed=seed)
     processed_ms: list[float] = []
-    scans: list[Scan] = []
+    accepted: list[int] = []
     with progress_bar(f"mapping {log.name}", len(feed.readings)) as advance:
-        for reading in feed.readings:
+        for index, reading in enumerate(feed.readings):
             start = time.perf_counter()
             info = mapper.update(reading.scan, reading.T_odom_base)
             if info.processed:
                 processed_ms.append((time.perf_counter() - start) * 1e3)
-            scans.append(reading.scan)
+            if info.reason is None:
+                accepted.append(index)
             advance()
     grid = mapper.snapshot().map.to_grid()
     trajectory, online = mapper.trajectory(), mapper.online_trajectory()
@@ -53,6 +58,7 @@ def map_log(log: Path, particles: int, seed: int, out: Path, no_odometry: bool, 
         "cpu_s": round(time.process_time() - cpu, 3),
         "compile_s": round(compile_s, 3),
         "scans": len(feed.readings),
+        "scans_dropped": len(feed.readings) - len(accepted),
         "scans_processed": mapper.stats.processed,
         "ms_per_processed_p50": _percentile(processed_ms, 50),
         "ms_per_processed_p95": _percentile(processed_ms, 95),
@@ -61,8 +67,8 @@ def map_log(log: Path, particles: int, seed: int, out: Path, no_odometry: bool, 
         "resamplings": mapper.stats.resamplings,
         "known_area_m2": round(grid.known_area_m2(), 1),
     }
-    write_tum(out / "trajectory.tum", *_at_laser(trajectory, scans))
-    write_tum(out / "trajectory_online.tum", *_at_laser(online, scans))
+    for name, known in (("trajectory", trajectory), ("trajectory_online", online)):
+        write_tum(out / f"{name}.tum", *_laser_poses(feed.readings, accepted, known.T_map_base))
     write_map(out / "map.yaml", grid)
     if grid.cells.size:
         write_image(out / "map.png", pixels(grid))
@@ -74,10 +80,22 @@ def _percentile(values: list[float], share: float) -> float:
     return round(float(np.percentile(values, share)), 3) if values else 0.0
 
 
-def _at_laser(trajectory: Keyframes, scans: list[Scan]) -> tuple[Any, Any]:
-    """Return stamps and poses of the laser."""
-    T_base_laser = np.array([scan.T_base_laser for scan in scans])
-    return trajectory.stamps_ns, se2.compose(trajectory.T_map_base, T_base_laser)
+def _laser_poses(
+    readings: Sequence[Reading], accepted: Sequence[int], T_map_base: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return stamps and laser poses of all scans; scans the mapper could not use are carried on by odometry."""
+    poses = np.zeros((len(readings), 3))
+    poses[list(accepted)] = T_map_base
+    usable = set(accepted)
+    for i in range(1, len(readings)):
+        T_odom_before, T_odom_now = readings[i - 1].T_odom_base, readings[i].T_odom_base
+        if i in usable:
+            continue
+        poses[i] = poses[i - 1]
+        if T_odom_before is not None and T_odom_now is not None:
+            poses[i] = se2.compose(poses[i - 1], se2.between(T_odom_before, T_odom_now))
+    stamps_ns = np.array([reading.scan.stamp_ns for reading in readings], dtype=np.int64)
+    return stamps_ns, se2.compose(poses, np.array([reading.scan.T_base_laser for reading in readings]))
 
 
 def _report(metrics: dict[str, Any], out: Path, as_json: bool) -> None:
@@ -85,7 +103,7 @@ def _report(metrics: dict[str, Any], out: Path, as_json: bool) -> None:
         print(json.dumps(metrics))
         return
     console.print(
-        f"{metrics['scans']} scans, {metrics['scans_processed']} filter updates, {metrics['known_area_m2']:g} m2 mapped in "
+        f"{metrics['scans']} scans, {metrics['scans_processed']} filter updates, {metrics['known_area_m2']:g} m2 in "
         f"{metrics['wall_s']:.1f} s ({metrics['cpu_s']:.1f} s of CPU, {metrics['peak_rss_mb']:.0f} MB)",
         highlight=False,
     )

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from merge import MergeConfig, MergeResult, draw_team, merge_maps
+from alignment import Alignment, Rejection
+from merge import MergeConfig, MergeResult, Pair, draw_team, merge_maps
 from sim_driver.cli.align import as_row, check_method
 from sim_driver.cli.console import console, counting_bar
 from sim_driver.settings import build, with_overrides
@@ -51,7 +52,9 @@ def merge_files(
         return
     for name, T_team_map in result.team_map.T_team_map.items():
         x, y, theta = T_team_map
-        console.print(f"{name} placed at x {x:.3f} m, y {y:.3f} m, turned by {np.degrees(theta):.2f} deg", highlight=False)
+        console.print(
+            f"{name} placed at x {x:.3f} m, y {y:.3f} m, turned by {np.degrees(theta):.2f} deg", highlight=False
+        )
     for name, reason in result.team_map.unplaced.items():
         console.print(f"{name} not placed: {reason}", highlight=False)
     console.print(f"{target.with_suffix('.png')}, {target} ({row['seconds']:.1f} s)", highlight=False)
@@ -99,7 +102,9 @@ def read_poses(path: Path, names: list[str]) -> dict[str, Transform]:
         except ValueError as error:
             raise InputError(f"{path}, line {number}: needs map,x_m,y_m,theta_rad ({error})") from error
         if name not in names or not np.isfinite([x, y, theta]).all():
-            raise InputError(f"{path}, line {number}: needs one of the maps {', '.join(names)} and a finite pose, got {row}")
+            raise InputError(
+                f"{path}, line {number}: needs one of the maps {', '.join(names)} and a finite pose, got {row}"
+            )
         poses[name] = transform(x, y, theta)
     if not poses:
         raise InputError(f"{path}: holds no pose")
@@ -109,7 +114,7 @@ def read_poses(path: Path, names: list[str]) -> dict[str, Transform]:
 def as_json_row(result: MergeResult) -> dict[str, Any]:
     """Return a merge as plain JSON values."""
     team = result.team_map
-    outcomes = {**result.edges, **result.rejections}
+    outcomes: dict[Pair, Alignment | Rejection] = {**result.edges, **result.rejections}
     return {
         "placed": {name: [float(value) for value in T] for name, T in team.T_team_map.items()},
         "unplaced": team.unplaced,

@@ -16,7 +16,13 @@ from sim_driver.mission import Mission, load_mission
 
 
 def run_file(
-    path: Path, out: Path, shell: str | None, speed: float | None, seed: int | None, assignments: list[str], as_json: bool
+    path: Path,
+    out: Path,
+    shell: str | None,
+    speed: float | None,
+    seed: int | None,
+    assignments: list[str],
+    as_json: bool,
 ) -> None:
     """Run the mission file, command-line options above what it says."""
     options = {"shell": shell, "speed": speed, "seed": seed}
@@ -37,7 +43,13 @@ def run_with_progress(mission: Mission, out: Path) -> dict[str, Any]:
 @contextmanager
 def mission_progress(name: str) -> Iterator[runs.Progress]:
     """Show mission time against the whole, and a few words on what the robots do."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[words]}"), TimeElapsedColumn(), TimeRemainingColumn())
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.fields[words]}"),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(name, total=None, words="starting")
 
@@ -55,7 +67,10 @@ def report(metrics: dict[str, Any], out: Path) -> None:
             console.print(f"{who} not merged: {pair['reason']}", highlight=False)
             continue
         error = "" if pair["error_m"] is None else f", {pair['error_m']:.3f} m / {pair['error_deg']:.2f} deg off"
-        console.print(f"{who} merged after {pair['accepted_at_s']:.0f} s (confidence {pair['confidence']:.2f}{error})", highlight=False)
+        console.print(
+            f"{who} merged after {pair['accepted_at_s']:.0f} s (confidence {pair['confidence']:.2f}{error})",
+            highlight=False,
+        )
     for link in metrics["links"]:
         if link["exchanges"]:
             saved = 1.0 - link["bytes_sent"] / max(link["bytes_full_lz4"], 1)
@@ -66,4 +81,6 @@ def report(metrics: dict[str, Any], out: Path) -> None:
             )
     for robot in metrics["robots_lost"]:
         console.print(f"{robot} was lost: see {out / robot}", highlight=False)
-    console.print(f"{metrics['mission_s']:.0f} s of mission in {metrics['wall_s']:.0f} s; everything is in {out}", highlight=False)
+    console.print(
+        f"{metrics['mission_s']:.0f} s of mission in {metrics['wall_s']:.0f} s; everything is in {out}", highlight=False
+    )

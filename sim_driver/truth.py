@@ -1,0 +1,122 @@
+"""What a simulated mission's outcome is worth, against the world it took place in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_driver.mission import Mission
+from sim_driver.simulation import make_world
+from spatial import OccupancyGrid, read_map, se2
+from spatial.distance import euclidean
+from spatial.se2 import Transform
+from spatial.tum import read_tum
+
+FALSE_MERGE_M, FALSE_MERGE_DEG = 0.5, 5.0
+"""An accepted transform farther off than this is a false merge."""
+MUST_MERGE = 0.3
+"""Pairs whose maps share at least this part of the smaller one should have merged."""
+NEAR_WALL_CELLS = 2.0
+
+
+def true_starts(mission: Mission, folder: Path) -> dict[str, Transform]:
+    """Return ``T_world_map`` of every simulated robot: its map's frame is its pose at its first scan."""
+    found = {}
+    for robot in mission.robots:
+        path = folder / robot.id / "truth.tum"
+        if path.exists():
+            found[robot.id] = read_tum(path)[1][0]
+    return found
+
+
+def pair_error(T_a_b: Transform, T_world_a: Transform, T_world_b: Transform) -> tuple[float, float]:
+    """Return how far ``T_a_b`` is from the truth: metres at map b's origin, and degrees."""
+    distance_m, angle_rad = se2.difference(T_a_b, se2.between(T_world_a, T_world_b))
+    return distance_m, float(np.degrees(angle_rad))
+
+
+def team_figures(mission: Mission, folder: Path, pairs: list[dict[str, Any]]) -> dict[str, Any] | None:
+    """Return coverage, precision and merge counts of a simulated mission; None where nothing was simulated."""
+    starts = true_starts(mission, folder)
+    if mission.world is None or not starts:
+        return None
+    judge = Judge(make_world(mission).grid, make_world(mission).reachable)
+    per_robot = {}
+    for robot_id, T_world_map in starts.items():
+        team = read_map(folder / robot_id / "team_map.yaml")
+        per_robot[robot_id] = (judge.coverage(team, T_world_map), judge.occupied_precision(team, T_world_map))
+    accepted = [pair for pair in pairs if pair["status"] == "accepted"]
+    false = [
+        p
+        for p in accepted
+        if p["error_m"] is not None and (p["error_m"] > FALSE_MERGE_M or p["error_deg"] > FALSE_MERGE_DEG)
+    ]
+    maps = {robot_id: read_map(folder / robot_id / "map.yaml") for robot_id in starts}
+    done = {(pair["a"], pair["b"]) for pair in accepted}
+    missed = [
+        (a, b)
+        for a, b in combinations(sorted(starts), 2)
+        if (a, b) not in done and overlap(maps[a], maps[b], starts[a], starts[b]) >= MUST_MERGE
+    ]
+    return {
+        "coverage": round(max(coverage for coverage, _ in per_robot.values()), 4),
+        "occupied_precision": round(min(precision for _, precision in per_robot.values()), 4),
+        "coverage_by_robot": {robot: round(values[0], 4) for robot, values in per_robot.items()},
+        "false_merges": len(false),
+        "missed_merges": len(missed),
+        "first_merge_s": min((pair["accepted_at_s"] for pair in accepted), default=None),
+    }
+
+
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """A world to hold maps against."""
+
+    world: OccupancyGrid
+    reachable: NDArray[np.bool_]
+    """``(H, W)`` the floor that counts."""
+
+    def coverage(self, grid: OccupancyGrid, T_world_map: Transform) -> float:
+        """Return the share of the reachable floor that the map knows to be free, 0..1."""
+        floor = se2.apply(se2.inverse(T_world_map), self.world.centres(self.reachable))
+        return float(np.mean(_values_at(grid, floor) == 0)) if len(floor) else 0.0
+
+    def occupied_precision(self, grid: OccupancyGrid, T_world_map: Transform) -> float:
+        """Return the share of the map's walls within two cells of a true wall, 0..1; 1 where it has none."""
+        walls = se2.apply(T_world_map, grid.centres(grid.is_occupied))
+        if len(walls) == 0:
+            return 1.0
+        far_m = euclidean(np.ascontiguousarray(self.world.is_occupied)) * self.world.resolution_m
+        col, row = _cells(self.world, walls)
+        height, width = self.world.shape
+        inside = (row >= 0) & (row < height) & (col >= 0) & (col < width)
+        near = far_m[np.clip(row, 0, height - 1), np.clip(col, 0, width - 1)] <= NEAR_WALL_CELLS * grid.resolution_m
+        return float(np.mean(inside & near))
+
+
+def overlap(a: OccupancyGrid, b: OccupancyGrid, T_world_a: Transform, T_world_b: Transform) -> float:
+    """Return how much of the smaller map's known area the other knows too, 0..1."""
+    if a.known_area_m2() < b.known_area_m2():
+        a, b, T_world_a, T_world_b = b, a, T_world_b, T_world_a
+    points = se2.apply(se2.between(T_world_a, T_world_b), b.centres(b.is_known))
+    return float(np.mean(_values_at(a, points) >= 0)) if len(points) else 0.0
+
+
+def _cells(grid: OccupancyGrid, points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    cells = np.floor((points - np.asarray(grid.origin_m)) / grid.resolution_m).astype(np.int64)
+    return cells[:, 0], cells[:, 1]
+
+
+def _values_at(grid: OccupancyGrid, points: NDArray[np.float64]) -> NDArray[np.int8]:
+    """Return the grid's values at points ``(N, 2)``, -1 outside."""
+    col, row = _cells(grid, points)
+    height, width = grid.shape
+    inside = (row >= 0) & (row < height) & (col >= 0) & (col < width)
+    values = np.full(len(points), -1, dtype=np.int8)
+    values[inside] = grid.cells[row[inside], col[inside]]
+    return values
