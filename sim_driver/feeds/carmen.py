@@ -78,7 +78,7 @@ def _parse(path: Path, notes: list[str]) -> list[_Line]:
     try:
         with gzip.open(path, "rt", errors="replace") if _is_gzip(path) else path.open(errors="replace") as file:
             for number, text in enumerate(file, start=1):
-                kind = text[:12].split(" ", 1)[0]
+                kind = (text[:12].split(None, 1) or [""])[0]
                 if kind not in PARSERS:
                     continue
                 try:
