@@ -1,8 +1,8 @@
-"""Cells of the map, packed in one word each, and the kernels that read and write them.
+"""Cells of the map, packed in one 32-bit word each, and the kernels that read and write them.
 
-A cell is an ``int64``: hits (8 bit) | visits (8) | mean hit point x, y within the cell (12 + 12) | direction of the
-surface normal (10) | quality of the normal (6). One load gives a beam all it needs.
-Tiles are rows of a pool ``(T, 1024) int64``; tile 0 is empty for ever and is never written to.
+hits (6 bit) | visits (6) | mean hit point x, y within the cell (6 + 6) | direction of the surface normal (6) | quality of
+the normal (2). One load gives a beam all it needs, and half as many bytes are copied when particles part.
+Tiles are rows of a pool ``(T, 1024) uint32``; tile 0 is empty for ever and is never written to.
 """
 
 from __future__ import annotations
@@ -19,76 +19,79 @@ TILE_BITS = 5
 MASK = TILE - 1
 TILE_WORDS = TILE * TILE
 
-HITS_CAP = 40
+HITS_CAP = 30
 """The mean hit point stops hardening here, so that a map can still follow what it sees."""
-VISITS_CAP = 120
+VISITS_CAP = 62
 """Counts are halved here, so that what went away fades."""
 
 
 @njit(cache=True, nogil=True, inline="always")
 def hits_of(cell: int) -> int:  # pragma: no cover - compiled
     """Return how often a beam ended in the cell."""
-    return cell & 0xFF
+    return cell & 0x3F
 
 
 @njit(cache=True, nogil=True, inline="always")
 def visits_of(cell: int) -> int:  # pragma: no cover - compiled
     """Return how often a beam ended in the cell or passed through it."""
-    return (cell >> 8) & 0xFF
+    return (cell >> 6) & 0x3F
 
 
 @njit(cache=True, nogil=True)
-def add_hit(
-    cell: int, fx: float, fy: float, nx: float, ny: float, quality: float
-) -> int:  # pragma: no cover - compiled
-    """Return the cell after one more hit at ``fx, fy`` in [0, 1) of the cell, with a unit normal of this quality."""
-    hits, visits = cell & 0xFF, (cell >> 8) & 0xFF
-    mx, my = (cell >> 16) & 0xFFF, (cell >> 28) & 0xFFF
-    direction, old_quality = (cell >> 40) & 0x3FF, (cell >> 50) & 0x3F
-    q = int(quality * 63.0 + 0.5)
-    x, y = fx * 4096.0, fy * 4096.0
-    fresh = 1024.0 * (math.atan2(ny, nx) / (2.0 * math.pi) + 1.0)
-    if hits == 0:
-        mx, my = int(x), int(y)
-        direction, old_quality = int(fresh) & 0x3FF, q
-    else:
-        turn = (fresh - direction + 1536.0) % 1024.0 - 512.0
-        if old_quality == 0 or q == 0 or abs(turn) < 256.0:
+def add_hit(cell: int, fx: float, fy: float, nx: float, ny: float, quality: float) -> int:  # pragma: no cover - compiled
+    """Return the cell after one more hit at ``fx, fy`` in [0, 1) of the cell, with a unit normal of this quality.
+
+    Means are rounded up or down in the long run as often as their fraction asks (dithered by the digits below the
+    stored ones), so that small changes add up in spite of few bits.
+    """
+    hits, visits = cell & 0x3F, (cell >> 6) & 0x3F
+    mx, my = (cell >> 12) & 0x3F, (cell >> 18) & 0x3F
+    direction, old_quality = (cell >> 24) & 0x3F, (cell >> 30) & 0x3
+    q = int(quality * 3.0 + 0.5)
+    x, y = fx * 64.0, fy * 64.0
+    dither_x, dither_y = (fx * 4096.0) % 1.0, (fy * 4096.0) % 1.0
+    fresh = 64.0 * (math.atan2(ny, nx) / (2.0 * math.pi) + 1.0)
+    take = hits == 0
+    if not take:
+        turn = (fresh - direction + 96.0) % 64.0 - 32.0
+        if old_quality == 0 or q == 0 or abs(turn) < 16.0:
             share = 1.0 / (min(hits, HITS_CAP) + 1.0)
-            mx = int(mx + (x - mx) * share + 0.5)
-            my = int(my + (y - my) * share + 0.5)
+            mx = int(math.floor(mx + (x - 0.5 - mx) * share + dither_x))
+            my = int(math.floor(my + (y - 0.5 - my) * share + dither_y))
             if q > 0:
                 if old_quality == 0:
-                    direction, old_quality = int(fresh) & 0x3FF, q
+                    direction, old_quality = int(fresh + 0.5) & 0x3F, q
                 else:
                     part = q / (q + min(hits, HITS_CAP) * old_quality)
-                    direction = int(direction + turn * part + 1024.5) & 0x3FF
-                    old_quality = int(old_quality + (q - old_quality) * share + 0.5)
-        elif q > 2 * old_quality or hits <= 1:
+                    direction = int(math.floor(direction + turn * part + dither_y)) & 0x3F
+                    if q > old_quality:
+                        old_quality += 1
+        else:
             # The other side of a thin wall: one cell holds one surface, the better seen one.
-            direction, old_quality = int(fresh) & 0x3FF, q
-            mx, my = int(x), int(y)
-    mx, my = min(max(mx, 0), 4095), min(max(my, 0), 4095)
+            take = q > old_quality or hits <= 1
+    if take:
+        direction, old_quality = int(fresh + 0.5) & 0x3F, q
+        mx, my = int(x), int(y)
+    mx, my = min(max(mx, 0), 63), min(max(my, 0), 63)
     hits += 1
     visits += 1
     if visits >= VISITS_CAP:
         hits, visits = (hits + 1) >> 1, (visits + 1) >> 1
-    return hits | (visits << 8) | (mx << 16) | (my << 28) | (direction << 40) | (old_quality << 50)
+    return hits | (visits << 6) | (mx << 12) | (my << 18) | (direction << 24) | (old_quality << 30)
 
 
 @njit(cache=True, nogil=True, inline="always")
 def add_pass(cell: int) -> int:  # pragma: no cover - compiled
     """Return the cell after one more beam passed through it."""
-    visits = ((cell >> 8) & 0xFF) + 1
+    visits = ((cell >> 6) & 0x3F) + 1
     if visits >= VISITS_CAP:
-        hits = (cell & 0xFF) >> 1
-        return (cell & ~0xFFFF) | hits | ((visits >> 1) << 8)
-    return cell + 256
+        return (cell & ~0xFFF) | ((cell & 0x3F) >> 1) | ((visits >> 1) << 6)
+    return cell + 64
 
 
 @njit(cache=True, nogil=True)
 def insert_hits(
-    pool: NDArray[np.int64],
+    pool: NDArray[np.uint32],
     table: NDArray[np.int32],
     row0: int,
     col0: int,
@@ -113,12 +116,12 @@ def insert_hits(
         k = ((row & MASK) << TILE_BITS) | (col & MASK)
         nx = c * points[i, 2] - s * points[i, 3]
         ny = s * points[i, 2] + c * points[i, 3]
-        pool[t, k] = add_hit(pool[t, k], x - col, y - row, nx, ny, points[i, 4])
+        pool[t, k] = add_hit(np.int64(pool[t, k]), x - col, y - row, nx, ny, points[i, 4])
 
 
 @njit(cache=True, nogil=True)
 def insert_scan(
-    pool: NDArray[np.int64],
+    pool: NDArray[np.uint32],
     refs: NDArray[np.int32],
     table: NDArray[np.int32],
     row0: int,
@@ -179,7 +182,7 @@ def insert_scan(
                             tile = 0
                 if tile != 0:
                     k = ((row & MASK) << TILE_BITS) | (col & MASK)
-                    pool[tile, k] = add_pass(pool[tile, k])
+                    pool[tile, k] = add_pass(np.int64(pool[tile, k]))
                 if t_col <= t_row:
                     col += step_col
                     t_col += dt_col
@@ -195,7 +198,7 @@ def insert_scan(
                     k = ((row & MASK) << TILE_BITS) | (col & MASK)
                     nx = c * points[i, 2] - s * points[i, 3]
                     ny = s * points[i, 2] + c * points[i, 3]
-                    pool[tile, k] = add_hit(pool[tile, k], x1 - col, y1 - row, nx, ny, points[i, 4])
+                    pool[tile, k] = add_hit(np.int64(pool[tile, k]), x1 - col, y1 - row, nx, ny, points[i, 4])
 
 
 @njit(cache=True, nogil=True)

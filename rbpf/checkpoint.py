@@ -21,7 +21,7 @@ from spatial.files import write_bytes
 
 MAGIC = b"mrslam-mapper"
 VERSION = 1
-DTYPES = ("float64", "float32", "int64", "int32", "int8")
+DTYPES = ("float64", "float32", "int64", "int32", "uint32", "int8")
 
 
 def save_checkpoint(mapper: Mapper, path: Path | str) -> None:

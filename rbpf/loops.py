@@ -39,10 +39,8 @@ CONSISTENT_M, CONSISTENT_RAD = 0.12, 0.03
 AGREE_M, AGREE_RAD = 0.25, 0.05
 """Two fits that say the same correct the trajectory alike within this."""
 INLIERS_LEAST = 0.7
-EDGE_WAY_M = 2.0
-"""Places are compared again after this much way."""
-SEARCH_WAY_M = 1.0
-"""A wide search is tried again after this much way."""
+EDGE_WAY_M = 3.0
+"""Places that agreed are compared again after this much way."""
 MOVED_M = 0.05
 """The map is made anew when relaxation moves a keyframe by more than this."""
 SHARE = 0.02
@@ -63,8 +61,8 @@ class LoopCloser:
         self.T_first_second: list[Transform] = []
         self.information: list[NDArray[np.float64]] = []
         self._pending: tuple[int, Transform] | None = None
-        self._last_try_m = self._last_search_m = -1e9
-        self._stores = (TileStore(1, config.resolution_m), TileStore(1, 2.0 * config.resolution_m))
+        self._last_try_m, self._anchored_m = -1e9, 0.0
+        self._stores = (TileStore(1, config.resolution_m), TileStore(1, 4.0 * config.resolution_m))
         self._out = np.zeros(RESULT_SIZE)
 
     def add_key(self, points: NDArray[np.float64], way_m: float) -> None:
@@ -76,61 +74,47 @@ class LoopCloser:
         """Compare the newest place with old ones near it; return whether a new edge contradicts the trajectory."""
         now = len(self.scans) - 1
         way = self.way[now]
-        if way - self._last_try_m < EDGE_WAY_M and not (
-            self._pending is not None or way - self._last_search_m >= SEARCH_WAY_M
-        ):
+        lost_m = way - self._anchored_m  # way since the trajectory was last seen to agree with an old place
+        if way - self._last_try_m < (EDGE_WAY_M if lost_m < OLD_WAY_M else 0.0):
             return False
-        old = self._candidate(T_map_key, now)
+        old = self._candidate(T_map_key, now, lost_m)
         if old is None:
             return False
-        near = way - self._last_try_m >= EDGE_WAY_M or self._pending is not None
-        if not near:
-            return False
         self._last_try_m = way
-        return self._compare(T_map_key, old, now)
+        return self._compare(T_map_key, old, now, lost_m)
 
-    def _candidate(self, T_map_key: Transform, now: int) -> int | None:
+    def _candidate(self, T_map_key: Transform, now: int, lost_m: float) -> int | None:
         """Return the old keyframe that most likely saw what the newest sees."""
         way = np.asarray(self.way)
-        since = way[now] - way[: now + 1]
+        since = way[now] - way
         away = np.hypot(*(T_map_key[: now + 1, :2] - T_map_key[now, :2]).T)
         turned = np.abs(se2.wrap(T_map_key[: now + 1, 2] - T_map_key[now, 2]))
-        reach = np.minimum(NEAR_M + DRIFT * since, FAR_MOST_M)
-        fits = (since > OLD_WAY_M) & (away < reach)
+        fits = (since > OLD_WAY_M) & (away < min(NEAR_M + DRIFT * lost_m, FAR_MOST_M))
         if not fits.any():
             return None
         cost = np.where(fits, away + 0.7 * turned, np.inf)
         return int(np.argmin(cost))
 
-    def _compare(self, T_map_key: Transform, old: int, now: int) -> bool:
+    def _compare(self, T_map_key: Transform, old: int, now: int, lost_m: float) -> bool:
         T_old_now = se2.between(T_map_key[old], T_map_key[now])
-        since = self.way[now] - self.way[old]
-        fine, coarse = self._stores
         group = range(max(0, old - GROUP), min(old + GROUP + 1, now - TAIL))
-        self._draw(fine, T_map_key, group, old)
-        source = self._source(T_map_key, now)
-        reach = self.config.usable_range_m + FAR_MOST_M
-        for store in self._stores:
-            store.cover(T_old_now[:2] - reach, T_old_now[:2] + reach)
-        place = (fine.pool, fine.tables[0], fine.row0, fine.col0, fine.resolution_m, source)
-        spread_m, spread_rad = 0.05 + DRIFT * since, 0.02 + 0.002 * since
+        drawn = self._points_of(T_map_key, group, old, 0.0, 1 << 30)
+        source = self._points_of(T_map_key, range(max(0, now - TAIL), now + 1), now, 0.05, POINTS_OF_KEY)
+        fine = self._draw(0, drawn, T_old_now)
+        spread_m, spread_rad = 0.05 + DRIFT * lost_m, 0.02 + 0.002 * lost_m
         prior = np.diag([1.0 / spread_m**2, 1.0 / spread_m**2, 1.0 / spread_rad**2])
         sigma, out = self.config.sigma_m, self._out
-        match(*place, T_old_now, T_old_now, prior, sigma, 15, COS, SIN, out)
-        way = self.way[now]
+        match(*fine, source, T_old_now, T_old_now, prior, sigma, 12, COS, SIN, out)
         fitted = out.copy()
-        if fitted[INLIERS] < INLIERS_LEAST + 0.1 and way - self._last_search_m >= SEARCH_WAY_M:
-            self._last_search_m = way
-            self._draw(coarse, T_map_key, group, old)
-            coarse.cover(T_old_now[:2] - reach, T_old_now[:2] + reach)
+        if fitted[INLIERS] < INLIERS_LEAST + 0.1 and lost_m > OLD_WAY_M:
+            coarse = self._draw(1, drawn, T_old_now)
             start = np.zeros(3)
-            window = min(1.0 + DRIFT * since, FAR_MOST_M)
             search(
-                coarse.pool, coarse.tables[0], coarse.row0, coarse.col0, coarse.resolution_m, source, 80, T_old_now,
-                min(0.1 + 0.002 * since, TURN_MOST_RAD), 0.03, window, 0.2, COS, SIN, start,
+                *coarse, source, 80, T_old_now, min(0.1 + 0.002 * lost_m, TURN_MOST_RAD), 0.03,
+                min(0.7 + DRIFT * lost_m, FAR_MOST_M), 0.35, COS, SIN, start,
             )  # fmt: skip
-            search(*place, 120, start, 0.03, 0.01, 0.15, 0.05, COS, SIN, start)
-            match(*place, start, T_old_now, prior, sigma, 15, COS, SIN, out)
+            search(*fine, source, 120, start.copy(), 0.045, 0.015, 0.3, 0.1, COS, SIN, start)
+            match(*fine, source, start, T_old_now, prior, sigma, 15, COS, SIN, out)
             if out[SCORE] > fitted[SCORE]:
                 fitted = out.copy()
         if fitted[INLIERS] < INLIERS_LEAST:
@@ -153,14 +137,12 @@ class LoopCloser:
             if apart > AGREE_M + 0.1 * away or twisted > AGREE_RAD:
                 return False
         self._pending = None
+        self._anchored_m = self.way[now]
         self.first.append(old)
         self.second.append(now)
         self.T_first_second.append(T_fit)
-        H = SHARE * information(fitted)
-        cos, sin = np.cos(T_map_key[old, 2] * 0.0), 0.0
-        rotation = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
         floor = np.diag([0.01**2, 0.01**2, 0.003**2])
-        covariance = np.linalg.inv(rotation.T @ H @ rotation + np.diag([1e-2, 1e-2, 1e-2])) + floor
+        covariance = np.linalg.inv(SHARE * information(fitted) + np.diag([1e-2, 1e-2, 1e-2])) + floor
         self.information.append(np.linalg.inv(covariance))
         return not consistent
 
@@ -184,22 +166,31 @@ class LoopCloser:
         error = residuals(T_map_key, np.array(self.first), np.array(self.second), np.stack(self.T_first_second))
         return float(np.hypot(error[:, 0], error[:, 1]).max())
 
-    def _draw(self, store: TileStore, T_map_key: Transform, group: range, old: int) -> None:
+    def _draw(self, level: int, points: NDArray[np.float64], T_old_now: Transform) -> tuple[Any, ...]:
+        """Return a map of the points, as matchers take it, that also covers the newest place."""
+        store, reach = self._stores[level], self.config.usable_range_m + FAR_MOST_M
         store.clear(0)
-        for k in group:
-            store.add_points(0, se2.between(T_map_key[old], T_map_key[k]), self.scans[k].astype(np.float64))
+        store.cover(T_old_now[:2] - reach, T_old_now[:2] + reach)
+        store.add_points(0, np.zeros(3), points)
+        return store.pool, store.tables[0], store.row0, store.col0, store.resolution_m
 
-    def _source(self, T_map_key: Transform, now: int) -> NDArray[np.float64]:
-        """Return the points of the newest keyframes in the frame of the last."""
+    def _points_of(
+        self, T_map_key: Transform, keys: range, frame: int, spacing_m: float, most: int
+    ) -> NDArray[np.float64]:
+        """Return the points of several keyframes in the frame of one of them."""
         parts = []
-        for k in range(max(0, now - TAIL), now + 1):
+        for k in keys:
             points = self.scans[k].astype(np.float64)
-            few = np.empty((points.shape[0], POINT_COLUMNS))
-            few = few[: spaced(points, 0.05, POINTS_OF_KEY, few)]
-            T_now_k = se2.between(T_map_key[now], T_map_key[k])
-            normals = se2.apply(np.array([0.0, 0.0, T_now_k[2]]), few[:, 2:4])
-            parts.append(np.column_stack([se2.apply(T_now_k, few[:, :2]), normals, few[:, 4]]))
-        return np.ascontiguousarray(np.concatenate(parts))
+            if spacing_m > 0.0:
+                few = np.empty((points.shape[0], POINT_COLUMNS))
+                points = few[: spaced(points, spacing_m, most, few)]
+            T = se2.between(T_map_key[frame], T_map_key[k])
+            cos, sin = np.cos(T[2]), np.sin(T[2])
+            x, y, nx, ny, q = points.T
+            parts.append(
+                np.stack([T[0] + cos * x - sin * y, T[1] + sin * x + cos * y, cos * nx - sin * ny, sin * nx + cos * ny, q])
+            )
+        return np.ascontiguousarray(np.concatenate(parts, axis=1).T)
 
     def state(self) -> dict[str, Any]:
         """Return everything that a resumed search needs."""
@@ -207,7 +198,7 @@ class LoopCloser:
             "scans": list(self.scans), "way": list(self.way), "first": list(self.first), "second": list(self.second),
             "T": list(self.T_first_second), "information": list(self.information),
             "pending": None if self._pending is None else [self._pending[0], self._pending[1]],
-            "last": [self._last_try_m, self._last_search_m],
+            "last": [self._last_try_m, self._anchored_m],
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -216,4 +207,4 @@ class LoopCloser:
         self.first, self.second = state["first"], state["second"]
         self.T_first_second, self.information = state["T"], state["information"]
         self._pending = None if state["pending"] is None else (state["pending"][0], state["pending"][1])
-        self._last_try_m, self._last_search_m = state["last"]
+        self._last_try_m, self._anchored_m = state["last"]

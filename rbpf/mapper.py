@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from rbpf.config import MapperConfig
 from rbpf.front_end import COS, SIN, FrontEnd, Step
+from rbpf.graph import relax
 from rbpf.loops import MOVED_M, LoopCloser
 from rbpf.matching import CONFLICTS, INLIERS, RESULT_SIZE
 from rbpf.particles import insert_range, propose
@@ -30,6 +31,10 @@ SPACING_M = 0.03
 SKIP_M = 0.1
 """Beams clear the map up to this far before their end, metres."""
 HEALTH_MEMORY = 0.2
+ANCHOR_M, ANCHOR_RAD = 0.05, 0.02
+"""How far smoothing may take a keyframe from where its particle has it (standard deviations)."""
+LOYALTY = 2.0
+"""The particle that speaks for all is given up for one that is this much better in log weight."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -137,9 +142,27 @@ class Mapper:
         """Return the pose of every accepted scan, in the order fed, as the best particle remembers it now."""
         place, motion = self._scan_place.rows, self._scan_motion.rows
         poses = spread(
-            self._poses[self.best, : self._keys], place[:, 1], motion[:, :3], motion[:, 3], self._arrival.rows
+            self._smoothed(), place[:, 1], motion[:, :3], motion[:, 3], self._arrival.rows
         )
         return Keyframes(place[:, 0].copy(), poses)
+
+    def _smoothed(self) -> Transform:
+        """Return the best particle's keyframes without the jitter of sampling.
+
+        Each stays near where the filter has it; the local motion, which is finer than the filter's samples, says how
+        they lie to each other.
+        """
+        poses = self._poses[self.best, : self._keys]
+        if self._keys < 2:
+            return poses.copy()
+        chain = np.arange(self._keys - 1)
+        near = np.linalg.inv(np.diag(np.square([ANCHOR_M, ANCHOR_M, ANCHOR_RAD])))
+        information = np.concatenate([np.linalg.inv(self._chain_cov()[1:]), np.tile(near, (chain.size, 1, 1))])
+        return relax(
+            poses, np.concatenate([chain, 0 * chain]), np.concatenate([chain + 1, chain + 1]),
+            np.concatenate([self._arrival.rows[1:, :3], se2.between(poses[0], poses[1:])]), information,
+            np.zeros(2 * chain.size, dtype=bool),
+        )  # fmt: skip
 
     def online_trajectory(self) -> Keyframes:
         """Return the pose of every accepted scan as it was known when the scan came."""
@@ -265,6 +288,8 @@ class Mapper:
             clock.lap("match")
             self._log_weights += gain
             self._log_weights -= self._log_weights.max()
+            if self._log_weights[self.best] < -LOYALTY:
+                self.best = int(np.argmax(self._log_weights))
             self._judge(results, step)
         self._poses[:, self._keys] = poses
         self._origins.append(np.ascontiguousarray(scan.T_base_laser[:2]))
@@ -280,7 +305,6 @@ class Mapper:
             resampled = True
         clock.lap("resample")
         self._insert(scan, points)
-        self.best = int(np.argmax(self._log_weights))
         clock.lap("map update")
         self._loops.add_key(points, float(self._arrival.rows[-1, 3]))
         if config.close_loops:
@@ -327,16 +351,18 @@ class Mapper:
 
     def _judge(self, results: NDArray[np.float64], step: Step) -> None:
         """Follow how well the best particle's map foretells the scans."""
-        best = results[int(np.argmax(self._log_weights))]
+        best = results[self.best]
         seen = best[INLIERS] + best[CONFLICTS]
         now = best[INLIERS] / seen if seen > 0.2 else step.inliers
         self._health += HEALTH_MEMORY * (float(np.clip((now - 0.3) / 0.5, 0.0, 1.0)) - self._health)
 
     def _resample(self, weights: NDArray[np.float64]) -> None:
         parents = systematic(weights, float(self._rng.random()))
+        heir = int(np.argmax(np.where(parents == self.best, 1.0, weights[parents])))
         self._poses[:, : self._keys] = self._poses[parents, : self._keys]
         self._store.resample(parents)
         self._log_weights[:] = 0.0
+        self.best = heir
         self.stats.resamplings += 1
 
     def _insert(self, scan: Scan, points: NDArray[np.float64]) -> None:

@@ -17,12 +17,12 @@ RESULT_SIZE = 13
 
 POINT_WEIGHT = 0.2
 """Weight of a correspondence without a normal beside one with."""
-TWO_PI_1024 = 2.0 * math.pi / 1024.0
+DIRECTIONS = 64
 
 
 @njit(cache=True, nogil=True)
 def nearest(
-    pool: NDArray[np.int64],
+    pool: NDArray[np.uint32],
     table: NDArray[np.int32],
     row0: int,
     col0: int,
@@ -55,18 +55,18 @@ def nearest(
         for q in range(col - radius, col + radius + 1):
             if not inside:
                 tile = table[(r >> TILE_BITS) - row0, (q >> TILE_BITS) - col0]
-            word = pool[tile, ((r & MASK) << TILE_BITS) | (q & MASK)]
+            word = np.int64(pool[tile, ((r & MASK) << TILE_BITS) | (q & MASK)])
             if r == row and q == col:
-                here = (word >> 8) & 0xFF
-            hits = word & 0xFF
-            if hits == 0 or hits * 5 < (word >> 8) & 0xFF:
+                here = (word >> 6) & 0x3F
+            hits = word & 0x3F
+            if hits == 0 or hits * 5 < (word >> 6) & 0x3F:
                 continue
-            dx = q + ((word >> 16) & 0xFFF) * (1.0 / 4096.0) - x
-            dy = r + ((word >> 28) & 0xFFF) * (1.0 / 4096.0) - y
+            dx = q + (((word >> 12) & 0x3F) + 0.5) * (1.0 / 64.0) - x
+            dy = r + (((word >> 18) & 0x3F) + 0.5) * (1.0 / 64.0) - y
             d2 = dx * dx + dy * dy
             if d2 < best_d2:
-                if quality > 0.0 and (word >> 50) & 0x3F > 0:
-                    k = (word >> 40) & 0x3FF
+                if quality > 0.0 and (word >> 30) & 0x3 > 0:
+                    k = (word >> 24) & 0x3F
                     if nx * cos_table[k] + ny * sin_table[k] < 0.35:
                         continue
                 best, best_dx, best_dy, best_d2 = word, dx, dy, d2
@@ -77,7 +77,7 @@ def nearest(
 
 @njit(cache=True, nogil=True)
 def match(
-    pool: NDArray[np.int64],
+    pool: NDArray[np.uint32],
     table: NDArray[np.int32],
     row0: int,
     col0: int,
@@ -134,10 +134,9 @@ def match(
                     continue
             dx *= resolution_m
             dy *= resolution_m
-            map_quality = (word >> 50) & 0x3F
-            line = map_quality > 6
+            line = (word >> 30) & 0x3 > 0
             if line:
-                k = (word >> 40) & 0x3FF
+                k = (word >> 24) & 0x3F
                 mx, my = cos_table[k], sin_table[k]
                 if quality > 0.2:
                     # Where beams are sparse the mean point's wall is known better from both sides.
@@ -231,14 +230,14 @@ def match(
 
 
 def direction_tables() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return cos and sin of the 1024 directions a cell's normal can have."""
-    angles = np.arange(1024) * TWO_PI_1024
+    """Return cos and sin of the 64 directions a cell's normal can have."""
+    angles = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
     return np.cos(angles), np.sin(angles)
 
 
 @njit(cache=True, nogil=True)
 def search(
-    pool: NDArray[np.int64],
+    pool: NDArray[np.uint32],
     table: NDArray[np.int32],
     row0: int,
     col0: int,

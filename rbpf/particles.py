@@ -24,7 +24,7 @@ PRIOR_SHARE = 0.25
 
 @njit(cache=True, nogil=True)
 def propose(
-    pool: NDArray[np.int64],
+    pool: NDArray[np.uint32],
     tables: NDArray[np.int32],
     row0: int,
     col0: int,
@@ -104,7 +104,7 @@ def propose(
 
 @njit(cache=True, nogil=True)
 def insert_range(
-    pool: NDArray[np.int64],
+    pool: NDArray[np.uint32],
     refs: NDArray[np.int32],
     tables: NDArray[np.int32],
     row0: int,

@@ -26,19 +26,19 @@ PER_SIDE = TILE_CELLS // TILE
 
 @njit(cache=True, nogil=True)
 def quantise(
-    words: NDArray[np.int64], edges: NDArray[np.float64], margin: float, levels: NDArray[np.int8], out: NDArray[np.int8]
+    words: NDArray[np.uint32], edges: NDArray[np.float64], margin: float, levels: NDArray[np.int8], out: NDArray[np.int8]
 ) -> bool:  # pragma: no cover - compiled
     """Bring ``out (32, 32)``, as published before, up to date with the tile's ``words (1024,)``; return whether it changed."""
     changed = False
     side = out.shape[0]
     for i in range(words.size):
         r, c = i // side, i % side
-        visits = (words[i] >> 8) & 0xFF
+        visits = (words[i] >> 6) & 0x3F
         old = out[r, c]
         if visits == 0:
             new = -1
         else:
-            share = (words[i] & 0xFF) / visits
+            share = (words[i] & 0x3F) / visits
             k = 0
             while k < edges.size and share > edges[k]:
                 k += 1

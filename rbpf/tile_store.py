@@ -18,7 +18,7 @@ NO_ENDS.flags.writeable = False
 
 @njit(cache=True, nogil=True)
 def own_tiles(
-    pool: NDArray[np.int64],
+    pool: NDArray[np.uint32],
     refs: NDArray[np.int32],
     free: NDArray[np.int32],
     free_count: int,
@@ -90,7 +90,7 @@ class TileStore:
 
     def __init__(self, maps: int, resolution_m: float, spare_tiles: int = 256) -> None:
         self.resolution_m = resolution_m
-        self.pool: NDArray[np.int64] = np.zeros((spare_tiles, TILE_WORDS), dtype=np.int64)
+        self.pool: NDArray[np.uint32] = np.zeros((spare_tiles, TILE_WORDS), dtype=np.uint32)
         self.refs: NDArray[np.int32] = np.zeros(spare_tiles, dtype=np.int32)
         self.free: NDArray[np.int32] = np.arange(spare_tiles - 1, -1, -1, dtype=np.int32)
         self.stamps: NDArray[np.int64] = np.zeros(spare_tiles, dtype=np.int64)
@@ -112,7 +112,7 @@ class TileStore:
         """Return a number that changes whenever map ``index``'s tile (row, col) does; 0 where there is none."""
         return int(self.stamps[self._tile(index, row, col)])
 
-    def words_at(self, index: int, row: int, col: int) -> NDArray[np.int64]:
+    def words_at(self, index: int, row: int, col: int) -> NDArray[np.uint32]:
         """Return the ``(1024,)`` cells of map ``index``'s tile (row, col), all 0 where there is none."""
         return self.pool[self._tile(index, row, col)]
 
