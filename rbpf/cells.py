@@ -1,7 +1,7 @@
 """Cells of the map, packed in one 32-bit word each, and the kernels that read and write them.
 
-hits (6 bit) | visits (6) | mean hit point x, y within the cell (6 + 6) | direction of the surface normal (6) | quality of
-the normal (2). One load gives a beam all it needs, and half as many bytes are copied when particles part.
+hits (5 bit) | visits (6) | mean hit point x, y within the cell (6 + 6) | direction of the surface normal (8) | whether
+there is a normal (1). One load gives a beam all it needs, and half as many bytes are copied when particles part.
 Tiles are rows of a pool ``(T, 1024) uint32``; tile 0 is empty for ever and is never written to.
 """
 
@@ -20,7 +20,7 @@ MASK = TILE - 1
 TILE_WORDS = TILE * TILE
 
 HITS_CAP = 30
-"""The mean hit point stops hardening here, so that a map can still follow what it sees."""
+"""Counts are halved here, so that the mean hit point can still follow what is seen."""
 VISITS_CAP = 62
 """Counts are halved here, so that what went away fades."""
 
@@ -28,13 +28,13 @@ VISITS_CAP = 62
 @njit(cache=True, nogil=True, inline="always")
 def hits_of(cell: int) -> int:  # pragma: no cover - compiled
     """Return how often a beam ended in the cell."""
-    return cell & 0x3F
+    return cell & 0x1F
 
 
 @njit(cache=True, nogil=True, inline="always")
 def visits_of(cell: int) -> int:  # pragma: no cover - compiled
     """Return how often a beam ended in the cell or passed through it."""
-    return (cell >> 6) & 0x3F
+    return (cell >> 5) & 0x3F
 
 
 @njit(cache=True, nogil=True)
@@ -44,49 +44,46 @@ def add_hit(cell: int, fx: float, fy: float, nx: float, ny: float, quality: floa
     Means are rounded up or down in the long run as often as their fraction asks (dithered by the digits below the
     stored ones), so that small changes add up in spite of few bits.
     """
-    hits, visits = cell & 0x3F, (cell >> 6) & 0x3F
-    mx, my = (cell >> 12) & 0x3F, (cell >> 18) & 0x3F
-    direction, old_quality = (cell >> 24) & 0x3F, (cell >> 30) & 0x3
-    q = int(quality * 3.0 + 0.5)
+    hits, visits = cell & 0x1F, (cell >> 5) & 0x3F
+    mx, my = (cell >> 11) & 0x3F, (cell >> 17) & 0x3F
+    direction, known = (cell >> 23) & 0xFF, (cell >> 31) & 1
+    q = 1 if quality > 0.2 else 0
     x, y = fx * 64.0, fy * 64.0
     dither_x, dither_y = (fx * 4096.0) % 1.0, (fy * 4096.0) % 1.0
-    fresh = 64.0 * (math.atan2(ny, nx) / (2.0 * math.pi) + 1.0)
+    fresh = 256.0 * (math.atan2(ny, nx) / (2.0 * math.pi) + 1.0)
     take = hits == 0
     if not take:
-        turn = (fresh - direction + 96.0) % 64.0 - 32.0
-        if old_quality == 0 or q == 0 or abs(turn) < 16.0:
-            share = 1.0 / (min(hits, HITS_CAP) + 1.0)
+        turn = (fresh - direction + 384.0) % 256.0 - 128.0
+        if known == 0 or q == 0 or abs(turn) < 64.0:
+            share = 1.0 / (hits + 1.0)
             mx = int(math.floor(mx + (x - 0.5 - mx) * share + dither_x))
             my = int(math.floor(my + (y - 0.5 - my) * share + dither_y))
             if q > 0:
-                if old_quality == 0:
-                    direction, old_quality = int(fresh + 0.5) & 0x3F, q
+                if known == 0:
+                    direction, known = int(fresh + 0.5) & 0xFF, 1
                 else:
-                    part = q / (q + min(hits, HITS_CAP) * old_quality)
-                    direction = int(math.floor(direction + turn * part + dither_y)) & 0x3F
-                    if q > old_quality:
-                        old_quality += 1
+                    direction = int(math.floor(direction + turn * share + dither_y)) & 0xFF
         else:
-            # The other side of a thin wall: one cell holds one surface, the better seen one.
-            take = q > old_quality or hits <= 1
+            # The other side of a thin wall: one cell holds one surface, that seen more than once.
+            take = hits <= 1
     if take:
-        direction, old_quality = int(fresh + 0.5) & 0x3F, q
+        direction, known = int(fresh + 0.5) & 0xFF, q
         mx, my = int(x), int(y)
     mx, my = min(max(mx, 0), 63), min(max(my, 0), 63)
     hits += 1
     visits += 1
-    if visits >= VISITS_CAP:
+    if visits >= VISITS_CAP or hits >= HITS_CAP:
         hits, visits = (hits + 1) >> 1, (visits + 1) >> 1
-    return hits | (visits << 6) | (mx << 12) | (my << 18) | (direction << 24) | (old_quality << 30)
+    return hits | (visits << 5) | (mx << 11) | (my << 17) | (direction << 23) | (known << 31)
 
 
 @njit(cache=True, nogil=True, inline="always")
 def add_pass(cell: int) -> int:  # pragma: no cover - compiled
     """Return the cell after one more beam passed through it."""
-    visits = ((cell >> 6) & 0x3F) + 1
+    visits = ((cell >> 5) & 0x3F) + 1
     if visits >= VISITS_CAP:
-        return (cell & ~0xFFF) | ((cell & 0x3F) >> 1) | ((visits >> 1) << 6)
-    return cell + 64
+        return (cell & ~0x7FF) | ((cell & 0x1F) >> 1) | ((visits >> 1) << 5)
+    return cell + 32
 
 
 @njit(cache=True, nogil=True)

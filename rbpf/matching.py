@@ -17,7 +17,7 @@ RESULT_SIZE = 13
 
 POINT_WEIGHT = 0.2
 """Weight of a correspondence without a normal beside one with."""
-DIRECTIONS = 64
+DIRECTIONS = 256
 
 
 @njit(cache=True, nogil=True)
@@ -57,16 +57,16 @@ def nearest(
                 tile = table[(r >> TILE_BITS) - row0, (q >> TILE_BITS) - col0]
             word = np.int64(pool[tile, ((r & MASK) << TILE_BITS) | (q & MASK)])
             if r == row and q == col:
-                here = (word >> 6) & 0x3F
-            hits = word & 0x3F
-            if hits == 0 or hits * 5 < (word >> 6) & 0x3F:
+                here = (word >> 5) & 0x3F
+            hits = word & 0x1F
+            if hits == 0 or hits * 5 < (word >> 5) & 0x3F:
                 continue
-            dx = q + (((word >> 12) & 0x3F) + 0.5) * (1.0 / 64.0) - x
-            dy = r + (((word >> 18) & 0x3F) + 0.5) * (1.0 / 64.0) - y
+            dx = q + (((word >> 11) & 0x3F) + 0.5) * (1.0 / 64.0) - x
+            dy = r + (((word >> 17) & 0x3F) + 0.5) * (1.0 / 64.0) - y
             d2 = dx * dx + dy * dy
             if d2 < best_d2:
-                if quality > 0.0 and (word >> 30) & 0x3 > 0:
-                    k = (word >> 24) & 0x3F
+                if quality > 0.0 and (word >> 31) & 1 > 0:
+                    k = (word >> 23) & 0xFF
                     if nx * cos_table[k] + ny * sin_table[k] < 0.35:
                         continue
                 best, best_dx, best_dy, best_d2 = word, dx, dy, d2
@@ -134,9 +134,9 @@ def match(
                     continue
             dx *= resolution_m
             dy *= resolution_m
-            line = (word >> 30) & 0x3 > 0
+            line = (word >> 31) & 1 > 0
             if line:
-                k = (word >> 24) & 0x3F
+                k = (word >> 23) & 0xFF
                 mx, my = cos_table[k], sin_table[k]
                 if quality > 0.2:
                     # Where beams are sparse the mean point's wall is known better from both sides.
@@ -230,7 +230,7 @@ def match(
 
 
 def direction_tables() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return cos and sin of the 64 directions a cell's normal can have."""
+    """Return cos and sin of the 256 directions a cell's normal can have."""
     angles = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
     return np.cos(angles), np.sin(angles)
 

@@ -33,12 +33,12 @@ def quantise(
     side = out.shape[0]
     for i in range(words.size):
         r, c = i // side, i % side
-        visits = (words[i] >> 6) & 0x3F
+        visits = (words[i] >> 5) & 0x3F
         old = out[r, c]
         if visits == 0:
             new = -1
         else:
-            share = (words[i] & 0x3F) / visits
+            share = (words[i] & 0x1F) / visits
             k = 0
             while k < edges.size and share > edges[k]:
                 k += 1
