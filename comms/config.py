@@ -26,9 +26,9 @@ class CommsConfig:
     """Weight of a new measurement in the smoothed link quality, above 0 up to 1 (1: no smoothing)."""
     link_step: float = 0.02
     """Least change of a link's quality that is recorded, 0..1."""
-    beacon_period_s: float = 0.25
-    """Time between two beacons, seconds; each costs about 70 bytes on the air."""
-    beacon_window: int = 80
+    beacon_period_s: float = 0.5
+    """Time between two beacons, seconds; each costs about 60 bytes on the air."""
+    beacon_window: int = 64
     """Beacons over which the received share is taken, 8..1024: more is steadier and slower."""
     beacon_deadline_s: float = 0.5
     """A beacon this much later than the quickest of late ones counts as lost, seconds."""

@@ -109,6 +109,7 @@ class TeammatePose:
 
     peer: str
     stamp_ns: int
+    """When it was there, on my clock."""
     T_map_base: NDArray[np.float64]
     epoch: int
     """Which of its maps (a restarted robot may start a new one)."""

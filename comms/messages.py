@@ -13,7 +13,7 @@ U8 = Annotated[int, msgspec.Meta(ge=0, le=255)]
 U32 = Annotated[int, msgspec.Meta(ge=0, le=2**32 - 1)]
 Count = Annotated[int, msgspec.Meta(ge=0, le=2**62)]
 I32 = Annotated[int, msgspec.Meta(ge=-(2**31), le=2**31 - 1)]
-Stamp = Annotated[int, msgspec.Meta(ge=-(2**62), le=2**62)]
+Milliseconds = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
 TileCoordinate = Annotated[int, msgspec.Meta(ge=-(2**20), le=2**20)]
 MAX_LIST = 65_536
 
@@ -32,14 +32,15 @@ class Beacon(Message, frozen=True, tag=1):
 
     boot: Count
     seq: Count
-    sent_ns: Stamp
+    uptime_ms: Milliseconds
+    """When it was sent, on the sender's clock since its start."""
     period_ms: Annotated[int, msgspec.Meta(ge=1, le=10**9)]
-    uptime_ms: Count
     mode: Annotated[int, msgspec.Meta(ge=0, le=2)]
     heard: Annotated[list[tuple[Name, U8]], msgspec.Meta(max_length=64)]
-    epoch: Count
-    pose: tuple[I32, I32, I32, Stamp] | None
-    """x (mm), y (mm), theta (0.1 mrad), stamp (ns)."""
+    bumps: Count
+    """Epoch of the sender's map - boot."""
+    pose: tuple[I32, I32, I32, Milliseconds] | None
+    """x (mm), y (mm), theta (0.1 mrad), age (ms)."""
 
 
 Digest = Annotated[list[tuple[Name, Count, Count]], msgspec.Meta(max_length=4096)]

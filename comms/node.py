@@ -75,7 +75,7 @@ class CommsNode:
         return self.store.publish(local_map)
 
     def set_own_pose(self, T_map_base: Transform, stamp_ns: int) -> None:
-        """Tell where the robot is in its own map; the next beacons carry it."""
+        """Tell where the robot is in its own map, and when it was there (same clock as ``now_ns``); beacons carry it."""
         x, y, theta = (int(v) for v in quantise(np.asarray(T_map_base, dtype=np.float64)))
         self._pose = (x, y, theta, int(stamp_ns))
 
@@ -192,13 +192,22 @@ class CommsNode:
         known.mode = beacon.mode
         known.heard_ns = max(known.heard_ns, now_ns)
         period_ns = beacon.period_ms * 1_000_000
-        self.links.hear(peer, beacon.seq, beacon.sent_ns, period_ns, beacon.heard, self.robot_id, now_ns)
+        self.links.hear(peer, beacon.seq, beacon.uptime_ms * 1_000_000, period_ns, beacon.heard, self.robot_id, now_ns)
         if beacon.seq > known.last_seq:
             known.last_seq = beacon.seq
-            if beacon.pose is not None and beacon.pose[3] != known.pose_stamp_ns:
-                known.pose_stamp_ns = beacon.pose[3]
-                T_map_base = np.array(beacon.pose[:3], dtype=np.float64) / SCALE
-                self._out.append(fx.TeammatePose(peer, beacon.pose[3], T_map_base, beacon.epoch))
+            self._take_pose(known, beacon, now_ns)
+
+    def _take_pose(self, known: Peer, beacon: Beacon, now_ns: int) -> None:
+        if beacon.pose is None:
+            return
+        x, y, theta, age_ms = beacon.pose
+        taken_ms = beacon.uptime_ms - age_ms
+        if taken_ms != known.pose_taken_ms:
+            known.pose_taken_ms = taken_ms
+            # Its age, not its stamp: robots' clocks need not agree.
+            T_map_base = np.array((x, y, theta), dtype=np.float64) / SCALE
+            stamp_ns = now_ns - age_ms * 1_000_000
+            self._out.append(fx.TeammatePose(beacon.sender, stamp_ns, T_map_base, beacon.boot + beacon.bumps))
 
     def _meet_twin(self, beacon: Beacon, now_ns: int) -> None:
         if not self._twins.hear(beacon):
@@ -254,13 +263,12 @@ class CommsNode:
             self.robot_id,
             self.boot_id,
             self._seq,
-            now_ns,
-            max(round(self.config.beacon_period_s * 1e3), 1),
             self._uptime_ms(now_ns),
+            max(round(self.config.beacon_period_s * 1e3), 1),
             MODES.index(self.mode),
             self.links.report(now_ns),
-            self.store.own_epoch,
-            self._pose,
+            self.store.own_epoch - self.boot_id,
+            None if self._pose is None else (*self._pose[:3], max(now_ns - self._pose[3], 0) // 1_000_000),
         )
         self._post(beacon, None, "beacon")
 

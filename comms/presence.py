@@ -21,7 +21,8 @@ class Peer:
     has_token: bool = False
     """Whether its liveliness token is up."""
     last_seq: int = -1
-    pose_stamp_ns: int | None = None
+    pose_taken_ms: int | None = None
+    """When its last pose was taken, on its own clock."""
     past_boots: tuple[int, ...] = ()
 
 

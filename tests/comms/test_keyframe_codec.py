@@ -1,0 +1,91 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from comms.frames import WireError
+from comms.keyframe_codec import (
+    BLOCK,
+    KeyframeBlock,
+    pack_block,
+    quantise,
+    read_varints,
+    to_blocks,
+    to_keyframes,
+    unpack_block,
+    varints,
+)
+from spatial import Keyframes
+
+blocks = st.integers(1, BLOCK).flatmap(
+    lambda n: st.builds(
+        lambda s, p: KeyframeBlock(1, np.array(s, dtype=np.int64), np.array(p, dtype=np.int32).reshape(-1, 3)),
+        st.lists(st.integers(-(2**62), 2**62), min_size=n, max_size=n),
+        st.lists(st.integers(-(2**30), 2**30), min_size=3 * n, max_size=3 * n),
+    )
+)
+
+
+@given(block=blocks, base=st.none() | blocks)
+@settings(max_examples=100, deadline=None)
+def test_blocks_come_back_whatever_they_are_coded_against(block, base):
+    raw = pack_block(block, base)
+    back, used = unpack_block(raw + b"more", base, 7)
+    assert used == len(raw)
+    assert back.equals(block.stamps_ns, block.poses)
+    assert back.revision == 7
+
+
+@given(st.lists(st.integers(-(2**63), 2**63 - 1)))
+def test_varints_come_back(values):
+    raw = varints(np.array(values, dtype=np.int64))
+    back, used = read_varints(raw, 0, len(values))
+    assert back.tolist() == values
+    assert used == len(raw)
+
+
+@pytest.mark.parametrize("raw", [b"", b"\0", b"\x41", b"\x01\x80", b"\x01" + b"\xff" * 40, b"\x01\x02\x02"])
+def test_broken_blocks_are_refused(raw):
+    with pytest.raises(WireError):
+        unpack_block(raw, None, 1)
+
+
+def test_a_pose_out_of_range_is_refused():
+    far = KeyframeBlock(1, np.zeros(1, dtype=np.int64), np.array([[2**31 - 1, 0, 0]], dtype=np.int32))
+    with pytest.raises(WireError, match="range"):
+        unpack_block(pack_block(far, None), None, 1)
+
+
+def test_only_blocks_that_changed_get_a_new_revision():
+    stamps = np.arange(200, dtype=np.int64)
+    poses = np.zeros((200, 3))
+    first = to_blocks(Keyframes(stamps, poses), (), 1)
+    moved = poses.copy()
+    moved[70, 0] = 0.01
+    second = to_blocks(Keyframes(np.arange(210), np.concatenate([moved, np.ones((10, 3))])), first, 2)
+    assert [block.revision for block in second] == [1, 2, 1, 2]
+    assert second[0] is first[0]
+    below = to_blocks(Keyframes(stamps, poses + 1e-5), first, 3)
+    assert [block.revision for block in below] == [1, 1, 1, 1]
+
+
+def test_poses_are_kept_to_half_a_millimetre_and_a_twentieth_of_a_milliradian():
+    rng = np.random.default_rng(0)
+    poses = rng.normal(size=(100, 3)) * 30
+    back = to_keyframes(to_blocks(Keyframes(np.arange(100), poses), (), 1)).T_map_base
+    assert np.abs(back[:, :2] - poses[:, :2]).max() <= 0.00051
+    assert np.abs(back[:, 2] - poses[:, 2]).max() <= 0.000051
+
+
+def test_what_is_not_finite_does_not_travel():
+    assert quantise(np.array([[np.nan, np.inf, 1.0]])).tolist() == [[0, 0, 10000]]
+
+
+def test_a_steady_drive_costs_few_bytes():
+    n = 64
+    poses = np.stack([np.arange(n) * 500, np.zeros(n), np.zeros(n)], axis=1).astype(np.int32)
+    block = KeyframeBlock(1, np.arange(n, dtype=np.int64) * 10**9, poses)
+    assert len(pack_block(block, None)) < 64 * 10
+    assert len(pack_block(block, block)) < 64 * 5
