@@ -38,7 +38,8 @@ def settings(
         "transport/shared_memory/enabled": False,
         "transport/link/tx/lease": LEASE_MS,
         "transport/link/tx/batch_size": BATCH_BYTES,
-        "connect/timeout_ms": 0,  # robots may come later: do not wait for them, keep trying
+        "connect/timeout_ms": -1,  # robots may come later, or come back: keep trying, without holding up the start
+        "connect/retry": {"period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 1.5},
         "connect/exit_on_failure": False,
         "listen/exit_on_failure": True,
     }
