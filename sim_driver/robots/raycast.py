@@ -36,7 +36,7 @@ def cast(
 ) -> None:  # pragma: no cover - compiled
     """Write the distance along each beam to the first wall cell's edge, ``inf`` beyond ``max_range``; all in cells.
 
-    ``leap`` : ``(H, W) uint8`` of :func:`leap_field`, closed by a ring of wall. The start counts from the grid's corner.
+    ``leap`` : ``(H, W) uint8`` of :func:`leap_field`, closed by a ring of wall. The start is from the grid's corner.
     Steps from cell to cell (Amanatides and Woo 1987) beside walls, and leaps (sphere tracing) where none is near.
     """
     height, width = leap.shape

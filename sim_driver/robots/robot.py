@@ -54,7 +54,7 @@ class SimulatedRobot:
         dt_s: float,
         others: tuple[NDArray[np.float64], NDArray[np.float64]] = NOBODY,
     ) -> bool:
-        """Drive for ``dt_s`` at (speed m/s, turn rad/s) within the drive's limits; return whether it ran into something.
+        """Drive for ``dt_s`` at (speed m/s, turn rad/s) within the drive's limits; return whether it hit something.
 
         ``others`` : centres ``(N, 2)`` in the world and radii ``(N,)`` of what else is in the way. A blocked robot can
         still turn, and drive where its gap to the obstacle grows.
@@ -67,20 +67,24 @@ class SimulatedRobot:
         )
         steps = max(1, math.ceil(abs(speed) * dt_s / LONGEST_STEP_M))
         before = self.T_world_base
-        pose, blocked = before, False
-        gap = self._gap(pose, others)
+        x, y, heading = (float(v) for v in before)
+        angle, blocked = turn * dt_s / steps, False
+        gap = self._gap(x, y, others)
         for _ in range(steps):
-            moved = se2.compose(pose, _arc(0.0 if blocked else speed, turn, dt_s / steps))
-            new_gap = self._gap(moved, others)
-            if not blocked and speed != 0.0 and new_gap < 0.0 and new_gap < gap + 1e-9:
-                blocked = True
-                moved = se2.compose(pose, _arc(0.0, turn, dt_s / steps))
-                new_gap = gap
-            pose, gap = moved, new_gap
+            if not blocked:
+                # The chord of the arc that this bit of the way is.
+                half = angle / 2.0
+                way = speed * dt_s / steps * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
+                ahead_x, ahead_y = x + way * math.cos(heading + half), y + way * math.sin(heading + half)
+                new_gap = self._gap(ahead_x, ahead_y, others)
+                blocked = speed != 0.0 and new_gap < 0.0 and new_gap < gap + 1e-9
+                if not blocked:
+                    x, y, gap = ahead_x, ahead_y, new_gap
+            heading += angle
         self.collisions += blocked
         self.speed_m_s, self.turn_rad_s = 0.0 if blocked else speed, turn
-        self.T_world_base = pose
-        self._odometry.advance(se2.between(before, pose))
+        self.T_world_base = se2.transform(x, y, heading)
+        self._odometry.advance(se2.between(before, self.T_world_base))
         return blocked
 
     def scan(self, stamp_ns: int, others: tuple[NDArray[np.float64], NDArray[np.float64]] = NOBODY) -> Scan:
@@ -112,10 +116,9 @@ class SimulatedRobot:
             T_base_laser=self._T_base_laser,
         )
 
-    def _gap(self, T_world_base: Transform, others: tuple[NDArray[np.float64], NDArray[np.float64]]) -> float:
+    def _gap(self, x: float, y: float, others: tuple[NDArray[np.float64], NDArray[np.float64]]) -> float:
         """Return the free space around the body, metres; negative inside an obstacle."""
         grid, clearance = self.world.grid, self.world.clearance_cells
-        x, y = float(T_world_base[0]), float(T_world_base[1])
         col = min(max((x - grid.origin_m[0]) / grid.resolution_m - 0.5, 0.0), clearance.shape[1] - 1.001)
         row = min(max((y - grid.origin_m[1]) / grid.resolution_m - 0.5, 0.0), clearance.shape[0] - 1.001)
         c, r = int(col), int(row)
@@ -132,12 +135,3 @@ class SimulatedRobot:
 def _towards(now: float, wanted: float, most: float, limit: float) -> float:
     wanted = min(max(float(wanted), -limit), limit) if math.isfinite(wanted) else 0.0
     return min(max(wanted, now - most), now + most)
-
-
-def _arc(speed_m_s: float, turn_rad_s: float, dt_s: float) -> Transform:
-    """Return the motion of the base along a circular arc, in its own frame before."""
-    way, angle = speed_m_s * dt_s, turn_rad_s * dt_s
-    if abs(angle) < 1e-9:
-        return np.array([way, 0.0, angle])
-    radius = way / angle
-    return np.array([radius * math.sin(angle), radius * (1.0 - math.cos(angle)), angle])
