@@ -8,9 +8,10 @@ from alignment.config import AlignmentConfig
 from alignment.features import orb
 from alignment.prepared import PreparedMap
 from alignment.result import Candidate, Prior
+from alignment.search import exhaustive
 
 Aligner = Callable[[PreparedMap, PreparedMap, AlignmentConfig, Prior | None], list[Candidate]]
 """``(a, b, config, prior) -> candidates``, best first; deterministic."""
 
-ALIGNERS: dict[str, Aligner] = {"orb": orb, "auto": orb}
+ALIGNERS: dict[str, Aligner] = {"orb": orb, "auto": exhaustive}
 """What ``align(method=...)`` knows."""

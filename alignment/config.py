@@ -19,16 +19,22 @@ class AlignmentConfig:
     """Cells per map above which the working cell is doubled (>= 10000); bounds memory and time."""
     tolerance_m: float = 0.15
     """How far apart two walls may lie and still be one, metres (> 0)."""
-    min_matched_wall_m: float = 8.0
-    """Wall, metres (>= 0), that must lie on wall of the other map in both directions."""
-    min_wall_agreement: float = 0.7
-    """Share (0..1) of the walls seen by both maps on which they must agree, in each direction."""
-    min_crosswise_wall_m: float = 1.5
-    """Matched wall across the weakest direction, metres (>= 0); stops a corridor that slides along itself."""
-    min_margin: float = 0.1
+    min_score_m: float = 4.0
+    """Wall that agrees less what contradicts (threefold), metres (>= 0); higher asks for more common wall."""
+    min_walls: int = 3
+    """Distinct straight walls that must agree (>= 0); any corner fits any other corner, so two prove nothing."""
+    max_contradiction: float = 0.25
+    """Wall that the other map shows free, as a share of the agreeing wall (>= 0); higher forgives more bending."""
+    max_deep_contradiction: float = 0.1
+    """The same, counting only wall far from any wall of the other map (>= 0); not explained by bending."""
+    min_crosswise_wall_m: float = 0.8
+    """Agreeing wall across the weakest direction, metres (>= 0); stops a corridor that slides along itself."""
+    min_crosswise: float = 0.05
+    """The same as a share (0..1) of the agreeing wall."""
+    min_margin: float = 0.7
     """Lead (0..1) in score over the best distinct other fit; below it the answer is "ambiguous"."""
     min_confidence: float = 0.5
-    """Confidence (0..1) from which a fit is accepted; higher accepts fewer."""
+    """Confidence (0..1) from which a fit that passes every test is accepted; 0.5 is where a test just passes."""
     orb_features: int = 2000
     """Most ORB or SURF key points kept per map (>= 10)."""
     ransac_draws: int = 4000
@@ -37,16 +43,16 @@ class AlignmentConfig:
     """Distance up to which a match supports a transform, metres (> 0)."""
     evaluations: int = 2000
     """Dissimilarities each search of the random-walk family may compute (>= 1)."""
-    max_candidates: int = 24
+    max_candidates: int = 8
     """Proposals that are refined and verified in full (>= 1); more find more and take longer."""
 
     def __post_init__(self) -> None:
         require(self.seed >= 0, "alignment.seed", ">= 0", self.seed)
         for name in ("resolution_m", "tolerance_m", "ransac_inlier_m"):
             require(getattr(self, name) > 0, f"alignment.{name}", "> 0 m", getattr(self, name))
-        for name in ("min_matched_wall_m", "min_crosswise_wall_m"):
-            require(getattr(self, name) >= 0, f"alignment.{name}", ">= 0 m", getattr(self, name))
-        for name in ("min_wall_agreement", "min_margin", "min_confidence"):
+        for name in ("min_score_m", "min_walls", "max_contradiction", "max_deep_contradiction", "min_crosswise_wall_m"):
+            require(getattr(self, name) >= 0, f"alignment.{name}", ">= 0", getattr(self, name))
+        for name in ("min_crosswise", "min_margin", "min_confidence"):
             require(0 <= getattr(self, name) <= 1, f"alignment.{name}", "in 0..1", getattr(self, name))
         for name, least in (("max_cells", 10_000), ("orb_features", 10), ("ransac_draws", 1)):
             require(getattr(self, name) >= least, f"alignment.{name}", f">= {least}", getattr(self, name))

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 UNKNOWN, FREE, OCCUPIED = 0, 1, 2
 """Cell states of a prepared map."""
+NOTHING = 65535
+"""Label where no wall is near; also the most wall points a map may have."""
 REACH = 3
 """Half width of the window a wall's normal is taken from, cells."""
 
@@ -94,10 +96,15 @@ def wall_points(state: U8) -> tuple[I32, F64]:  # pragma: no cover - compiled
 
 
 @njit(cache=True, nogil=True)
-def nearest_labels(height: int, width: int, cells: I32, reach: int) -> I32:  # pragma: no cover - compiled
-    """Return ``(H, W)`` index of the nearest of ``cells`` (row, col) within ``reach`` cells, -1 where there is none."""
-    label = np.full((height, width), -1, dtype=np.int32)
-    best = np.full((height, width), 255, dtype=np.uint8)
+def nearest_labels(
+    height: int, width: int, cells: I32, normals: F64, reach: int
+) -> NDArray[np.uint16]:  # pragma: no cover - compiled
+    """Return ``(4, H, W)``: per quadrant of facing, the nearest of ``cells`` (row, col) within ``reach``, NOTHING where none is.
+
+    Quadrant q holds the walls that face within 65 degrees of q x 90 degrees, and specks. At most NOTHING cells.
+    """
+    label = np.full((4, height, width), NOTHING, dtype=np.uint16)
+    best = np.full((4, height, width), 255, dtype=np.uint8)
     span = 2 * reach + 1
     disc = np.empty((span * span, 3), dtype=np.int32)
     m = 0
@@ -108,12 +115,26 @@ def nearest_labels(height: int, width: int, cells: I32, reach: int) -> I32:  # p
                 disc[m, 0], disc[m, 1], disc[m, 2] = dr, dc, d2
                 m += 1
     for i in range(cells.shape[0]):
-        for k in range(m):
-            r, c = cells[i, 0] + disc[k, 0], cells[i, 1] + disc[k, 1]
-            if 0 <= r < height and 0 <= c < width and disc[k, 2] < best[r, c]:
-                best[r, c] = disc[k, 2]
-                label[r, c] = i
+        nx, ny = normals[i, 0], normals[i, 1]
+        speck = nx == 0.0 and ny == 0.0
+        for q in range(4):
+            facing = nx if q == 0 else (ny if q == 1 else (-nx if q == 2 else -ny))
+            if not (speck or facing > 0.42):
+                continue
+            for k in range(m):
+                r, c = cells[i, 0] + disc[k, 0], cells[i, 1] + disc[k, 1]
+                if 0 <= r < height and 0 <= c < width and disc[k, 2] < best[q, r, c]:
+                    best[q, r, c] = disc[k, 2]
+                    label[q, r, c] = i
     return label
+
+
+@njit(cache=True, nogil=True)
+def quadrant(nx: float, ny: float) -> int:  # pragma: no cover - compiled
+    """Return 0..3: the direction among +x, +y, -x, -y nearest to the normal."""
+    if abs(nx) >= abs(ny):
+        return 0 if nx > 0.0 else 2
+    return 1 if ny > 0.0 else 3
 
 
 @njit(cache=True, nogil=True)
@@ -123,7 +144,7 @@ def agreement(
     step: int,
     T_t_s: F64,
     state_t: U8,
-    label_t: I32,
+    label_t: NDArray[np.uint16],
     points_t: F64,
     normals_t: F64,
     x0: float,
@@ -134,8 +155,8 @@ def agreement(
 ) -> tuple[int, int, int, int]:  # pragma: no cover - compiled
     """Judge source wall points in the target map; return how many match, are opposed, contradict, are unseen.
 
-    matched: a wall within the tolerance, of like direction, and the target is free on the same side. opposed: a wall
-    there, but not so. contradicted: the target is free there. unseen: the target says nothing.
+    matched: a wall that faces the same way within the tolerance. opposed: a wall there, but facing otherwise.
+    contradicted: the target is free there. unseen: the target says nothing.
     ``verdict`` receives 1, 2, 3, 0 per point used (every ``step``-th).
     """
     height, width = state_t.shape
@@ -147,42 +168,42 @@ def agreement(
         y = T_t_s[1] + sin * points_s[i, 0] + cos * points_s[i, 1]
         c, r = int(math.floor((x - x0) / res)), int(math.floor((y - y0) / res))
         verdict[i] = 0
-        if not (REACH < r < height - REACH - 1 and REACH < c < width - REACH - 1):
+        if not (0 < r < height - 1 and 0 < c < width - 1):
             unseen += 1
             continue
         nx = cos * normals_s[i, 0] - sin * normals_s[i, 1]
         ny = sin * normals_s[i, 0] + cos * normals_s[i, 1]
-        j = label_t[r, c]
-        if j >= 0 and (points_t[j, 0] - x) ** 2 + (points_t[j, 1] - y) ** 2 <= limit:
-            like = True
-            if (nx != 0.0 or ny != 0.0) and (normals_t[j, 0] != 0.0 or normals_t[j, 1] != 0.0):
-                like = abs(nx * normals_t[j, 0] + ny * normals_t[j, 1]) > 0.7
-                if like:
-                    # The free side is looked up from the target's own wall, so that the tolerance is not used up twice.
-                    fr = int(math.floor((points_t[j, 1] + 2.5 * res * ny - y0) / res))
-                    fc = int(math.floor((points_t[j, 0] + 2.5 * res * nx - x0) / res))
-                    like = False
-                    for dr in range(-1, 2):
-                        for dc in range(-1, 2):
-                            if state_t[fr + dr, fc + dc] == FREE:
-                                like = True
-            if like:
-                matched += 1
-                verdict[i] = 1
-            else:
-                opposed += 1
-                verdict[i] = 2
-            continue
-        free = 0
-        for dr in range(-1, 2):
-            for dc in range(-1, 2):
-                if state_t[r + dr, c + dc] == FREE:
-                    free += 1
-        if free >= 6:
-            against += 1
-            verdict[i] = 3
+        speck = nx == 0.0 and ny == 0.0
+        own = quadrant(nx, ny)
+        found = 0
+        for k in range(4):
+            q = (own + k) % 4
+            j = label_t[q, r, c]
+            if j == NOTHING or (points_t[j, 0] - x) ** 2 + (points_t[j, 1] - y) ** 2 > limit:
+                continue
+            found = 2
+            if speck or (normals_t[j, 0] == 0.0 and normals_t[j, 1] == 0.0):
+                found = 1
+            elif k == 0 and nx * normals_t[j, 0] + ny * normals_t[j, 1] > 0.7:
+                found = 1
+            if found == 1:
+                break
+        if found == 1:
+            matched += 1
+        elif found == 2:
+            opposed += 1
         else:
-            unseen += 1
+            free = 0
+            for dr in range(-1, 2):
+                for dc in range(-1, 2):
+                    if state_t[r + dr, c + dc] == FREE:
+                        free += 1
+            if free >= 6:
+                against += 1
+                found = 3
+            else:
+                unseen += 1
+        verdict[i] = found
     return matched, opposed, against, unseen
 
 
@@ -224,7 +245,7 @@ def normal_equations(
     normals_s: F64,
     step: int,
     T_t_s: F64,
-    label_t: I32,
+    label_t: NDArray[np.uint16],
     points_t: F64,
     normals_t: F64,
     x0: float,
@@ -244,7 +265,7 @@ def normal_equations(
     ``target_is_a`` the source is b; else the source is a and the residual's normal is turned into frame a.
     Residuals are weighed by the Geman-McClure kernel of ``scale_m``.
     """
-    height, width = label_t.shape
+    height, width = label_t.shape[1], label_t.shape[2]
     cos, sin = math.cos(T_t_s[2]), math.sin(T_t_s[2])
     used = 0
     cost = 0.0
@@ -257,17 +278,14 @@ def normal_equations(
         c, r = int(math.floor((x - x0) / res)), int(math.floor((y - y0) / res))
         if not (0 <= r < height and 0 <= c < width):
             continue
-        j = label_t[r, c]
-        if j < 0:
-            continue
-        dx, dy = x - points_t[j, 0], y - points_t[j, 1]
-        if dx * dx + dy * dy > reach_m * reach_m:
-            continue
-        mx, my = normals_t[j, 0], normals_t[j, 1]
         nx = cos * normals_s[i, 0] - sin * normals_s[i, 1]
         ny = sin * normals_s[i, 0] + cos * normals_s[i, 1]
-        # A wall known from both sides is stored twice, and the label holds either side.
-        if abs(mx * nx + my * ny) < 0.8:
+        j = label_t[quadrant(nx, ny), r, c]
+        if j == NOTHING:
+            continue
+        dx, dy = x - points_t[j, 0], y - points_t[j, 1]
+        mx, my = normals_t[j, 0], normals_t[j, 1]
+        if dx * dx + dy * dy > reach_m * reach_m or mx * nx + my * ny < 0.8:
             continue
         residual = dx * mx + dy * my
         if target_is_a:
@@ -292,3 +310,71 @@ def normal_equations(
         cost += residual * residual / (s2 + residual * residual)
         used += 1
     return used, cost
+
+
+@njit(cache=True, nogil=True)
+def solve3(H: F64, g: F64, out: F64) -> None:  # pragma: no cover - compiled
+    """Solve the symmetric positive ``H x = g`` from H's upper triangle (Cramer's rule)."""
+    a, b, c, d, e, f = H[0, 0], H[0, 1], H[0, 2], H[1, 1], H[1, 2], H[2, 2]
+    A, B, C = d * f - e * e, c * e - b * f, b * e - c * d
+    det = a * A + b * B + c * C
+    D, E, F = a * f - c * c, b * c - a * e, a * d - b * b
+    out[0] = (A * g[0] + B * g[1] + C * g[2]) / det
+    out[1] = (B * g[0] + D * g[1] + E * g[2]) / det
+    out[2] = (C * g[0] + E * g[1] + F * g[2]) / det
+
+
+@njit(cache=True, nogil=True)
+def gauss_newton(
+    points_a: F64,
+    normals_a: F64,
+    label_a: NDArray[np.uint16],
+    frame_a: tuple[float, float, float],
+    points_b: F64,
+    normals_b: F64,
+    label_b: NDArray[np.uint16],
+    frame_b: tuple[float, float, float],
+    T_a_b: F64,
+    pivot: F64,
+    steps: tuple[int, int],
+    reach_m: float,
+    scale_m: float,
+    rounds: int,
+) -> bool:  # pragma: no cover - compiled
+    """Lay walls on walls from ``T_a_b`` on, which is overwritten; return whether there was wall enough to go by.
+
+    ``frame_*``: x0, y0, cell of the label fields; ``steps``: every how many points of a and b are used.
+    """
+    H, g, shift, T_b_a = np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3)
+    for _ in range(rounds):
+        H[:] = 0.0
+        g[:] = 0.0
+        cos, sin = math.cos(T_a_b[2]), math.sin(T_a_b[2])
+        T_b_a[0] = -cos * T_a_b[0] - sin * T_a_b[1]
+        T_b_a[1] = sin * T_a_b[0] - cos * T_a_b[1]
+        T_b_a[2] = -T_a_b[2]
+        used, _cost = normal_equations(
+            points_b, normals_b, steps[1], T_a_b, label_a, points_a, normals_a, frame_a[0], frame_a[1], frame_a[2],
+            reach_m, scale_m, pivot[0], pivot[1], True, H, g,
+        )  # fmt: skip
+        more, _cost = normal_equations(
+            points_a, normals_a, steps[0], T_b_a, label_b, points_b, normals_b, frame_b[0], frame_b[1], frame_b[2],
+            reach_m, scale_m, pivot[0], pivot[1], False, H, g,
+        )  # fmt: skip
+        if used + more < 10:
+            return False
+        # Damping by a few points' worth keeps a corridor from being thrown along itself.
+        for k in range(3):
+            H[k, k] += 3.0 + 1e-3 * H[k, k]
+        solve3(H, g, shift)
+        length = math.sqrt(shift[0] ** 2 + shift[1] ** 2)
+        cut = min(1.0, 0.5 / max(length, 1e-12), 0.1 / max(abs(shift[2]), 1e-12))
+        dx, dy, turn = -shift[0] * cut, -shift[1] * cut, -shift[2] * cut
+        cos, sin = math.cos(turn), math.sin(turn)
+        x, y = T_a_b[0] - pivot[0], T_a_b[1] - pivot[1]
+        T_a_b[0] = pivot[0] + dx + cos * x - sin * y
+        T_a_b[1] = pivot[1] + dy + sin * x + cos * y
+        T_a_b[2] = math.atan2(math.sin(T_a_b[2] + turn), math.cos(T_a_b[2] + turn))
+        if length < 1e-4 and abs(turn) < 1e-5:
+            break
+    return True

@@ -33,7 +33,9 @@ class PreparedMap:
 
     @cached_property
     def _walls(self) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-        return kernels.wall_points(self.state)
+        cells, normals = kernels.wall_points(self.state)
+        thin = -(-len(cells) // kernels.NOTHING)
+        return (cells, normals) if thin <= 1 else (cells[::thin].copy(), normals[::thin].copy())
 
     @property
     def normals(self) -> NDArray[np.float64]:
@@ -47,10 +49,10 @@ class PreparedMap:
         return np.stack([self.x0 + (cells[:, 1] + 0.5) * self.res, self.y0 + (cells[:, 0] + 0.5) * self.res], axis=-1)
 
     @cached_property
-    def label(self) -> NDArray[np.int32]:
-        """``(H, W)`` index of the nearest wall point within ``REACH_M``, else -1."""
+    def label(self) -> NDArray[np.uint16]:
+        """``(4, H, W)`` per quadrant of facing the nearest wall point within ``REACH_M``, see kernels.nearest_labels."""
         reach = min(max(2, round(REACH_M / self.res)), 15)
-        return kernels.nearest_labels(*self.state.shape, self._walls[0], reach)
+        return kernels.nearest_labels(*self.state.shape, *self._walls, reach)
 
     @property
     def wall_m(self) -> float:

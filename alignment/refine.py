@@ -5,17 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from alignment.kernels import normal_equations
+from alignment.kernels import gauss_newton, normal_equations
 from alignment.prepared import PreparedMap
 from spatial import se2
 from spatial.se2 import Transform
-
-
-def turned(T_a_b: Transform, shift: NDArray[np.float64], pivot: NDArray[np.float64]) -> Transform:
-    """Return ``T_a_b`` followed by a turn ``shift[2]`` about ``pivot`` and a move ``shift[:2]``, in frame a."""
-    back = np.array([-pivot[0], -pivot[1], 0.0])
-    forth = np.array([pivot[0] + shift[0], pivot[1] + shift[1], shift[2]])
-    return se2.compose(se2.compose(forth, back), T_a_b)
 
 
 def equations(
@@ -45,28 +38,25 @@ def refine(
     a: PreparedMap,
     b: PreparedMap,
     T_a_b: Transform,
-    pivot: NDArray[np.float64],
-    schedule: tuple[tuple[float, float, int], ...] = ((0.6, 0.2, 5), (0.3, 0.1, 6)),
-    step: int = 1,
+    schedule: tuple[tuple[float, float, int], ...] = ((0.6, 0.2, 5), (0.3, 0.1, 8)),
+    most_points: int = 1_000_000,
 ) -> Transform:
     """Return the transform that lays wall on wall nearest to ``T_a_b`` (Gauss-Newton, Geman-McClure).
 
-    ``schedule``: (reach m, kernel scale m, rounds) from coarse to fine. Directions that no wall holds do not move.
+    ``schedule``: (reach m, kernel scale m, rounds) from coarse to fine; ``most_points`` thins the walls of each map.
+    Directions that no wall holds do not move.
     """
+    out = np.array(T_a_b, dtype=np.float64)
+    pivot = 0.5 * (a.centre + se2.apply(out, b.centre))
+    steps = (-(-len(a.points) // most_points), -(-len(b.points) // most_points))
     for reach_m, scale_m, rounds in schedule:
-        for _ in range(rounds):
-            H, g, used, _ = equations(a, b, T_a_b, pivot, reach_m, scale_m, step)
-            if used < 10:
-                return T_a_b
-            # Damping by a few points' worth keeps a corridor from being thrown along itself.
-            damped = H + np.diag([3.0, 3.0, 3.0]) + 1e-3 * np.diag(np.diag(H))
-            shift = -np.linalg.solve(damped, g)
-            length = float(np.hypot(shift[0], shift[1]))
-            shift *= min(1.0, 0.5 / max(length, 1e-12), 0.1 / max(abs(float(shift[2])), 1e-12))
-            T_a_b = turned(T_a_b, shift, pivot)
-            if length < 1e-4 and abs(shift[2]) < 1e-5:
-                break
-    return T_a_b
+        enough = gauss_newton(
+            a.points, a.normals, a.label, (a.x0, a.y0, a.res), b.points, b.normals, b.label, (b.x0, b.y0, b.res),
+            out, pivot, steps, reach_m, scale_m, rounds,
+        )  # fmt: skip
+        if not enough:
+            break
+    return out
 
 
 def covariance(

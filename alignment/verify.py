@@ -10,8 +10,19 @@ from numpy.typing import NDArray
 from alignment import kernels
 from alignment.prepared import PreparedMap
 from alignment.refine import equations
+from alignment.structure import distinct_walls
 from spatial import se2
 from spatial.se2 import Transform
+
+
+DEEP_M = 0.4
+"""A wall that is free in the other map and farther than this from its walls is no matter of noise or bending, metres."""
+
+
+WALL_M = 0.5
+"""Shorter pieces do not count as a wall, metres."""
+MOST_WALLS = 20
+"""Counting ends here."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +60,8 @@ def examine(a: PreparedMap, b: PreparedMap, T_a_b: Transform, tolerance_m: float
     T_b_a = se2.inverse(T_a_b)
     verdict_b, (mb, ob, cb, _) = judge_walls(b, a, T_a_b, tolerance_m)
     verdict_a, (ma, oa, ca, _) = judge_walls(a, b, T_b_a, tolerance_m)
+    _, (_, _, db, _) = judge_walls(b, a, T_a_b, DEEP_M)
+    _, (_, _, da, _) = judge_walls(a, b, T_b_a, DEEP_M)
     res = a.res
     small, large = (a, b) if a.state.size <= b.state.size else (b, a)
     T = T_b_a if small is a else T_a_b
@@ -63,6 +76,8 @@ def examine(a: PreparedMap, b: PreparedMap, T_a_b: Transform, tolerance_m: float
         "opposed_b_m": ob * res,
         "contradicted_a_m": ca * res,
         "contradicted_b_m": cb * res,
+        "deep_a_m": da * res,
+        "deep_b_m": db * res,
         "wall_agreement_a": ma / max(ma + oa + ca, 1),
         "wall_agreement_b": mb / max(mb + ob + cb, 1),
         "contradiction": (ca + cb) / max(ma + mb + ca + cb, 1),
@@ -77,5 +92,8 @@ def examine(a: PreparedMap, b: PreparedMap, T_a_b: Transform, tolerance_m: float
     H, _, used, cost = equations(a, b, T_a_b, pivot, tolerance_m, 0.5 * tolerance_m)
     evidence["crosswise_m"] = 0.5 * res * float(np.linalg.eigvalsh(H[:2, :2])[0])
     evidence["extent_m"] = float(np.sqrt(both.var(axis=0).sum())) if len(both) else 0.0
+    hit = verdict_b == 1
+    sizes = distinct_walls(b.points[hit], b.normals[hit], WALL_M / res, 0.3, MOST_WALLS)
+    evidence["walls"] = float(len(sizes))
     evidence["residual"] = cost / max(used, 1)
     return Agreement(T_a_b, evidence, pivot, H)

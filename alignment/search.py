@@ -1,0 +1,69 @@
+"""The default search: rotations from the walls' directions, shifts by FFT, each proposal settled and ranked by agreement."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from alignment.config import AlignmentConfig
+from alignment.correlate import correlate, rotations
+from alignment.prepared import PreparedMap
+from alignment.refine import refine
+from alignment.result import Candidate, Prior
+from alignment.verify import judge_walls
+from spatial import se2
+
+OFFSETS_DEG = (-1.5, -0.75, 0.0, 0.75, 1.5)
+"""Turns tried around each rotation: maps are bent, and a part of one may lie askew."""
+QUICK_POINTS = 500
+"""Wall points per map that settle and rank a proposal."""
+CELL_M = 0.2
+"""Cell of the correlation, metres."""
+MOST_CELLS = 700
+"""Cells along the correlation's longer side above which its cell is widened."""
+
+
+def exhaustive(a: PreparedMap, b: PreparedMap, config: AlignmentConfig, prior: Prior | None) -> list[Candidate]:
+    """Return the distinct fits of the walls' directed correlation, best first."""
+    turns = rotations(a, b, 6, 0.7)
+    angles = [turn + math.radians(offset) for turn, _ in turns[::2] for offset in OFFSETS_DEG]
+    span = float(np.max(np.ptp(a.points, axis=0)) + 2 * np.hypot(*(b.points - b.centre).T).max())
+    cell_m = max(CELL_M, 2 * a.res if a.res > 0.1 else 0.0, span / MOST_CELLS)
+    proposals = correlate(a, b, angles, cell_m, per_angle=40, blur_m=0.75 * cell_m, against=2.0)
+    return settle(a, b, distinct(b, proposals, 400), config)
+
+
+def distinct(b: PreparedMap, proposals: list[Candidate], most: int) -> list[Candidate]:
+    """Return the best ``most`` proposals without those next to a better one."""
+    kept: list[Candidate] = []
+    at = np.empty((0, 2))
+    middle = np.stack([se2.apply(p.T_a_b, b.centre) for p in proposals]) if proposals else at
+    turns = np.array([p.T_a_b[2] for p in proposals])
+    free = np.ones(len(proposals), dtype=np.bool_)
+    for i, proposal in enumerate(proposals):
+        if not free[i]:
+            continue
+        kept.append(proposal)
+        if len(kept) == most:
+            break
+        near = np.hypot(*(middle - middle[i]).T) < 0.3
+        free &= ~(near & (np.abs(se2.wrap(turns - turns[i])) < math.radians(1.0)))
+    return kept
+
+
+def settle(a: PreparedMap, b: PreparedMap, proposals: list[Candidate], config: AlignmentConfig) -> list[Candidate]:
+    """Return the proposals settled on the walls by a thinned refinement, ranked by thinned agreement."""
+    settled = []
+    step_a, step_b = (-(-len(side.points) // QUICK_POINTS) for side in (a, b))
+    for proposal in proposals:
+        T_a_b = refine(a, b, proposal.T_a_b, ((0.6, 0.25, 3), (0.4, 0.12, 3)), QUICK_POINTS)
+        _, (mb, ob, cb, _) = judge_walls(b, a, T_a_b, 1.3 * config.tolerance_m, step_b)
+        _, (ma, oa, ca, _) = judge_walls(a, b, se2.inverse(T_a_b), 1.3 * config.tolerance_m, step_a)
+        good = min(ma * step_a, mb * step_b) * a.res
+        bad = max(ca * step_a, cb * step_b) * a.res
+        ugly = max(oa * step_a, ob * step_b) * a.res
+        score = good - 3.0 * bad - 0.2 * ugly
+        settled.append(Candidate(T_a_b, score, {"correlation_m": proposal.score}))
+    settled.sort(key=lambda c: -c.score)
+    return settled
