@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from rbpf.config import MapperConfig
 from rbpf.front_end import COS, SIN, information
 from rbpf.graph import relax, residuals
-from rbpf.matching import INLIERS, RESULT_SIZE, SCORE, match, search
+from rbpf.matching import CONFLICTS, INLIERS, RESULT_SIZE, SCORE, match, search
 from rbpf.scan_points import POINT_COLUMNS, spaced
-from rbpf.tile_store import TileStore
+from rbpf.tile_store import NO_ENDS, TileStore
 from spatial import se2
 from spatial.se2 import Transform
 
@@ -38,8 +38,15 @@ CONSISTENT_M, CONSISTENT_RAD = 0.12, 0.03
 """A fit within this of the trajectory is believed at once."""
 AGREE_M, AGREE_RAD = 0.25, 0.05
 """Two fits that say the same correct the trajectory alike within this."""
-INLIERS_LEAST = 0.7
-EDGE_WAY_M = 3.0
+AT_ONCE_M = 0.6
+"""A very good fit that is no farther from the trajectory than this needs no second one."""
+OVERLAP_LEAST = 0.5
+"""Share of beams that must lie on the old map's walls."""
+AGREEING_LEAST = 0.85
+"""Share of them among those that fall on walls or into space the old map knows to be free."""
+SKIP_M = 0.1
+"""Beams clear the map up to this far before their end, metres."""
+EDGE_WAY_M = 2.5
 """Places that agreed are compared again after this much way."""
 MOVED_M = 0.05
 """The map is made anew when relaxation moves a keyframe by more than this."""
@@ -54,6 +61,8 @@ class LoopCloser:
         self.config = config
         self.scans: list[NDArray[np.float32]] = []
         """Per keyframe: points ``(N, 5)`` in its base frame."""
+        self.origins: list[NDArray[np.float64]] = []
+        """Per keyframe: where the laser is on the base, ``(2,)``."""
         self.way: list[float] = []
         """Per keyframe: way since the start, metres."""
         self.first: list[int] = []
@@ -61,12 +70,13 @@ class LoopCloser:
         self.T_first_second: list[Transform] = []
         self.information: list[NDArray[np.float64]] = []
         self._pending: tuple[int, Transform] | None = None
-        self._last_try_m, self._anchored_m = -1e9, 0.0
+        self._last_fit_m, self._anchored_m = -1e9, 0.0
         self._stores = (TileStore(1, config.resolution_m), TileStore(1, 4.0 * config.resolution_m))
         self._out = np.zeros(RESULT_SIZE)
 
-    def add_key(self, points: NDArray[np.float64], way_m: float) -> None:
-        """Remember a keyframe's scan; ``way_m`` is the way since the keyframe before."""
+    def add_key(self, points: NDArray[np.float64], origin: NDArray[np.float64], way_m: float) -> None:
+        """Remember a keyframe's scan, taken from ``origin`` on the base; ``way_m`` is the way since the keyframe before."""
+        self.origins.append(origin.copy())
         self.scans.append(points.astype(np.float32))
         self.way.append(way_m + (self.way[-1] if self.way else 0.0))
 
@@ -75,12 +85,11 @@ class LoopCloser:
         now = len(self.scans) - 1
         way = self.way[now]
         lost_m = way - self._anchored_m  # way since the trajectory was last seen to agree with an old place
-        if way - self._last_try_m < (EDGE_WAY_M if lost_m < OLD_WAY_M else 0.0):
+        if way - self._last_fit_m < EDGE_WAY_M:
             return False
         old = self._candidate(T_map_key, now, lost_m)
         if old is None:
             return False
-        self._last_try_m = way
         return self._compare(T_map_key, old, now, lost_m)
 
     def _candidate(self, T_map_key: Transform, now: int, lost_m: float) -> int | None:
@@ -98,16 +107,15 @@ class LoopCloser:
     def _compare(self, T_map_key: Transform, old: int, now: int, lost_m: float) -> bool:
         T_old_now = se2.between(T_map_key[old], T_map_key[now])
         group = range(max(0, old - GROUP), min(old + GROUP + 1, now - TAIL))
-        drawn = self._points_of(T_map_key, group, old, 0.0, 1 << 30)
         source = self._points_of(T_map_key, range(max(0, now - TAIL), now + 1), now, 0.05, POINTS_OF_KEY)
-        fine = self._draw(0, drawn, T_old_now)
+        fine = self._draw(0, T_map_key, group, old, T_old_now)
         spread_m, spread_rad = 0.05 + DRIFT * lost_m, 0.02 + 0.002 * lost_m
         prior = np.diag([1.0 / spread_m**2, 1.0 / spread_m**2, 1.0 / spread_rad**2])
         sigma, out = self.config.sigma_m, self._out
         match(*fine, source, T_old_now, T_old_now, prior, sigma, 12, COS, SIN, out)
         fitted = out.copy()
-        if fitted[INLIERS] < INLIERS_LEAST + 0.1 and lost_m > OLD_WAY_M:
-            coarse = self._draw(1, drawn, T_old_now)
+        if not _fits(fitted, 0.1):
+            coarse = self._draw(1, T_map_key, group, old, T_old_now)
             start = np.zeros(3)
             search(
                 *coarse, source, 80, T_old_now, min(0.1 + 0.002 * lost_m, TURN_MOST_RAD), 0.03,
@@ -117,7 +125,7 @@ class LoopCloser:
             match(*fine, source, start, T_old_now, prior, sigma, 15, COS, SIN, out)
             if out[SCORE] > fitted[SCORE]:
                 fitted = out.copy()
-        if fitted[INLIERS] < INLIERS_LEAST:
+        if not _fits(fitted):
             return False
         return self._believe(T_map_key, old, now, fitted, T_old_now)
 
@@ -127,15 +135,17 @@ class LoopCloser:
         T_fit = fitted[:3].copy()
         away, turned = se2.difference(T_fit, T_old_now)
         consistent = away < CONSISTENT_M and turned < CONSISTENT_RAD
-        # Where the newest keyframe would have to go, as a correction in its own frame.
-        correction = se2.between(T_map_key[now], se2.compose(T_map_key[old], T_fit))
-        if not consistent:
-            pending, self._pending = self._pending, (now, correction)
-            if pending is None or now == pending[0] or self.way[now] - self.way[pending[0]] > 5.0:
+        if not consistent and not (away < AT_ONCE_M and _fits(fitted, 0.25)):
+            # What the fit says about the map frame where it is now; another fit must say the same.
+            T_map_fit = se2.compose(T_map_key[old], T_fit)
+            pending = self._pending
+            self._pending = (now, se2.compose(T_map_fit, se2.inverse(T_map_key[now])))
+            if pending is None or self.way[now] - self.way[pending[0]] > 5.0:
                 return False
-            apart, twisted = se2.difference(pending[1], correction)
-            if apart > AGREE_M + 0.1 * away or twisted > AGREE_RAD:
+            apart, twisted = se2.difference(se2.compose(pending[1], T_map_key[now]), T_map_fit)
+            if apart > AGREE_M or twisted > AGREE_RAD:
                 return False
+        self._last_fit_m = self.way[now]
         self._pending = None
         self._anchored_m = self.way[now]
         self.first.append(old)
@@ -166,12 +176,17 @@ class LoopCloser:
         error = residuals(T_map_key, np.array(self.first), np.array(self.second), np.stack(self.T_first_second))
         return float(np.hypot(error[:, 0], error[:, 1]).max())
 
-    def _draw(self, level: int, points: NDArray[np.float64], T_old_now: Transform) -> tuple[Any, ...]:
-        """Return a map of the points, as matchers take it, that also covers the newest place."""
+    def _draw(self, level: int, T_map_key: Transform, group: range, old: int, T_old_now: Transform) -> tuple[Any, ...]:
+        """Return a map of the group's scans in the frame of ``old``, as matchers take it, that covers the newest place."""
         store, reach = self._stores[level], self.config.usable_range_m + FAR_MOST_M
         store.clear(0)
         store.cover(T_old_now[:2] - reach, T_old_now[:2] + reach)
-        store.add_points(0, np.zeros(3), points)
+        T_old_key = se2.between(T_map_key[old], T_map_key[group.start : group.stop])
+        store.cover(T_old_key[:, :2].min(axis=0) - reach, T_old_key[:, :2].max(axis=0) + reach)
+        for k, pose in zip(group, T_old_key, strict=True):
+            points = self.scans[k].astype(np.float64)
+            store.own(0, self.origins[k], pose, points, NO_ENDS, True)
+            store.insert(0, self.origins[k], pose, points, NO_ENDS, SKIP_M)
         return store.pool, store.tables[0], store.row0, store.col0, store.resolution_m
 
     def _points_of(
@@ -195,16 +210,22 @@ class LoopCloser:
     def state(self) -> dict[str, Any]:
         """Return everything that a resumed search needs."""
         return {
-            "scans": list(self.scans), "way": list(self.way), "first": list(self.first), "second": list(self.second),
+            "scans": list(self.scans), "origins": list(self.origins), "way": list(self.way), "first": list(self.first), "second": list(self.second),
             "T": list(self.T_first_second), "information": list(self.information),
             "pending": None if self._pending is None else [self._pending[0], self._pending[1]],
-            "last": [self._last_try_m, self._anchored_m],
+            "last": [self._last_fit_m, self._anchored_m],
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
         """Become the search that was saved."""
-        self.scans, self.way = state["scans"], state["way"]
+        self.scans, self.origins, self.way = state["scans"], state["origins"], state["way"]
         self.first, self.second = state["first"], state["second"]
         self.T_first_second, self.information = state["T"], state["information"]
         self._pending = None if state["pending"] is None else (state["pending"][0], state["pending"][1])
-        self._last_try_m, self._anchored_m = state["last"]
+        self._last_fit_m, self._anchored_m = state["last"]
+
+
+def _fits(result: NDArray[np.float64], more: float = 0.0) -> bool:
+    """Return whether a match of enough beams contradicts the old map nowhere much; what the old map never saw is neutral."""
+    seen = result[INLIERS] + result[CONFLICTS]
+    return bool(result[INLIERS] >= OVERLAP_LEAST + more and result[INLIERS] >= (AGREEING_LEAST + 0.5 * more) * seen)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from rbpf.config import MapperConfig
 from rbpf.front_end import COS, SIN, FrontEnd, Step
 from rbpf.graph import relax
-from rbpf.loops import MOVED_M, LoopCloser
+from rbpf.loops import MOVED_M, SKIP_M, LoopCloser
 from rbpf.matching import CONFLICTS, INLIERS, RESULT_SIZE
 from rbpf.particles import insert_range, propose
 from rbpf.publisher import Publisher
@@ -28,8 +28,6 @@ from spatial.se2 import Transform
 POINTS_LEAST = 10
 """A scan with fewer usable returns is dropped."""
 SPACING_M = 0.03
-SKIP_M = 0.1
-"""Beams clear the map up to this far before their end, metres."""
 HEALTH_MEMORY = 0.2
 ANCHOR_M, ANCHOR_RAD = 0.05, 0.02
 """How far smoothing may take a keyframe from where its particle has it (standard deviations)."""
@@ -103,7 +101,6 @@ class Mapper:
         self._neff = float(n)
         self._health = 1.0
         self._publisher = Publisher()
-        self._origins: list[NDArray[np.float64]] = []  # per keyframe: the laser on the base
         self._loops = LoopCloser(self.config)
         self._geometry: tuple[object, ...] = ()
         self._pool = _pool(self.config.threads, n)
@@ -292,7 +289,6 @@ class Mapper:
                 self.best = int(np.argmax(self._log_weights))
             self._judge(results, step)
         self._poses[:, self._keys] = poses
-        self._origins.append(np.ascontiguousarray(scan.T_base_laser[:2]))
         self._arrival.add((*motion, self._way))
         self._keys += 1
         self._T_key_base, self._way, self._key_stamp_ns = np.zeros(3), 0.0, scan.stamp_ns
@@ -306,7 +302,7 @@ class Mapper:
         clock.lap("resample")
         self._insert(scan, points)
         clock.lap("map update")
-        self._loops.add_key(points, float(self._arrival.rows[-1, 3]))
+        self._loops.add_key(points, np.ascontiguousarray(scan.T_base_laser[:2]), float(self._arrival.rows[-1, 3]))
         if config.close_loops:
             self._close_loops()
             clock.lap("loops")
@@ -336,7 +332,7 @@ class Mapper:
         ends = np.empty((0, 2))
         for k in range(self._keys):
             points = self._loops.scans[k].astype(np.float64)
-            origin = self._origins[k]
+            origin = self._loops.origins[k]
             store.own(0, origin, poses[k], points, ends, True)
             store.insert(0, origin, poses[k], points, ends, SKIP_M)
         store.resample(np.zeros(self.config.particles, dtype=np.int64))
@@ -400,7 +396,7 @@ class Mapper:
         stats = self.stats
         return {
             "store": self._store.state(), "front": self._front.state(), "publisher": self._publisher.state(),
-            "loops": self._loops.state(), "origins": list(self._origins), "rng": self._rng.bit_generator.state, "log_weights": self._log_weights,
+            "loops": self._loops.state(), "rng": self._rng.bit_generator.state, "log_weights": self._log_weights,
             "poses": self._poses[:, : self._keys], "best": self.best, "neff": self._neff, "health": self._health,
             "arrival": self._arrival.rows, "scan_place": self._scan_place.rows, "scan_motion": self._scan_motion.rows,
             "online": self._online.rows, "T_key_base": self._T_key_base, "way": self._way,
@@ -416,7 +412,6 @@ class Mapper:
         self._front.restore(state["front"])
         self._publisher.restore(state["publisher"])
         self._loops.restore(state["loops"])
-        self._origins = state["origins"]
         self._rng.bit_generator.state = state["rng"]
         self._log_weights = state["log_weights"]
         poses = state["poses"]
