@@ -10,13 +10,14 @@ from multiprocessing.connection import Connection
 from multiprocessing.synchronize import Event as StopEvent
 from pathlib import Path
 
-from agent import MissionClock, ProcessShell, Runner, Sensed
+from agent import Body, MissionClock, ProcessShell, Runner, Sensed
 from comms import Transport, ZenohTransport
 from sim_driver.kernels import load_kernels
 from sim_driver.mission import Mission, RobotConfig
 from sim_driver.seeds import seed_for
 from sim_driver.shaping import ShapedTransport
 from sim_driver.team import make_agent, make_body, radio_of, read_trace, told_links
+from spatial import InputError
 
 STATUS_S = 0.5
 """How often a robot tells the parent how it fares, seconds."""
@@ -39,6 +40,13 @@ class Ready:
     """Sent by a robot that has its log and its network."""
 
     duration_s: float
+
+
+@dataclass(frozen=True)
+class Failed:
+    """Sent by a robot that cannot take part, in place of :class:`Ready`."""
+
+    reason: str
 
 
 @dataclass(frozen=True)
@@ -94,6 +102,25 @@ class PipePort:
 def run_robot(task: RobotTask, pipe: Connection, simulator: Connection, stop: StopEvent) -> None:
     """Map, meet and merge until told to stop, then write the robot's files."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent tells when to stop
+    try:
+        shell, body = _come_up(task, pipe, simulator)
+    except InputError as error:
+        pipe.send(Failed(str(error)))
+        return
+    agent, told_s = shell.runner.agent, 0.0
+
+    def stopped() -> bool:
+        nonlocal told_s
+        if time.monotonic() - told_s > STATUS_S:
+            told_s = time.monotonic()
+            pipe.send(Status(body.finished, len(agent.T_team_map) - 1, agent.known_area_m2()))
+        return stop.is_set()
+
+    shell.run(stopped)
+
+
+def _come_up(task: RobotTask, pipe: Connection, simulator: Connection) -> tuple[ProcessShell, Body]:
+    """Load everything, say so, and wait for the common start."""
     mission, robot = task.mission, task.robot
     load_kernels()  # from disk, before the clock runs
     port = PipePort(simulator) if task.is_simulated else None
@@ -108,14 +135,4 @@ def run_robot(task: RobotTask, pipe: Connection, simulator: Connection, stop: St
     radio = radio_of(mission, robot, read_trace(mission), port)
     if radio is not None:
         transport = ShapedTransport(transport, radio, clock, seed_for(mission, f"radio/{robot.id}"))
-    shell = ProcessShell(Runner(agent, body, transport, task.out / robot.id, told_links(mission, radio)), clock)
-    told_s = 0.0
-
-    def stopped() -> bool:
-        nonlocal told_s
-        if time.monotonic() - told_s > STATUS_S:
-            told_s = time.monotonic()
-            pipe.send(Status(body.finished, len(agent.T_team_map) - 1, agent.known_area_m2()))
-        return stop.is_set()
-
-    shell.run(stopped)
+    return ProcessShell(Runner(agent, body, transport, task.out / robot.id, told_links(mission, radio)), clock), body

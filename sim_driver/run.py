@@ -32,6 +32,7 @@ class Progress(Protocol):
 def run_mission(mission: Mission, out: Path, progress: Progress, say: Callable[[str], None]) -> dict[str, Any]:
     """Run the mission in its shell, leave everything in the folder ``out``, and return the metrics."""
     prepare_folder(mission, out)
+    check_files(mission)
     compile_s = ensure_compiled(say)
     start = time.monotonic()
     shell = run_in_virtual_time if mission.mission.shell == "virtual" else run_processes
@@ -42,6 +43,14 @@ def run_mission(mission: Mission, out: Path, progress: Progress, say: Callable[[
     return write_metrics(
         mission, out, wall_s=0.0 if virtual else wall_s, compile_s=0.0 if virtual else round(compile_s, 3), **outcome
     )
+
+
+def check_files(mission: Mission) -> None:
+    """Raise ``InputError`` for a file that the mission names and that is not there, before anything is started."""
+    named = [robot.log for robot in mission.robots] + [mission.links.trace, mission.truth.relations]
+    for name in named:
+        if name is not None:
+            mission.find(name)
 
 
 def prepare_folder(mission: Mission, out: Path) -> None:

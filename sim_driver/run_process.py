@@ -11,12 +11,13 @@ from dataclasses import dataclass, field
 from multiprocessing.context import SpawnProcess
 from multiprocessing.synchronize import Event as StopEvent
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from agent import MissionClock
 from sim_driver.mission import Mission
-from sim_driver.robot_process import Go, Ready, RobotTask, SimulatorNews, Status, run_robot
+from sim_driver.robot_process import Failed, Go, Ready, RobotTask, SimulatorNews, Status, run_robot
 from sim_driver.simulation import STEP_NS, Simulation, is_simulated
+from spatial import InputError
 
 READY_S = 120.0
 """Longest wait for a robot's process to come up, seconds."""
@@ -111,7 +112,10 @@ def _await_ready(children: Sequence[Child]) -> None:
                 )
             if time.monotonic() > deadline:
                 raise RuntimeError(f"the process of {child.robot_id} was not ready within {READY_S:.0f} s")
-        child.duration_s = cast(Ready, child.pipe.recv()).duration_s
+        answer: Ready | Failed = child.pipe.recv()
+        if isinstance(answer, Failed):
+            raise InputError(f"robot {child.robot_id}: {answer.reason}")
+        child.duration_s = answer.duration_s
 
 
 def _watch(
