@@ -17,7 +17,7 @@ class DriverConfig:
     """Room kept beside the body, metres, >= 0. More: safer, but narrow doors close."""
     comfort_m: float = 0.35
     """Walls nearer than this to the body make a path dearer, metres, > 0."""
-    speed_m_s: float = 0.4
+    speed_m_s: float = 0.5
     """Cruising speed, metres a second, > 0."""
     turn_rad_s: float = 1.2
     """Fastest turn asked for, radians a second, > 0."""
@@ -43,7 +43,7 @@ class DriverConfig:
     """A goal that has come no nearer for so long is given up and blacklisted, seconds, > 0."""
     blacklist_radius_m: float = 0.6
     """Frontiers this near to a blacklisted goal are passed over, metres, > 0."""
-    blacklist_forgiven: int = 2
+    blacklist_forgiven: int = 1
     """How often the blacklist is wiped when nothing else is left, >= 0."""
     stuck_after_s: float = 3.0
     """A robot that should drive but has not moved for so long backs off, seconds, > 0."""

@@ -30,6 +30,12 @@ BIGGEST_GAIN_M = 5.0
 """Longer frontiers gain no more than this."""
 ARRIVED_M = 0.4
 """At a goal this near there is nothing more to drive, only to look."""
+PASSED_OVER_NS = 4 * NS
+"""How long a goal that was reached is passed over: by then the map shows it as known, or it is tried again."""
+STEP_NS = NS // 2
+"""How soon after reaching a goal the next one is chosen."""
+LAST_WRIGGLE = 5
+"""A robot that is still walled in after so many tries to get free gives up."""
 PROGRESS_M = 0.2
 """A goal that came this much nearer has made progress."""
 SCAN_ROUND: Command = (0.0, 0.6)
@@ -59,6 +65,7 @@ class Attempt:
     xy_m: NDArray[np.float64]
     nearest_m: float = np.inf
     spent_s: float = 0.0
+    passed_over_until_ns: int = 0
 
     def spend(self, seconds: float, way_m: float) -> float:
         """Return how long it has been chosen without coming nearer; standing at it counts threefold."""
@@ -82,7 +89,9 @@ class Explorer:
         self._next_plan_ns = 0
         self._attempts: list[Attempt] = []
         self._nothing_since_ns: int | None = None
+        self._walled_in_since_ns: int | None = None
         self._finished = False
+        self._finished_on: OccupancyGrid | None = None
 
     @property
     def finished(self) -> bool:
@@ -108,13 +117,19 @@ class Explorer:
         escape = self._recovery.command(now_ns)
         if escape is not None:
             return escape
-        if now_ns >= self._next_plan_ns:
+        if now_ns >= self._next_plan_ns and not (self._finished and grid is self._finished_on):
             self._next_plan_ns = now_ns + round(self._config.plan_interval_s * NS)
             self._plan(now_ns, T_map_base, grid, teammates, scan)
         if self._goal is None:
             self._recovery.rest(now_ns)
             return STOP if self._finished or self._nothing_since_ns is not None else SCAN_ROUND
-        if np.hypot(*(self._goal.path_m[-1] - T_map_base[:2])) < 0.1:
+        gap_m = float(np.hypot(*(self._goal.path_m[-1] - T_map_base[:2])))
+        attempt = self._attempt_at(self._goal.xy_m)
+        if gap_m < ARRIVED_M and attempt.passed_over_until_ns <= now_ns:
+            # The map will show in a moment what is seen from here; do not stand and wait for it.
+            attempt.passed_over_until_ns = now_ns + PASSED_OVER_NS
+            self._next_plan_ns = min(self._next_plan_ns, now_ns + STEP_NS)
+        if gap_m < 0.1:
             self._recovery.rest(now_ns)
             return SCAN_ROUND
         wanted = steer(T_map_base, self._goal.path_m, self._config)
@@ -141,20 +156,32 @@ class Explorer:
         if not goals:  # what moves may only be in the way for now
             start, goals = self._goals(make_costmap(grid, self._config, None, mates), T_map_base, mates)
         if start is None:
-            # Walled in, by something that moves or by noise in a young map: look around, then wriggle.
-            self._goal = None
-            if self._nothing_since_ns is None and self._recovery.rested_s(now_ns) > self._config.finish_after_s:
-                self._recovery.start(now_ns)
+            self._walled_in(now_ns)
             return
+        self._walled_in_since_ns = None
         if not goals:
-            self._none_left(now_ns)
+            self._none_left(now_ns, grid)
             return
         self._nothing_since_ns, self._finished = None, False
-        best = min(goals, key=lambda goal: (not goal.is_mine, goal.cost_m))
+        attempts = [self._attempt_at(goal.xy_m) for goal in goals]
+        best, attempt = min(
+            zip(goals, attempts, strict=True),
+            key=lambda pair: (pair[1].passed_over_until_ns > now_ns, not pair[0].is_mine, pair[0].cost_m),
+        )
         self._goal = best
-        way_m = length_m(best.path_m)
-        if self._attempt_at(best.xy_m).spend(self._config.plan_interval_s, way_m) > self._config.progress_timeout_s:
+        if attempt.spend(self._config.plan_interval_s, length_m(best.path_m)) > self._config.progress_timeout_s:
             self._give_up(now_ns)
+
+    def _walled_in(self, now_ns: int) -> None:
+        """No open cell near, by something that moves or noise in a young map: look around, wriggle, in the end give up."""
+        self._goal = None
+        if self._walled_in_since_ns is None:
+            self._walled_in_since_ns = now_ns
+        elif now_ns - self._walled_in_since_ns > self._config.finish_after_s * NS:
+            self._finished = self._recovery.in_a_row >= LAST_WRIGGLE
+            if not self._finished:
+                self._walled_in_since_ns = now_ns
+                self._recovery.start(now_ns)
 
     def _attempt_at(self, xy_m: NDArray[np.float64]) -> Attempt:
         for attempt in self._attempts:
@@ -195,7 +222,7 @@ class Explorer:
             goals.append(Goal(xy, path, size_m, nearest is None or int(nearest[row, col]) == 0, score))
         return start, goals
 
-    def _none_left(self, now_ns: int) -> None:
+    def _none_left(self, now_ns: int, grid: OccupancyGrid) -> None:
         self._goal = None
         if self._blacklist and self._forgiven < self._config.blacklist_forgiven:
             self._blacklist.clear()
@@ -205,6 +232,7 @@ class Explorer:
         if self._nothing_since_ns is None:
             self._nothing_since_ns = now_ns
         self._finished = now_ns - self._nothing_since_ns >= self._config.finish_after_s * NS
+        self._finished_on = grid
 
     def _give_up(self, now_ns: int) -> None:
         if self._goal is not None:

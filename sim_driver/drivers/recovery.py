@@ -38,12 +38,7 @@ class Recovery:
 
     def rest(self, now_ns: int) -> None:
         """Take note that the robot stands still on purpose."""
-        if self._moved_ns is None:
-            self._moved_ns = now_ns
-
-    def rested_s(self, now_ns: int) -> float:
-        """Return how long ago the robot last got on, seconds."""
-        return 0.0 if self._moved_ns is None else (now_ns - self._moved_ns) / NS
+        self._moved_ns = now_ns
 
     def start(self, now_ns: int) -> Command:
         """Begin to back off; return the first command."""
