@@ -9,11 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from rbpf.config import MapperConfig
 from rbpf.matching import CONFLICTS, INFO, INLIERS, RESULT_SIZE, SCORE, direction_tables, match, search
+from rbpf.poses import between, compose
 from rbpf.tile_store import TileStore
 from spatial import se2
 from spatial.se2 import Transform
@@ -27,6 +30,8 @@ TURN_SEARCHED_RAD = 0.1
 """Turns larger than this between two scans are searched, not only descended."""
 MAX_STEP_M = 5.0
 """Odometry that jumps farther between two scans is disbelieved, metres."""
+SEEN_WELL = 2e3
+"""Information (1/m^2) along the direction seen least from which on a match can judge odometry: not in bare corridors."""
 LEARN = 0.05
 """Share of a new scan in what is known of the predictors' errors."""
 
@@ -43,8 +48,6 @@ class Step:
     """Mean log-likelihood of a beam relative to a perfect fit."""
     inliers: float
     """Share of beams that lie on the local map."""
-    covariance: NDArray[np.float64]
-    """``(3, 3)`` of the pose in the local frame."""
 
 
 class FrontEnd:
@@ -61,6 +64,7 @@ class FrontEnd:
         self.errors = np.array([[config.odometry_noise, config.odometry_noise], [0.5, 0.5]])
         self._out = np.zeros(RESULT_SIZE)
         self._start = np.zeros(3)
+        self._prior = np.zeros((3, 3))
 
     def step(
         self, points: NDArray[np.float64], all_points: NDArray[np.float64], T_before_odom: Transform | None
@@ -69,42 +73,41 @@ class FrontEnd:
         before = self.T_local_base
         if not self.keys:
             self._add_key(before, all_points)
-            return Step(np.zeros(3), 0.0, 1.0, np.diag([1e-8, 1e-8, 1e-8]))
+            return Step(np.zeros(3), 0.0, 1.0)
         predicted, spread = self._predict(T_before_odom)
-        out = self._match(points, se2.compose(before, predicted), predicted, spread)
+        out = self._match(points, compose(before, predicted), predicted, spread)
         self.T_local_base = out[:3].copy()
-        motion = se2.between(before, self.T_local_base)
+        motion = between(before, self.T_local_base)
         self._learn(motion, T_before_odom, out)
         self.velocity = motion
-        key = self.keys[-1][0]
-        away, turned = se2.difference(key, self.T_local_base)
-        if away > KEY_DISTANCE_M or turned > KEY_TURN_RAD:
+        since = between(self.keys[-1][0], self.T_local_base)
+        if math.hypot(since[0], since[1]) > KEY_DISTANCE_M or abs(since[2]) > KEY_TURN_RAD:
             self._add_key(self.T_local_base, all_points)
-        prior = np.diag(1.0 / spread**2)
-        covariance = np.linalg.inv(0.2 * information(out) + prior)
-        return Step(motion, float(out[SCORE]), float(out[INLIERS]), covariance)
+        return Step(motion, float(out[SCORE]), float(out[INLIERS]))
 
-    def _predict(self, T_before_odom: Transform | None) -> tuple[Transform, NDArray[np.float64]]:
+    def _predict(self, T_before_odom: Transform | None) -> tuple[Transform, tuple[float, float, float]]:
         """Return the predicted motion and the standard deviations (x, y, theta) of it."""
         steady = self.velocity
-        if T_before_odom is None or np.hypot(T_before_odom[0], T_before_odom[1]) > MAX_STEP_M:
-            length, turn = np.hypot(steady[0], steady[1]), abs(steady[2])
-            return steady, np.array([0.05 + 0.5 * length, 0.05 + 0.5 * length, 0.05 + 0.5 * turn])
-        along, turning = (int(np.argmin(self.errors[:, k])) for k in (0, 1))
+        if T_before_odom is None or math.hypot(T_before_odom[0], T_before_odom[1]) > MAX_STEP_M:
+            length, turn = math.hypot(steady[0], steady[1]), abs(steady[2])
+            return steady, (0.05 + 0.5 * length, 0.05 + 0.5 * length, 0.05 + 0.5 * turn)
+        errors = self.errors
+        along, turning = (0 if errors[0, k] <= errors[1, k] else 1 for k in (0, 1))
         choice = (T_before_odom, steady)
         motion = np.array([*choice[along][:2], choice[turning][2]])
-        length, turn = np.hypot(motion[0], motion[1]), abs(motion[2])
+        length, turn = math.hypot(motion[0], motion[1]), abs(motion[2])
         sigma_xy = 0.008 + min(self.errors[along, 0], 1.0) * length + 0.02 * turn
         sigma_t = 0.005 + min(self.errors[turning, 1], 1.0) * turn + 0.05 * length
-        return motion, np.array([sigma_xy, sigma_xy, sigma_t])
+        return motion, (sigma_xy, sigma_xy, sigma_t)
 
     def _match(
-        self, points: NDArray[np.float64], start: Transform, motion: Transform, spread: NDArray[np.float64]
+        self, points: NDArray[np.float64], start: Transform, motion: Transform, spread: tuple[float, float, float]
     ) -> NDArray[np.float64]:
         store = self.store
         store.cover(start[:2] - self.reach_m, start[:2] + self.reach_m)
         place = (store.pool, store.tables[0], store.row0, store.col0, store.resolution_m, points)
-        prior = np.diag(1.0 / spread**2)
+        prior = self._prior
+        prior[0, 0], prior[1, 1], prior[2, 2] = 1.0 / spread[0] ** 2, 1.0 / spread[1] ** 2, 1.0 / spread[2] ** 2
         out = self._out
         match(*place, start, start, prior, self.sigma_m, 12, COS, SIN, out)
         if out[INLIERS] < GOOD_INLIERS or abs(motion[2]) > TURN_SEARCHED_RAD:
@@ -120,14 +123,15 @@ class FrontEnd:
         """Follow how well each predictor foretold the motion, where the match was good enough to tell."""
         if T_before_odom is None or out[INLIERS] < 0.7:
             return
+        length, turn = math.hypot(motion[0], motion[1]), abs(motion[2])
+        if (length <= 0.03 or weakest(out) <= SEEN_WELL) and turn <= 0.03:
+            return
         for k, guess in enumerate((T_before_odom, self.velocity)):
-            error = guess - motion
-            length, turn = np.hypot(motion[0], motion[1]), abs(motion[2])
-            if length > 0.03 and out[INFO] + out[INFO + 3] > 0.0 and weakest(out) > 2e3:
-                share = min(np.hypot(error[0], error[1]) / length, 3.0)
+            if length > 0.03 and weakest(out) > SEEN_WELL:
+                share = min(math.hypot(guess[0] - motion[0], guess[1] - motion[1]) / length, 3.0)
                 self.errors[k, 0] += LEARN * (share - self.errors[k, 0])
             if turn > 0.03:
-                share = min(abs(float(se2.wrap(error[2]))) / turn, 3.0)
+                share = min(abs(math.remainder(guess[2] - motion[2], 2.0 * math.pi)) / turn, 3.0)
                 self.errors[k, 1] += LEARN * (share - self.errors[k, 1])
         np.maximum(self.errors, 0.03, out=self.errors)
 
@@ -164,7 +168,7 @@ def information(out: NDArray[np.float64]) -> NDArray[np.float64]:
 def weakest(out: NDArray[np.float64]) -> float:
     """Return the information (1/m^2) on position along the direction that the match saw least."""
     xx, xy, yy = out[INFO], out[INFO + 1], out[INFO + 3]
-    return float(0.5 * (xx + yy) - np.hypot(0.5 * (xx - yy), xy))
+    return float(0.5 * (xx + yy) - math.hypot(0.5 * (xx - yy), xy))
 
 
 __all__ = ["CONFLICTS", "FrontEnd", "Step", "information", "weakest"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -17,6 +18,7 @@ from rbpf.graph import relax
 from rbpf.loops import MOVED_M, SKIP_M, LoopCloser
 from rbpf.matching import CONFLICTS, INLIERS, RESULT_SIZE
 from rbpf.particles import insert_range, propose
+from rbpf.poses import between, compose
 from rbpf.publisher import Publisher
 from rbpf.resampling import effective, normalised, systematic
 from rbpf.scan_points import POINT_COLUMNS, scan_points, spaced
@@ -112,7 +114,7 @@ class Mapper:
         """``(3,)``, the best pose known now."""
         if self._keys == 0:
             return np.zeros(3)
-        return se2.compose(self._poses[self.best, self._keys - 1], self._T_key_base)
+        return compose(self._poses[self.best, self._keys - 1], self._T_key_base)
 
     @property
     def covariance(self) -> NDArray[np.float64]:
@@ -190,8 +192,8 @@ class Mapper:
         few = spaced(points, SPACING_M, self.config.beams_match, self._few)
         clock.lap("points")
         step = self._front.step(self._few[:few], points, T_before_odom)
-        self._T_key_base = se2.compose(self._T_key_base, step.T_before_base)
-        self._way += float(np.hypot(*step.T_before_base[:2]) + 0.3 * abs(step.T_before_base[2]))
+        self._T_key_base = compose(self._T_key_base, step.T_before_base)
+        self._way += float(math.hypot(*step.T_before_base[:2]) + 0.3 * abs(step.T_before_base[2]))
         clock.lap("front end")
         processed = self._due(scan.stamp_ns)
         resampled = False
@@ -242,7 +244,7 @@ class Mapper:
             self._T_odom_base = None
             return None
         self._T_odom_base = now.copy()
-        return None if before is None else se2.between(before, now)
+        return None if before is None else between(before, now)
 
     def _due(self, stamp_ns: int) -> bool:
         if self._keys == 0:
@@ -250,7 +252,7 @@ class Mapper:
         config, motion = self.config, self._T_key_base
         waited = 0.0 < config.temporal_update_s <= abs(stamp_ns - self._key_stamp_ns) * 1e-9
         return (
-            np.hypot(motion[0], motion[1]) >= config.linear_update_m
+            math.hypot(motion[0], motion[1]) >= config.linear_update_m
             or abs(motion[2]) >= config.angular_update_rad
             or self._way >= 3.0 * config.linear_update_m
             or waited

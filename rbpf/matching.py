@@ -51,6 +51,17 @@ def nearest(
     tile = table[tr, tc]
     if inside and tile == 0:
         return best, 0.0, 0.0, best_d2
+    if tile != 0:
+        word = np.int64(pool[tile, ((row & MASK) << TILE_BITS) | (col & MASK)])
+        hits = word & 0x1F
+        if hits != 0 and hits * 5 >= (word >> 5) & 0x3F:
+            dx = col + (((word >> 11) & 0x3F) + 0.5) * (1.0 / 64.0) - x
+            dy = row + (((word >> 17) & 0x3F) + 0.5) * (1.0 / 64.0) - y
+            d2 = dx * dx + dy * dy
+            if d2 < 0.25:  # half a cell away: another cell's mean is hardly nearer
+                k = (word >> 23) & 0xFF
+                if quality == 0.0 or (word >> 31) & 1 == 0 or nx * cos_table[k] + ny * sin_table[k] >= 0.35:
+                    return word, dx, dy, d2
     for r in range(row - radius, row + radius + 1):
         for q in range(col - radius, col + radius + 1):
             if not inside:
@@ -124,7 +135,7 @@ def match(
             word, dx, dy, d2 = nearest(pool, table, row0, col0, px, py, nx, ny, quality, 1, cos_table, sin_table)
             if word == 0:
                 free = dx
-                word, dx, dy, d2 = nearest(pool, table, row0, col0, px, py, nx, ny, quality, 3, cos_table, sin_table)
+                word, dx, dy, d2 = nearest(pool, table, row0, col0, px, py, nx, ny, quality, 3 if it < 2 else 2, cos_table, sin_table)
                 if word == 0 or d2 > 9.0:
                     if free > 0.0:
                         conflicts += 1.0
@@ -216,7 +227,7 @@ def match(
         x += dx_
         y += dy_
         theta += dt
-        settled = it >= 2 and norm2 < 1e-7 and dt * dt < 1e-8
+        settled = it >= 2 and norm2 < 1e-6 and dt * dt < 1e-7
         it += 1
     out[X] = x
     out[Y] = y
