@@ -18,9 +18,8 @@ from pathlib import Path
 import lz4.block
 import numpy as np
 
-sys.path[:] = [
-    folder for folder in sys.path if Path(folder).resolve() != Path(__file__).resolve().parent
-]  # its comms is me
+HERE = Path(__file__).resolve().parent
+sys.path[:] = [folder for folder in sys.path if Path(folder).resolve() != HERE]  # its comms is this file
 
 from comms import CommsConfig, CommsNode, ExchangeDone, Incoming, MemoryNetwork, Send, warm_up  # noqa: E402
 from rbpf import Mapper, MapperConfig  # noqa: E402

@@ -16,6 +16,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
 sys.path[:] = [folder for folder in sys.path if Path(folder).resolve() != Path(__file__).resolve().parent]
@@ -48,6 +49,8 @@ class Report:
 def mutated(payload: bytes, other: bytes, rng: np.random.Generator) -> bytes:
     """Return a broken version of a message; three in four bear a right checksum."""
     body = bytearray(payload[HEADER.size :])
+    if rng.random() < 0.4:
+        return frame(_with_other_fields(payload[HEADER.size :], rng), team_tag(TEAM))
     for _ in range(int(rng.integers(1, 4))):
         kind, at = int(rng.integers(7)), int(rng.integers(len(body))) if body else 0
         if not body:
@@ -73,6 +76,38 @@ def mutated(payload: bytes, other: bytes, rng: np.random.Generator) -> bytes:
     broken = bytearray(payload[: HEADER.size] + bytes(body))
     broken[int(rng.integers(HEADER.size))] ^= 1 << int(rng.integers(8))
     return bytes(broken[: int(rng.integers(len(broken) + 1))])
+
+
+def _with_other_fields(body: bytes, rng: np.random.Generator) -> bytes:
+    """Return a message of the right types in which one field says something else."""
+    fields = msgspec.msgpack.decode(body)
+    at = int(rng.integers(2, len(fields)))
+    fields[at] = _other(fields[at], rng)
+    return msgspec.msgpack.encode(fields)
+
+
+def _other(value: object, rng: np.random.Generator) -> object:
+    if isinstance(value, bool):
+        return not value
+    if isinstance(value, int):
+        return abs(int(rng.choice([value + 1, value - 1, 0, 2 * value, int(rng.integers(2**31)), 2**31 - 1])))
+    if isinstance(value, float):
+        return float(rng.choice([value * 2, 0.001, 99.0, float("nan"), float("inf"), -1.0]))
+    if isinstance(value, bytes):
+        broken = bytearray(value or b"\0")
+        broken[int(rng.integers(len(broken)))] ^= 1 << int(rng.integers(8))
+        return bytes(broken) if rng.random() < 0.7 else bytes(broken[: int(rng.integers(len(broken) + 1))])
+    if isinstance(value, str):
+        return str(rng.choice(["r1", "r2", "r3", "r9", value + "x"]))
+    if isinstance(value, list) and value:
+        at = int(rng.integers(len(value)))
+        kind = int(rng.integers(3))
+        if kind == 0:
+            return value[:at] + value[at + 1 :]
+        if kind == 1:
+            return [*value[:at], value[at], *value[at:]]
+        return [*value[:at], _other(value[at], rng), *value[at + 1 :]]
+    return value
 
 
 def grow(local: LocalMap | None, rng: np.random.Generator) -> LocalMap:
@@ -125,10 +160,12 @@ def _one_life(count: int, report: Report, rng: np.random.Generator, per_message:
                 if not isinstance(item, Incoming):
                     effects += node.on_peer_joined(item.peer, now_ns)
                     continue
-                for _ in range(per_message):
+                # Some messages come unaccompanied, or no exchange would ever get far.
+                for _ in range(per_message if rng.random() < 0.2 else 0):
                     mutant = mutated(item.payload, last, rng)
                     begun = time.process_time()
-                    effects += node.on_message(mutant, now_ns, item.sender if rng.random() < 0.5 else None)
+                    # What it answers to mutants is not sent, or they would be all the traffic there is.
+                    node.on_message(mutant, now_ns, item.sender if rng.random() < 0.5 else None)
                     took_ms = 1e3 * (time.process_time() - begun)
                     if took_ms > report.slowest_ms:
                         report.slowest_ms, report.slowest = took_ms, f"{len(mutant)} bytes"

@@ -2,8 +2,8 @@
 
 Each cell is coded as "still what the asker holds?" and, where it is not, its new value; both under contexts of the held
 value and of the neighbours just coded, as JBIG and CABAC do (Howard and Vitter 1992; Marpe et al. 2003). Squares of
-8 x 8 cells without any change cost one decision. Integers only: the same bytes on every machine. One kernel codes and
-decodes, so that the two cannot drift apart.
+8 x 8 cells without any change, and new ones of a single value, cost a few decisions. Integers only: the same bytes on
+every machine. One kernel codes and decodes, so that the two cannot drift apart.
 """
 
 from __future__ import annotations
@@ -70,6 +70,24 @@ def _decide(
 
 
 @njit(cache=True, nogil=True)
+def _value(
+    state: NDArray[np.int64],
+    buffer: NDArray[np.uint8],
+    writing: bool,
+    chances: NDArray[np.int64],
+    context: int,
+    bits: int,
+    value: int,
+) -> int:  # pragma: no cover - compiled
+    """Write a value of so many bits, or read and return it: a binary tree of decisions, highest bit first."""
+    node = 1
+    for s in range(bits - 1, -1, -1):
+        bit = _decide(state, buffer, writing, chances, (context << bits) + node, (value >> s) & 1)
+        node = 2 * node + bit
+    return node - (1 << bits)
+
+
+@njit(cache=True, nogil=True)
 def _moved(value: int, held: int) -> int:  # pragma: no cover - compiled
     """Return 0 for a cell that is what the asker holds, 1 for one unknown now, 2 for another value."""
     if value == held:
@@ -92,34 +110,51 @@ def code(
             state[CODE] = (state[CODE] << 8) | (buffer[k] if k < buffer.size else 0)
         state[AT] = 4
     square_chances = np.full((8, 2), 32768, dtype=np.int64)
+    even_chances = np.full((8, 2), 32768, dtype=np.int64)
     keep_chances = np.full((CLASSES * 16 * 27, 2), 16384, dtype=np.int64)
     value_chances = np.full((CLASSES * CLASSES * CLASSES << bits, 2), 32768, dtype=np.int64)
     square_chances[:, 1] = 0
+    even_chances[:, 1] = 0
     keep_chances[:, 1] = 0
     value_chances[:, 1] = 0
     top = CLASSES - 1
     per_side = SIDE // SQUARE
     busy = np.zeros((per_side + 1, per_side + 1), dtype=np.int64)  # squares with changes; row and column 0: outside
+    even = np.zeros((per_side + 1, per_side + 1), dtype=np.int64)  # squares of a single value
     for t in range(cells.shape[0]):
         for square in range(per_side * per_side):
             i, j = square // per_side, square % per_side
             r0, c0 = i * SQUARE, j * SQUARE
-            changed, was_known = 0, 0
+            changed, was_known, single = 0, 0, 1
+            first = cells[t, r0, c0]
             for r in range(r0, r0 + SQUARE):
                 for c in range(c0, c0 + SQUARE):
                     if held[t, r, c] != 0:
                         was_known = 1
                     if writing and cells[t, r, c] != held[t, r, c]:
                         changed = 1
+                    if writing and cells[t, r, c] != first:
+                        single = 0
             context = busy[i, j + 1] + 2 * busy[i + 1, j] + 4 * was_known
             changed = _decide(state, buffer, writing, square_chances, context, changed)
             busy[i + 1, j + 1] = changed
+            even[i + 1, j + 1] = 0
+            if not changed:
+                cells[t, r0 : r0 + SQUARE, c0 : c0 + SQUARE] = held[t, r0 : r0 + SQUARE, c0 : c0 + SQUARE]
+                continue
+            context = even[i, j + 1] + 2 * even[i + 1, j] + 4 * was_known
+            single = _decide(state, buffer, writing, even_chances, context, single)
+            even[i + 1, j + 1] = single
+            if single:
+                west = cells[t, r0, c0 - 1] if c0 > 0 else 0
+                north = cells[t, r0 - 1, c0] if r0 > 0 else 0
+                context = (min(held[t, r0, c0], top) * CLASSES + min(west, top)) * CLASSES + min(north, top)
+                value = _value(state, buffer, writing, value_chances, context, bits, first)
+                cells[t, r0 : r0 + SQUARE, c0 : c0 + SQUARE] = value
+                continue
             for r in range(r0, r0 + SQUARE):
                 for c in range(c0, c0 + SQUARE):
                     old = held[t, r, c]
-                    if not changed:
-                        cells[t, r, c] = old
-                        continue
                     up, left = r > 0, c > 0
                     west = cells[t, r, c - 1] if left else 0
                     north = cells[t, r - 1, c] if up else 0
@@ -141,14 +176,31 @@ def code(
                         cells[t, r, c] = old
                         continue
                     context = (min(old, top) * CLASSES + min(west, top)) * CLASSES + min(north, top)
-                    node = 1
-                    for s in range(bits - 1, -1, -1):
-                        bit = _decide(state, buffer, writing, value_chances, (context << bits) + node, (value >> s) & 1)
-                        node = 2 * node + bit
-                    cells[t, r, c] = node - (1 << bits)
+                    cells[t, r, c] = _value(state, buffer, writing, value_chances, context, bits, value)
     if not writing:
         return state[AT]
     at = state[AT]
     if at < buffer.size:
         buffer[at] = state[HIGH] >> 24  # the ends of the last interval differ in this byte, and zeros follow
     return at + 1
+
+
+@njit(cache=True, nogil=True)
+def mark_present(cells: NDArray[np.uint8], present: NDArray[np.bool_]) -> None:  # pragma: no cover - compiled
+    """Set ``present (256,)`` at each byte that occurs in ``cells (N, 64, 64)``."""
+    flat = cells.reshape(-1)
+    for i in range(flat.size):
+        present[flat[i]] = True
+
+
+@njit(cache=True, nogil=True)
+def look_up(
+    table: NDArray[np.uint8], cells: NDArray[np.uint8], out: NDArray[np.uint8]
+) -> int:  # pragma: no cover - compiled
+    """Write ``table (256,)`` at each cell to ``out`` of the same shape, and return the greatest cell."""
+    source, target = cells.reshape(-1), out.reshape(-1)
+    greatest = 0
+    for i in range(source.size):
+        greatest = max(greatest, source[i])
+        target[i] = table[source[i]]
+    return greatest

@@ -32,11 +32,12 @@ def open_chunk(
     chunk: Chunk, manifest: Manifest, base: Snapshot
 ) -> tuple[dict[int, KeyframeBlock], dict[TileIndex, Tile]]:
     """Return the keyframe blocks and tiles of a chunk; raise :class:`WireError` where anything does not fit."""
-    items = from_mask(chunk.mask, len(manifest.blocks) + len(manifest.rows))
+    items = from_mask(chunk.mask, len(manifest.rows) + len(manifest.blocks))
     if not items or len(items) > MAX_TILES_PER_CHUNK:
         raise WireError("bad chunk", f"{len(items)} items")
-    positions = [k for k in items if k < len(manifest.blocks)]
-    tile_positions = [k - len(manifest.blocks) for k in items if k >= len(manifest.blocks)]
+    count = len(manifest.rows)
+    tile_positions = [k for k in items if k < count]
+    positions = [k - count for k in items if k >= count]
     raw = decompress(chunk.packed, chunk.raw_bytes, max_packed(len(tile_positions), len(positions)))
     blocks: dict[int, KeyframeBlock] = {}
     for k in positions:

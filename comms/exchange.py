@@ -10,6 +10,7 @@ from comms.content import open_chunk
 from comms.frames import WireError
 from comms.keyframe_codec import BLOCK
 from comms.messages import Chunk, Get, Manifest, Version
+from comms.snapshots import Snapshot
 from comms.store import MapStore
 from spatial.tiles import TileIndex
 
@@ -50,8 +51,8 @@ class Exchange:
     served: int = 0
     """Bytes of chunks given."""
     tiles: int = 0
-    full_lz4: int = 0
-    full_raw: int = 0
+    whole: dict[str, Snapshot] = field(default_factory=dict)
+    """The maps this meeting was about on my side: what sending them whole would have cost is told at its end."""
 
     def retry_ns(self, config: CommsConfig) -> int:
         """Return after how much silence to ask again."""
@@ -86,7 +87,7 @@ def next_get(pull: Pull, store: MapStore, sender: str, xid: int, config: CommsCo
     if manifest is None:
         return None
     tiles, blocks = store.missing(manifest)
-    wanted = blocks + [len(manifest.blocks) + k for k in tiles]
+    wanted = tiles + [len(manifest.rows) + k for k in blocks]
     pull.asked = set(wanted[: config.window_tiles])
     if not pull.asked:
         return None
@@ -110,9 +111,8 @@ def take_chunk(pull: Pull, chunk: Chunk, store: MapStore) -> list[TileIndex]:
     staging = store.stage(manifest)
     staging.blocks.update(blocks)
     staging.tiles.update(tiles)
-    here = {k for k, i in enumerate(manifest.blocks) if i in blocks}
-    here |= {
-        len(manifest.blocks) + k for k, at in enumerate(zip(manifest.rows, manifest.cols, strict=True)) if at in tiles
-    }
+    where = zip(manifest.rows, manifest.cols, strict=True)
+    here = {k for k, index in enumerate(where) if index in tiles}
+    here |= {len(manifest.rows) + k for k, i in enumerate(manifest.blocks) if i in blocks}
     pull.asked -= here
     return list(tiles)

@@ -45,8 +45,10 @@ class Exchanges:
         rendezvous: Rendezvous,
         post: Post,
         emit: Callable[[Effect], None],
+        takes_maps: Callable[[str], bool],
     ) -> None:
-        """Start with none; ``post`` sends, ``emit`` tells the shell."""
+        """Start with none; ``post`` sends, ``emit`` tells the shell, ``takes_maps`` whether a peer wants any."""
+        self._takes_maps = takes_maps
         self._own_id, self._boot, self._mode, self._config = own_id, boot, mode, config
         self._store, self._rendezvous, self._post, self._emit = store, rendezvous, post, emit
         self.active: dict[str, Exchange] = {}
@@ -111,7 +113,7 @@ class Exchanges:
     def _begin(self, peer: str, xid: int, opened_by_me: bool, now_ns: int) -> Exchange:
         exchange = Exchange(peer, xid, opened_by_me, now_ns, now_ns, asked_ns=now_ns)
         self.active[peer] = exchange
-        self._rendezvous.started(peer, now_ns)
+        self._rendezvous.started(peer)
         return exchange
 
     def _meet(self, exchange: Exchange, message: Open | Accept, now_ns: int) -> None:
@@ -120,34 +122,30 @@ class Exchanges:
             exchange.accepted = True
             self._emit(ExchangeStarted(exchange.peer, exchange.opened_by_me))
             exchange.theirs = {robot: (epoch, revision) for robot, epoch, revision in message.digest}
-            own = self._store.newest(self._own_id)
-            if own is not None:
-                self._count_full(exchange, self._own_id)
+            if self._takes_maps(exchange.peer):
+                self._count_whole(exchange, self._own_id)
         held = {robot: (epoch, revision) for robot, epoch, revision in message.digest}
         staged = {robot: (epoch, revision) for robot, epoch, revision in message.staged}
         for robot in self._store.digest():
-            if robot != exchange.peer:
+            if robot != exchange.peer and self._takes_maps(exchange.peer):
                 self._offer(exchange, robot, held.get(robot, NOTHING), staged.get(robot))
         self._settle(exchange, now_ns)
 
-    def _count_full(self, exchange: Exchange, robot: str) -> None:
+    def _count_whole(self, exchange: Exchange, robot: str) -> None:
         snapshot = self._store.newest(robot)
         if snapshot is not None:
-            packed, raw = snapshot.full_bytes
-            exchange.full_lz4 += packed
-            exchange.full_raw += raw
+            exchange.whole[robot] = snapshot
 
     # -- giving ----------------------------------------------------------------------------------------------------
 
     def _offer(self, exchange: Exchange, robot: str, held: Version, staged: Version | None) -> bool:
-        first = robot not in exchange.offered
         finish = staged if self._config.exchange_budget_bytes else None
         manifest = manifest_for(self._store, self._own_id, exchange.xid, robot, held, finish)
         if manifest is None:
             return False
         exchange.offered[robot] = manifest
-        if first and robot != self._own_id:
-            self._count_full(exchange, robot)
+        if robot not in exchange.whole:
+            self._count_whole(exchange, robot)
         exchange.bytes_sent += self._post(manifest, exchange.peer, "control")
         return True
 
@@ -374,8 +372,8 @@ def _costs(exchange: Exchange, now_ns: int) -> tuple[str, int, int, int, int, in
         exchange.peer,
         exchange.bytes_sent,
         exchange.bytes_received,
-        exchange.full_lz4,
-        exchange.full_raw,
+        sum(snapshot.full_bytes[0] for snapshot in exchange.whole.values()),
+        sum(snapshot.full_bytes[1] for snapshot in exchange.whole.values()),
         exchange.tiles,
         (now_ns - exchange.started_ns) / 1e9,
     )

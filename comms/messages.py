@@ -101,7 +101,7 @@ class Manifest(Message, frozen=True, tag=6):
 
 
 class Get(Message, frozen=True, tag=7):
-    """Send these items of the manifest (bit i of the mask: block i, then tiles)."""
+    """Send these items of the manifest (bit i of the mask: tile i; after the tiles the keyframe blocks)."""
 
     xid: U32
     robot: Name

@@ -58,7 +58,15 @@ class CommsNode:
         self._tag = team_tag(team)
         self._out: list[fx.Effect] = []
         self._exchanges = Exchanges(
-            robot_id, self.boot_id, mode, self.config, self.store, self.rendezvous, self._post, self._out_append
+            robot_id,
+            self.boot_id,
+            mode,
+            self.config,
+            self.store,
+            self.rendezvous,
+            self._post,
+            self._out_append,
+            self._takes_maps,
         )
         self._twins = TwinWatch()
         self._told: dict[str, float] = {}  # link quality as last recorded
@@ -75,7 +83,7 @@ class CommsNode:
         return self.store.publish(local_map)
 
     def set_own_pose(self, T_map_base: Transform, stamp_ns: int) -> None:
-        """Tell where the robot is in its own map, and when it was there (same clock as ``now_ns``); beacons carry it."""
+        """Tell where the robot is in its own map, and when it was (same clock as ``now_ns``); beacons carry it."""
         x, y, theta = (int(v) for v in quantise(np.asarray(T_map_base, dtype=np.float64)))
         self._pose = (x, y, theta, int(stamp_ns))
 
@@ -244,9 +252,14 @@ class CommsNode:
         if quality <= 0.0 and self.config.link_source != "measured":
             self._exchanges.abort(peer, "link lost", now_ns)
 
+    def _takes_maps(self, peer: str) -> bool:
+        known = self.peers.get(peer)
+        return known is None or MODES[known.mode] != "mapper"
+
     def _is_pointless(self, peer: str) -> bool:
-        """Two robots that both only give maps have nothing to tell each other."""
-        return self.mode == "mapper" and MODES[self.peers[peer].mode] == "mapper"
+        """Two robots that both only give maps have nothing to tell each other; one not heard yet may be such a one."""
+        known = self.peers[peer]
+        return known.boot == 0 or (self.mode == "mapper" and MODES[known.mode] == "mapper")
 
     # -- out -------------------------------------------------------------------------------------------------------
 

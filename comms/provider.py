@@ -76,9 +76,9 @@ def chunks_for(store: MapStore, manifest: Manifest, get: Get, config: CommsConfi
 
 
 def _chunk(manifest: Manifest, target: Snapshot, base: Snapshot | None, items: list[int]) -> Chunk:
-    blocks = [manifest.blocks[k] for k in items if k < len(manifest.blocks)]
-    positions = [k - len(manifest.blocks) for k in items if k >= len(manifest.blocks)]
-    indices = [(manifest.rows[k], manifest.cols[k]) for k in positions]
+    count = len(manifest.rows)
+    blocks = [manifest.blocks[k - count] for k in items if k >= count]
+    indices = [(manifest.rows[k], manifest.cols[k]) for k in items if k < count]
     parts = [
         pack_block(target.blocks[i], base.blocks[i] if base is not None and i < len(base.blocks) else None)
         for i in blocks

@@ -31,7 +31,8 @@ class PeerState:
     strong_since_ns: int = 0
     done_ns: int | None = None
     """When the last exchange was completed."""
-    tried_ns: int = -(2**62)
+    turn: int = 0
+    """When an exchange last began, in the order of all exchanges."""
     paused_until_ns: int = -(2**62)
     failures: int = 0
     """Failed exchanges in a row."""
@@ -45,6 +46,7 @@ class Rendezvous:
     config: CommsConfig
     rng: np.random.Generator
     peers: dict[str, PeerState] = field(default_factory=dict)
+    _turn: int = 0
 
     def on_quality(self, peer: str, quality: float, now_ns: int) -> bool:
         """Take a link's quality; return whether its state changed."""
@@ -75,7 +77,7 @@ class Rendezvous:
         if free <= 0:
             return []
         ready = [peer for peer, known in self.peers.items() if not known.is_busy and now_ns >= self._due_ns(peer)]
-        return sorted(ready, key=lambda peer: (self.peers[peer].tried_ns, peer))[:free]
+        return sorted(ready, key=lambda peer: (self.peers[peer].turn, peer))[:free]
 
     def _due_ns(self, peer: str) -> float:
         known = self.peers[peer]
@@ -102,10 +104,11 @@ class Rendezvous:
             return "busy"
         return None
 
-    def started(self, peer: str, now_ns: int) -> None:
+    def started(self, peer: str) -> None:
         """An exchange with a peer began."""
         known = self.peers.setdefault(peer, PeerState())
-        known.is_busy, known.tried_ns = True, now_ns
+        self._turn += 1
+        known.is_busy, known.turn = True, self._turn
 
     def refused(self, peer: str, now_ns: int) -> None:
         """The peer has no time now: no failure, ask again soon."""

@@ -11,7 +11,7 @@ import lz4.block
 import numpy as np
 from numpy.typing import NDArray
 
-from comms.cell_coder import READ_AHEAD, code
+from comms.cell_coder import READ_AHEAD, code, look_up, mark_present
 from comms.frames import WireError
 from spatial import TILE_CELLS, UNKNOWN
 
@@ -26,12 +26,11 @@ TOP_VALUE = 101
 def pack_tiles(cells: NDArray[np.int8], base: NDArray[np.int8]) -> bytes:
     """Return tiles ``(N, 64, 64)`` coded against ``base`` of the same shape."""
     present = np.zeros(256, dtype=np.bool_)
-    present[cells.reshape(-1).view(np.uint8)] = True
-    present[base.reshape(-1).view(np.uint8)] = True
+    for array in (cells, base):
+        mark_present(_bytes(array), present)
     present[255] = True  # unknown is always in the palette, and its index is 0
     palette = np.flatnonzero(np.roll(present, 1)).astype(np.uint8)
-    index_of = _index_of(palette)
-    index, held = index_of[cells.view(np.uint8)], index_of[base.view(np.uint8)]
+    index, held = _indices(palette, cells), _indices(palette, base)
     bits = _bits(palette.size)
     room = np.empty(bits * index.size // 8, dtype=np.uint8)
     used = int(code(index, held, bits, room, True))
@@ -52,18 +51,19 @@ def unpack_tiles(raw: bytes, base: NDArray[np.int8]) -> NDArray[np.int8]:
     body = np.frombuffer(bytearray(raw[1 + size :]), dtype=np.uint8)
     if kind < PLANES:
         index = np.empty(base.shape, dtype=np.uint8)
-        held = _index_of(palette)[base.view(np.uint8)]
-        if code(index, held, bits, body, False) != body.size + READ_AHEAD:
+        if code(index, _indices(palette, base), bits, body, False) != body.size + READ_AHEAD:
             raise WireError("bad tiles", "length")
     else:
         if body.size != bits * base.size // 8:
             raise WireError("bad tiles", f"{body.size} bytes of bit planes for {base.shape[0]} tiles")
         planes = np.unpackbits(body.reshape(bits, -1), axis=-1)
         index = (planes << np.arange(bits, dtype=np.uint8)[:, None]).sum(axis=0, dtype=np.uint8).reshape(base.shape)
-    if int(index.max(initial=0)) >= size:
+    value_of = np.zeros(256, dtype=np.uint8)
+    value_of[:size] = palette - np.uint8(1)  # 0 becomes 255, the byte of unknown
+    cells = np.empty_like(index)
+    if look_up(value_of, index, cells) >= size:
         raise WireError("bad tiles", "value outside the palette")
-    value_of: NDArray[np.int8] = (palette.astype(np.int16) - 1).astype(np.int8)
-    return value_of[index]
+    return cells.view(np.int8)
 
 
 def _bits(values: int) -> int:
@@ -74,11 +74,17 @@ def _rises(palette: NDArray[np.uint8]) -> bool:
     return bool((palette[1:] > palette[:-1]).all())
 
 
-def _index_of(palette: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the palette index of each cell value, looked up by the value's byte; 0 where it is not in the palette."""
+def _bytes(cells: NDArray[np.int8]) -> NDArray[np.uint8]:
+    return np.ascontiguousarray(cells).view(np.uint8)
+
+
+def _indices(palette: NDArray[np.uint8], cells: NDArray[np.int8]) -> NDArray[np.uint8]:
+    """Return each cell's palette index; 0 where its value is not in the palette."""
     index_of = np.zeros(256, dtype=np.uint8)
-    index_of[palette] = np.arange(palette.size, dtype=np.uint8)
-    return np.roll(index_of, -1)
+    index_of[palette - np.uint8(1)] = np.arange(palette.size, dtype=np.uint8)
+    index = np.empty(cells.shape, dtype=np.uint8)
+    look_up(index_of, _bytes(cells), index)
+    return index
 
 
 def max_packed(tiles: int, blocks: int) -> int:
@@ -88,7 +94,7 @@ def max_packed(tiles: int, blocks: int) -> int:
 
 def compress(raw: bytes) -> bytes:
     """Return LZ4 block data without a size in front."""
-    return lz4.block.compress(raw, mode="high_compression", compression=9, store_size=False)
+    return lz4.block.compress(raw, store_size=False)
 
 
 def decompress(packed: bytes, raw_bytes: int, bound: int) -> bytes:

@@ -33,10 +33,15 @@ class PlainCoder:
 def plain(cells: np.ndarray, held: np.ndarray, bits: int) -> bytes:
     coder = PlainCoder()
     for new, old in zip(cells.astype(int), held.astype(int), strict=True):
-        busy = {}
+        busy, even = {}, {}
 
         def at(array, r, c):
             return array[r, c] if 0 <= r < 64 and 0 <= c < 64 else 0
+
+        def write_value(value, near):
+            digits = f"{value:0{bits}b}"
+            for k, digit in enumerate(digits):
+                coder.write(("value", *[min(v, 7) for v in near], digits[:k]), 32768, int(digit))
 
         def moved(r, c, new=new, old=old):
             a, b = at(new, r, c), at(old, r, c)
@@ -50,6 +55,13 @@ def plain(cells: np.ndarray, held: np.ndarray, bits: int) -> bytes:
                 coder.write(context, 32768, int(busy[i, j]))
                 if not busy[i, j]:
                     continue
+                even[i, j] = len(np.unique(new[part])) == 1
+                context = ("even", even.get((i - 1, j), False), even.get((i, j - 1), False), bool(old[part].any()))
+                coder.write(context, 32768, int(even[i, j]))
+                if even[i, j]:
+                    r, c = 8 * i, 8 * j
+                    write_value(new[r, c], (old[r, c], at(new, r, c - 1), at(new, r - 1, c)))
+                    continue
                 for r in range(8 * i, 8 * i + 8):
                     for c in range(8 * j, 8 * j + 8):
                         known = [at(new, r, c - 1), at(new, r - 1, c), at(old, r, c + 1), at(old, r + 1, c)]
@@ -58,10 +70,7 @@ def plain(cells: np.ndarray, held: np.ndarray, bits: int) -> bytes:
                         changed = int(new[r, c] != old[r, c])
                         coder.write(context, 16384, changed)
                         if changed:
-                            near = [min(v, 7) for v in (old[r, c], known[0], known[1])]
-                            digits = f"{new[r, c]:0{bits}b}"
-                            for k, digit in enumerate(digits):
-                                coder.write(("value", *near, digits[:k]), 32768, int(digit))
+                            write_value(new[r, c], (old[r, c], known[0], known[1]))
     return coder.finish()
 
 

@@ -54,9 +54,8 @@ def test_any_history_ends_in_equal_knowledge(link, reliable, corrupt, script, se
                 team.crash(argument)
             if action == "restart":
                 # Boot ids may be random: then a restarted robot must outrank its own past by itself.
-                team.start(
-                    argument, None if boots_rise else 1 + (seed * 31 + team.boots * 17) % 1000 + 1000 * team.boots % 7
-                )
+                random_boot = 10_000 + (seed * 7919 + team.boots * 104_729) % 1_000_003
+                team.start(argument, None if boots_rise else random_boot)
     team.groups, team.corrupt = {}, 0.0
     team.link = LinkConditions(delay_s=0.01)
     for robot in list(team.nodes):

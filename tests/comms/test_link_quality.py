@@ -1,0 +1,109 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from comms import CommsConfig
+from comms.link_quality import MIN_EXPECTED, BeaconWindow, LinkMonitor
+
+MS = 1_000_000
+PERIOD = 500 * MS
+DEADLINE = 500 * MS
+
+
+def drive(window: BeaconWindow, arrivals: list[tuple[int, int]]) -> int:
+    """Feed (seq, delay in ms) pairs; return the time of the last arrival."""
+    now = 0
+    for seq, delay_ms in sorted(arrivals, key=lambda pair: pair[0] * PERIOD + pair[1] * MS):
+        now = seq * PERIOD + delay_ms * MS
+        window.hear(seq, seq * PERIOD, now, DEADLINE)
+    return now
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.1, 0.3, 0.5, 0.9])
+def test_lq_is_the_share_that_arrives(loss):
+    rng = np.random.default_rng(3)
+    window = BeaconWindow(1000)
+    now = drive(window, [(k, 1) for k in range(1, 2001) if rng.random() >= loss])
+    assert window.quality(now, PERIOD) == pytest.approx(1 - loss, abs=0.05)
+
+
+def test_one_beacon_is_no_proof_of_a_good_link():
+    window = BeaconWindow(64)
+    assert window.quality(0, PERIOD) == 0.0
+    now = drive(window, [(1, 1)])
+    assert window.quality(now, PERIOD) == pytest.approx(1 / MIN_EXPECTED)
+
+
+def test_silence_counts_as_loss_and_speech_after_a_pause_of_the_sender_does_not():
+    window = BeaconWindow(10)
+    now = drive(window, [(k, 1) for k in range(1, 11)])
+    assert window.quality(now + PERIOD, PERIOD) == 1.0
+    assert window.quality(now + 6 * PERIOD, PERIOD) == pytest.approx(0.5)
+    assert window.quality(now + 100 * PERIOD, PERIOD) == 0.0
+    window.hear(11, 0, now + 7 * PERIOD, 10**15)  # it had only stopped sending: no number is missing
+    assert window.quality(now + 7 * PERIOD, PERIOD) == 1.0
+
+
+def test_a_late_beacon_counts_as_lost_and_a_steady_delay_does_not():
+    late = BeaconWindow(20)
+    now = drive(late, [(k, 900 if k % 2 else 200) for k in range(1, 21)])
+    assert late.quality(now, PERIOD) == pytest.approx(0.5, abs=0.05)
+    steady = BeaconWindow(20)
+    now = drive(steady, [(k, 5000) for k in range(1, 21)])
+    assert steady.quality(now, PERIOD) == 1.0
+
+
+def test_clocks_may_differ_and_drift():
+    window = BeaconWindow(20)
+    for k in range(1, 200):
+        window.hear(k, 10**15 + round(k * PERIOD * 1.001), k * PERIOD, DEADLINE)
+    assert window.quality(199 * PERIOD, PERIOD) == 1.0
+    slow = BeaconWindow(20)
+    for k in range(1, 2000):  # 0.1 % slower: one second behind in a thousand
+        slow.hear(k, round(k * PERIOD * 0.999), k * PERIOD, DEADLINE)
+    assert slow.quality(1999 * PERIOD, PERIOD) == 1.0
+
+
+def test_doubled_and_swapped_beacons_count_once():
+    window = BeaconWindow(16)
+    for seq in (1, 3, 2, 2, 3, 5, 4, 4, 6, 8, 7, 7, 10, 9, 12, 11, 14, 13, 16, 15):
+        window.hear(seq, 0, 0, DEADLINE)
+    assert window.quality(0, PERIOD) == 1.0
+
+
+def monitors(config: CommsConfig) -> tuple[LinkMonitor, LinkMonitor]:
+    return LinkMonitor(config), LinkMonitor(config)
+
+
+def test_quality_is_lq_times_nlq():
+    config = CommsConfig(link_smoothing=1.0, beacon_window=40)
+    a, b = monitors(config)
+    for k in range(1, 101):
+        now = k * PERIOD
+        if k % 2:  # every other beacon of a is lost
+            b.hear("a", k, now, PERIOD, a.report(now), "b", now)
+        a.hear("b", k, now, PERIOD, b.report(now), "a", now)
+        found = a.update(now), b.update(now)
+    assert found[0]["b"] == pytest.approx(0.5, abs=0.05)
+    assert found[1]["a"] == pytest.approx(0.5, abs=0.05)
+
+
+def test_a_neighbour_that_does_not_hear_me_is_no_link():
+    a, _ = monitors(CommsConfig(link_smoothing=1.0))
+    for k in range(1, 30):
+        a.hear("b", k, k * PERIOD, PERIOD, [], "a", k * PERIOD)
+    assert a.update(29 * PERIOD)["b"] == 0.0
+
+
+def test_what_a_beacon_reports_is_bounded_and_all_get_their_turn():
+    config = CommsConfig(beacon_neighbours=5)
+    monitor = LinkMonitor(config)
+    for k in range(23):
+        monitor.hear(f"r{k}", 1, 0, PERIOD, [], "me", 0)
+    told: set[str] = set()
+    for turn in range(5):
+        report = monitor.report(turn)
+        assert len(report) == 5
+        told |= {peer for peer, _ in report}
+    assert len(told) == 23

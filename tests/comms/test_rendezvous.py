@@ -1,0 +1,135 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from comms import CommsConfig
+from comms.rendezvous import STRONG, WEAK, Rendezvous
+
+S = 1_000_000_000
+
+
+def rendezvous(own: str = "a", **settings) -> Rendezvous:
+    return Rendezvous(own, CommsConfig(**settings), np.random.default_rng(0))
+
+
+def test_threshold_and_hysteresis():
+    r = rendezvous(link_threshold=0.8, link_hysteresis=0.05)
+    states = []
+    for quality in (0.79, 0.80, 0.76, 0.75, 0.74, 0.79, 0.81):
+        r.on_quality("b", quality, 0)
+        states.append(r.peers["b"].state)
+    assert states == [WEAK, STRONG, STRONG, STRONG, WEAK, WEAK, STRONG]
+
+
+@pytest.mark.parametrize("threshold", [0.0, 0.3, 1.0])
+def test_a_dead_link_is_never_strong_and_a_perfect_one_always(threshold):
+    r = rendezvous(link_threshold=threshold, link_hysteresis=0.5)
+    r.on_quality("b", 1.0, 0)
+    assert r.peers["b"].state == STRONG
+    r.on_quality("b", 0.0, 0)
+    assert r.peers["b"].state == WEAK
+
+
+def test_the_first_meeting_is_at_once_and_the_next_after_the_timeout():
+    r = rendezvous(exchange_timeout_s=30)
+    assert r.due(0) == []
+    r.on_quality("b", 0.9, 5 * S)
+    assert r.due(5 * S) == ["b"]
+    r.started("b")
+    assert r.due(6 * S) == []
+    r.done("b", 8 * S)
+    assert r.due(37 * S) == []
+    assert r.next_exchange_s("b", 37 * S) == pytest.approx(1.0)
+    assert r.due(38 * S) == ["b"]
+
+
+def test_nothing_is_due_on_a_weak_link():
+    r = rendezvous(exchange_timeout_s=0)
+    r.on_quality("b", 0.79, 0)
+    assert r.due(10**18) == []
+    assert r.next_exchange_s("b", 0) == float("inf")
+    assert r.next_exchange_s("nobody", 0) == float("inf")
+
+
+def test_one_of_two_opens_first():
+    low, high = rendezvous("a"), rendezvous("b")
+    low.on_quality("b", 1.0, 0)
+    high.on_quality("a", 1.0, 0)
+    assert low.due(0) == ["b"]
+    assert high.due(0) == []
+    assert high.due(S) == ["a"]  # where the other does not begin
+
+
+def test_failures_back_off_up_to_a_bound_and_success_ends_that():
+    r = rendezvous(backoff_s=2, backoff_max_s=20, exchange_timeout_s=0)
+    r.on_quality("b", 1.0, 0)
+    pauses = []
+    now = 0
+    for _ in range(6):
+        r.started("b")
+        r.failed("b", now)
+        pauses.append(r.next_exchange_s("b", now))
+        now += round(pauses[-1] * S) + 1
+        assert r.due(now) == ["b"]
+    for pause, least in zip(pauses, (2, 4, 8, 16, 20, 20), strict=True):
+        assert least <= pause <= 1.2 * least
+    r.started("b")
+    r.done("b", now)
+    assert r.due(now) == ["b"]
+
+
+def test_whoever_waited_longest_goes_first_and_all_get_their_turn():
+    r = rendezvous(exchange_timeout_s=0, max_parallel_exchanges=2)
+    peers = [f"p{k}" for k in range(7)]
+    for peer in peers:
+        r.on_quality(peer, 1.0, 0)
+    met = []
+    for round_ in range(7):
+        now = (1 + round_) * S
+        chosen = r.due(now)
+        assert len(chosen) == 2
+        for peer in chosen:
+            r.started(peer)
+        assert r.due(now) == []  # as many as may run at once
+        for peer in chosen:
+            r.done(peer, now)
+        met += chosen
+    assert {met.count(peer) for peer in peers} == {2}
+
+
+def test_being_refused_is_no_failure():
+    r = rendezvous()
+    r.on_quality("b", 1.0, 0)
+    r.started("b")
+    r.refused("b", 0)
+    assert r.peers["b"].failures == 0
+    assert 0.5 <= r.next_exchange_s("b", 0) <= 1.0
+
+
+def test_who_may_be_answered():
+    r = rendezvous(link_threshold=0.8, link_hysteresis=0.05, max_parallel_exchanges=1)
+    assert r.may_answer("b") == "weak link"
+    r.on_quality("b", 0.76, 0)  # the other side may see it a little better
+    assert r.may_answer("b") is None
+    r.on_quality("b", 0.74, 0)
+    assert r.may_answer("b") == "weak link"
+    for peer in ("c", "d", "e"):
+        r.on_quality(peer, 1.0, 0)
+    r.started("c")
+    assert r.may_answer("e") is None
+    r.started("d")
+    assert r.may_answer("e") == "busy"
+
+
+def test_a_restarted_peer_is_met_at_once():
+    r = rendezvous(exchange_timeout_s=1000)
+    r.on_quality("b", 1.0, 0)
+    r.done("b", 0)
+    r.on_restart("b")
+    r.on_quality("b", 1.0, S)
+    assert r.due(S) == ["b"]
+    r.done("b", S)
+    r.forget("b")  # only out of reach: the timeout still holds
+    r.on_quality("b", 1.0, 2 * S)
+    assert r.due(3 * S) == []
