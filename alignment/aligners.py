@@ -6,12 +6,33 @@ from collections.abc import Callable
 
 from alignment.config import AlignmentConfig
 from alignment.features import orb
+from alignment.hough import hough
 from alignment.prepared import PreparedMap
 from alignment.result import Candidate, Prior
 from alignment.search import exhaustive
+from alignment.surf import surf
+from alignment.walks import adaptive_walk, annealing, brute_force, hill_climb, plain_walk, searched
 
 Aligner = Callable[[PreparedMap, PreparedMap, AlignmentConfig, Prior | None], list[Candidate]]
 """``(a, b, config, prior) -> candidates``, best first; deterministic."""
 
-ALIGNERS: dict[str, Aligner] = {"orb": orb, "auto": exhaustive}
+BRUTE_FORCE = 10
+"""Brute force looks at this many times ``AlignmentConfig.evaluations`` transforms, and still only at a coarse lattice."""
+
+
+def _brute(a: PreparedMap, b: PreparedMap, config: AlignmentConfig, prior: Prior | None) -> list[Candidate]:
+    return searched(brute_force, BRUTE_FORCE * config.evaluations)(a, b, config, prior)
+
+
+ALIGNERS: dict[str, Aligner] = {
+    "auto": exhaustive,
+    "orb": orb,
+    "surf": surf,
+    "hough": hough,
+    "random-walk": searched(adaptive_walk),
+    "plain-walk": searched(plain_walk),
+    "hill-climb": searched(hill_climb),
+    "annealing": searched(annealing),
+    "brute-force": _brute,
+}
 """What ``align(method=...)`` knows."""
