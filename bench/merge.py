@@ -21,6 +21,7 @@ import numpy as np
 
 sys.path[:] = [folder for folder in sys.path if Path(folder).resolve() != Path(__file__).resolve().parent]  # I am merge
 
+import alignment  # noqa: E402
 import merge  # noqa: E402
 from alignment import Alignment  # noqa: E402
 from rbpf import Mapper, MapperConfig  # noqa: E402
@@ -55,19 +56,26 @@ def cut_log(data: Path, log: str, parts: int, particles: int) -> Cuts:
     return out
 
 
-def wrong_maps(data: Path, count: int) -> dict[str, OccupancyGrid]:
+def wrong_maps(data: Path, count: int, not_of: str = "intel") -> dict[str, OccupancyGrid]:
     """Return maps of other buildings, one from each where there are enough."""
     pairs = json.loads((data / "pairs" / "index.json").read_text())["pairs"]
     chosen: dict[str, OccupancyGrid] = {}
     seen: list[str] = []
     for again in range(3):
         for pair in pairs:
-            if seen.count(pair["building_a"]) <= again and len(chosen) < count:
+            name = f"x-{pair['building_a']}-{pair['id']}"
+            new = name not in chosen and seen.count(pair["building_a"]) <= again and not_of not in name
+            if new and len(chosen) < count:
                 seen.append(pair["building_a"])
-                name = f"x-{pair['building_a']}-{pair['id']}"
-                if name not in chosen and "intel" not in name:
-                    chosen[name] = read_map(data / "pairs" / pair["file"], "a")
+                chosen[name] = read_map(data / "pairs" / pair["file"], "a")
     return chosen
+
+
+def renamed(grids: dict[str, OccupancyGrid], cuts: Cuts, seed: int) -> tuple[dict[str, OccupancyGrid], Cuts]:
+    """Return the maps under names in random order."""
+    order = np.random.default_rng(seed).permutation(len(grids))
+    new = {name: f"m{place:02}-{name}" for name, place in zip(grids, order, strict=True)}
+    return {new[x]: grid for x, grid in grids.items()}, {new[x]: cut for x, cut in cuts.items()}
 
 
 def main() -> None:
@@ -78,6 +86,7 @@ def main() -> None:
     parser.add_argument("--wrong", type=int, default=12)
     parser.add_argument("--particles", type=int, default=15)
     parser.add_argument("--method", default="auto")
+    parser.add_argument("--shuffle", type=int, help="seed of random names, so that they tell nothing of neighbours")
     parser.add_argument("--workers", type=int, default=None)
     parser.add_argument("--cache", type=Path, help="folder that keeps the cut maps for the next run")
     parser.add_argument("--out", type=Path, help="folder for the picture")
@@ -93,8 +102,11 @@ def main() -> None:
             args.cache.mkdir(parents=True, exist_ok=True)
             plain = {x: ((g.cells, g.resolution_m, g.origin_m), T, way) for x, (g, T, way) in cuts.items()}
             np.savez_compressed(cached, cuts=np.array(plain, dtype=object))
-    grids = {x: grid for x, (grid, _, _) in cuts.items()} | wrong_maps(args.data, args.wrong)
+    grids = {x: grid for x, (grid, _, _) in cuts.items()} | wrong_maps(args.data, args.wrong, args.log)
+    if args.shuffle is not None:
+        grids, cuts = renamed(grids, cuts, args.shuffle)
     merge.warm_up()
+    alignment.warm_up()
     wall, cpu = time.perf_counter(), time.process_time()
     result = merge.merge_maps(grids, method=args.method, workers=args.workers)
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
@@ -143,7 +155,7 @@ def report(args, grids, cuts, result, wall, cpu) -> None:  # type: ignore[no-unt
         write_image(args.out / f"merge-{args.log}.png", merge.draw_team(team, grids, ways))
     print(json.dumps({
         "maps": len(grids), "of_one_building": len(cuts), "placed": len(placed), "misplaced": len(misplaced),
-        "wrong_edges": wrong_edges, "edges": len(result.edges), "edges_used": len(team.edges),
+        "wrong_edges": wrong_edges, "alignments_tried": result.tried, "edges": len(result.edges), "edges_used": len(team.edges),
         "median_error_m": round(float(np.median(errors)), 3) if errors else None,
         "max_error_m": round(max(errors), 3) if errors else None,
         "wall_s": round(wall, 1), "cpu_s": round(cpu, 1), **refusion(grids, result),
@@ -174,7 +186,8 @@ def refusion(grids: dict[str, OccupancyGrid], result: merge.MergeResult) -> dict
         return {}
     name = next(iter(team.T_team_map))
     cells = grids[name].cells.copy()
-    cells[: cells.shape[0] // 8, : cells.shape[1] // 8] = 0
+    row, col = np.argwhere(grids[name].is_free)[len(cells)]
+    cells[row : row + 3, col : col + 3] = 100
     mapper.set_map(name, OccupancyGrid(cells, grids[name].resolution_m, grids[name].origin_m))
     cpu = time.process_time()
     mapper.team_map()

@@ -7,7 +7,7 @@ its spanning tree; here edges that fail others with more evidence go first).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -117,7 +117,7 @@ def spanning_tree(edges: Mapping[Pair, Edge], strength: Callable[[Edge], float])
     return tree
 
 
-def components(ids: Iterable[str], edges: Mapping[Pair, Edge]) -> list[list[str]]:
+def components(ids: Iterable[str], edges: Collection[Pair]) -> list[list[str]]:
     """Return the connected groups of robots, each sorted, in order of their first ids."""
     neighbours: dict[str, list[str]] = {robot_id: [] for robot_id in sorted(ids)}
     for a, b in edges:

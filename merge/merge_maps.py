@@ -1,36 +1,34 @@
-"""Merging a set of map files' grids: which belong together, and how."""
+"""Merging a set of maps: which belong together, and how."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
 
+import numpy as np
 from numpy.typing import ArrayLike
 
+from alignment import Alignment, Rejection
 from merge.config import MergeConfig
 from merge.edges import Pair
+from merge.pair_search import ALL_PAIRS_UP_TO, PairSearch, Progress
 from merge.team import TeamMap, TeamMapper
 from spatial import InputError, OccupancyGrid
-
-if TYPE_CHECKING:
-    from alignment import Alignment, Rejection
-
-Progress = Callable[[int, int], None]
-"""(pairs done, pairs in all)."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MergeResult:
-    """A team map, and what every pair of maps had to say about it."""
+    """A team map, and what the pairs of maps had to say about it."""
 
     team_map: TeamMap
     edges: dict[Pair, Alignment]
     """Accepted alignments ``T_a_b`` by pair (a < b), used (``team_map.edges``) or not (``team_map.dropped``)."""
     rejections: dict[Pair, Rejection]
-    """Pairs that do not fit together, by pair."""
+    """Pairs that were tried and do not fit together."""
+    tried: int
+    """Alignments computed."""
 
 
 def merge_maps(
@@ -42,36 +40,45 @@ def merge_maps(
     anchor: str | None = None,
     workers: int | None = None,
 ) -> MergeResult:
-    """Align all pairs of maps, place those of the largest component and fuse them.
+    """Find how maps fit together, place those of the largest component (or the anchor's) and fuse them.
 
-    ``known_poses`` (``T_team_map`` by name) places maps without overlap too. The result does not depend on the order of
-    the maps nor on ``workers`` (threads; default: one a core).
+    ``known_poses`` (``T_team_map`` by name) define the team frame and place maps without overlap too; otherwise it is
+    the map frame of the anchor, or of the first map by name that is placed. The result does not depend on the order of
+    the maps nor on ``workers`` (threads; default: one a core). Raises ``InputError`` for names that do not match.
     """
-    from alignment import Alignment, align
-
+    config = config or MergeConfig()
+    poses = {name: np.asarray(pose, dtype=np.float64) for name, pose in (known_poses or {}).items()}
+    mapper = TeamMapper(anchor, config)
     if not grids:
         raise InputError("nothing to merge: no maps given")
-    unknown = sorted(set(known_poses or {}) - set(grids))
-    if unknown:
-        raise InputError(f"known poses name maps that are not there: {', '.join(unknown)}")
-    names = sorted(grids)
-    pairs = [(a, b) for i, a in enumerate(names) for b in names[i + 1 :]]
-    edges: dict[Pair, Alignment] = {}
-    rejections: dict[Pair, Rejection] = {}
-    with ThreadPoolExecutor(workers or min(8, os.cpu_count() or 1)) as pool:
-        found = pool.map(lambda pair: align(grids[pair[0]], grids[pair[1]], method=method), pairs)
-        for done, (pair, result) in enumerate(zip(pairs, found, strict=True), start=1):
-            if isinstance(result, Alignment):
-                edges[pair] = result
-            else:
-                rejections[pair] = result
-            if progress is not None:
-                progress(done, len(pairs))
-    mapper = TeamMapper(anchor, config)
-    for name in names:
+    for name in [*poses, *([anchor] if anchor is not None else [])]:
+        if name not in grids:
+            raise InputError(f"there is no map {name!r} among {', '.join(sorted(grids))}")
+    for name in sorted(grids):
         mapper.set_map(name, grids[name])
-    for (a, b), alignment in edges.items():
-        mapper.set_edge(a, b, alignment)
-    if known_poses:
-        mapper.graph.set_known_poses(known_poses)
-    return MergeResult(team_map=mapper.team_map(), edges=edges, rejections=rejections)
+    mapper.graph.set_known_poses(poses)
+    with ThreadPoolExecutor(workers or min(8, os.cpu_count() or 1)) as pool:
+        search = PairSearch(grids, method, pool, config, progress)
+        if len(grids) <= ALL_PAIRS_UP_TO or len(poses) == len(grids):
+            search.every_pair(poses)
+        else:
+            search.by_clusters()
+    for pair, edge in sorted(search.edges.items()):
+        mapper.set_edge(*pair, edge)
+    team_map = mapper.team_map()
+    unplaced = {name: _why(name, reason, search) for name, reason in team_map.unplaced.items()}
+    return MergeResult(
+        team_map=replace(team_map, unplaced=unplaced),
+        edges=dict(sorted(search.edges.items())),
+        rejections=dict(sorted(search.rejections.items())),
+        tried=search.tried,
+    )
+
+
+def _why(name: str, reason: str, search: PairSearch) -> str:
+    """Return why a map is not placed, with its best try in numbers."""
+    tries = {pair: found for pair, found in search.rejections.items() if name in pair}
+    if reason != "no accepted alignment" or not tries:
+        return reason
+    best = max(sorted(tries), key=lambda pair: tries[pair].confidence)
+    return f"{reason}; nearest was {best[0] if best[1] == name else best[1]}: {tries[best].reason}"
