@@ -173,7 +173,7 @@ class Explorer:
             self._give_up(now_ns)
 
     def _walled_in(self, now_ns: int) -> None:
-        """No open cell near, by something that moves or noise in a young map: look around, wriggle, in the end give up."""
+        """No open cell is near: something moves, or the map is young. Look around, wriggle, in the end give up."""
         self._goal = None
         if self._walled_in_since_ns is None:
             self._walled_in_since_ns = now_ns

@@ -127,41 +127,44 @@ def frontiers(
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:  # pragma: no cover - compiled
     """Return connected groups of candidate cells: sizes ``(F,)`` in cells, and ``(F, 2)`` where to go to see each.
 
-    ``cost`` : of :func:`travel`. The place to go is the cheapest reached cell at most ``window`` cells from
-    any of the group's; (-1, -1) where none is.
+    ``cost`` : of :func:`travel`. The place to go is, among the reached cells at most ``window`` cells from one of the
+    group's, the one nearest to the group's middle; (-1, -1) where there is none.
     """
     height, width = candidate.shape
     seen = np.zeros((height, width), dtype=np.bool_)
-    stack = np.empty(height * width, dtype=np.int32)
-    total = 0
-    for r in range(height):
-        for c in range(width):
-            total += candidate[r, c]
-    sizes = np.empty(total, dtype=np.int32)
-    goals = np.empty((total, 2), dtype=np.int32)
+    group = np.empty(height * width, dtype=np.int32)
+    sizes = np.empty(height * width, dtype=np.int32)
+    goals = np.empty((height * width, 2), dtype=np.int32)
     count = 0
     for r0 in range(height):
         for c0 in range(width):
             if seen[r0, c0] or not candidate[r0, c0]:
                 continue
             seen[r0, c0] = True
-            stack[0] = r0 * width + c0
-            top, size = 1, 0
-            best, best_r, best_c = np.inf, -1, -1
-            while top > 0:
-                top -= 1
-                r, c = stack[top] // width, stack[top] % width
-                size += 1
-                for nr in range(max(r - window, 0), min(r + window + 1, height)):
-                    for nc in range(max(c - window, 0), min(c + window + 1, width)):
-                        if cost[nr, nc] < best:
-                            best, best_r, best_c = cost[nr, nc], nr, nc
+            group[0] = r0 * width + c0
+            size, i, mean_r, mean_c = 1, 0, 0.0, 0.0
+            while i < size:
+                r, c = group[i] // width, group[i] % width
+                i += 1
+                mean_r += r
+                mean_c += c
                 for nr in range(max(r - 1, 0), min(r + 2, height)):
                     for nc in range(max(c - 1, 0), min(c + 2, width)):
                         if candidate[nr, nc] and not seen[nr, nc]:
                             seen[nr, nc] = True
-                            stack[top] = nr * width + nc
-                            top += 1
+                            group[size] = nr * width + nc
+                            size += 1
+            mean_r /= size
+            mean_c /= size
+            best, best_r, best_c = np.inf, -1, -1
+            for i in range(size):
+                r, c = group[i] // width, group[i] % width
+                away = (r - mean_r) ** 2 + (c - mean_c) ** 2
+                for nr in range(max(r - window, 0), min(r + window + 1, height)):
+                    for nc in range(max(c - window, 0), min(c + window + 1, width)):
+                        score = away + (nr - r) ** 2 + (nc - c) ** 2
+                        if score < best and math.isfinite(cost[nr, nc]):
+                            best, best_r, best_c = score, nr, nc
             sizes[count] = size
             goals[count, 0], goals[count, 1] = best_r, best_c
             count += 1
