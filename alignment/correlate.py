@@ -200,11 +200,13 @@ def correlate(
     per_angle: int = 12,
     blur_m: float = 0.25,
     against: float = 1.0,
+    near: tuple[F64, float] | None = None,
 ) -> list[Candidate]:
     """Return the shifts that score highest at each of ``angles`` and at its opposite, best first.
 
     score = walls on walls that face the same way, less ``against`` x walls on free space. Walls that face away from
-    each other count nothing: they may be the two sides of one wall.
+    each other count nothing: they may be the two sides of one wall. ``near``: where b's centre may come to lie in
+    frame a, middle (2,) and radius, metres.
     """
     pa, pb = a.points - a.centre, b.points - b.centre
     radius_b = np.hypot(*pb.T).max()
@@ -228,6 +230,11 @@ def correlate(
     blur = np.exp(-2 * (math.pi * blur_m / cell_m) ** 2 * (kx**2 + ky**2)).astype(np.float32)
     SA *= blur
     walls_a = SA[0] + SA[1] + SA[2] + SA[3]
+    rows, cols = (np.fft.fftfreq(n, 1.0 / n) for n in shape)
+    outside = None
+    if near is not None:
+        dx, dy = a.centre[0] + cols * cell_m - near[0][0], a.centre[1] + rows * cell_m - near[0][1]
+        outside = np.hypot(dx[None, :], dy[:, None]) > near[1] + cell_m
     found: list[Candidate] = []
     for angle in angles:
         SB = spectra(pb, b.normals, fb, angle)
@@ -240,17 +247,14 @@ def correlate(
                 product = SA[0] * SB[2] + SA[1] * SB[3] + SA[2] * SB[0] + SA[3] * SB[1]
                 product -= against * (walls_a * SB[4] + SA[4] * walls_b)
             score = scipy.fft.irfft2(product, s=shape)
+            if outside is not None:
+                score[outside] = 0.0
             where, value = peaks(score, per_angle, max(2, round(0.5 / cell_m)))
             theta = angle + turn
             cos, sin = math.cos(theta), math.sin(theta)
             back = np.array([cos * b.centre[0] - sin * b.centre[1], sin * b.centre[0] + cos * b.centre[1]])
             for (r, c), v in zip(where, value, strict=True):
-                dr, dc = (
-                    (int(r) + shape[0] // 2) % shape[0] - shape[0] // 2,
-                    (int(c) + shape[1] // 2) % shape[1] - shape[1] // 2,
-                )
-                # Shifts beyond half the period wrap; the true one is where the boxes overlap more.
-                x, y = a.centre + np.array([dc, dr]) * cell_m - back
+                x, y = a.centre + np.array([cols[c], rows[r]]) * cell_m - back
                 wrapped = math.remainder(theta, 2 * math.pi)
                 found.append(Candidate(np.array([x, y, wrapped]), float(v) * a.res, {}))
     found.sort(key=lambda candidate: -candidate.score)

@@ -26,11 +26,21 @@ MOST_CELLS = 700
 
 def exhaustive(a: PreparedMap, b: PreparedMap, config: AlignmentConfig, prior: Prior | None) -> list[Candidate]:
     """Return the distinct fits of the walls' directed correlation, best first."""
-    turns = rotations(a, b, 6, 0.7)
-    angles = [turn + math.radians(offset) for turn, _ in turns[::2] for offset in OFFSETS_DEG]
+    offsets = [math.radians(offset) for offset in OFFSETS_DEG]
+    near = None
+    if prior is None:
+        angles = [turn + offset for turn, _ in rotations(a, b, 6, 0.7)[::2] for offset in offsets]
+    else:
+        sigma = np.sqrt(np.diag(prior.covariance))
+        lever = float(np.hypot(*b.centre)) * sigma[2]
+        near = (se2.apply(prior.T_a_b, b.centre), 4.0 * float(np.hypot(*sigma[:2])) + min(4.0 * lever, 1e6))
+        steps = min(math.ceil(3.0 * sigma[2] / offsets[-1]), 120)
+        angles = [prior.T_a_b[2] + 2.0 * k * offsets[-1] + offset for k in range(-steps, steps + 1) for offset in offsets[1:]]
+        if len(angles) > 40:  # a vague direction: take those that the walls suggest
+            angles = [turn + offset for turn, _ in rotations(a, b, 6, 0.7)[::2] for offset in offsets]
     span = float(np.max(np.ptp(a.points, axis=0)) + 2 * np.hypot(*(b.points - b.centre).T).max())
     cell_m = max(CELL_M, 2 * a.res if a.res > 0.1 else 0.0, span / MOST_CELLS)
-    proposals = correlate(a, b, angles, cell_m, per_angle=40, blur_m=0.75 * cell_m, against=2.0)
+    proposals = correlate(a, b, angles, cell_m, per_angle=40, blur_m=0.75 * cell_m, against=2.0, near=near)
     return settle(a, b, distinct(b, proposals, 400), config)
 
 

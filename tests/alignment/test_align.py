@@ -1,0 +1,208 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import alignment
+from alignment import Alignment, AlignmentConfig, Prior, Rejection, align
+from spatial import InputError, OccupancyGrid, se2
+from tests.alignment.conftest import T_A, House
+
+
+def apart(T: se2.Transform, truth: se2.Transform, b: OccupancyGrid) -> tuple[float, float]:
+    middle = b.centres(b.is_occupied).mean(axis=0)
+    return float(np.hypot(*(se2.apply(T, middle) - se2.apply(truth, middle)))), se2.difference(T, truth)[1]
+
+
+@pytest.mark.parametrize("method", ["auto", "orb", "surf"])
+def test_finds_the_transform_of_two_partial_maps(method, pair):
+    a, b, truth = pair
+    found = align(a, b, method=method)
+    assert isinstance(found, Alignment), found.reason
+    metres, radians = apart(found.T_a_b, truth, b)
+    assert metres < 0.05 and radians < math.radians(0.3)
+    assert found.confidence >= 0.5
+    assert found.evidence["contradiction"] < 0.05
+    assert found.covariance.shape == (3, 3)
+    assert (np.linalg.eigvalsh(found.covariance) > 0).all()
+    assert math.sqrt(found.covariance[2, 2]) < math.radians(1.0)
+
+
+def test_hough_finds_what_it_was_made_for(house):
+    whole = slice(0, 400), slice(0, 520)
+    a = house.part(*whole, np.zeros(3))
+    b = house.part(*whole, se2.transform(4.0, -3.0, math.radians(30.0)))
+    found = align(a, b, method="hough")
+    assert isinstance(found, Alignment), found.reason
+    assert abs(math.degrees(found.T_a_b[2]) + 30.0) < 0.3
+
+
+def test_both_orders_give_inverse_answers(pair):
+    a, b, _ = pair
+    one, other = align(a, b), align(b, a)
+    assert isinstance(one, Alignment) and isinstance(other, Alignment)
+    np.testing.assert_allclose(se2.compose(one.T_a_b, other.T_a_b), np.zeros(3), atol=1e-9)
+    assert one.evidence["matched_a_m"] == other.evidence["matched_b_m"]
+    assert one.confidence == other.confidence
+    # The covariance of the inverse is the covariance moved through the inverse.
+    assert math.isclose(one.covariance[2, 2], other.covariance[2, 2])
+
+
+def test_same_input_same_output(pair):
+    a, b, _ = pair
+    for method in ("auto", "orb"):
+        one, other = align(a, b, method=method), align(a, b, method=method)
+        np.testing.assert_array_equal(one.T_a_b, other.T_a_b)
+        assert one.evidence == other.evidence
+
+
+def test_padding_and_origin_do_not_matter(pair):
+    a, b, truth = pair
+    cells = np.pad(a.cells, ((31, 7), (11, 52)), constant_values=-1)
+    x, y = a.origin_m
+    padded = OccupancyGrid(cells, a.resolution_m, (x - 11 * a.resolution_m + 0.013, y - 31 * a.resolution_m - 0.021))
+    found = align(padded, b)
+    assert isinstance(found, Alignment)
+    moved = se2.compose(np.array([0.013, -0.021, 0.0]), truth)
+    metres, _ = apart(found.T_a_b, moved, b)
+    assert metres < 0.05
+
+
+def test_maps_of_different_resolution(house, pair):
+    a, _, truth = pair
+    b = house.part(slice(0, 400), slice(170, 520), se2.compose(se2.inverse(truth), T_A), res=0.08)
+    found = align(a, b)
+    assert isinstance(found, Alignment), found.reason
+    metres, radians = apart(found.T_a_b, truth, b)
+    assert metres < 0.1 and radians < math.radians(0.5)
+
+
+def test_other_building_is_rejected_in_words_with_numbers(pair):
+    a, _, _ = pair
+    other = House(seed=7).part(slice(0, 400), slice(0, 300), T_A)
+    found = align(a, other)
+    assert isinstance(found, Rejection)
+    assert "overlap" in found.reason and any(ch.isdigit() for ch in found.reason)
+    assert found.confidence < 0.5
+
+
+def test_parts_without_overlap_are_rejected(house):
+    a = house.part(slice(0, 400), slice(0, 122), T_A)
+    b = house.part(slice(0, 400), slice(300, 520), se2.transform(1.0, 2.0, 1.1))
+    assert isinstance(align(a, b), Rejection)
+
+
+def corridor(length: int, shift: int) -> OccupancyGrid:
+    cells = np.full((60, length), 0, dtype=np.int8)
+    cells[0], cells[-1] = 100, 100
+    return OccupancyGrid(np.pad(cells, ((5, 5), (shift, 0)), constant_values=-1), 0.05)
+
+
+def test_corridor_that_slides_is_ambiguous_or_slides():
+    found = align(corridor(600, 3), corridor(500, 0))
+    assert isinstance(found, Rejection)
+    assert "slides" in found.reason or "ambiguous" in found.reason
+
+
+def test_any_corner_fits_any_other():
+    cells = np.zeros((200, 200), dtype=np.int8)
+    cells[0], cells[:, 0] = 100, 100
+    found = align(OccupancyGrid(cells, 0.05), OccupancyGrid(cells[:150, :180].copy(), 0.05))
+    assert isinstance(found, Rejection)
+
+
+def test_repeated_rooms_are_ambiguous():
+    room = np.zeros((80, 80), dtype=np.int8)
+    room[0], room[-1], room[:, 0], room[:, -1], room[20:30, 30:50], room[60, 10:30] = 100, 100, 100, 100, 100, 100
+    row = np.concatenate([room] * 5, axis=1)
+    found = align(OccupancyGrid(row, 0.05), OccupancyGrid(row[:, :160].copy(), 0.05))
+    assert isinstance(found, Rejection)
+    assert "ambiguous" in found.reason
+
+
+EMPTY = OccupancyGrid(np.empty((0, 0), dtype=np.int8), 0.05)
+ODD = {
+    "empty": EMPTY,
+    "one cell": OccupancyGrid(np.full((1, 1), 100, dtype=np.int8), 0.05),
+    "unknown": OccupancyGrid(np.full((90, 70), -1, dtype=np.int8), 0.05),
+    "all free": OccupancyGrid(np.zeros((90, 70), dtype=np.int8), 0.05),
+    "all occupied": OccupancyGrid(np.full((90, 70), 100, dtype=np.int8), 0.05),
+    "in between": OccupancyGrid(np.full((90, 70), 50, dtype=np.int8), 0.05),
+    "huge cells": OccupancyGrid(np.zeros((3, 3), dtype=np.int8), 5.0),
+    "noise": OccupancyGrid(np.random.default_rng(0).choice([-1, 0, 100], (120, 130)).astype(np.int8), 0.05),
+    "one line": OccupancyGrid(np.array([[100] * 200, [0] * 200], dtype=np.int8), 0.05),
+}
+
+
+@pytest.mark.parametrize("method", list(alignment.ALIGNERS))
+@pytest.mark.parametrize("name", list(ODD))
+def test_odd_maps_are_rejected_not_raised(method, name, pair):
+    config = AlignmentConfig(evaluations=30)
+    for grid in (pair[1], ODD[name] if name != "noise" else EMPTY):
+        found = align(ODD[name], grid, method=method, config=config)
+        assert isinstance(found, Rejection)
+        assert found.reason
+        assert found.method == method
+
+
+def test_five_thousand_cells_square():
+    cells = np.full((5000, 5000), -1, dtype=np.int8)
+    rng = np.random.default_rng(3)
+    for _ in range(60):
+        r, c = rng.integers(0, 4600, 2)
+        h, w = rng.integers(80, 400, 2)
+        cells[r : r + h, c : c + w] = 0
+        cells[r, c : c + w], cells[r + h - 1, c : c + w], cells[r : r + h, c], cells[r : r + h, c + w - 1] = (100,) * 4
+    a = OccupancyGrid(cells, 0.05)
+    b = OccupancyGrid(np.ascontiguousarray(np.rot90(cells)), 0.05)
+    found = align(a, b)
+    assert isinstance(found, Alignment), found.reason
+    assert abs(abs(math.degrees(found.T_a_b[2])) - 90.0) < 0.1
+
+
+def test_prior_picks_the_room_that_was_meant():
+    room = np.zeros((80, 80), dtype=np.int8)
+    room[0], room[-1], room[:, 0], room[:, -1], room[20:30, 30:50], room[60, 10:30] = 100, 100, 100, 100, 100, 100
+    row = OccupancyGrid(np.concatenate([room] * 5, axis=1), 0.05)
+    part = OccupancyGrid(row.cells[:, 160:320].copy(), 0.05)
+    prior = Prior(np.array([8.2, 0.1, 0.02]), np.diag([0.2, 0.2, 0.05]) ** 2)
+    found = align(row, part, prior=prior)
+    assert isinstance(found, Alignment), found.reason
+    np.testing.assert_allclose(found.T_a_b, [8.0, 0.0, 0.0], atol=0.05)
+
+
+def test_wrong_prior_is_not_followed(pair):
+    a, b, truth = pair
+    prior = Prior(truth + [6.0, 0.0, 0.0], np.diag([0.2, 0.2, 0.05]) ** 2)
+    assert isinstance(align(a, b, prior=prior), Rejection)
+
+
+@pytest.mark.parametrize("bad", [np.zeros(2), np.array([0, 0, math.nan])])
+def test_prior_must_make_sense(bad):
+    with pytest.raises(InputError, match="prior's T_a_b must be three finite numbers"):
+        Prior(bad, np.eye(3))
+    with pytest.raises(InputError, match="covariance"):
+        Prior(np.zeros(3), -np.eye(3))
+
+
+def test_unknown_method_names_the_known_ones(pair):
+    with pytest.raises(InputError, match="must be one of auto, orb"):
+        align(pair[0], pair[1], method="magic")
+
+
+@settings(max_examples=6, deadline=None)
+@given(x=st.floats(-50, 50), y=st.floats(-50, 50), theta=st.floats(-math.pi, math.pi))
+def test_any_frame(x, y, theta):
+    house = House()
+    T_b = se2.transform(x, y, theta)
+    a = house.part(slice(0, 400), slice(0, 330), T_A)
+    b = house.part(slice(0, 400), slice(170, 520), T_b)
+    one, other = align(a, b), align(b, a)
+    assert isinstance(one, Alignment) and isinstance(other, Alignment)
+    metres, radians = apart(one.T_a_b, se2.compose(T_A, se2.inverse(T_b)), b)
+    assert metres < 0.05 and radians < math.radians(0.3)
+    np.testing.assert_allclose(se2.compose(one.T_a_b, other.T_a_b), np.zeros(3), atol=1e-8)
