@@ -17,7 +17,7 @@ Aligner = Callable[[PreparedMap, PreparedMap, AlignmentConfig, Prior | None], li
 """``(a, b, config, prior) -> candidates``, best first; deterministic."""
 
 BRUTE_FORCE = 10
-"""Brute force looks at this many times ``AlignmentConfig.evaluations`` transforms, and still only at a coarse lattice."""
+"""Brute force looks at this many times ``AlignmentConfig.evaluations`` transforms, still a coarse lattice."""
 
 
 def _brute(a: PreparedMap, b: PreparedMap, config: AlignmentConfig, prior: Prior | None) -> list[Candidate]:

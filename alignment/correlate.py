@@ -69,7 +69,7 @@ def rotations(a: PreparedMap, b: PreparedMap, most: int, floor: float = 0.0) -> 
     for side in (a, b):
         s = directed_spectrum(side.points - side.centre, side.normals, BINS, 12, max(2 * side.res, 0.1))
         s = np.sqrt(s)
-        spectra.append(s / max(np.linalg.norm(s), 1e-12))
+        spectra.append(s / max(float(np.linalg.norm(s)), 1e-12))
     corr = scipy.fft.irfft(scipy.fft.rfft(spectra[0]) * np.conj(scipy.fft.rfft(spectra[1])), BINS)
     half = BINS // 2
     folded = corr[:half] + corr[half:]

@@ -39,7 +39,7 @@ class Test:
 def fit_score(evidence: dict[str, float]) -> float:
     """Return metres of wall that speak for a fit, less what speaks against it.
 
-    A metre of contradiction undoes three; walls that face away from each other may be two sides of one and weigh little.
+    A metre of contradiction undoes three; walls that face away from each other may be two sides of one.
     """
     good = min(evidence["matched_a_m"], evidence["matched_b_m"])
     bad = max(evidence["contradicted_a_m"], evidence["contradicted_b_m"])
@@ -93,7 +93,7 @@ def fits_of(
 def decide(
     a: PreparedMap, b: PreparedMap, candidates: list[Candidate], method: str, config: AlignmentConfig
 ) -> Alignment | Rejection:
-    """Return the best candidate as an alignment where it passes every test, else a rejection that names those it fails."""
+    """Return the best candidate as an alignment where it passes every test, else a rejection that says why."""
     if not candidates:
         return Rejection("no proposal: the maps share no matching structure", 0.0, {}, method)
     fits = fits_of(a, b, candidates, config)

@@ -5,6 +5,8 @@ Martins 2013, section 3.5; Hoerner 2016, chapter 2: confidence = inliers / (8 + 
 
 from __future__ import annotations
 
+from typing import Any
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -23,18 +25,18 @@ MAX_PIXELS = 4_000_000
 
 
 def picture(side: PreparedMap) -> tuple[NDArray[np.uint8], float]:
-    """Return the map as a grey image blurred by one cell (white free, black wall, grey unknown), and its pixel in metres."""
-    grey = np.array([127, 255, 0], dtype=np.uint8)[side.state]
+    """Return the map as a blurred grey image (white free, black wall, grey unknown), and its pixel in metres."""
+    grey: NDArray[Any] = np.array([127, 255, 0], dtype=np.uint8)[side.state]
     pixel = side.res
     while grey.size > MAX_PIXELS:
         grey = cv2.resize(grey, (grey.shape[1] // 2, grey.shape[0] // 2), interpolation=cv2.INTER_AREA)
         pixel *= 2.0
-    return cv2.GaussianBlur(grey, (0, 0), 1.0), pixel
+    return np.asarray(cv2.GaussianBlur(grey, (0, 0), 1.0), dtype=np.uint8), pixel
 
 
 def orb(a: PreparedMap, b: PreparedMap, config: AlignmentConfig, prior: Prior | None) -> list[Candidate]:
     """Return transforms held by cross-checked ORB matches (Hamming distance), best first."""
-    detector = cv2.ORB_create(nfeatures=config.orb_features, scaleFactor=1.2, nlevels=4, fastThreshold=10)
+    detector = cv2.ORB.create(nfeatures=config.orb_features, scaleFactor=1.2, nlevels=4, fastThreshold=10)
     sides = []
     for side in (a, b):
         image, pixel = picture(side)
@@ -45,8 +47,8 @@ def orb(a: PreparedMap, b: PreparedMap, config: AlignmentConfig, prior: Prior | 
 
 
 def match(
-    a: tuple[NDArray[np.float64], NDArray[np.generic] | None],
-    b: tuple[NDArray[np.float64], NDArray[np.generic] | None],
+    a: tuple[NDArray[np.float64], NDArray[Any] | None],
+    b: tuple[NDArray[np.float64], NDArray[Any] | None],
     norm: int,
     config: AlignmentConfig,
 ) -> list[Candidate]:

@@ -1,4 +1,4 @@
-"""Candidates from Hough spectra (Carpin 2008): rotation from circular cross-correlation, shift from row and column sums."""
+"""Candidates from Hough spectra (Carpin 2008): rotation from their correlation, shift from row and column sums."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ F64 = NDArray[np.float64]
 
 @njit(cache=True, nogil=True)
 def hough_spectrum(points: F64, bins: int, cell_m: float) -> F64:  # pragma: no cover - compiled
-    """Return ``(bins,)`` HS(theta) = sum over rho of HT(theta, rho)^2 of points about their middle, theta in [0, pi)."""
+    """Return ``(bins,)`` HS(theta) = sum over rho of HT(theta, rho)^2, theta in [0, pi), points about their middle."""
     reach = 0.0
     for i in range(points.shape[0]):
         reach = max(reach, math.hypot(points[i, 0], points[i, 1]))

@@ -1,4 +1,4 @@
-"""Compiled loops of preparation, verification and refinement: wall points, nearest-wall labels, agreement, normal equations."""
+"""Compiled loops: wall points, nearest-wall labels, agreement of two maps, normal equations."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def wall_points(state: U8) -> tuple[I32, F64]:  # pragma: no cover - compiled
 def nearest_labels(
     height: int, width: int, cells: I32, normals: F64, reach: int
 ) -> NDArray[np.uint16]:  # pragma: no cover - compiled
-    """Return ``(4, H, W)``: per quadrant of facing, the nearest of ``cells`` (row, col) within ``reach``, NOTHING where none is.
+    """Return ``(4, H, W)``: per quadrant of facing, the nearest of ``cells`` (row, col) within ``reach``, or NOTHING.
 
     Quadrant q holds the walls that face within 65 degrees of q x 90 degrees, and specks. At most NOTHING cells.
     """
@@ -182,9 +182,8 @@ def agreement(
             if j == NOTHING or (points_t[j, 0] - x) ** 2 + (points_t[j, 1] - y) ** 2 > limit:
                 continue
             found = 2
-            if speck or (normals_t[j, 0] == 0.0 and normals_t[j, 1] == 0.0):
-                found = 1
-            elif k == 0 and nx * normals_t[j, 0] + ny * normals_t[j, 1] > 0.7:
+            plain = speck or (normals_t[j, 0] == 0.0 and normals_t[j, 1] == 0.0)
+            if plain or (k == 0 and nx * normals_t[j, 0] + ny * normals_t[j, 1] > 0.7):
                 found = 1
             if found == 1:
                 break
@@ -211,7 +210,7 @@ def agreement(
 def free_overlap(
     state_s: U8, xs: float, ys: float, step: int, T_t_s: F64, state_t: U8, xt: float, yt: float, res: float
 ) -> tuple[int, int, int, int]:  # pragma: no cover - compiled
-    """Compare every ``step``-th cell both ways; return how many are free/free, occupied/occupied, free/occupied, and known in s."""
+    """Compare every ``step``-th cell; return how many are free/free, occupied/occupied, unlike, and known in s."""
     height, width = state_t.shape
     cos, sin = math.cos(T_t_s[2]), math.sin(T_t_s[2])
     both_free = both_occupied = differ = known = 0

@@ -50,9 +50,9 @@ class PreparedMap:
 
     @cached_property
     def label(self) -> NDArray[np.uint16]:
-        """``(4, H, W)`` per quadrant of facing the nearest wall point within ``REACH_M``, see kernels.nearest_labels."""
+        """``(4, H, W)`` per quadrant of facing the nearest wall point, see kernels.nearest_labels."""
         reach = min(max(2, round(REACH_M / self.res)), 15)
-        return kernels.nearest_labels(*self.state.shape, *self._walls, reach)
+        return kernels.nearest_labels(self.state.shape[0], self.state.shape[1], self._walls[0], self._walls[1], reach)
 
     @property
     def wall_m(self) -> float:
@@ -71,7 +71,7 @@ class PreparedMap:
 
 
 def working_resolution(a: OccupancyGrid, b: OccupancyGrid, config: AlignmentConfig) -> float:
-    """Return the cell both maps are brought to, metres: the coarser one's, no finer than asked, doubled where too many."""
+    """Return the cell both maps are brought to, metres: the coarser one's, doubled where too many."""
     res = max(a.resolution_m, b.resolution_m)
     if res < 0.8 * config.resolution_m:
         res = config.resolution_m

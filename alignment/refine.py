@@ -27,8 +27,8 @@ def equations(
         float(pivot[0]), float(pivot[1]), True, H, g,
     )  # fmt: skip
     n2, cost2 = normal_equations(
-        a.points, a.normals, step, se2.inverse(T_a_b), b.label, b.points, b.normals, b.x0, b.y0, b.res, reach_m, scale_m,
-        float(pivot[0]), float(pivot[1]), False, H, g,
+        a.points, a.normals, step, se2.inverse(T_a_b), b.label, b.points, b.normals, b.x0, b.y0, b.res, reach_m,
+        scale_m, float(pivot[0]), float(pivot[1]), False, H, g,
     )  # fmt: skip
     H += np.triu(H, 1).T
     return H, g, n1 + n2, cost1 + cost2

@@ -1,4 +1,4 @@
-"""The default search: rotations from the walls' directions, shifts by FFT, each proposal settled and ranked by agreement."""
+"""The default search: rotations from the walls' directions, shifts by FFT, each proposal ranked by agreement."""
 
 from __future__ import annotations
 
@@ -35,7 +35,9 @@ def exhaustive(a: PreparedMap, b: PreparedMap, config: AlignmentConfig, prior: P
         lever = float(np.hypot(*b.centre)) * sigma[2]
         near = (se2.apply(prior.T_a_b, b.centre), 4.0 * float(np.hypot(*sigma[:2])) + min(4.0 * lever, 1e6))
         steps = min(math.ceil(3.0 * sigma[2] / offsets[-1]), 120)
-        angles = [prior.T_a_b[2] + 2.0 * k * offsets[-1] + offset for k in range(-steps, steps + 1) for offset in offsets[1:]]
+        angles = [
+            prior.T_a_b[2] + 2.0 * k * offsets[-1] + offset for k in range(-steps, steps + 1) for offset in offsets[1:]
+        ]
         if len(angles) > 40:  # a vague direction: take those that the walls suggest
             angles = [turn + offset for turn, _ in rotations(a, b, 6, 0.7)[::2] for offset in offsets]
     span = float(np.max(np.ptp(a.points, axis=0)) + 2 * np.hypot(*(b.points - b.centre).T).max())

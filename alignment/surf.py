@@ -1,4 +1,4 @@
-"""Candidates from SURF (Bay, Ess, Tuytelaars and Van Gool 2008), written out in compiled loops on the integral image."""
+"""Candidates from SURF (Bay, Ess, Tuytelaars and Van Gool 2008), in compiled loops on the integral image."""
 
 from __future__ import annotations
 

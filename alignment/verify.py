@@ -14,9 +14,8 @@ from alignment.structure import distinct_walls
 from spatial import se2
 from spatial.se2 import Transform
 
-
 DEEP_M = 0.4
-"""A wall that is free in the other map and farther than this from its walls is no matter of noise or bending, metres."""
+"""A wall that is free in the other map and farther than this from its walls is not bent by noise, metres."""
 
 
 WALL_M = 0.5
@@ -55,7 +54,8 @@ def examine(a: PreparedMap, b: PreparedMap, T_a_b: Transform, tolerance_m: float
 
     ``matched_b_m``: wall of b that lies on wall of a, is free on the same side; ``opposed_b_m``: on a wall, but not so;
     ``contradicted_b_m``: where a is free; likewise for a in b. ``wall_agreement_*`` = matched / (matched + the others).
-    ``overlap_m2``: known in both; ``acceptance_index``: Carpin 2008; ``crosswise_m``: matched wall across the weakest direction.
+    ``overlap_m2``: known in both; ``acceptance_index``: Carpin 2008; ``crosswise_m``: matched wall
+    across the weakest direction; ``walls``: distinct straight walls matched; ``deep_*``: contradicted by ``DEEP_M``.
     """
     T_b_a = se2.inverse(T_a_b)
     verdict_b, (mb, ob, cb, _) = judge_walls(b, a, T_a_b, tolerance_m)
@@ -65,7 +65,7 @@ def examine(a: PreparedMap, b: PreparedMap, T_a_b: Transform, tolerance_m: float
     res = a.res
     small, large = (a, b) if a.state.size <= b.state.size else (b, a)
     T = T_b_a if small is a else T_a_b
-    free, occupied, differ, known = kernels.free_overlap(
+    free, occupied, differ, _ = kernels.free_overlap(
         small.state, small.x0, small.y0, 2, T, large.state, large.x0, large.y0, res
     )
     cell = 4.0 * res**2

@@ -117,7 +117,7 @@ def plain_walk(
 def hill_climb(
     objective: Objective, start: F64, low: F64, high: F64, evaluations: int, rng: np.random.Generator
 ) -> F64:
-    """Multi-point hill climbing (algorithm 2): from random places, the best of six axis steps, halved where none helps."""
+    """Multi-point hill climbing (algorithm 2): from random places, best of six steps, halved where none helps."""
     log = _Log(objective, low, high, evaluations)
     now = log.clip(start)
     while log.left > 0:
@@ -135,7 +135,7 @@ def hill_climb(
 
 
 def annealing(objective: Objective, start: F64, low: F64, high: F64, evaluations: int, rng: np.random.Generator) -> F64:
-    """Simulated annealing (algorithm 3): temperature and stride fall geometrically; a rise passes by Metropolis' rule."""
+    """Simulated annealing (algorithm 3): temperature and stride fall; a rise passes by Metropolis' rule."""
     log = _Log(objective, low, high, evaluations)
     now, value = log.clip(start), log(start)
     first = value
@@ -163,7 +163,7 @@ def brute_force(
 
 
 def bounds(a: PreparedMap, b: PreparedMap, prior: Prior | None) -> tuple[F64, F64, F64]:
-    """Return (start, low, high) of ``T_a_b``'s parameters about b's middle: anywhere b's middle lies within a, or the prior."""
+    """Return (start, low, high) of b's middle (x, y) in frame a and its turn: anywhere within a, or near the prior."""
     if prior is not None:
         sigma = 3.0 * np.sqrt(np.diag(prior.covariance)) + (a.res, a.res, math.radians(0.5))
         middle = np.append(se2.apply(prior.T_a_b, b.centre), prior.T_a_b[2])
@@ -181,7 +181,7 @@ def about(middle: F64, b: PreparedMap) -> Transform:
 
 
 def searched(search: Search, evaluations: int | None = None) -> Callable[..., list[Candidate]]:
-    """Return the aligner that minimises psi by ``search``; its candidates are the lowest distinct transforms visited."""
+    """Return the aligner that minimises psi by ``search``; candidates are the lowest distinct ones visited."""
 
     def aligner(a: PreparedMap, b: PreparedMap, config: AlignmentConfig, prior: Prior | None) -> list[Candidate]:
         psi = Dissimilarity(a, b)

@@ -2,7 +2,8 @@
 
     python bench/alignment.py [--pairs DIR] [--method auto] [--predictions OUT.json]
 
-``--method`` may be given several times, or be ``all``. OUT.json maps pair ids to ``{tx, ty, theta, accepted, confidence, time}``.
+``--method`` may be given several times, or be ``all``. OUT.json maps pair ids to
+``{tx, ty, theta, accepted, confidence, time}``.
 """
 
 from __future__ import annotations

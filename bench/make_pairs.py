@@ -27,8 +27,10 @@ from spatial.traversal import traverse
 RES = 0.05
 BINS = ((0.9, 0.8), (0.7, 0.6), (0.5, 0.4), (0.3, 0.2), (0.15, 0.1))
 PLANS = {
-    "stage/SRI-AIC-kwing.png": 0.08, "stage/autolab.png": 0.04, "stage/hospital_section.png": 0.05, "stage/sal2.png": 0.06,
-    "stage/simple_rooms.png": 0.05, "stage/uoa_robotics_lab.png": 0.03, "stage/SFU_1200x615.png": 0.06,
+    "stage/SRI-AIC-kwing.png": 0.08, "stage/autolab.png": 0.04, "stage/hospital_section.png": 0.05,
+    "stage/sal2.png": 0.06,
+    "stage/simple_rooms.png": 0.05, "stage/uoa_robotics_lab.png": 0.03,
+    "stage/SFU_1200x615.png": 0.06,
     "ipa/office_e.png": 0.05, "ipa/office_g.png": 0.035, "ipa/NLB.png": 0.05, "ipa/lab_a.png": 0.05, "ipa/lab_c.png": 0.05,
     "ipa/office_a.png": 0.05,
 }  # fmt: skip
@@ -45,7 +47,7 @@ LOGS = (
 
 @dataclass
 class Survey:
-    """Scans of one building in its world frame: poses ``(N, 3)``, per scan end points ``(B, 2)`` m and hit flags ``(B,)``."""
+    """Scans of one building in its world frame: poses ``(N, 3)``, end points ``(B, 2)`` m and hit flags per scan."""
 
     name: str
     kind: str
@@ -262,8 +264,9 @@ def main() -> None:
             [] if gt else ["same_building" if two is one else "different_building"]
         )
         index.append(
-            {"id": name, "file": f"pairs/{name}.npz", "negative": gt is None, "bin": bin_, "overlap": overlap, "kind": one.kind,
-             "building_a": one.name, "building_b": two.name, "split": "dev", "tags": tags, "gt": gt, "eval_point_b": middle}
+            {"id": name, "file": f"pairs/{name}.npz", "negative": gt is None, "bin": bin_, "overlap": overlap,
+             "kind": one.kind, "building_a": one.name, "building_b": two.name, "split": "dev",
+             "tags": tags, "gt": gt, "eval_point_b": middle}
         )  # fmt: skip
     (args.out / "index.json").write_text(json.dumps({"version": 1, "seed": args.seed, "pairs": index}, indent=1))
     print(f"{len(index)} pairs in {args.out} after {tries} tries")

@@ -37,7 +37,9 @@ class House:
         """Return the part of the floor seen, in a frame of its own, walls only where they border free space."""
         res = res or self.res
         height, width = self.cells.shape
-        corners = np.array([[cols.start, rows.start], [cols.stop, rows.start], [cols.start, rows.stop], [cols.stop, rows.stop]])
+        corners = np.array(
+            [[cols.start, rows.start], [cols.stop, rows.start], [cols.start, rows.stop], [cols.stop, rows.stop]]
+        )
         at = se2.apply(T_map_world, corners * self.res)
         low = np.floor(at.min(axis=0) / res) * res
         shape = tuple(int(n) for n in (np.ceil((at.max(axis=0) - low) / res) + 1)[::-1])

@@ -177,7 +177,7 @@ def test_prior_picks_the_room_that_was_meant():
 
 def test_wrong_prior_is_not_followed(pair):
     a, b, truth = pair
-    prior = Prior(truth + [6.0, 0.0, 0.0], np.diag([0.2, 0.2, 0.05]) ** 2)
+    prior = Prior(truth + np.array([6.0, 0.0, 0.0]), np.diag([0.2, 0.2, 0.05]) ** 2)
     assert isinstance(align(a, b, prior=prior), Rejection)
 
 

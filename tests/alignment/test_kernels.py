@@ -44,7 +44,8 @@ def test_thin_wall_seen_from_both_sides_has_two_normals():
     assert sorted(np.round(at[:, 0]).tolist()) == [-1.0, 1.0]
 
 
-def test_nearest_labels_like_its_twin(rng=np.random.default_rng(1)):
+def test_nearest_labels_like_its_twin():
+    rng = np.random.default_rng(1)
     cells = rng.integers(0, 30, (40, 2)).astype(np.int32)
     angles = rng.uniform(-math.pi, math.pi, 40)
     normals = np.stack([np.cos(angles), np.sin(angles)], axis=-1)

@@ -55,5 +55,5 @@ def test_contradiction_revokes():
 
 
 def test_bounds_must_be_positive():
-    with pytest.raises(InputError, match="stability.max_dx_m must be > 0"):
+    with pytest.raises(InputError, match=r"stability\.max_dx_m must be > 0"):
         StabilityCheck(max_dx_m=0.0)
