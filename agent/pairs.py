@@ -157,11 +157,11 @@ class PairBook:
 
     def settle(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int) -> Verdict:
         """Judge the outcome by the pair's history and remember it."""
-        status = self.pairs.setdefault((job.a, job.b), PairStatus())
-        status.attempts += 1
-        status.tried_ns, status.tried_area_m2, status.tried_versions = now_ns, job.area_m2, job.versions
         if self._stale(job):
             return Verdict("rejected", "a map was started anew while this was computed", outcome)
+        status = self.pairs[job.a, job.b]
+        status.attempts += 1
+        status.tried_ns, status.tried_area_m2, status.tried_versions = now_ns, job.area_m2, job.versions
         if isinstance(outcome, Rejection):
             status.stability.previous = status.stability.believed
             if (

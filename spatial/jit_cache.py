@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import shutil
 import sys
 from pathlib import Path
 
@@ -47,7 +48,18 @@ def use_cache_dir() -> None:
         numba_config.CACHE_DIR = folder  # type: ignore[attr-defined]
 
 
-def is_warm() -> bool:
-    """Return whether compiled kernels of the present sources are on disk."""
+def is_warm(package: str) -> bool:
+    """Return whether compiled kernels of this package, as its sources are now, are on disk."""
     folder = Path(os.environ.get("NUMBA_CACHE_DIR", cache_dir()))
-    return folder.is_dir() and next(folder.rglob("*.nbc"), None) is not None
+    # Numba names a source folder's cache after the folder and a hash of its path.
+    return any(any(found.glob("*.nbc")) for found in folder.glob(f"{package.rpartition('.')[2]}_*"))
+
+
+def forget_old(keep: int = 4) -> None:
+    """Delete the caches of older sources, but for the newest ``keep``; other versions may still be in use."""
+    if not cache_dir().is_dir():
+        return
+    folders = sorted(cache_dir().parent.iterdir(), key=lambda folder: folder.stat().st_mtime, reverse=True)
+    for folder in folders[keep:]:
+        if folder != cache_dir():
+            shutil.rmtree(folder, ignore_errors=True)

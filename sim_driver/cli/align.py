@@ -11,6 +11,7 @@ import numpy as np
 
 from alignment import ALIGNERS, Alignment, AlignmentConfig, Rejection, align
 from sim_driver.cli.console import console
+from sim_driver.kernels import ensure_compiled
 from sim_driver.settings import build, with_overrides
 from spatial import InputError, read_map
 
@@ -25,6 +26,7 @@ def align_files(
         raise InputError(f"{a} is one map; name the other one too (only an .npz holds both)")
     grid_a = read_map(a, "a", resolution)
     grid_b = read_map(a if b is None else b, "b" if b is None or b == a else _key(b), resolution)
+    ensure_compiled(console.print, ("alignment",))
     start = time.perf_counter()
     outcome = align(grid_a, grid_b, method=method, config=config)
     seconds = time.perf_counter() - start

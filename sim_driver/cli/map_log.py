@@ -34,7 +34,7 @@ def map_log(
     feed = open_feed(locate(str(log)))
     for note in feed.notes:
         console.print(f"{log.name}: {note}", highlight=False)
-    compile_s = ensure_compiled(console.print)
+    compile_s = ensure_compiled(console.print, ("rbpf",))
     wall, cpu = time.monotonic(), time.process_time()
     mapper = rbpf.Mapper(config, seed=seed)
     processed_ms: list[float] = []

@@ -15,6 +15,7 @@ from alignment import Alignment, Rejection
 from merge import MergeConfig, MergeResult, Pair, draw_team, merge_maps
 from sim_driver.cli.align import as_row, check_method
 from sim_driver.cli.console import console, counting_bar
+from sim_driver.kernels import ensure_compiled
 from sim_driver.settings import build, with_overrides
 from spatial import InputError, OccupancyGrid, read_map, write_map
 from spatial.files import write_text
@@ -38,6 +39,7 @@ def merge_files(
     if len(grids) < 2:
         raise InputError("merging needs two maps or more")
     poses = None if known_poses is None else read_poses(known_poses, list(grids))
+    ensure_compiled(console.print, ("alignment", "merge"))
     start = time.perf_counter()
     pairs = len(grids) * (len(grids) - 1) // 2
     with counting_bar("aligning pairs", pairs) as progress:

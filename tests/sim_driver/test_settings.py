@@ -35,7 +35,7 @@ def test_a_wrong_type_names_key_and_value() -> None:
 
 
 def test_a_value_out_of_range_says_the_bound() -> None:
-    with pytest.raises(InputError, match="knobs.timeout_s must be > 0 s, got -1"):
+    with pytest.raises(InputError, match=r"knobs\.timeout_s must be > 0 s, got -1"):
         build(Knobs, {"timeout_s": -1}, "knobs")
 
 

@@ -50,7 +50,7 @@ def run(code: str, **environment: str) -> str:
 def test_importing_points_numba_at_the_folder_and_kernels_land_there(tmp_path):
     code = (
         "import numpy, spatial; from spatial.distance import manhattan; from spatial.jit_cache import is_warm;"
-        "cold = is_warm(); manhattan(numpy.ones((2, 2), dtype=bool)); print(cold, is_warm())"
+        "cold = is_warm('spatial'); manhattan(numpy.ones((2, 2), dtype=bool)); print(cold, is_warm('spatial'))"
     )
     assert run(code, MRSLAM_CACHE=str(tmp_path)) == "False True"
     assert list((tmp_path / "kernels").rglob("*.nbc"))
@@ -68,3 +68,12 @@ def test_the_folder_follows_the_usual_variables(monkeypatch, tmp_path):
     assert jit_cache.cache_dir().parts[: len(tmp_path.parts) + 2] == (*tmp_path.parts, "mrslam", "kernels")
     monkeypatch.setenv("MRSLAM_CACHE", str(tmp_path / "mine"))
     assert jit_cache.cache_dir().parent == tmp_path / "mine" / "kernels"
+
+
+def test_old_caches_are_deleted_but_for_the_newest(tmp_path, monkeypatch):
+    monkeypatch.setenv("MRSLAM_CACHE", str(tmp_path))
+    for i, folder in enumerate([jit_cache.cache_dir(), *(tmp_path / "kernels" / f"old{i}" for i in range(5))]):
+        (folder / "x").mkdir(parents=True)
+        os.utime(folder, (1000 + i, 1000 + i))
+    jit_cache.forget_old(keep=2)
+    assert {folder.name for folder in (tmp_path / "kernels").iterdir()} == {jit_cache.cache_dir().name, "old3", "old4"}

@@ -1,0 +1,129 @@
+"""The command as a user calls it: in a process of its own."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from spatial import OccupancyGrid, write_map
+
+
+def mrslam(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    code = "from sim_driver.cli import main; main()"
+    command = [sys.executable, "-c", code, *(str(argument) for argument in arguments)]
+    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=300, check=False)
+
+
+def room(path: Path) -> Path:
+    """Write the map of an L-shaped room."""
+    cells = np.full((160, 200), -1, dtype=np.int8)
+    cells[10:150, 10:190] = 100
+    cells[13:147, 13:187] = 0
+    cells[80:147, 120:187] = 100
+    cells[84:150, 124:190] = -1
+    write_map(path, OccupancyGrid(cells, 0.05, (-2.0, 1.0)))
+    return path
+
+
+def one_line_error(result: subprocess.CompletedProcess[str], code: int = 1) -> str:
+    assert result.returncode == code, result.stderr
+    assert "Traceback" not in result.stderr
+    lines = [line for line in result.stderr.splitlines() if line.startswith("mrslam: ")]
+    assert len(lines) == 1, result.stderr
+    return lines[0]
+
+
+def test_help_names_every_command_and_needs_no_heavy_import() -> None:
+    result = mrslam("--help")
+    assert result.returncode == 0
+    for command in ("demo", "map", "run", "align", "merge", "feed", "config"):
+        assert command in result.stdout
+
+
+def test_a_wrong_call_is_exit_code_2() -> None:
+    assert mrslam("map").returncode == 2
+    assert mrslam("frobnicate").returncode == 2
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (None, "not found"),
+        (b"", "no FLASER or ROBOTLASER1 line"),
+        (b"FLASER 3 1.0 2.0", "cut off in its last line"),
+        (b"\x1f\x8b\x08\x00garbage", "gzip stream is cut off or broken"),
+        (b"\x00\xff binary\n" * 50, "no FLASER or ROBOTLASER1 line"),
+    ],
+)
+def test_a_broken_log_is_one_clear_line(tmp_path: Path, content: bytes | None, message: str) -> None:
+    log = tmp_path / "x.clf"
+    if content is not None:
+        log.write_bytes(content)
+    assert message in one_line_error(mrslam("map", log, "--out", tmp_path / "out"))
+
+
+def test_a_broken_mission_is_one_clear_line(tmp_path: Path) -> None:
+    mission = tmp_path / "m.toml"
+    mission.write_text('[mission]\nsped = 3\n[[robots]]\nid = "r1"\nlog = "none.clf"\n')
+    assert "unknown key 'sped'; did you mean 'speed'" in one_line_error(mrslam("run", mission, "--out", tmp_path / "o"))
+    mission.write_text('[[robots]]\nid = "r1"\nlog = "none.clf"\n')
+    assert "none.clf: not found" in one_line_error(mrslam("run", mission, "--out", tmp_path / "o"))
+    assert "no such file" in one_line_error(mrslam("run", tmp_path / "nothing.toml"))
+    assert "comms.exchange_timeout_s" in one_line_error(
+        mrslam("run", mission, "--set", "comms.exchange_timeout_s=-1", "--out", tmp_path / "o")
+    )
+
+
+def test_a_missing_or_broken_map_is_one_clear_line(tmp_path: Path) -> None:
+    good = room(tmp_path / "a.yaml")
+    assert "no such map file" in one_line_error(mrslam("align", good, tmp_path / "b.yaml"))
+    (tmp_path / "b.yaml").write_text("image: b.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n")
+    assert "b.pgm does not exist" in one_line_error(mrslam("align", good, tmp_path / "b.yaml"))
+    assert "no alignment method 'magic'" in one_line_error(mrslam("align", good, good, "--method", "magic"))
+    assert "two maps or more" in one_line_error(mrslam("merge", good, "-o", tmp_path / "out"))
+
+
+def test_align_prints_one_json_object(tmp_path: Path) -> None:
+    a = room(tmp_path / "a.yaml")
+    result = mrslam("align", a, a, "--json")
+    assert result.returncode == 0, result.stderr
+    answer = json.loads(result.stdout)
+    assert {"status", "T_a_b", "confidence", "reason", "evidence", "seconds"} <= answer.keys()
+    assert answer["status"] in ("accepted", "rejected")
+
+
+def test_merge_by_known_poses_places_maps_that_do_not_overlap(tmp_path: Path) -> None:
+    room(tmp_path / "a.yaml")
+    room(tmp_path / "b.yaml")
+    (tmp_path / "poses.csv").write_text("map,x_m,y_m,theta_rad\na,0,0,0\nb,20,0,0.5\n")
+    maps = [tmp_path / "a.yaml", tmp_path / "b.yaml"]
+    result = mrslam("merge", *maps, "-o", tmp_path / "out", "--known-poses", tmp_path / "poses.csv", "--json")
+    assert result.returncode == 0, result.stderr
+    placed = json.loads(result.stdout)["placed"]
+    np.testing.assert_allclose(placed["b"], [20.0, 0.0, 0.5], atol=0.02)
+    assert (tmp_path / "out" / "team_map.png").stat().st_size > 0
+    assert (tmp_path / "out" / "team_map.pgm").stat().st_size > 0
+
+
+def test_config_tells_every_setting() -> None:
+    result = mrslam("config")
+    assert result.returncode == 0, result.stderr
+    assert "exchange_timeout_s = 30.0" in result.stdout and "particles = 30" in result.stdout
+
+
+def test_map_writes_what_it_promises_and_the_same_bytes_for_one_seed(tmp_path: Path, data_dir: Path) -> None:
+    log = data_dir / "small" / "loop5.clf.gz"
+    for name in ("one", "two"):
+        result = mrslam("map", log, "--particles", 5, "--seed", 3, "--out", tmp_path / name)
+        assert result.returncode == 0, result.stderr
+    for file in ("trajectory.tum", "trajectory_online.tum", "map.pgm", "map.yaml", "map.png"):
+        assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes()
+    metrics = json.loads((tmp_path / "one" / "metrics.json").read_text())
+    promised = "wall_s cpu_s scans scans_processed ms_per_processed_p50 ms_per_processed_p95 peak_rss_mb neff_min"
+    assert {*promised.split(), "resamplings", "compile_s"} <= metrics.keys()
+    assert len((tmp_path / "one" / "trajectory.tum").read_text().splitlines()) == metrics["scans"] == 551

@@ -1,0 +1,66 @@
+"""Whole missions, small ones: two robots in the smallest world."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from sim_driver.mission import Mission, make_mission
+from sim_driver.run import run_mission
+
+TABLES = {
+    "mission": {"seed": 2, "duration_s": 30.0, "speed": 2.0},
+    "world": {"name": "arena1"},
+    "robots": [{"id": "r1", "laser": "lidar-360"}, {"id": "r2", "laser": "lidar-360"}],
+    "rbpf": {"particles": 6},
+    "comms": {"exchange_timeout_s": 5.0, "beacon_window": 16},
+}
+
+
+def mission(shell: str, **changes: object) -> Mission:
+    tables = {**TABLES, "mission": {**TABLES["mission"], "shell": shell, **changes}}
+    return make_mission(tables, Path("small.toml"))
+
+
+def run(one: Mission, out: Path) -> dict[str, object]:
+    return run_mission(one, out, lambda mission_s, total_s, text: None, lambda text: None)
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+def check(metrics: dict[str, object], out: Path) -> None:
+    for robot in ("r1", "r2"):
+        names = {path.name for path in (out / robot).iterdir()}
+        assert names >= {"map.pgm", "map.yaml", "team_map.pgm", "team_map.yaml", "team_map.png", "trajectory.tum"}
+        events = [json.loads(line) for line in (out / robot / "events.jsonl").read_text().splitlines()]
+        assert {"peer_seen", "link_changed", "exchange_done", "alignment"} <= {event["event"] for event in events}
+    (pair,) = metrics["pairs"]  # type: ignore[misc]
+    assert pair["status"] == "accepted", pair
+    assert pair["error_m"] < 0.2 and pair["error_deg"] < 3.0
+    assert metrics["team"]["false_merges"] == 0  # type: ignore[index]
+    (link,) = metrics["links"]  # type: ignore[misc]
+    assert link["exchanges"] >= 1 and 0 < link["bytes_sent"] < link["bytes_full_raw"]
+
+
+def test_virtual_time_gives_the_same_bytes_for_one_seed(tmp_path: Path) -> None:
+    metrics = run(mission("virtual"), tmp_path / "one")
+    check(metrics, tmp_path / "one")
+    run(mission("virtual"), tmp_path / "two")
+    assert files(tmp_path / "one") == files(tmp_path / "two")
+
+
+def test_another_seed_gives_another_mission(tmp_path: Path) -> None:
+    run(mission("virtual", duration_s=3.0), tmp_path / "one")
+    run(mission("virtual", duration_s=3.0, seed=3), tmp_path / "two")
+    assert files(tmp_path / "one")["r1/truth.tum"] != files(tmp_path / "two")["r1/truth.tum"]
+
+
+@pytest.mark.slow
+def test_real_processes_meet_and_merge(tmp_path: Path) -> None:
+    metrics = run(mission("process", duration_s=60.0), tmp_path / "out")
+    check(metrics, tmp_path / "out")
+    assert metrics["exit_codes"] == {"r1": 0, "r2": 0}
