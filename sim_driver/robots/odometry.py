@@ -9,6 +9,10 @@ from spatial import se2
 from spatial.se2 import Transform
 
 
+STILL = 1e-9
+"""Motion below this is rounding, not motion: metres, radians."""
+
+
 class Odometry:
     """Sums up noisy increments of motion."""
 
@@ -25,7 +29,7 @@ class Odometry:
         dx, dy, turn = (float(v) for v in T_before_after)
         way, turned = float(np.hypot(dx, dy)), abs(turn)
         along, across, heading = self._rng.standard_normal(3)
-        if way == 0.0 and turned == 0.0:
+        if way < STILL and turned < STILL:
             return
         sigma_m = np.sqrt(config.translation_m_per_sqrt_m**2 * way + config.translation_m_per_sqrt_rad**2 * turned)
         sigma_rad = np.sqrt(config.rotation_rad_per_sqrt_m**2 * way + config.rotation_rad_per_sqrt_rad**2 * turned)

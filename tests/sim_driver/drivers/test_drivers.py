@@ -1,0 +1,190 @@
+import numpy as np
+import pytest
+
+from sim_driver.drivers import DRIVERS, DriverConfig, Explorer, IdleDriver, TrajectoryDriver, WaypointDriver
+from sim_driver.drivers.follow import slow_for_obstacles, steer
+from sim_driver.worlds import World, load_world
+from sim_driver.worlds.canvas import Canvas
+from spatial import InputError, OccupancyGrid, Scan, se2
+from tests.sim_driver.rehearsal import rehearse
+
+S = 1_000_000_000
+
+
+def scan_of(ranges):
+    ranges = np.asarray(ranges, dtype=np.float32)
+    step = 2 * np.pi / ranges.size
+    return Scan(stamp_ns=0, ranges_m=ranges, angle_min_rad=-np.pi, angle_increment_rad=step, range_max_m=10.0)
+
+
+def roll(driver, seconds, grid=None, T=(0.0, 0.0, 0.0), teammates=None):
+    """Drive a robot that obeys at once and knows where it is."""
+    T = np.array(T, dtype=float)
+    track = [T]
+    for step in range(round(seconds * 10)):
+        v, w = driver.command(step * S // 10, T, grid, teammates or {})
+        T = se2.compose(T, (v * 0.1 * np.cos(w * 0.05), v * 0.1 * np.sin(w * 0.05), w * 0.1))
+        track.append(T)
+        if driver.finished:
+            break
+    return np.array(track)
+
+
+def test_waypoints_are_reached_in_order():
+    points = np.array([[2.0, 0.0], [2.0, 2.0], [-1.0, 1.0]])
+    driver = WaypointDriver(points)
+    track = roll(driver, 60)
+    assert driver.finished
+    gaps = np.linalg.norm(track[:, None, :2] - points[None], axis=-1)
+    first = [int(np.argmax(gaps[:, i] < 0.25)) for i in range(3)]
+    assert 0 < first[0] < first[1] < first[2]
+    assert driver.command(99 * S, track[-1], None, {}) == (0.0, 0.0)
+
+
+def test_waypoints_go_around_walls():
+    cells = np.zeros((80, 120), dtype=np.int8)
+    cells[:60, 60] = 100  # a wall at x = 3 up to y = 3
+    driver = WaypointDriver([[5.0, 1.0]])
+    track = roll(driver, 60, OccupancyGrid(cells, 0.05), (1.0, 1.0, 0.0))
+    assert driver.finished
+    wall = np.abs(track[:, 0] - 3.025) < 0.15
+    assert track[wall, 1].min() > 3.1
+
+
+def test_looping_waypoints_never_finish():
+    driver = WaypointDriver([[1.0, 0.0], [0.0, 0.0]], loop=True)
+    track = roll(driver, 40)
+    assert not driver.finished
+    assert (np.diff((track[:, 0] > 0.5).astype(int)) == 1).sum() >= 3
+
+
+def test_a_trajectory_is_followed_in_time():
+    t = np.arange(0, 30, 0.5)
+    poses = np.stack([0.3 * t, np.sin(0.3 * t), np.zeros_like(t)], axis=-1)
+    driver = TrajectoryDriver((t * S).astype(np.int64), poses)
+    track = roll(driver, 60)
+    assert driver.finished
+    at = np.stack([np.interp(np.arange(len(track)) * 0.1, t, poses[:, k]) for k in (0, 1)], axis=-1)
+    assert np.linalg.norm(track[:, :2] - at, axis=-1).max() < 0.6
+
+
+@pytest.mark.parametrize(
+    ("make", "text"),
+    [
+        (lambda: WaypointDriver([1.0, 2.0]), "waypoints must be a list of"),
+        (lambda: WaypointDriver([[1.0, np.nan]]), "waypoints must be a list of"),
+        (lambda: TrajectoryDriver([0, 1], [[0, 0, 0]]), "needs N stamps"),
+        (lambda: TrajectoryDriver([1, 0], [[0, 0, 0]] * 2), "must not run backward"),
+        (lambda: DriverConfig(speed_m_s=0), r"driver\.speed_m_s must be > 0, got 0"),
+        (lambda: DriverConfig(margin_m=-1), r"driver\.margin_m must be >= 0, got -1"),
+    ],
+)
+def test_bad_input(make, text):
+    with pytest.raises(InputError, match=text):
+        make()
+
+
+def test_idle_and_the_table_of_drivers():
+    assert IdleDriver().command(0, np.zeros(3), None, {}) == (0.0, 0.0)
+    assert set(DRIVERS) == {"explore", "waypoints", "trajectory", "idle"}
+
+
+def test_brakes_for_what_the_scan_shows_ahead():
+    config = DriverConfig()
+    ranges = np.full(360, 5.0)
+    assert slow_for_obstacles((0.5, 0.2), scan_of(ranges), config) == (0.5, 0.2)
+    ranges[180] = config.robot_radius_m + 0.1
+    speed, turn = slow_for_obstacles((0.5, 0.2), scan_of(ranges), config)
+    assert 0.0 < speed < 0.4
+    assert turn == 0.2
+    ranges[180] = config.robot_radius_m + 0.02
+    assert slow_for_obstacles((0.5, 0.0), scan_of(ranges), config)[0] == 0.0
+    ranges[180], ranges[0] = 5.0, 0.2  # behind
+    assert slow_for_obstacles((0.5, 0.0), scan_of(ranges), config)[0] == 0.5
+    assert slow_for_obstacles((-0.2, 0.0), scan_of(np.full(360, 0.2)), config)[0] == -0.2
+
+
+def test_steering_turns_first_when_it_looks_away():
+    path = np.array([[0.1 * i, 0.0] for i in range(30)])
+    assert steer(np.array([0.0, 0.0, np.pi]), path, DriverConfig())[0] == 0.0
+    assert steer(np.array([0.0, 0.0, 0.0]), path, DriverConfig())[0] == pytest.approx(0.5)
+    assert steer(np.array([0.0, 0.1, 0.0]), path, DriverConfig())[1] < 0
+    assert steer(np.zeros(3), np.empty((0, 2)), DriverConfig()) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "robots", "seed", "limit_s"), [("arena1", 2, 0, 60), ("arena2", 2, 3, 150), ("symmetric-house", 1, 1, 150)]
+)
+def test_explores_a_world_to_its_end(name, robots, seed, limit_s):
+    outcome = rehearse(load_world(name), robots, seed, limit_s)
+    assert outcome.coverage[-1][1] > 0.97
+    assert len(outcome.finished_s) == robots
+    assert sum(outcome.collisions.values()) <= 5
+
+
+def test_robots_that_do_not_know_of_each_other_still_get_done():
+    outcome = rehearse(load_world("arena2"), 3, 2, 200, laser="urg-04lx", share_map=False)
+    assert outcome.coverage[-1][1] > 0.97
+    assert len(outcome.finished_s) == 3
+
+
+def test_frontiers_are_shared_out():
+    """Two robots right of the middle of a corridor with a frontier at each end."""
+    cells = np.full((60, 400), -1, dtype=np.int8)
+    cells[20:40, 20:380] = 0
+    cells[[20, 39], 20:380] = 100
+    grid = OccupancyGrid(cells, 0.05)
+    left, right = np.array([11.0, 1.5, 0.0]), np.array([12.5, 1.5, np.pi])
+    one, two = Explorer(), Explorer()
+    one.command(0, left, grid, {"two": right})
+    two.command(0, right, grid, {"one": left})
+    assert one.goal_m[0] < 2.0
+    assert two.goal_m[0] > 18.0
+    alone = Explorer()
+    alone.command(0, left, grid, {})
+    assert alone.goal_m[0] > 18.0  # nearer, when nobody else is
+
+
+def test_a_frontier_that_never_clears_is_given_up():
+    """The map never changes, whatever the robot does: it must not stay for ever."""
+    cells = np.full((80, 80), -1, dtype=np.int8)
+    cells[20:60, 20:60] = 0
+    driver = Explorer(DriverConfig(progress_timeout_s=5.0, finish_after_s=2.0))
+    track = roll(driver, 300, OccupancyGrid(cells, 0.05), (2.0, 2.0, 0.0))
+    assert driver.finished
+    assert len(track) < 2500
+    # The team's map shows something new: on it goes.
+    cells = cells.copy()
+    cells[60:75, 30:50] = 0
+    driver.command(400 * S, track[-1], OccupancyGrid(cells, 0.05), {})
+    assert not driver.finished
+
+
+def test_a_known_world_is_finished_at_once():
+    world = World("hall", Canvas(5.0, 5.0).grid())
+    driver = Explorer(DriverConfig(finish_after_s=2.0))
+    roll(driver, 10, world.grid, (2.0, 2.0, 0.0))
+    assert driver.finished
+
+
+def test_without_a_map_it_looks_around():
+    assert Explorer().command(0, np.zeros(3), None, {})[1] > 0
+    empty = OccupancyGrid(np.empty((0, 0), dtype=np.int8), 0.05)
+    assert Explorer().command(0, np.zeros(3), empty, {})[1] > 0
+
+
+def test_a_robot_that_cannot_move_wriggles_and_in_the_end_gives_up():
+    cells = np.full((80, 80), -1, dtype=np.int8)
+    cells[20:60, 20:60] = 0
+    grid, driver = OccupancyGrid(cells, 0.05), Explorer(DriverConfig(finish_after_s=2.0))
+    commands = [driver.command(i * S // 10, np.array([2.0, 2.0, 0.0]), grid, {}) for i in range(3000)]
+    assert any(v < 0 for v, _ in commands)
+    assert driver.finished
+
+
+def test_one_seed_one_run():
+    def run():
+        outcome = rehearse(load_world("arena1"), 2, 4, 20)
+        return np.concatenate([np.array(t).ravel() for t in outcome.tracks.values()]).tobytes()
+
+    assert run() == run()

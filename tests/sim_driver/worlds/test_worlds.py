@@ -1,0 +1,121 @@
+import cv2
+import numpy as np
+import pytest
+
+from sim_driver.worlds import BUILT_IN, World, load_world
+from spatial import InputError, OccupancyGrid, write_map
+
+
+@pytest.mark.parametrize("name", [*BUILT_IN, "office:0", "office:1", "office:2", "office:3"])
+def test_every_world_is_closed_and_has_one_floor(name):
+    world = load_world(name)
+    assert set(np.unique(world.grid.cells)) == {0, 100}
+    for side in (world.is_wall[0], world.is_wall[-1], world.is_wall[:, 0], world.is_wall[:, -1]):
+        assert side.all()
+    free = world.grid.cells == 0
+    # All floor hangs together: nothing a robot could see but never reach.
+    assert np.count_nonzero(world.reachable) >= 0.999 * np.count_nonzero(free)
+
+
+@pytest.mark.parametrize(
+    ("name", "width", "height"),
+    [("arena1", 4.2, 4.2), ("arena2", 13.2, 9.2), ("corridor", 40.2, 6.2), ("block", 36.2, 26.2)],
+)
+def test_sizes(name, width, height):
+    assert load_world(name).size_m == pytest.approx((width, height), abs=0.05)
+
+
+def test_the_symmetric_house_is_symmetric_and_the_office_is_not():
+    house, office = load_world("symmetric-house").grid.cells, load_world("office").grid.cells
+    assert np.array_equal(house, house[::-1, ::-1])
+    assert np.mean(office != office[::-1, ::-1]) > 0.01
+
+
+def test_robots_pass_every_door_of_an_office():
+    from scipy import ndimage
+
+    for seed in range(12):
+        world = load_world(f"office:{seed}")
+        wide = world.clearance_cells * world.resolution_m > 0.3
+        labels, _ = ndimage.label(wide)
+        areas = np.bincount(labels.ravel())[1:]
+        assert areas.max() > 0.97 * areas.sum(), seed
+
+
+def test_one_seed_one_office():
+    assert np.array_equal(load_world("office:7").grid.cells, load_world("office:7").grid.cells)
+    assert load_world("office:7").grid.shape != load_world("office:8").grid.shape
+
+
+@pytest.mark.parametrize("clearance", [0.2, 0.5])
+def test_starts_are_free_and_apart(clearance):
+    world, rng = load_world("arena2"), np.random.default_rng(3)
+    taken = np.empty((0, 2))
+    for _ in range(5):
+        start = world.free_start(rng, clearance, taken)
+        assert world.clearance_m(start[:2]) >= clearance
+        assert not len(taken) or np.hypot(*(taken - start[:2]).T).min() >= 2 * clearance
+        taken = np.vstack([taken, start[:2]])
+    same = world.free_start(np.random.default_rng(3), clearance)
+    assert np.array_equal(same, world.free_start(np.random.default_rng(3), clearance))
+
+
+def test_no_place_left():
+    with pytest.raises(InputError, match="no free place 9 m from every wall"):
+        load_world("arena1").free_start(np.random.default_rng(0), 9.0)
+
+
+def test_clearance_is_zero_in_walls_and_outside():
+    world = load_world("arena1")
+    assert world.clearance_m(np.array([[0.01, 0.01], [-5.0, 2.0], [99.0, 99.0]])).tolist() == [0, 0, 0]
+    assert world.clearance_m(np.array([2.0, 2.2])) > 0.2
+
+
+def test_starts_are_inside_the_building(tmp_path):
+    image = np.full((120, 160), 255, dtype=np.uint8)
+    cv2.rectangle(image, (40, 30), (110, 90), 0, 2)
+    cv2.imwrite(str(tmp_path / "plan.png"), image)
+    world = load_world(tmp_path / "plan.png", 0.1)
+    assert world.size_m == pytest.approx((16.0, 12.0))
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        x, y, _ = world.free_start(rng)
+        assert 4 < x < 11.1
+        assert 3 < 12 - y < 9.1  # rows of images go down
+
+
+def test_map_server_yaml_keeps_its_frame(tmp_path):
+    cells = np.zeros((30, 50), dtype=np.int8)
+    cells[10, 20], cells[5, 5] = 100, -1
+    write_map(tmp_path / "m.yaml", OccupancyGrid(cells, 0.1, (-1.0, 2.0)))
+    world = load_world(tmp_path / "m.yaml")
+    assert world.grid.origin_m == (-1.0, 2.0)
+    assert world.is_wall[10, 20]
+    assert world.is_wall[5, 5]  # what nobody knows is no floor
+    assert not world.is_wall[11, 20]
+
+
+def test_errors_name_the_choices(tmp_path):
+    with pytest.raises(InputError, match=r"no built-in world; those are arena1, arena2, office"):
+        load_world("nowhere")
+    with pytest.raises(InputError, match="whole number >= 0"):
+        load_world("office:x")
+    with pytest.raises(InputError, match="scale must be > 0"):
+        load_world("office", -1.0)
+    (tmp_path / "a.png").write_bytes(b"no image")
+    with pytest.raises(InputError, match="not a readable image"):
+        load_world(tmp_path / "a.png")
+    with pytest.raises(InputError, match="no free cell"):
+        World("dark", OccupancyGrid(np.full((9, 9), 100, dtype=np.int8), 0.1))
+
+
+@pytest.mark.parametrize(
+    ("name", "scale"),
+    [("stage/hospital_section.png", 0.05), ("ipa/office_c.png", 0.05), ("mrl_arena/mrl_arena.yaml", None)],
+)
+def test_real_floor_plans(data_dir, name, scale):
+    world = load_world(data_dir / "worlds" / name, scale)
+    floor_m2 = np.count_nonzero(world.reachable) * world.resolution_m**2
+    assert floor_m2 > 10
+    start = world.free_start(np.random.default_rng(0))
+    assert world.clearance_m(start[:2]) > 0.25
