@@ -8,7 +8,7 @@ from spatial.errors import require
 
 FUSIONS = ("log-odds", "max", "mean")
 """Ways to fuse known with known."""
-COMPONENTS = ("area", "count")
+COMPONENTS = ("count", "area")
 """What makes one component of the team graph the largest."""
 
 
@@ -18,8 +18,8 @@ class MergeConfig:
 
     fusion: str = "log-odds"
     """Known with known: "log-odds" (evidence adds up), "max" (a wall seen once stays) or "mean"."""
-    component: str = "area"
-    """Without an anchor the component placed is the one with most known "area", or "count" of robots."""
+    component: str = "count"
+    """Without an anchor the component placed is the one of most robots ("count"), or of most known "area"."""
     resolution_m: float | None = None
     """Cell edge of the team map, metres, > 0; None takes the finest of the maps placed."""
     min_confidence: float = 0.0

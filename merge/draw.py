@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from merge.team import TeamMap
 from merge.warp import warp
-from spatial import OccupancyGrid, se2
+from spatial import FREE_MAX, OCCUPIED_MIN, OccupancyGrid, se2
 
 PALETTE = (
     (31, 119, 180),
@@ -29,6 +29,9 @@ PAPER = (243, 243, 240)
 INK = (40, 40, 44)
 FREE_TINT = 0.22
 """How much of a robot's colour its free space bears."""
+WALL_SHADE = 0.75
+"""How much darker than its robot's colour a wall is drawn."""
+BAND_ROWS = 256
 PAD_PX = 24
 
 
@@ -75,39 +78,52 @@ def draw_team(
 def _painted(
     team_map: TeamMap, layers: Mapping[str, OccupancyGrid], hue: Mapping[str, tuple[int, int, int]]
 ) -> NDArray[np.uint8]:
-    """Return the team map at one pixel a cell, first row on top."""
+    """Return the team map at one pixel a cell, first row on top; band by band, for colours take much room."""
     grid = team_map.grid
-    row0, col0 = grid.cell0
-    free, wall = np.zeros((*grid.shape, 3)), np.zeros((*grid.shape, 3))
-    saw_free, saw_wall = np.zeros(grid.shape), np.zeros(grid.shape)
-    for robot_id, T_team_map in team_map.T_team_map.items():
-        if robot_id not in layers:
-            continue
-        layer = warp(layers[robot_id], T_team_map, grid.resolution_m)
-        r, c = layer.cell0[0] - row0, layer.cell0[1] - col0
-        r0, c0, r1, c1 = (
-            max(r, 0),
-            max(c, 0),
-            min(r + layer.shape[0], grid.shape[0]),
-            min(c + layer.shape[1], grid.shape[1]),
-        )
+    warped = {
+        robot_id: warp(layers[robot_id], T_team_map, grid.resolution_m)
+        for robot_id, T_team_map in team_map.T_team_map.items()
+        if robot_id in layers
+    }
+    picture = np.empty((*grid.shape, 3), dtype=np.uint8)
+    for row in range(0, grid.shape[0], BAND_ROWS):
+        rows = min(BAND_ROWS, grid.shape[0] - row)
+        picture[row : row + rows] = _painted_band(grid, row, rows, warped, hue)
+    return np.ascontiguousarray(picture[::-1])
+
+
+def _painted_band(
+    grid: OccupancyGrid,
+    row: int,
+    rows: int,
+    warped: Mapping[str, OccupancyGrid],
+    hue: Mapping[str, tuple[int, int, int]],
+) -> NDArray[np.uint8]:
+    """Return some rows of the picture, lowest first."""
+    shape = (rows, grid.shape[1])
+    free, wall = (np.zeros((*shape, 3), dtype=np.float32) for _ in range(2))
+    saw_free, saw_wall = (np.zeros(shape, dtype=np.float32) for _ in range(2))
+    for robot_id, layer in warped.items():
+        r, c = layer.cell0[0] - grid.cell0[0] - row, layer.cell0[1] - grid.cell0[1]
+        r0, c0, r1, c1 = max(r, 0), max(c, 0), min(r + layer.shape[0], rows), min(c + layer.shape[1], shape[1])
         if r1 <= r0 or c1 <= c0:
             continue
-        here, there = np.s_[r0:r1, c0:c1], np.s_[r0 - r : r1 - r, c0 - c : c1 - c]
-        colour = np.array(hue[robot_id], dtype=np.float64)
-        for mask, total, count in ((layer.is_free, free, saw_free), (layer.is_occupied, wall, saw_wall)):
-            part = mask[there]
-            total[here] += part[..., None] * colour
-            count[here] += part
-    picture = np.empty((*grid.shape, 3))
+        here = np.s_[r0:r1, c0:c1]
+        cells = layer.cells[r0 - r : r1 - r, c0 - c : c1 - c]
+        colour = np.array(hue[robot_id], dtype=np.float32)
+        is_free, is_wall = (cells >= 0) & (cells <= FREE_MAX), cells >= OCCUPIED_MIN
+        for mask, total, count in ((is_free, free, saw_free), (is_wall, wall, saw_wall)):
+            total[here][mask] += colour
+            count[here][mask] += 1.0
+    picture = np.empty((*shape, 3), dtype=np.float32)
     picture[...] = PAPER
-    is_free, is_wall = grid.is_free, grid.is_occupied
-    seen = np.maximum(np.where(saw_free > 0, saw_free, saw_wall), 1)[..., None]
-    tint = np.where(saw_free[..., None] > 0, free, wall) / seen
+    band = grid.cells[row : row + rows]
+    is_free, is_wall = (band >= 0) & (band <= FREE_MAX), band >= OCCUPIED_MIN
+    tint = (free + wall) / np.maximum(saw_free + saw_wall, 1.0)[..., None]
     picture[is_free] = (255 * (1 - FREE_TINT) + FREE_TINT * tint)[is_free]
-    ink = np.where(saw_wall[..., None] > 0, wall / np.maximum(saw_wall, 1)[..., None], np.array(INK))
-    picture[is_wall] = (0.8 * ink)[is_wall]
-    return np.ascontiguousarray(np.rint(picture[::-1]).astype(np.uint8))
+    ink = np.where(saw_wall[..., None] > 0, wall / np.maximum(saw_wall, 1.0)[..., None], np.array(INK, dtype=np.float32))
+    picture[is_wall] = (WALL_SHADE * ink)[is_wall]
+    return np.rint(picture).astype(np.uint8)
 
 
 def _draw_path(picture: NDArray[np.uint8], pixels: NDArray[np.float64], colour: tuple[int, int, int]) -> None:

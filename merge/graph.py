@@ -204,10 +204,16 @@ class TeamGraph:
         lost += [f"{pair[0]}-{pair[1]}: {why}" for pair, why in self.revoked.items() if robot_id in pair]
         apart = [edge.other(robot_id) for edge in edges.values() if robot_id in edge.pair]
         if apart:
-            text = f"aligned only with {', '.join(sorted(apart))}, not placed either"
+            text = f"fits only {_listed(sorted(apart))}, not placed either"
         else:
             text = "no accepted alignment" if poses or lost else "no map"
         return text + (f" ({'; '.join(lost)})" if lost else "")
+
+
+def _listed(names: list[str], most: int = 3) -> str:
+    """Return a few names, and how many more there are."""
+    more = f" and {len(names) - most} others" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
 
 
 def node_of(grid: OccupancyGrid) -> Node:

@@ -10,7 +10,7 @@ from spatial import InputError
     ("field", "value", "message"),
     [
         ("fusion", "median", "one of log-odds, max, mean, got 'median'"),
-        ("component", "luck", "one of area, count"),
+        ("component", "luck", "one of count, area"),
         ("resolution_m", 0.0, "> 0 and < 10 m"),
         ("min_confidence", -0.1, ">= 0"),
         ("loop_tolerance_m", 0.0, "> 0"),

@@ -40,7 +40,7 @@ def test_the_largest_component_is_placed_and_the_others_are_named(component, pla
     assert placement.anchor == placed[0]
     assert sorted([*placement.T_team_map, *placement.unplaced]) == list("abcde")
     if component == "area":
-        assert placement.unplaced["d"] == "aligned only with c, e, not placed either"
+        assert placement.unplaced["d"] == "fits only c, e, not placed either"
 
 
 def test_the_anchors_component_is_placed_in_the_anchors_frame():
