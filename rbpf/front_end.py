@@ -30,6 +30,11 @@ TURN_SEARCHED_RAD = 0.1
 """Turns larger than this between two scans are searched, not only descended."""
 MAX_STEP_M = 5.0
 """Odometry that jumps farther between two scans is disbelieved, metres."""
+STRETCH_M = 0.5
+"""Odometry's slip is judged over stretches of this length."""
+BAD_INLIERS = 0.6
+CORRELATED = 1.0
+"""Beams are not independent of each other: their information counts by this share beside the prediction's."""
 SEEN_WELL = 2e3
 """Information (1/m^2) along the direction seen least from which on a match can judge odometry: not in bare corridors."""
 LEARN = 0.05
@@ -62,6 +67,9 @@ class FrontEnd:
         self.keys: list[tuple[Transform, NDArray[np.float64]]] = []
         # Errors of the two predictors (odometry, constant velocity) as shares of the motion: along, turning.
         self.errors = np.array([[config.odometry_noise, config.odometry_noise], [0.5, 0.5]])
+        # Odometry's error as a share of the way, over stretches long enough that jitter does not count.
+        self.slip = config.odometry_noise
+        self._by_odom, self._by_match, self._seen_well = np.zeros(3), np.zeros(3), True
         self._out = np.zeros(RESULT_SIZE)
         self._start = np.zeros(3)
         self._prior = np.zeros((3, 3))
@@ -76,6 +84,13 @@ class FrontEnd:
             return Step(np.zeros(3), 0.0, 1.0)
         predicted, spread = self._predict(T_before_odom)
         out = self._match(points, compose(before, predicted), predicted, spread)
+        if out[INLIERS] < BAD_INLIERS and T_before_odom is not None and _apart(T_before_odom, self.velocity):
+            # Odometry may have jumped: without it the motion before is the best guess.
+            doubted = out.copy()
+            predicted, spread = self._predict(None)
+            out = self._match(points, compose(before, predicted), predicted, spread)
+            if doubted[SCORE] >= out[SCORE]:
+                out[:] = doubted
         self.T_local_base = out[:3].copy()
         motion = between(before, self.T_local_base)
         self._learn(motion, T_before_odom, out)
@@ -96,7 +111,8 @@ class FrontEnd:
         choice = (T_before_odom, steady)
         motion = np.array([*choice[along][:2], choice[turning][2]])
         length, turn = math.hypot(motion[0], motion[1]), abs(motion[2])
-        sigma_xy = 0.008 + min(self.errors[along, 0], 1.0) * length + 0.02 * turn
+        share = errors[along, 0]
+        sigma_xy = 0.008 + min(share, 1.0) * length + 0.02 * turn
         sigma_t = 0.005 + min(self.errors[turning, 1], 1.0) * turn + 0.05 * length
         return motion, (sigma_xy, sigma_xy, sigma_t)
 
@@ -107,7 +123,8 @@ class FrontEnd:
         store.cover(start[:2] - self.reach_m, start[:2] + self.reach_m)
         place = (store.pool, store.tables[0], store.row0, store.col0, store.resolution_m, points)
         prior = self._prior
-        prior[0, 0], prior[1, 1], prior[2, 2] = 1.0 / spread[0] ** 2, 1.0 / spread[1] ** 2, 1.0 / spread[2] ** 2
+        for k in range(3):
+            prior[k, k] = 1.0 / (CORRELATED * spread[k] ** 2)
         out = self._out
         match(*place, start, start, prior, self.sigma_m, 12, COS, SIN, out)
         if out[INLIERS] < GOOD_INLIERS or abs(motion[2]) > TURN_SEARCHED_RAD:
@@ -122,7 +139,16 @@ class FrontEnd:
     def _learn(self, motion: Transform, T_before_odom: Transform | None, out: NDArray[np.float64]) -> None:
         """Follow how well each predictor foretold the motion, where the match was good enough to tell."""
         if T_before_odom is None or out[INLIERS] < 0.7:
+            self._by_odom, self._by_match, self._seen_well = np.zeros(3), np.zeros(3), True
             return
+        self._by_odom, self._by_match = compose(self._by_odom, T_before_odom), compose(self._by_match, motion)
+        self._seen_well &= weakest(out) > SEEN_WELL
+        way = math.hypot(self._by_match[0], self._by_match[1])
+        if way > STRETCH_M or abs(self._by_match[2]) > 0.5:
+            if self._seen_well and way > STRETCH_M:
+                missed = math.hypot(self._by_odom[0] - self._by_match[0], self._by_odom[1] - self._by_match[1]) / way
+                self.slip += 2.0 * LEARN * (min(max(missed, 0.03), 3.0) - self.slip)
+            self._by_odom, self._by_match, self._seen_well = np.zeros(3), np.zeros(3), True
         length, turn = math.hypot(motion[0], motion[1]), abs(motion[2])
         if (length <= 0.03 or weakest(out) <= SEEN_WELL) and turn <= 0.03:
             return
@@ -149,14 +175,21 @@ class FrontEnd:
         """Return everything that a resumed front end needs."""
         return {
             "store": self.store.state(), "T_local_base": self.T_local_base, "velocity": self.velocity,
-            "errors": self.errors, "keys": [[pose, points] for pose, points in self.keys],
+            "errors": self.errors, "slip": self.slip, "stretch": [self._by_odom, self._by_match, self._seen_well],
+            "keys": [[pose, points] for pose, points in self.keys],
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
         """Become the front end that was saved."""
         self.store.restore(state["store"])
         self.T_local_base, self.velocity, self.errors = (state[k] for k in ("T_local_base", "velocity", "errors"))
+        self.slip = state["slip"]
+        self._by_odom, self._by_match, self._seen_well = state["stretch"]
         self.keys = [(pose, points) for pose, points in state["keys"]]
+
+
+def _apart(one: Transform, two: Transform) -> bool:
+    return math.hypot(one[0] - two[0], one[1] - two[1]) > 0.15 or abs(math.remainder(one[2] - two[2], 2.0 * math.pi)) > 0.15
 
 
 def information(out: NDArray[np.float64]) -> NDArray[np.float64]:

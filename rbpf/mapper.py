@@ -33,6 +33,8 @@ SPACING_M = 0.03
 HEALTH_MEMORY = 0.2
 ANCHOR_M, ANCHOR_RAD = 0.05, 0.02
 """How far smoothing may take a keyframe from where its particle has it (standard deviations)."""
+FOLLOW, JUMP_M, JUMP_RAD = 0.25, 0.15, 0.05
+"""The pose told takes this share of what it misses of the best particle's at an update, and all of it beyond a jump."""
 LOYALTY = 2.0
 """The particle that speaks for all is given up for one that is this much better in log weight."""
 
@@ -92,6 +94,7 @@ class Mapper:
         self._scan_motion = Rows(4)  # per scan: local motion since that keyframe, and its way
         self._online = Rows(3)
         self._T_key_base: Transform = np.zeros(3)
+        self._T_out: Transform = np.zeros(3)
         self._way = 0.0
         self._key_cov = np.zeros((3, 3))
         self._key_stamp_ns = 0
@@ -114,7 +117,7 @@ class Mapper:
         """``(3,)``, the best pose known now."""
         if self._keys == 0:
             return np.zeros(3)
-        return compose(self._poses[self.best, self._keys - 1], self._T_key_base)
+        return self._T_out.copy()
 
     @property
     def covariance(self) -> NDArray[np.float64]:
@@ -194,11 +197,13 @@ class Mapper:
         step = self._front.step(self._few[:few], points, T_before_odom)
         self._T_key_base = compose(self._T_key_base, step.T_before_base)
         self._way += float(math.hypot(*step.T_before_base[:2]) + 0.3 * abs(step.T_before_base[2]))
+        self._T_out = compose(self._T_out, step.T_before_base)
         clock.lap("front end")
         processed = self._due(scan.stamp_ns)
         resampled = False
         if processed:
             resampled = self._filter(scan, points, step, clock)
+            self._follow()
         self._scan_place.add((scan.stamp_ns, self._keys - 1))
         self._scan_motion.add((*self._T_key_base, self._way))
         T_map_base = self.T_map_base
@@ -208,6 +213,19 @@ class Mapper:
             processed=processed, T_map_base=T_map_base, neff=self._neff, resampled=resampled,
             match_score=step.inliers, health=self._health, dropped_beams=dropped,
         )  # fmt: skip
+
+    def _follow(self) -> None:
+        """Draw the pose that is told towards the best particle's.
+
+        A particle's pose is a sample: it jitters by centimetres from update to update while local motion is good to
+        millimetres. So the pose told follows slowly, but jumps where the two are far apart, as after a loop's closing.
+        """
+        T_map_key = self._poses[self.best, self._keys - 1]
+        missed = between(self._T_out, T_map_key)
+        if math.hypot(missed[0], missed[1]) > JUMP_M or abs(missed[2]) > JUMP_RAD:
+            self._T_out = T_map_key.copy()
+        else:
+            self._T_out = compose(self._T_out, FOLLOW * missed)
 
     def _see(self, scan: Scan) -> int:
         """Turn the scan into points; return how many."""
@@ -401,7 +419,7 @@ class Mapper:
             "loops": self._loops.state(), "rng": self._rng.bit_generator.state, "log_weights": self._log_weights,
             "poses": self._poses[:, : self._keys], "best": self.best, "neff": self._neff, "health": self._health,
             "arrival": self._arrival.rows, "scan_place": self._scan_place.rows, "scan_motion": self._scan_motion.rows,
-            "online": self._online.rows, "T_key_base": self._T_key_base, "way": self._way,
+            "online": self._online.rows, "T_key_base": self._T_key_base, "way": self._way, "T_out": self._T_out,
             "key_stamp_ns": self._key_stamp_ns, "T_odom_base": self._T_odom_base, "stamp_ns": self._stamp_ns,
             "ranges": self._ranges,
             "stats": [stats.scans, stats.dropped, stats.processed, stats.resamplings, stats.loops_closed],
@@ -423,6 +441,7 @@ class Mapper:
         self._arrival, self._scan_place = Rows.of(state["arrival"]), Rows.of(state["scan_place"])
         self._scan_motion, self._online = Rows.of(state["scan_motion"]), Rows.of(state["online"])
         self._T_key_base, self._way, self._key_stamp_ns = state["T_key_base"], state["way"], state["key_stamp_ns"]
+        self._T_out = state["T_out"]
         self._T_odom_base, self._stamp_ns, self._ranges = state["T_odom_base"], state["stamp_ns"], state["ranges"]
         stats = self.stats
         stats.scans, stats.dropped, stats.processed, stats.resamplings, stats.loops_closed = state["stats"]
