@@ -253,9 +253,10 @@ def correlate(
             theta = angle + turn
             cos, sin = math.cos(theta), math.sin(theta)
             back = np.array([cos * b.centre[0] - sin * b.centre[1], sin * b.centre[0] + cos * b.centre[1]])
-            for (r, c), v in zip(where, value, strict=True):
-                x, y = a.centre + np.array([cols[c], rows[r]]) * cell_m - back
-                wrapped = math.remainder(theta, 2 * math.pi)
-                found.append(Candidate(np.array([x, y, wrapped]), float(v) * a.res, {}))
+            wrapped = math.remainder(theta, 2 * math.pi)
+            x = a.centre[0] + cols[where[:, 1]] * cell_m - back[0]
+            y = a.centre[1] + rows[where[:, 0]] * cell_m - back[1]
+            for k in range(len(value)):
+                found.append(Candidate(np.array([x[k], y[k], wrapped]), float(value[k]) * a.res))
     found.sort(key=lambda candidate: -candidate.score)
     return found

@@ -67,8 +67,10 @@ def tests(evidence: dict[str, float], config: AlignmentConfig) -> list[Test]:
 
 def same(b: PreparedMap, T_1: se2.Transform, T_2: se2.Transform) -> bool:
     """Whether two transforms lay b at one place."""
-    apart = np.hypot(*(se2.apply(T_1, b.centre) - se2.apply(T_2, b.centre)))
-    return bool(apart < SAME_M and abs(float(se2.wrap(T_1[2] - T_2[2]))) < SAME_RAD)
+    if abs(math.remainder(T_1[2] - T_2[2], 2.0 * math.pi)) >= SAME_RAD:
+        return False
+    apart = se2.apply(T_1, b.centre) - se2.apply(T_2, b.centre)
+    return math.hypot(apart[0], apart[1]) < SAME_M
 
 
 def fits_of(

@@ -104,7 +104,7 @@ def nearest_labels(
     Quadrant q holds the walls that face within 65 degrees of q x 90 degrees, and specks. At most NOTHING cells.
     """
     label = np.full((4, height, width), NOTHING, dtype=np.uint16)
-    best = np.full((4, height, width), 255, dtype=np.uint8)
+    best = np.empty((height, width), dtype=np.uint8)
     span = 2 * reach + 1
     disc = np.empty((span * span, 3), dtype=np.int32)
     m = 0
@@ -114,17 +114,17 @@ def nearest_labels(
             if d2 <= reach * reach and d2 < 255:
                 disc[m, 0], disc[m, 1], disc[m, 2] = dr, dc, d2
                 m += 1
-    for i in range(cells.shape[0]):
-        nx, ny = normals[i, 0], normals[i, 1]
-        speck = nx == 0.0 and ny == 0.0
-        for q in range(4):
+    for q in range(4):
+        best[:] = 255
+        for i in range(cells.shape[0]):
+            nx, ny = normals[i, 0], normals[i, 1]
             facing = nx if q == 0 else (ny if q == 1 else (-nx if q == 2 else -ny))
-            if not (speck or facing > 0.42):
+            if facing <= 0.42 and (nx != 0.0 or ny != 0.0):
                 continue
             for k in range(m):
                 r, c = cells[i, 0] + disc[k, 0], cells[i, 1] + disc[k, 1]
-                if 0 <= r < height and 0 <= c < width and disc[k, 2] < best[q, r, c]:
-                    best[q, r, c] = disc[k, 2]
+                if 0 <= r < height and 0 <= c < width and disc[k, 2] < best[r, c]:
+                    best[r, c] = disc[k, 2]
                     label[q, r, c] = i
     return label
 

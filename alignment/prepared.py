@@ -109,6 +109,6 @@ def prepare(grid: OccupancyGrid, res: float) -> PreparedMap:
 
 def order_key(grid: OccupancyGrid) -> tuple[int, bytes]:
     """Return a key that depends on the cropped cells alone, so that align(a, b) and align(b, a) do the same work."""
-    return int(np.count_nonzero(grid.is_known)), hashlib.sha256(
-        grid.cells.tobytes() + bytes(str(grid.shape), "ascii")
-    ).digest()
+    digest = hashlib.sha256(np.array(grid.shape))
+    digest.update(grid.cells)
+    return int(np.count_nonzero(grid.is_known)), digest.digest()

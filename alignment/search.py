@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import njit
+from numpy.typing import NDArray
 
 from alignment.config import AlignmentConfig
 from alignment.correlate import correlate, rotations
@@ -16,8 +18,10 @@ from spatial import se2
 
 OFFSETS_DEG = (-1.5, -0.75, 0.0, 0.75, 1.5)
 """Turns tried around each rotation: maps are bent, and a part of one may lie askew."""
-QUICK_POINTS = 500
+QUICK_POINTS = 400
 """Wall points per map that settle and rank a proposal."""
+SETTLED = 250
+"""Most proposals settled and ranked."""
 CELL_M = 0.2
 """Cell of the correlation, metres."""
 MOST_CELLS = 700
@@ -43,25 +47,41 @@ def exhaustive(a: PreparedMap, b: PreparedMap, config: AlignmentConfig, prior: P
     span = float(np.max(np.ptp(a.points, axis=0)) + 2 * np.hypot(*(b.points - b.centre).T).max())
     cell_m = max(CELL_M, 2 * a.res if a.res > 0.1 else 0.0, span / MOST_CELLS)
     proposals = correlate(a, b, angles, cell_m, per_angle=40, blur_m=0.75 * cell_m, against=2.0, near=near)
-    return settle(a, b, distinct(b, proposals, 400), config)
+    return settle(a, b, distinct(b, proposals, SETTLED), config)
+
+
+@njit(cache=True, nogil=True)
+def thinned(
+    at: NDArray[np.float64], turns: NDArray[np.float64], apart_m: float, apart_rad: float, most: int
+) -> NDArray[np.int64]:  # pragma: no cover - compiled
+    """Return the first ``most`` rows of places ``(N, 2)`` and turns ``(N,)`` that are not next to an earlier one."""
+    kept = np.empty(most, dtype=np.int64)
+    n = 0
+    for i in range(at.shape[0]):
+        alone = True
+        for k in range(n):
+            j = kept[k]
+            if abs(at[i, 0] - at[j, 0]) > apart_m or abs(at[i, 1] - at[j, 1]) > apart_m:
+                continue
+            turn = abs(turns[i] - turns[j]) % (2.0 * math.pi)
+            if min(turn, 2.0 * math.pi - turn) < apart_rad:
+                alone = False
+                break
+        if alone:
+            kept[n] = i
+            n += 1
+            if n == most:
+                break
+    return kept[:n].copy()
 
 
 def distinct(b: PreparedMap, proposals: list[Candidate], most: int) -> list[Candidate]:
     """Return the best ``most`` proposals without those next to a better one."""
-    kept: list[Candidate] = []
-    at = np.empty((0, 2))
-    middle = np.stack([se2.apply(p.T_a_b, b.centre) for p in proposals]) if proposals else at
-    turns = np.array([p.T_a_b[2] for p in proposals])
-    free = np.ones(len(proposals), dtype=np.bool_)
-    for i, proposal in enumerate(proposals):
-        if not free[i]:
-            continue
-        kept.append(proposal)
-        if len(kept) == most:
-            break
-        near = np.hypot(*(middle - middle[i]).T) < 0.3
-        free &= ~(near & (np.abs(se2.wrap(turns - turns[i])) < math.radians(1.0)))
-    return kept
+    if not proposals:
+        return []
+    T_a_b = np.stack([proposal.T_a_b for proposal in proposals])
+    kept = thinned(se2.apply(T_a_b, b.centre), T_a_b[:, 2].copy(), 0.3, math.radians(1.0), most)
+    return [proposals[k] for k in kept]
 
 
 def settle(a: PreparedMap, b: PreparedMap, proposals: list[Candidate], config: AlignmentConfig) -> list[Candidate]:

@@ -11,6 +11,7 @@ def warm_up() -> None:
     """Call each kernel of this package with tiny input."""
     from alignment.align import align  # late: align imports every kernel
     from alignment.aligners import ALIGNERS
+    from alignment.config import AlignmentConfig
 
     cells = np.full((120, 160), -1, dtype=np.int8)
     cells[20:100, 20:140] = 0
@@ -19,4 +20,4 @@ def warm_up() -> None:
     cells[20:60, 70], cells[70, 20:50], cells[40, 100:110] = 100, 100, 100
     grid = OccupancyGrid(cells, 0.05)
     for method in ALIGNERS:
-        align(grid, grid, method=method)
+        align(grid, grid, method=method, config=AlignmentConfig(evaluations=5, ransac_draws=50))

@@ -19,7 +19,6 @@ import numpy as np
 from numba import njit
 from scipy import ndimage
 
-import spatial
 from sim_driver.feeds.carmen import CarmenFeed
 from spatial import se2
 from spatial.traversal import traverse
@@ -31,8 +30,8 @@ PLANS = {
     "stage/sal2.png": 0.06,
     "stage/simple_rooms.png": 0.05, "stage/uoa_robotics_lab.png": 0.03,
     "stage/SFU_1200x615.png": 0.06,
-    "ipa/office_e.png": 0.05, "ipa/office_g.png": 0.035, "ipa/NLB.png": 0.05, "ipa/lab_a.png": 0.05, "ipa/lab_c.png": 0.05,
-    "ipa/office_a.png": 0.05,
+    "ipa/office_e.png": 0.05, "ipa/office_g.png": 0.035, "ipa/NLB.png": 0.05, "ipa/lab_a.png": 0.05,
+    "ipa/lab_c.png": 0.05, "ipa/office_a.png": 0.05,
 }  # fmt: skip
 """Floor plans and the metres per pixel they are read at."""
 LOGS = (
@@ -209,14 +208,18 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--pairs", type=int, default=60)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", nargs="+", help="use only buildings whose file name contains one of these")
     args = parser.parse_args()
     rng = np.random.default_rng(args.seed)
     (args.out / "pairs").mkdir(parents=True, exist_ok=True)
-    surveys = [survey_log(args.data / log) for log in LOGS]
-    surveys += [survey_plan(args.data / "worlds" / plan, scale, rng) for plan, scale in PLANS.items()]
-    houses = sorted((args.data / "worlds" / "houses").glob("*.jpg"), key=lambda p: -p.stat().st_size)[:20]
-    surveys += [survey_plan(house, 15.0 / 500, rng) for house in houses[::2]]
-    spatial.traversal  # noqa: B018 - the import above points numba's cache
+    houses = sorted((args.data / "worlds" / "houses").glob("*.jpg"), key=lambda p: -p.stat().st_size)[:20:2]
+    plans = {args.data / "worlds" / plan: scale for plan, scale in PLANS.items()} | dict.fromkeys(houses, 15.0 / 500)
+
+    def chosen(name: str) -> bool:
+        return not args.only or any(part in name for part in args.only)
+
+    surveys = [survey_log(args.data / log) for log in LOGS if chosen(log)]
+    surveys += [survey_plan(plan, scale, rng) for plan, scale in plans.items() if chosen(plan.name)]
     index: list[dict[str, object]] = []
     wanted = [b for b, _ in BINS] + [0.0]
     tries = 0
