@@ -6,8 +6,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-
 from alignment.config import AlignmentConfig
 from alignment.prepared import PreparedMap
 from alignment.refine import covariance, refine

@@ -109,6 +109,6 @@ def prepare(grid: OccupancyGrid, res: float) -> PreparedMap:
 
 def order_key(grid: OccupancyGrid) -> tuple[int, bytes]:
     """Return a key that depends on the cropped cells alone, so that align(a, b) and align(b, a) do the same work."""
-    digest = hashlib.sha256(np.array(grid.shape))
-    digest.update(grid.cells)
+    digest = hashlib.sha256(str(grid.shape).encode())
+    digest.update(grid.cells.data)
     return int(np.count_nonzero(grid.is_known)), digest.digest()
