@@ -8,6 +8,7 @@ Tiles are rows of a pool ``(T, 1024) uint32``; tile 0 is empty for ever and is n
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -26,19 +27,21 @@ VISITS_CAP = 62
 
 
 @njit(cache=True, nogil=True, inline="always")
-def hits_of(cell: int) -> int:  # pragma: no cover - compiled
+def hits_of(cell: Any) -> int:  # pragma: no cover - compiled
     """Return how often a beam ended in the cell."""
     return cell & 0x1F
 
 
 @njit(cache=True, nogil=True, inline="always")
-def visits_of(cell: int) -> int:  # pragma: no cover - compiled
+def visits_of(cell: Any) -> int:  # pragma: no cover - compiled
     """Return how often a beam ended in the cell or passed through it."""
     return (cell >> 5) & 0x3F
 
 
 @njit(cache=True, nogil=True)
-def add_hit(cell: int, fx: float, fy: float, nx: float, ny: float, quality: float) -> int:  # pragma: no cover - compiled
+def add_hit(
+    cell: Any, fx: float, fy: float, nx: float, ny: float, quality: float
+) -> Any:  # pragma: no cover - compiled
     """Return the cell after one more hit at ``fx, fy`` in [0, 1) of the cell, with a unit normal of this quality.
 
     Means are rounded up or down in the long run as often as their fraction asks (dithered by the digits below the
@@ -78,7 +81,7 @@ def add_hit(cell: int, fx: float, fy: float, nx: float, ny: float, quality: floa
 
 
 @njit(cache=True, nogil=True, inline="always")
-def add_pass(cell: int) -> int:  # pragma: no cover - compiled
+def add_pass(cell: Any) -> Any:  # pragma: no cover - compiled
     """Return the cell after one more beam passed through it."""
     visits = ((cell >> 5) & 0x3F) + 1
     if visits >= VISITS_CAP:

@@ -1,6 +1,6 @@
-"""A mapper on disk: written whole or not at all, verified when read, and resumed to the byte.
+r"""A mapper on disk: written whole or not at all, verified when read, and resumed to the byte.
 
-File: ``mrslam-mapper <version> <sha256 of the rest>\\n``, then a JSON header in one line, then the arrays one after the
+File: ``mrslam-mapper <version> <sha256 of the rest>\n``, then a JSON header in one line, then the arrays one after the
 other. The header holds everything that is no array, and for each array its dtype, shape and place.
 """
 

@@ -21,7 +21,7 @@ class MapperConfig:
     angular_update_rad: float = 0.5
     """The filter is updated after this much turning, radians."""
     temporal_update_s: float = 0.0
-    """The filter is updated after this much time even at rest, seconds; 0 = never (a robot at rest learns nothing new)."""
+    """The filter is updated after this much time even at rest, seconds; 0 = never: at rest nothing new is learnt."""
     usable_range_m: float = 40.0
     """Returns beyond this are not used, metres."""
     clear_range_m: float = 0.0

@@ -6,10 +6,9 @@ the motion between scans.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
-
-import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +17,6 @@ from rbpf.config import MapperConfig
 from rbpf.matching import CONFLICTS, INFO, INLIERS, RESULT_SIZE, SCORE, direction_tables, match, search
 from rbpf.poses import between, compose
 from rbpf.tile_store import TileStore
-from spatial import se2
 from spatial.se2 import Transform
 
 KEY_DISTANCE_M, KEY_TURN_RAD = 0.2, 0.15
@@ -36,7 +34,7 @@ BAD_INLIERS = 0.6
 CORRELATED = 1.0
 """Beams are not independent of each other: their information counts by this share beside the prediction's."""
 SEEN_WELL = 2e3
-"""Information (1/m^2) along the direction seen least from which on a match can judge odometry: not in bare corridors."""
+"""Information (1/m^2) along the direction seen least from which on a match can judge odometry: no bare corridors."""
 LEARN = 0.05
 """Share of a new scan in what is known of the predictors' errors."""
 
@@ -189,7 +187,10 @@ class FrontEnd:
 
 
 def _apart(one: Transform, two: Transform) -> bool:
-    return math.hypot(one[0] - two[0], one[1] - two[1]) > 0.15 or abs(math.remainder(one[2] - two[2], 2.0 * math.pi)) > 0.15
+    return (
+        math.hypot(one[0] - two[0], one[1] - two[1]) > 0.15
+        or abs(math.remainder(one[2] - two[2], 2.0 * math.pi)) > 0.15
+    )
 
 
 def information(out: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -72,7 +72,12 @@ def _solve(
     weight = np.where(robust, 1.0 / (1.0 + chi2 / scale**2), 1.0)
     weighted = information * weight[:, None, None]
     wa, wb = weighted @ a, weighted @ b
-    blocks = [a.transpose(0, 2, 1) @ wa, a.transpose(0, 2, 1) @ wb, b.transpose(0, 2, 1) @ wa, b.transpose(0, 2, 1) @ wb]
+    blocks = [
+        a.transpose(0, 2, 1) @ wa,
+        a.transpose(0, 2, 1) @ wb,
+        b.transpose(0, 2, 1) @ wa,
+        b.transpose(0, 2, 1) @ wb,
+    ]
     pairs = [(first, first), (first, second), (second, first), (second, second)]
     axis = np.arange(3)
     rows = np.concatenate([(3 * i[:, None, None] + axis[:, None] + 0 * axis).ravel() for i, _ in pairs])

@@ -75,7 +75,7 @@ class LoopCloser:
         self._out = np.zeros(RESULT_SIZE)
 
     def add_key(self, points: NDArray[np.float64], origin: NDArray[np.float64], way_m: float) -> None:
-        """Remember a keyframe's scan, taken from ``origin`` on the base; ``way_m`` is the way since the keyframe before."""
+        """Remember a scan taken from ``origin`` on the base, ``way_m`` after the keyframe before."""
         self.origins.append(origin.copy())
         self.scans.append(points.astype(np.float32))
         self.way.append(way_m + (self.way[-1] if self.way else 0.0))
@@ -112,17 +112,17 @@ class LoopCloser:
         spread_m, spread_rad = 0.05 + DRIFT * lost_m, 0.02 + 0.002 * lost_m
         prior = np.diag([1.0 / spread_m**2, 1.0 / spread_m**2, 1.0 / spread_rad**2])
         sigma, out = self.config.sigma_m, self._out
-        match(*fine, source, T_old_now, T_old_now, prior, sigma, 12, COS, SIN, out)
+        match(*fine, source, T_old_now, T_old_now, prior, sigma, 12, COS, SIN, out)  # type: ignore[call-arg]
         fitted = out.copy()
         if not _fits(fitted, 0.1):
             coarse = self._draw(1, T_map_key, group, old, T_old_now)
             start = np.zeros(3)
-            search(
+            search(  # type: ignore[call-arg]
                 *coarse, source, 80, T_old_now, min(0.1 + 0.002 * lost_m, TURN_MOST_RAD), 0.03,
                 min(0.7 + DRIFT * lost_m, FAR_MOST_M), 0.35, COS, SIN, start,
             )  # fmt: skip
-            search(*fine, source, 120, start.copy(), 0.045, 0.015, 0.3, 0.1, COS, SIN, start)
-            match(*fine, source, start, T_old_now, prior, sigma, 15, COS, SIN, out)
+            search(*fine, source, 120, start.copy(), 0.045, 0.015, 0.3, 0.1, COS, SIN, start)  # type: ignore[call-arg]
+            match(*fine, source, start, T_old_now, prior, sigma, 15, COS, SIN, out)  # type: ignore[call-arg]
             if out[SCORE] > fitted[SCORE]:
                 fitted = out.copy()
         if not _fits(fitted):
@@ -176,8 +176,8 @@ class LoopCloser:
         error = residuals(T_map_key, np.array(self.first), np.array(self.second), np.stack(self.T_first_second))
         return float(np.hypot(error[:, 0], error[:, 1]).max())
 
-    def _draw(self, level: int, T_map_key: Transform, group: range, old: int, T_old_now: Transform) -> tuple[Any, ...]:
-        """Return a map of the group's scans in the frame of ``old``, as matchers take it, that covers the newest place."""
+    def _draw(self, level: int, T_map_key: Transform, group: range, old: int, T_old_now: Transform) -> Any:
+        """Return a map of the group's scans in the frame of ``old``, in the form that matchers take."""
         store, reach = self._stores[level], self.config.usable_range_m + FAR_MOST_M
         store.clear(0)
         store.cover(T_old_now[:2] - reach, T_old_now[:2] + reach)
@@ -202,16 +202,15 @@ class LoopCloser:
             T = se2.between(T_map_key[frame], T_map_key[k])
             cos, sin = np.cos(T[2]), np.sin(T[2])
             x, y, nx, ny, q = points.T
-            parts.append(
-                np.stack([T[0] + cos * x - sin * y, T[1] + sin * x + cos * y, cos * nx - sin * ny, sin * nx + cos * ny, q])
-            )
+            moved = [T[0] + cos * x - sin * y, T[1] + sin * x + cos * y]
+            parts.append(np.stack([*moved, cos * nx - sin * ny, sin * nx + cos * ny, q]))
         return np.ascontiguousarray(np.concatenate(parts, axis=1).T)
 
     def state(self) -> dict[str, Any]:
         """Return everything that a resumed search needs."""
         return {
-            "scans": list(self.scans), "origins": list(self.origins), "way": list(self.way), "first": list(self.first), "second": list(self.second),
-            "T": list(self.T_first_second), "information": list(self.information),
+            "scans": list(self.scans), "origins": list(self.origins), "way": list(self.way),
+            "first": list(self.first), "second": list(self.second), "T": list(self.T_first_second), "information": list(self.information),
             "pending": None if self._pending is None else [self._pending[0], self._pending[1]],
             "last": [self._last_fit_m, self._anchored_m],
         }  # fmt: skip
@@ -226,6 +225,6 @@ class LoopCloser:
 
 
 def _fits(result: NDArray[np.float64], more: float = 0.0) -> bool:
-    """Return whether a match of enough beams contradicts the old map nowhere much; what the old map never saw is neutral."""
+    """Return whether enough beams match, and few contradict the old map; what it never saw is neutral."""
     seen = result[INLIERS] + result[CONFLICTS]
     return bool(result[INLIERS] >= OVERLAP_LEAST + more and result[INLIERS] >= (AGREEING_LEAST + 0.5 * more) * seen)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import time
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
@@ -143,9 +144,7 @@ class Mapper:
     def trajectory(self) -> Keyframes:
         """Return the pose of every accepted scan, in the order fed, as the best particle remembers it now."""
         place, motion = self._scan_place.rows, self._scan_motion.rows
-        poses = spread(
-            self._smoothed(), place[:, 1], motion[:, :3], motion[:, 3], self._arrival.rows
-        )
+        poses = spread(self._smoothed(), place[:, 1], motion[:, :3], motion[:, 3], self._arrival.rows)
         return Keyframes(place[:, 0].copy(), poses)
 
     def _smoothed(self) -> Transform:
@@ -322,7 +321,7 @@ class Mapper:
         clock.lap("resample")
         self._insert(scan, points)
         clock.lap("map update")
-        self._loops.add_key(points, np.ascontiguousarray(scan.T_base_laser[:2]), float(self._arrival.rows[-1, 3]))
+        self._loops.add_key(points, scan.T_base_laser[:2].copy(), float(self._arrival.rows[-1, 3]))
         if config.close_loops:
             self._close_loops()
             clock.lap("loops")
@@ -385,7 +384,7 @@ class Mapper:
         store, config = self._store, self.config
         poses = np.ascontiguousarray(self._poses[:, self._keys - 1])
         ends = self._clearing_ends(scan)
-        origin = np.ascontiguousarray(scan.T_base_laser[:2])
+        origin = scan.T_base_laser[:2].copy()
         for i in range(config.particles):
             store.own(i, origin, poses[i], points, ends, True)
         place = (store.pool, store.refs, store.tables, store.row0, store.col0, store.resolution_m, origin, poses)
@@ -400,14 +399,14 @@ class Mapper:
         ends = reach * np.stack([self._cos[none], self._sin[none]], axis=-1)
         return se2.apply(scan.T_base_laser, ends)
 
-    def _parallel(self, job: object) -> None:
+    def _parallel(self, job: Callable[[int, int], None]) -> None:
         n = self.config.particles
         if self._pool is None:
-            job(0, n)  # type: ignore[operator]
+            job(0, n)
             return
         parts = self._pool._max_workers
         bounds = [n * k // parts for k in range(parts + 1)]
-        list(self._pool.map(job, bounds[:-1], bounds[1:]))  # type: ignore[arg-type]
+        list(self._pool.map(job, bounds[:-1], bounds[1:]))
 
     # -- on disk -------------------------------------------------------------------------------------------------------
 

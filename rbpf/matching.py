@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -34,19 +35,20 @@ def nearest(
     radius: int,
     cos_table: NDArray[np.float64],
     sin_table: NDArray[np.float64],
-) -> tuple[int, float, float, float]:  # pragma: no cover - compiled
-    """Return the nearest occupied cell's word (0 where none), its mean point minus (x, y) in cells, and the squared distance.
+) -> tuple[Any, float, float, float]:  # pragma: no cover - compiled
+    """Return the nearest occupied cell's word (0: none), its mean point minus (x, y) in cells, and their distance^2.
 
     Cells whose normal looks the other way belong to another surface. The second value of a miss is the visits of the
     cell at (x, y): positive where the map knows that there is nothing.
     """
     height, width = table.shape
     col, row = int(math.floor(x)), int(math.floor(y))
-    best, best_dx, best_dy, best_d2 = 0, 0.0, 0.0, 1e30
+    best: Any = np.int64(0)
+    best_dx, best_dy, best_d2 = 0.0, 0.0, 1e30
     tr, tc = (row >> TILE_BITS) - row0, (col >> TILE_BITS) - col0
     if not (1 <= tr < height - 1 and 1 <= tc < width - 1):
         return best, 0.0, 0.0, best_d2
-    here = 0
+    here: Any = 0
     inside = radius <= (row & MASK) <= MASK - radius and radius <= (col & MASK) <= MASK - radius
     tile = table[tr, tc]
     if inside and tile == 0:
@@ -82,7 +84,7 @@ def nearest(
                         continue
                 best, best_dx, best_dy, best_d2 = word, dx, dy, d2
     if best == 0:
-        return 0, float(here), 0.0, 1e30
+        return np.int64(0), float(here), 0.0, 1e30
     return best, best_dx, best_dy, best_d2
 
 
@@ -107,8 +109,8 @@ def match(
 
     Minimises the robust sum of squared point-to-line distances over ``sigma_m``, plus the prior
     ``(x - prior)^T prior_info (x - prior)``. ``SCORE`` is the mean log-likelihood of a beam relative to a perfect fit;
-    ``INLIERS``, ``CONFLICTS`` and ``KNOWN`` are shares of beams: within 2.5 sigma of the map, ending in known free space,
-    either. The information is of the matching alone, without the prior.
+    ``INLIERS``, ``CONFLICTS`` and ``KNOWN`` are shares of beams: within 2.5 sigma of the map, ending in known free
+    space, either. The information is of the matching alone, without the prior.
     """
     inv = 1.0 / resolution_m
     n = points.shape[0]
@@ -135,7 +137,9 @@ def match(
             word, dx, dy, d2 = nearest(pool, table, row0, col0, px, py, nx, ny, quality, 1, cos_table, sin_table)
             if word == 0:
                 free = dx
-                word, dx, dy, d2 = nearest(pool, table, row0, col0, px, py, nx, ny, quality, 3 if it < 2 else 2, cos_table, sin_table)
+                word, dx, dy, d2 = nearest(
+                    pool, table, row0, col0, px, py, nx, ny, quality, 3 if it < 2 else 2, cos_table, sin_table
+                )
                 if word == 0 or d2 > 9.0:
                     if free > 0.0:
                         conflicts += 1.0
@@ -145,7 +149,7 @@ def match(
                     continue
             dx *= resolution_m
             dy *= resolution_m
-            line = (word >> 31) & 1 > 0
+            line = bool((word >> 31) & 1 > 0)
             if line:
                 k = (word >> 23) & 0xFF
                 mx, my = cos_table[k], sin_table[k]
@@ -264,17 +268,15 @@ def search(
     sin_table: NDArray[np.float64],
     out: NDArray[np.float64],
 ) -> float:  # pragma: no cover - compiled
-    """Write the best pose of a regular lattice around ``centre`` into ``out (3,)`` and return its score per point, 0..1.
+    """Write the best pose of a lattice around ``centre`` into ``out (3,)`` and return its score per point, 0..1.
 
-    Correlative matching (Olson 2009) on a subset of the points; the start of :func:`match` where the prediction is poor.
+    Correlative matching (Olson 2009) on a subset of the points; gives :func:`match` a start where prediction is poor.
     """
     inv = 1.0 / resolution_m
     stride = max(1, points.shape[0] // most_points)
     turns = int(half_turn / turn_step)
     shifts = int(half_shift_m / shift_step_m + 0.5)
-    used = 0
-    for i in range(0, points.shape[0], stride):
-        used += 1
+    used = (points.shape[0] + stride - 1) // stride
     best = -1.0
     out[0], out[1], out[2] = centre[0], centre[1], centre[2]
     if used == 0:

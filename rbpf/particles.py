@@ -1,8 +1,8 @@
-"""The particles: improved proposal, weights, and maps, for a range of them at a time so that threads can share the work.
+"""The particles: improved proposal, weights and maps, for a range of them at a time, so that threads share the work.
 
 Grisetti, Stachniss, Burgard 2007, section III. Their K samples around the matched pose serve to find the mean, spread
-and mass of p(z | m, x) p(x | x', u). Here the matcher already minimises the negative logarithm of that product and gives
-its curvature, so the Gaussian is had in closed form (Laplace): mu = the matched pose, Sigma = (H + Q^-1)^-1.
+and mass of p(z | m, x) p(x | x', u). Here the matcher already minimises the negative logarithm of that product and
+gives its curvature, so the Gaussian is had in closed form (Laplace): mu = the matched pose, Sigma = (H + Q^-1)^-1.
 """
 
 from __future__ import annotations

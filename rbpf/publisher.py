@@ -26,9 +26,13 @@ PER_SIDE = TILE_CELLS // TILE
 
 @njit(cache=True, nogil=True)
 def quantise(
-    words: NDArray[np.uint32], edges: NDArray[np.float64], margin: float, levels: NDArray[np.int8], out: NDArray[np.int8]
+    words: NDArray[np.uint32],
+    edges: NDArray[np.float64],
+    margin: float,
+    levels: NDArray[np.int8],
+    out: NDArray[np.int8],
 ) -> bool:  # pragma: no cover - compiled
-    """Bring ``out (32, 32)``, as published before, up to date with the tile's ``words (1024,)``; return whether it changed."""
+    """Bring ``out (32, 32)``, published before, up to date with ``words (1024,)``; return whether it changed."""
     changed = False
     side = out.shape[0]
     for i in range(words.size):
@@ -46,9 +50,9 @@ def quantise(
                 was = 0
                 while levels[was] != old:
                     was += 1
-                if k > was and share < edges[was] * (1.0 + margin):
-                    k = was
-                elif k < was and share > edges[was - 1] * (1.0 - margin):
+                if k > was:
+                    k = was if share < edges[was] * (1.0 + margin) else k
+                elif share > edges[was - 1] * (1.0 - margin):
                     k = was
             new = levels[k]
         if new != old:

@@ -100,7 +100,7 @@ def scan_points(
 def spaced(
     points: NDArray[np.float64], spacing_m: float, most: int, out: NDArray[np.float64]
 ) -> int:  # pragma: no cover
-    """Copy points at least ``spacing_m`` from the one kept before, widening until at most ``most`` remain; return how many."""
+    """Copy points ``spacing_m`` or more from the one kept before, wider if more than ``most``; return how many."""
     while True:
         kept = 0
         lx = ly = 1e30

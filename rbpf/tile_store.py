@@ -13,7 +13,6 @@ from rbpf.cells import TILE, TILE_WORDS, insert_hits, insert_scan, mark_tiles
 GROWTH_TILES = 8
 """Spare tiles laid around the window whenever it has to grow."""
 NO_ENDS = np.empty((0, 2))
-NO_ENDS.flags.writeable = False
 
 
 @njit(cache=True, nogil=True)

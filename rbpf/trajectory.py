@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,10 +15,10 @@ class Rows:
     """A growing ``(n, columns) float64`` or int64 table."""
 
     def __init__(self, columns: int, dtype: type = np.float64) -> None:
-        self._data: NDArray[np.generic] = np.zeros((64, columns), dtype=dtype)
+        self._data: NDArray[Any] = np.zeros((64, columns), dtype=dtype)
         self.size = 0
 
-    def add(self, row: object) -> None:
+    def add(self, row: Any) -> None:
         """Append one row."""
         if self.size == self._data.shape[0]:
             self._data = np.concatenate([self._data, np.zeros_like(self._data)])
@@ -24,7 +26,7 @@ class Rows:
         self.size += 1
 
     @classmethod
-    def of(cls, rows: NDArray[np.generic]) -> Rows:
+    def of(cls, rows: NDArray[Any]) -> Rows:
         """Return a table that holds these rows."""
         table = cls(rows.shape[1], rows.dtype.type)
         table._data = np.concatenate([rows, np.zeros((max(64, rows.shape[0]), rows.shape[1]), dtype=rows.dtype)])
@@ -32,7 +34,7 @@ class Rows:
         return table
 
     @property
-    def rows(self) -> NDArray[np.generic]:
+    def rows(self) -> NDArray[Any]:
         """View of what was added."""
         return self._data[: self.size]
 

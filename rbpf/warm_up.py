@@ -5,13 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from rbpf.config import MapperConfig
+from rbpf.front_end import COS, SIN
 from rbpf.mapper import Mapper
+from rbpf.matching import search
+from rbpf.resampling import systematic
+from rbpf.tile_store import TileStore
 from spatial import Scan
 
 
 def warm_up() -> None:
     """Run the mapper on a few made-up scans, so that every kernel is compiled and on disk."""
-    config = MapperConfig(particles=2, threads=1, clear_range_m=1.0, neff_fraction=1.0)
+    config = MapperConfig(particles=3, threads=1, clear_range_m=1.0, neff_fraction=1.0, temporal_update_s=0.5)
     mapper = Mapper(config, seed=0)
     angles = np.linspace(-1.5, 1.5, 60)
     for k in range(4):
@@ -23,3 +27,8 @@ def warm_up() -> None:
         mapper.update(scan, np.array([0.6 * k, 0.0, 0.2 * k]))
     mapper.snapshot()
     mapper.trajectory()
+    systematic(np.ones(2), 0.5)
+    mapper._store.resample(np.zeros(3, dtype=np.int64))
+    store = TileStore(1, 0.05)
+    place = (store.pool, store.tables[0], store.row0, store.col0, store.resolution_m, np.zeros((20, 5)))
+    search(*place, 10, np.zeros(3), 0.1, 0.05, 0.1, 0.1, COS, SIN, np.zeros(3))
