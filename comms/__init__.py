@@ -19,6 +19,7 @@ from comms.effects import (
 from comms.memory_transport import LinkConditions, MemoryNetwork, MemoryTransport
 from comms.node import CommsNode
 from comms.security import RobotKeys, load_keys, make_team_keys
+from comms.status import PeerStatus, team_status
 from comms.transport import Arrival, Incoming, PeerJoined, PeerLeft, Transport
 from comms.warm_up import warm_up
 from comms.zenoh_transport import ZenohTransport
@@ -43,6 +44,7 @@ __all__ = [
     "PeerJoined",
     "PeerLeft",
     "PeerSeen",
+    "PeerStatus",
     "RobotKeys",
     "Send",
     "TeammatePose",
@@ -50,5 +52,6 @@ __all__ = [
     "ZenohTransport",
     "load_keys",
     "make_team_keys",
+    "team_status",
     "warm_up",
 ]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
+from dataclasses import dataclass
 from hashlib import blake2b
 
 import numpy as np
@@ -20,6 +21,24 @@ from comms.store import MapStore
 from spatial import LocalMap
 from spatial.errors import require
 from spatial.se2 import Transform
+
+
+@dataclass
+class Totals:
+    """Sums over the exchanges with one peer, bytes."""
+
+    sent: int = 0
+    received: int = 0
+    full_lz4: int = 0
+    full_raw: int = 0
+
+    def add(self, ended: fx.ExchangeDone | fx.ExchangeFailed) -> None:
+        """Count one exchange; a failed one cost its bytes and replaces no whole map."""
+        self.sent += ended.bytes_sent
+        self.received += ended.bytes_received
+        if isinstance(ended, fx.ExchangeDone):
+            self.full_lz4 += ended.bytes_full_lz4
+            self.full_raw += ended.bytes_full_raw
 
 
 class CommsNode:
@@ -53,6 +72,8 @@ class CommsNode:
         self.links = LinkMonitor(self.config)
         self.peers: dict[str, Peer] = {}
         self.dropped: Counter[str] = Counter()
+        self.totals: defaultdict[str, Totals] = defaultdict(Totals)
+        """What the exchanges with each peer cost so far."""
         self.bytes_sent: Counter[str] = Counter()
         """Bytes sent on each lane."""
         self._tag = team_tag(team)
@@ -65,7 +86,7 @@ class CommsNode:
             self.store,
             self.rendezvous,
             self._post,
-            self._out_append,
+            self._emit,
             self._takes_maps,
         )
         self._twins = TwinWatch()
@@ -291,7 +312,9 @@ class CommsNode:
         self._out.append(fx.Send(to, payload, lane))
         return len(payload)
 
-    def _out_append(self, effect: fx.Effect) -> None:
+    def _emit(self, effect: fx.Effect) -> None:
+        if isinstance(effect, fx.ExchangeDone | fx.ExchangeFailed):
+            self.totals[effect.peer].add(effect)
         self._out.append(effect)
 
     def _count_drop(self, kind: str, sender: str | None) -> None:

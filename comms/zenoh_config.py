@@ -11,6 +11,8 @@ from spatial import InputError
 
 LEASE_MS = 2000
 """A robot whose link is silent for so long is gone, milliseconds."""
+CLIENT_TIMEOUT_MS = 5000
+"""A client gives up on its router after this long, milliseconds."""
 BATCH_BYTES = 16_384
 SEND_BUFFER_BYTES = 32_768
 """Small, so that what is urgent need not queue behind map chunks inside the kernel."""
@@ -43,6 +45,8 @@ def settings(
         "connect/exit_on_failure": False,
         "listen/exit_on_failure": True,
     }
+    if mode == "client":  # without its router it is nothing
+        chosen |= {"connect/timeout_ms": CLIENT_TIMEOUT_MS, "connect/exit_on_failure": True}
     if listen or not multicast:
         chosen["listen/endpoints"] = [_tuned(endpoint) for endpoint in listen]
     if connect:

@@ -1,0 +1,176 @@
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from comms import (
+    CommsConfig,
+    DuplicateId,
+    ExchangeDone,
+    Incoming,
+    PeerGone,
+    PeerJoined,
+    PeerLeft,
+    PeerSeen,
+    Send,
+    ZenohTransport,
+)
+from spatial import InputError
+from tests.comms.processes import Robot, free_port
+from tests.comms.test_exchange import big_map
+
+EAGER = CommsConfig(exchange_timeout_s=2.0, beacon_period_s=0.1, beacon_window=20)
+
+
+def collect(transport: ZenohTransport, count: int, deadline_s: float = 10.0) -> list:
+    import time
+
+    end, items = time.monotonic() + deadline_s, []
+    while len(items) < count and time.monotonic() < end:
+        items += transport.poll(0.1)
+    return items
+
+
+@pytest.fixture
+def pair():
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    a = ZenohTransport("a", "team", listen=[endpoint])
+    b = ZenohTransport("b", "team", connect=[endpoint])
+    yield a, b
+    a.close()
+    b.close()
+
+
+def test_all_lanes_arrive_with_their_sender(pair):
+    a, b = pair
+    assert collect(b, 1) == [PeerJoined("a")]
+    assert collect(a, 1) == [PeerJoined("b")]
+    a.send(Send("b", b"question", "control"))
+    a.send(Send("b", b"map" * 5000, "bulk"))
+    a.send(Send(None, b"here", "beacon"))
+    a.send(Send(None, b"bye", "control"))
+    got = collect(b, 4)
+    assert {(i.lane, i.payload[:4], i.sender) for i in got} == {
+        ("control", b"ques", "a"),
+        ("bulk", b"mapm", "a"),
+        ("beacon", b"here", "a"),
+        ("control", b"bye", "a"),
+    }
+    assert a.links() == b.links() == 1
+    assert a.poll(0.0) == []  # nobody hears himself
+
+
+def test_what_is_for_another_is_not_delivered(pair):
+    a, b = pair
+    collect(b, 1)
+    a.send(Send("c", b"secret", "control"))
+    a.send(Send("b", b"yours", "control"))
+    assert [i.payload for i in collect(b, 1)] == [b"yours"]
+    assert b.poll(0.0) == []
+
+
+def test_a_clean_departure_is_seen(pair):
+    a, b = pair
+    collect(a, 1)
+    b.close()
+    assert collect(a, 1) == [PeerLeft("b")]
+    b.close()
+    b.send(Send("a", b"late", "control"))
+
+
+def test_another_team_on_the_same_network_is_invisible(pair):
+    _, b = pair
+    collect(b, 1)
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    stranger = ZenohTransport("a", "rivals", listen=[endpoint])
+    friend = ZenohTransport("c", "rivals", connect=[endpoint])
+    try:
+        collect(friend, 1)
+        stranger.send(Send("b", b"x", "control"))
+        stranger.send(Send("c", b"y", "control"))
+        assert [i.payload for i in collect(friend, 1)] == [b"y"]
+        assert not [i for i in b.poll(0.0) if isinstance(i, Incoming)]
+    finally:
+        stranger.close()
+        friend.close()
+
+
+def test_clients_of_a_router_meet():
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    ends = [ZenohTransport("hub", "team", listen=[endpoint], mode="router")]
+    ends += [ZenohTransport(name, "team", connect=[endpoint], mode="client") for name in "ab"]
+    try:
+        joined = {i.peer for i in collect(ends[2], 2)}
+        assert joined == {"hub", "a"}
+        ends[1].send(Send("b", b"through the hub", "bulk"))
+        assert [i.payload for i in collect(ends[2], 1)] == [b"through the hub"]
+    finally:
+        for end in ends:
+            end.close()
+
+
+def test_fifty_opens_and_closes_leave_no_thread():
+    before = threading.active_count()
+    for _ in range(50):
+        ZenohTransport("a", "team", listen=[f"tcp/127.0.0.1:{free_port()}"]).close()
+    assert threading.active_count() <= before
+
+
+@pytest.mark.parametrize("endpoint", ["127.0.0.1:7447", "tcp/", "http/localhost:80", "tls/127.0.0.1:7447"])
+def test_endpoints_that_cannot_work_say_why(endpoint):
+    with pytest.raises(InputError, match="endpoint"):
+        ZenohTransport("a", "team", listen=[endpoint])
+
+
+def test_a_port_in_use_is_a_clear_error():
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    first = ZenohTransport("x", "team", listen=[endpoint])
+    try:
+        with pytest.raises(InputError, match="cannot be opened"):
+            ZenohTransport("y", "team", listen=[endpoint])
+    finally:
+        first.close()
+
+
+def test_an_open_team_is_warned_about(caplog):
+    ZenohTransport("a", "team", listen=[f"tcp/127.0.0.1:{free_port()}"]).close()
+    assert "open" in caplog.text
+
+
+def test_processes_exchange_and_a_killed_one_is_gone_within_three_seconds():
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    a = Robot("a", config=EAGER, listen=[endpoint], local_map=big_map(300))
+    b = Robot("b", config=EAGER, connect=[endpoint])
+    try:
+        done = b.effect(ExchangeDone, peer="a")
+        assert done[2].tiles > 10
+        b.wait(lambda report: report[0] == "digest" and "a" in report[2], "a's map")
+        killed = a.kill()
+        gone = b.effect(PeerGone, deadline_s=10)
+        assert gone[1] - killed <= 3.0
+        again = Robot("a", config=EAGER, listen=[endpoint], local_map=big_map(200, seed=2))
+        try:
+            heard = len(b.heard)
+            b.wait(lambda r: r in b.heard[heard:] and r[0] == "effect" and isinstance(r[2], PeerSeen), "a's return")
+            b.wait(lambda r: r in b.heard[heard:] and r[0] == "digest", "a's new map")
+        finally:
+            again.stop()
+        left = len(b.heard)
+        b.wait(lambda r: r in b.heard[left:] and r[0] == "effect" and isinstance(r[2], PeerGone), "a's departure", 3)
+    finally:
+        a.stop()
+        b.stop()
+
+
+def test_two_processes_with_one_name_are_both_told():
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    first = Robot("a", config=EAGER, listen=[endpoint]).up()
+    first.drain(0.5)
+    second = Robot("a", config=EAGER, connect=[endpoint])
+    try:
+        assert second.effect(DuplicateId)[2].am_newcomer
+        assert not first.effect(DuplicateId)[2].am_newcomer
+    finally:
+        first.stop()
+        second.stop()
