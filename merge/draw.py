@@ -121,7 +121,10 @@ def _painted_band(
     is_free, is_wall = (band >= 0) & (band <= FREE_MAX), band >= OCCUPIED_MIN
     tint = (free + wall) / np.maximum(saw_free + saw_wall, 1.0)[..., None]
     picture[is_free] = (255 * (1 - FREE_TINT) + FREE_TINT * tint)[is_free]
-    ink = np.where(saw_wall[..., None] > 0, wall / np.maximum(saw_wall, 1.0)[..., None], np.array(INK, dtype=np.float32))
+    unsure = (band >= 0) & ~is_free & ~is_wall
+    picture[unsure] = (0.35 * 255 + 0.65 * tint)[unsure]
+    inks = wall / np.maximum(saw_wall, 1.0)[..., None]
+    ink = np.where(saw_wall[..., None] > 0, inks, np.array(INK, dtype=np.float32))
     picture[is_wall] = (WALL_SHADE * ink)[is_wall]
     return np.rint(picture).astype(np.uint8)
 

@@ -17,7 +17,7 @@ import numpy as np
 from alignment import Alignment, Prior, Rejection, align
 from merge.agreement import Walls, compare
 from merge.config import MergeConfig
-from merge.consistency import components
+from merge.consistency import apart, components
 from merge.edges import Pair, inverse_covariance, pair_of
 from merge.graph import node_of
 from merge.team import TeamMap, TeamMapper
@@ -33,6 +33,8 @@ NEIGHBOURS = 4
 """Members of a finished cluster that each is aligned with."""
 DENSE_ROUNDS = 2
 """How often; the second time the maps lie better, and overlaps are seen that were not."""
+SURE = 0.75
+"""An alignment of such confidence stands where the merged maps on both sides fit best there too, though not clearly."""
 GROWTH = 1.1
 """Two clusters are tried again when their known area together has grown by this factor."""
 LEAST_WALL_M = 4.0
@@ -56,6 +58,7 @@ class PairSearch:
     """Why a pair does not fit; of two clusters that do not, under the pair of their first members."""
     tried: int = 0
     """Alignments computed."""
+    _vetted: set[Pair] = field(default_factory=set)
 
     def every_pair(self, T_team_map: Mapping[str, se2.Transform]) -> None:
         """Try all pairs; those whose known poses lay them far apart are not tried."""
@@ -67,6 +70,8 @@ class PairSearch:
                 if prior is None or self._may_touch(a, b, prior):
                     jobs.append((a, b, prior))
         self._align(jobs, report=True)
+        for group in components(names, self.edges):
+            self._vet(self._cluster(group))
 
     def by_clusters(self) -> None:
         """Try clusters' fused maps against each other, beginning with that of most maps, until nothing more fits."""
@@ -96,6 +101,42 @@ class PairSearch:
         for cluster in clusters:
             for _ in range(DENSE_ROUNDS if len(cluster.T_team_map) > 2 else 0):
                 cluster = self._densify(cluster)
+            self._vet(cluster)
+
+    def _vet(self, cluster: TeamMap) -> None:
+        """Take back alignments that a cluster hangs on by itself where the merged maps on both sides do not fit."""
+        if len(cluster.T_team_map) < 3:
+            return
+        for edge in sorted(cluster.edges, key=lambda edge: (edge.confidence, edge.pair)):
+            sides = components(cluster.T_team_map, [other.pair for other in cluster.edges if other is not edge])
+            if len(sides) < 2 or edge.pair in self._vetted:
+                continue
+            self._vetted.add(edge.pair)
+            doubt = self._doubt(edge.confidence, sides, cluster.T_team_map)
+            if doubt is not None:
+                del self.edges[edge.pair]
+                self.rejections[edge.pair] = doubt
+                for side in sides:
+                    self._vet(self._cluster(side))
+                return
+
+    def _doubt(
+        self, confidence: float, sides: Sequence[Sequence[str]], place: Mapping[str, se2.Transform]
+    ) -> Rejection | None:
+        """Return why the two sides of an alignment do not fit as they are placed, or None where they do."""
+        one, other = (self._cluster(side) for side in sides)
+        found = align(one.grid, other.grid, method=self.method)
+        self.tried += 1
+        placed = se2.between(place[_first(one)], place[_first(other)])
+        gap_m, gap_rad = (
+            apart(placed, found.T_a_b, node_of(other.grid).centre_m) if found.T_a_b is not None else (np.inf, np.inf)
+        )
+        agrees = gap_m < self.config.loop_tolerance_m * 2 and gap_rad < self.config.loop_tolerance_rad * 2
+        if agrees and (isinstance(found, Alignment) or confidence >= SURE):
+            return None
+        why = found.reason if isinstance(found, Rejection) else f"they fit better {gap_m:.1f} m away"
+        reason = f"accepted by itself, but the merged maps of both sides speak against it: {why}"
+        return Rejection(reason, found.confidence, found.evidence, found.method)
 
     def _densify(self, cluster: TeamMap) -> TeamMap:
         """Align members with those they share most wall with, for loops that check and stiffen the whole."""

@@ -16,6 +16,10 @@ from merge.layers import Layer
 from spatial import TILE_CELLS, UNKNOWN, OccupancyGrid, TiledMap, se2
 from spatial.tiles import TileIndex
 
+_Compared = tuple[OccupancyGrid, OccupancyGrid, str | None]
+REMEMBERED = 4
+"""Comparisons kept for each pair of robots."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TeamMap:
@@ -49,7 +53,7 @@ class TeamMapper:
         self._grids: dict[str, OccupancyGrid] = {}
         self._revisions: dict[str, int | None] = {}
         self._walls: dict[str, Walls] = {}
-        self._compared: dict[tuple[str, str, bytes, int], tuple[OccupancyGrid, OccupancyGrid, str | None]] = {}
+        self._compared: dict[Pair, dict[tuple[bytes, int], _Compared]] = {}
         self._layers: dict[str, Layer] = {}
         self._tree = FusionTree(self.config.fusion)
 
@@ -122,10 +126,10 @@ class TeamMapper:
     def _conflict(self, a: str, b: str, T_a_b: se2.Transform, hops: int) -> str | None:
         """Return how two maps contradict each other, or None; remembered while both maps stay as they are."""
         one, two = self._grids[a], self._grids[b]
-        key = (a, b, np.asarray(T_a_b).tobytes(), hops)
-        known = self._compared.get(key)
-        if known is not None and known[0] is one and known[1] is two:
-            return known[2]
+        key = (np.asarray(T_a_b).tobytes(), hops)
+        held = self._compared.setdefault((a, b), {})
+        if key in held and held[key][0] is one and held[key][1] is two:
+            return held[key][2]
         for robot_id in (a, b):
             if robot_id not in self._walls:
                 self._walls[robot_id] = Walls(self._grids[robot_id])
@@ -135,8 +139,9 @@ class TeamMapper:
         if found.share_against > self.config.contradiction_share and found.against_m >= self.config.contradiction_min_m:
             share = 100 * found.share_against
             against = f"{found.against_m:.1f} m of wall of {a} and {b} ({share:.0f} %) is on the other's free space"
-        self._compared = {k: v for k, v in self._compared.items() if k[:2] != (a, b) or k[3] != hops}
-        self._compared[key] = (one, two, against)
+        held[key] = (one, two, against)
+        for old in list(held)[:-REMEMBERED]:
+            del held[old]
         return against
 
 

@@ -59,8 +59,8 @@ def test_thin_walls_stay_thin_and_whole_at_any_angle(name, fixed):
         # It lies where it should: every old wall cell has new wall next to it, and the other way round.
         old, new = se2.apply(se2.transform(x, y, theta), grid.centres(grid.is_occupied)), turned.centres(wall)
         apart = np.linalg.norm(old[:, None] - new[None], axis=-1)
-        assert apart.min(axis=1).max() < 1.1 * 0.05
-        assert apart.min(axis=0).max() < 1.1 * 0.05
+        assert apart.min(axis=1).max() < 1.5 * 0.05
+        assert apart.min(axis=0).max() < 1.5 * 0.05
 
     check()
 

@@ -1,0 +1,99 @@
+import numpy as np
+import pytest
+
+from merge import TeamMap, TeamMapper, draw_team
+from merge.draw import INK, PALETTE, PAPER, colours
+from spatial import UNKNOWN, OccupancyGrid, se2
+from tests.merge.plans import alignment
+
+
+def room(left: int, right: int) -> OccupancyGrid:
+    """Return a strip of free space with a wall along its bottom."""
+    cells = np.full((20, 40), UNKNOWN, dtype=np.int8)
+    cells[:, left:right] = 0
+    cells[0:2, left:right] = 100
+    return OccupancyGrid(cells, 0.1)
+
+
+LAYERS = {"r1": room(0, 25), "r2": room(15, 40)}
+
+
+@pytest.fixture
+def team_map() -> TeamMap:
+    mapper = TeamMapper("r1")
+    for robot_id, grid in LAYERS.items():
+        mapper.set_map(robot_id, grid)
+    mapper.set_edge("r1", "r2", alignment(se2.IDENTITY))
+    mapper.set_map("r3", room(0, 5))
+    return mapper.team_map()
+
+
+def plain(team_map, **options):
+    return draw_team(team_map, LAYERS, legend=False, size_px=40, **options)
+
+
+def is_near(pixel, colour, share):
+    wanted = 255 * (1 - share) + share * np.asarray(colour, dtype=float)
+    return np.abs(pixel.astype(float) - wanted).max() < 3
+
+
+def test_free_space_is_tinted_by_who_saw_it_and_the_first_row_is_on_top(team_map):
+    picture = plain(team_map)[24:-24, 24:-24]
+    assert picture.shape == (20, 40, 3)
+    assert picture.dtype == np.uint8
+    assert is_near(picture[5, 5], PALETTE[0], 0.22)
+    assert is_near(picture[5, 35], PALETTE[1], 0.22)
+    assert is_near(picture[5, 20], np.mean([PALETTE[0], PALETTE[1]], axis=0), 0.22)
+    assert picture[-1, 5].sum() < 0.8 * sum(PALETTE[0])  # the wall at y = 0 is at the bottom
+
+
+def test_unknown_is_paper(team_map):
+    picture = plain(team_map)
+    assert (picture[0, 0] == PAPER).all()
+    layers = {"r1": OccupancyGrid(np.array([[0, -1, 0]], dtype=np.int8), 0.1)}
+    mapper = TeamMapper("r1")
+    mapper.set_map("r1", layers["r1"])
+    middle = draw_team(mapper.team_map(), layers, legend=False, size_px=3)[24:-24, 24:-24]
+    assert (middle[0, 1] == PAPER).all()
+    assert not (middle[0, 0] == PAPER).all()
+
+
+def test_trajectories_are_drawn_where_the_robots_drove(team_map):
+    way = np.stack([np.linspace(0.5, 1.5, 20), np.full(20, 1.0), np.zeros(20)], axis=-1)
+    without, with_way = (
+        draw_team(team_map, LAYERS, t, legend=False, size_px=400) for t in (None, {"r1": way, "r3": way})
+    )
+    changed = np.argwhere((without != with_way).any(axis=2))
+    assert len(changed) > 50
+    row, col = changed.mean(axis=0) - 24
+    assert abs(col - 100) < 12
+    assert abs(row - 100) < 12
+    assert changed[:, 1].min() - 24 > 30
+    assert changed[:, 1].max() - 24 < 175
+
+
+def test_the_legend_names_everyone(team_map):
+    bare = draw_team(team_map, LAYERS, legend=False, size_px=600)
+    full = draw_team(team_map, LAYERS, size_px=600)
+    strip = full[bare.shape[0] :]
+    assert strip.shape[0] > 40
+    for robot_id, colour in colours(list(LAYERS)).items():
+        assert (strip == colour).all(axis=2).any(), robot_id
+    assert (np.abs(strip.astype(int) - INK).max(axis=2) < 10).any()
+
+
+def test_sizes_and_empty_maps(team_map):
+    assert max(plain(team_map).shape) == 40 + 48
+    assert draw_team(team_map, LAYERS, size_px=1000, legend=False).shape[1] == 1000 + 48
+    nothing = draw_team(TeamMapper("r1").team_map(), {})
+    assert nothing.ndim == 3
+
+
+def test_large_maps_are_drawn_in_bands_as_in_one(team_map, monkeypatch):
+    whole = plain(team_map)
+    monkeypatch.setattr("merge.draw.BAND_ROWS", 3)
+    np.testing.assert_array_equal(plain(team_map), whole)
+
+
+def test_the_same_team_gives_the_same_picture(team_map):
+    assert draw_team(team_map, LAYERS).tobytes() == draw_team(team_map, dict(reversed(LAYERS.items()))).tobytes()
