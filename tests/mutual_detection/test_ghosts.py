@@ -1,0 +1,71 @@
+import numpy as np
+
+from mutual_detection import clear_ghosts
+from spatial import OccupancyGrid
+
+
+def room():
+    cells = np.zeros((80, 120), dtype=np.int8)
+    cells[[0, -1], :] = 100
+    cells[:, [0, -1]] = 100
+    cells[:30, 60] = 100
+    cells[60:, :20] = -1
+    return cells
+
+
+def ring(cells, x, y, radius=0.18, resolution=0.05):
+    """Draw a teammate's outline."""
+    angles = np.linspace(0, 2 * np.pi, 60)
+    rows = ((y + radius * np.sin(angles)) / resolution).astype(int)
+    cells[rows, ((x + radius * np.cos(angles)) / resolution).astype(int)] = 100
+
+
+def test_specks_on_a_path_go_and_walls_stay():
+    clean, cells = room(), room()
+    for x in (1.0, 1.8, 2.4, 4.0, 5.0):
+        ring(cells, x, 2.5)
+    path = np.stack([np.arange(0.5, 5.6, 0.5), np.full(11, 2.52)], axis=-1)
+    grid, cleared = clear_ghosts(OccupancyGrid(cells, 0.05), [path], 0.18)
+    assert cleared == np.count_nonzero(cells != clean)
+    assert np.array_equal(grid.cells, clean)
+
+
+def test_without_a_path_there_nothing_is_touched():
+    cells = room()
+    ring(cells, 2.0, 2.5)
+    for paths in ([], [np.empty((0, 2))], [np.array([[5.0, 1.0], [np.nan, 1.0]])], [np.array([[99.0, -9.0]])]):
+        grid, cleared = clear_ghosts(OccupancyGrid(cells, 0.05), paths, 0.18)
+        assert cleared == 0
+        assert np.array_equal(grid.cells, cells)
+
+
+def test_a_path_close_along_a_wall_leaves_the_wall():
+    cells = room()
+    path = np.stack([np.full(20, 3.0 - 0.22), np.linspace(0.3, 1.4, 20)], axis=-1)
+    assert clear_ghosts(OccupancyGrid(cells, 0.05), [path], 0.18)[1] == 0
+
+
+def test_a_ghost_that_touches_a_wall_loses_what_lies_in_the_way():
+    cells = room()
+    cells[10:14, 55:60] = 100  # sticks to the wall at x = 3
+    path = np.array([[2.3, 0.6], [2.7, 0.6]])
+    grid, cleared = clear_ghosts(OccupancyGrid(cells, 0.05), [path], 0.18)
+    assert cleared >= 4
+    assert (grid.cells[:30, 60] == 100).all()
+    assert (grid.cells[12, 55:57] == 0).all()
+
+
+def test_a_pillar_beside_the_path_stays():
+    cells = room()
+    ring(cells, 2.0, 2.5, radius=0.25)
+    path = np.array([[1.0, 2.0], [3.0, 2.0]])  # passes it at 0.25 m
+    assert clear_ghosts(OccupancyGrid(cells, 0.05), [path], 0.18)[1] == 0
+
+
+def test_unknown_cells_and_gaps_in_the_path():
+    cells = room()
+    ring(cells, 2.0, 2.5)
+    far_apart = np.array([[1.0, 2.5], [3.2, 2.5]])
+    grid, cleared = clear_ghosts(OccupancyGrid(cells, 0.05), [far_apart], 0.18)
+    assert cleared == 0
+    assert np.array_equal(grid.cells == -1, cells == -1)
