@@ -73,6 +73,15 @@ class SimulatorNews:
     qualities: dict[str, float]
 
 
+@dataclass(frozen=True)
+class RobotNews:
+    """What a robot tells the simulation."""
+
+    command: tuple[float, float]
+    taken: int
+    """How much news it has taken in all, so that the simulation never sends more than it can hold."""
+
+
 class PipePort:
     """A robot's line to the simulation in the parent process."""
 
@@ -80,6 +89,8 @@ class PipePort:
         """Take the robot's end of the pipe."""
         self._pipe = pipe
         self._qualities: dict[str, float] = {}
+        self._command = (0.0, 0.0)
+        self._taken = 0
 
     def take(self) -> list[Sensed]:
         """Return the scans since the last call."""
@@ -88,11 +99,15 @@ class PipePort:
             news: SimulatorNews = self._pipe.recv()
             sensed += news.sensed
             self._qualities = news.qualities
+            self._taken += 1
+        if sensed:
+            self._pipe.send(RobotNews(self._command, self._taken))
         return sensed
 
     def command(self, command: tuple[float, float]) -> None:
         """Say what to drive."""
-        self._pipe.send(command)
+        self._command = command
+        self._pipe.send(RobotNews(command, self._taken))
 
     def qualities(self) -> dict[str, float]:
         """Return the true quality of the robot's links, as last told."""

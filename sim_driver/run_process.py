@@ -15,12 +15,14 @@ from typing import Any
 
 from agent import MissionClock
 from sim_driver.mission import Mission
-from sim_driver.robot_process import Failed, Go, Ready, RobotTask, SimulatorNews, Status, run_robot
+from sim_driver.robot_process import Failed, Go, Ready, RobotNews, RobotTask, SimulatorNews, Status, run_robot
 from sim_driver.simulation import STEP_NS, Simulation, is_simulated
 from spatial import InputError
 
 READY_S = 120.0
 """Longest wait for a robot's process to come up, seconds."""
+NEWS_AHEAD = 5
+"""Most scans on the way to one robot: a pipe that fills up would hold up all."""
 WATCH_S = 0.05
 """How often the parent looks after its robots, seconds."""
 CLOSE_S = 60.0
@@ -37,6 +39,11 @@ class Child:
     simulator: multiprocessing.connection.Connection
     duration_s: float = 0.0
     status: Status = field(default_factory=Status)
+    sent: int = 0
+    taken: int = 0
+    """News of the simulation sent to it, and taken by it."""
+    scans_lost: int = 0
+    """Simulated scans it was too slow to take."""
 
     @property
     def alive(self) -> bool:
@@ -65,6 +72,7 @@ def run_processes(mission: Mission, out: Path, progress: Any) -> dict[str, Any]:
         "mission_s": mission_s,
         "shell": "process",
         "exit_codes": {child.robot_id: child.process.exitcode for child in children},
+        "scans_lost": {child.robot_id: child.scans_lost for child in children},
     }
 
 
@@ -148,12 +156,18 @@ def _simulate(simulation: Simulation, children: Sequence[Child], now_ns: int) ->
     """Move the world on; hand every robot what it senses, and take what it drives."""
     simulation.advance(now_ns)
     for child in children:
-        sensed = simulation.take(child.robot_id)
         try:
-            if sensed:
-                child.simulator.send(SimulatorNews(sensed, simulation.qualities(child.robot_id)))
             while child.simulator.poll(0):
-                simulation.command(child.robot_id, child.simulator.recv())
+                news: RobotNews = child.simulator.recv()
+                child.taken = news.taken
+                simulation.command(child.robot_id, news.command)
+            sensed = simulation.take(child.robot_id)
+            if sensed and child.sent - child.taken < NEWS_AHEAD:
+                child.simulator.send(SimulatorNews(sensed[-1:], simulation.qualities(child.robot_id)))
+                child.sent += 1
+                child.scans_lost += len(sensed) - 1
+            else:
+                child.scans_lost += len(sensed)  # it cannot keep up: newer scans will be worth more
         except (EOFError, OSError):
             simulation.command(child.robot_id, (0.0, 0.0))  # its process is gone; its body stands where it was
 
