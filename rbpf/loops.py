@@ -210,7 +210,8 @@ class LoopCloser:
         """Return everything that a resumed search needs."""
         return {
             "scans": list(self.scans), "origins": list(self.origins), "way": list(self.way),
-            "first": list(self.first), "second": list(self.second), "T": list(self.T_first_second), "information": list(self.information),
+            "first": list(self.first), "second": list(self.second), "T": list(self.T_first_second),
+            "information": list(self.information),
             "pending": None if self._pending is None else [self._pending[0], self._pending[1]],
             "last": [self._last_fit_m, self._anchored_m],
         }  # fmt: skip

@@ -1,0 +1,119 @@
+"""Accuracy, CPU and memory of the mapper on recorded logs: one JSON line per (log, particles, seed).
+
+    python bench/mapper.py LOG [LOG ...] [--particles 30] [--seeds 1 2 3] [--out DIR] [--no-odometry] [--threads 0]
+
+A file LOG.relations beside LOG.clf.gz adds relation errors (Kuemmerle et al. 2009) of the finished and of the online
+trajectory. CPU seconds are of the whole process from reading the log on, without compiling.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import resource
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import rbpf
+from sim_driver.feeds import open_feed
+from spatial import Keyframes, map_files, se2
+from spatial.files import write_text
+from spatial.images import write_image
+
+
+def run(log: Path, particles: int, seed: int, threads: int, odometry: bool, out: Path | None) -> dict[str, Any]:
+    """Map one log and return its figures."""
+    rbpf.warm_up()
+    wall, cpu = time.perf_counter(), time.process_time()
+    readings = open_feed(log).readings
+    parsed = time.process_time()
+    mapper = rbpf.Mapper(rbpf.MapperConfig(particles=particles, threads=threads, use_odometry=odometry), seed=seed)
+    lasers, each = [], []
+    for reading in readings:
+        begin = time.perf_counter()
+        info = mapper.update(reading.scan, reading.T_odom_base)
+        if info.processed:
+            each.append(1e3 * (time.perf_counter() - begin))
+        if info.reason is None:
+            lasers.append(reading.scan.T_base_laser)
+    finished, online = mapper.trajectory(), mapper.online_trajectory()
+    result: dict[str, Any] = {
+        "log": log.name.split(".")[0], "particles": particles, "seed": seed,
+        "scans": mapper.stats.scans, "processed": mapper.stats.processed, "dropped": mapper.stats.dropped,
+        "cpu_s": round(time.process_time() - cpu, 2), "parse_cpu_s": round(parsed - cpu, 2),
+        "wall_s": round(time.perf_counter() - wall, 2),
+        "ms_per_processed_p50": round(float(np.percentile(each, 50)), 2),
+        "ms_per_processed_p95": round(float(np.percentile(each, 95)), 2),
+        "peak_rss_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024,
+        "neff_min": round(mapper.stats.neff_min, 1), "resamplings": mapper.stats.resamplings,
+        "loops_closed": mapper.stats.loops_closed,
+        "stages_cpu_s": {stage: round(value, 2) for stage, value in mapper.stats.cpu_s.items()},
+    }  # fmt: skip
+    relations = log.with_name(log.name.split(".")[0] + ".relations")
+    for name, keyframes in (("finished", finished), ("online", online)):
+        T_map_laser = se2.compose(keyframes.T_map_base, np.stack(lasers))
+        if relations.exists():
+            result[name] = relation_errors(keyframes.stamps_ns * 1e-9, T_map_laser, np.loadtxt(relations))
+        if out is not None:
+            suffix = "" if name == "finished" else "_online"
+            write_tum(out / f"{result['log']}_{seed}" / f"trajectory{suffix}.tum", keyframes, T_map_laser)
+    if out is not None:
+        folder = out / f"{result['log']}_{seed}"
+        write_image(folder / "map.png", map_files.pixels(mapper.snapshot().map.to_grid()))
+    return result
+
+
+def relation_errors(
+    stamps_s: NDArray[np.float64], poses: NDArray[np.float64], relations: NDArray[np.float64]
+) -> dict[str, float]:
+    """Return mean translation (m) and rotation (deg) error over relations ``t1 t2 x y z roll pitch yaw``."""
+    order = np.argsort(stamps_s, kind="stable")
+    t, p = stamps_s[order], poses[order]
+    one, two = (p[_nearest(t, relations[:, k])] for k in (0, 1))
+    error = se2.between(relations[:, [2, 3, 7]], se2.between(one, two))
+    return {
+        "translation_m": round(float(np.hypot(error[:, 0], error[:, 1]).mean()), 4),
+        "rotation_deg": round(float(np.degrees(np.abs(error[:, 2])).mean()), 3),
+    }
+
+
+def _nearest(t: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.int64]:
+    right = np.clip(np.searchsorted(t, q), 1, t.size - 1)
+    return np.where(np.abs(q - t[right - 1]) <= np.abs(q - t[right]), right - 1, right)
+
+
+def write_tum(path: Path, keyframes: Keyframes, poses: NDArray[np.float64]) -> None:
+    """Write ``t x y z qx qy qz qw`` lines."""
+    lines = (
+        f"{stamp / 1e9:.6f} {x:.6f} {y:.6f} 0 0 0 {np.sin(theta / 2):.8f} {np.cos(theta / 2):.8f}\n"
+        for stamp, (x, y, theta) in zip(keyframes.stamps_ns, poses, strict=True)
+    )
+    write_text(path, "".join(lines))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("logs", nargs="+", type=Path)
+    parser.add_argument("--particles", nargs="+", type=int, default=[30])
+    parser.add_argument("--seeds", nargs="+", type=int, default=[1])
+    parser.add_argument("--threads", type=int, default=0)
+    parser.add_argument("--no-odometry", action="store_true")
+    parser.add_argument("--out", type=Path, help="folder for trajectories and maps")
+    args = parser.parse_args()
+    rbpf.warm_up()
+    context = multiprocessing.get_context("spawn")  # a process a run: peak memory is the run's own
+    for log in args.logs:
+        for particles in args.particles:
+            for seed in args.seeds:
+                with context.Pool(1) as pool:
+                    job = (log, particles, seed, args.threads, not args.no_odometry, args.out)
+                    print(json.dumps(pool.apply(run, job)), flush=True)
+
+
+if __name__ == "__main__":
+    main()

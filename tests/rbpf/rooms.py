@@ -1,0 +1,67 @@
+"""A made-up room and a laser in it, for tests."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spatial import Scan, se2
+
+WALLS = np.array(
+    [
+        [0, 0, 10, 0], [10, 0, 10, 6], [10, 6, 0, 6], [0, 6, 0, 0],
+        [3, 0, 3, 1.5], [3, 1.5, 4.5, 1.5], [7, 6, 7, 4], [6, 3, 6.6, 3.4], [1, 5, 1.8, 5],
+    ],
+    dtype=float,
+)  # fmt: skip
+T_WORLD_START = np.array([1.5, 3.0, np.pi / 2])
+
+
+def ranges_at(T_world_laser: NDArray[np.float64], angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Distances to the nearest wall along each beam."""
+    directions = angles + T_world_laser[2]
+    dx, dy = np.cos(directions)[:, None], np.sin(directions)[:, None]
+    x0, y0, x1, y1 = WALLS.T
+    ex, ey = x1 - x0, y1 - y0
+    det = dx * -ey + dy * ex
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ax, ay = x0 - T_world_laser[0], y0 - T_world_laser[1]
+        t = (ax * -ey + ay * ex) / det
+        u = (dx * ay - dy * ax) / det
+    hit = (np.abs(det) > 1e-12) & (t > 0) & (u >= 0) & (u <= 1)
+    return np.where(hit, t, np.inf).min(axis=1)
+
+
+def make_scan(
+    T_map_base: NDArray[np.float64],
+    stamp_ns: int,
+    beams: int = 180,
+    fov: float = np.pi,
+    rng: np.random.Generator | None = None,
+    T_base_laser: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    clockwise: bool = False,
+) -> Scan:
+    """A scan from a pose given relative to the start."""
+    first, step = -fov / 2, fov / beams
+    if clockwise:
+        first, step = first + step * (beams - 1), -step
+    angles = first + step * np.arange(beams)
+    T_world_laser = se2.compose(se2.compose(T_WORLD_START, T_map_base), np.array(T_base_laser))
+    ranges = ranges_at(T_world_laser, angles)
+    if rng is not None:
+        ranges = ranges + rng.normal(0.0, 0.01, ranges.size)
+    return Scan(
+        stamp_ns=stamp_ns, ranges_m=ranges.astype(np.float32), angle_min_rad=first, angle_increment_rad=step,
+        range_max_m=30.0, T_base_laser=np.array(T_base_laser),
+    )  # fmt: skip
+
+
+def drive(steps: int) -> NDArray[np.float64]:
+    """Poses of a round through the room, relative to the start: out along x, and back turned round."""
+    s = np.linspace(0.0, 1.0, steps)
+    theta = 2.0 * np.pi * s
+    x = 3.0 - 3.0 * np.cos(theta)
+    y = 0.9 * np.sin(theta)
+    heading = np.unwrap(np.arctan2(0.9 * np.cos(theta), 3.0 * np.sin(theta)))
+    poses = np.stack([x, y, se2.wrap(heading)], axis=1)
+    return se2.between(poses[0], poses)

@@ -1,0 +1,205 @@
+"""Kernels against slow, obvious twins."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from rbpf.cells import add_hit, add_pass, hits_of, visits_of
+from rbpf.front_end import COS, SIN, information
+from rbpf.graph import relax
+from rbpf.matching import CONFLICTS, INLIERS, RESULT_SIZE, match, nearest, search
+from rbpf.poses import between, compose
+from rbpf.publisher import EDGES, LEVELS, quantise
+from rbpf.scan_points import scan_points, spaced
+from rbpf.tile_store import NO_ENDS, TileStore
+from rbpf.trajectory import spread
+from spatial import se2
+from tests.rbpf.rooms import make_scan
+
+
+def seen_room(noise: float = 0.0) -> tuple[TileStore, np.ndarray]:
+    scan = make_scan(np.zeros(3), 0, beams=360, fov=2 * np.pi, rng=np.random.default_rng(1) if noise else None)
+    buffer = np.zeros((360, 5))
+    angles = scan.angles_rad
+    n = scan_points(scan.ranges_m, np.cos(angles), np.sin(angles), scan.T_base_laser, 40.0, buffer)
+    store = TileStore(1, 0.05)
+    store.cover(np.full(2, -20.0), np.full(2, 20.0))
+    store.own(0, np.zeros(2), np.zeros(3), buffer[:n], NO_ENDS, True)
+    store.insert(0, np.zeros(2), np.zeros(3), buffer[:n], NO_ENDS, 0.1)
+    return store, buffer[:n].copy()
+
+
+def place(store: TileStore) -> tuple[object, ...]:
+    return store.pool, store.tables[0], store.row0, store.col0
+
+
+def word_at(store: TileStore, row: int, col: int) -> int:
+    table = store.tables[0]
+    return int(store.pool[table[(row >> 5) - store.row0, (col >> 5) - store.col0], ((row & 31) << 5) | (col & 31)])
+
+
+def test_cells_count_and_average() -> None:
+    rng = np.random.default_rng(0)
+    cell, xs, ys = 0, rng.uniform(0.2, 0.6, 25), rng.uniform(0.5, 0.9, 25)
+    for x, y in zip(xs, ys, strict=True):
+        cell = add_hit(np.int64(cell), x, y, 0.0, 1.0, 0.9)
+    for _ in range(10):
+        cell = add_pass(np.int64(cell))
+    assert hits_of(np.int64(cell)) == 25 and visits_of(np.int64(cell)) == 35
+    assert ((cell >> 11) & 0x3F) / 64 == pytest.approx(xs.mean(), abs=0.04)
+    assert ((cell >> 17) & 0x3F) / 64 == pytest.approx(ys.mean(), abs=0.04)
+    assert abs(((cell >> 23) & 0xFF) - 64) <= 1  # 90 degrees
+
+
+def test_counts_never_overflow_and_what_went_away_fades() -> None:
+    cell = 0
+    for _ in range(1000):
+        cell = add_hit(np.int64(cell), 0.5, 0.5, 1.0, 0.0, 1.0)
+        assert 0 < hits_of(np.int64(cell)) <= visits_of(np.int64(cell)) < 64
+    for _ in range(300):
+        cell = add_pass(np.int64(cell))
+        assert visits_of(np.int64(cell)) < 64
+    assert hits_of(np.int64(cell)) == 0
+    assert 0 <= cell < 2**32
+
+
+def test_beams_clear_what_a_slow_walk_along_them_passes() -> None:
+    store, points = seen_room()
+    res = store.resolution_m
+    hit_cells = {(math.floor(y / res), math.floor(x / res)) for x, y in points[:, :2]}
+    assert all(hits_of(np.int64(word_at(store, *cell))) > 0 for cell in hit_cells)
+    for x, y in points[::7, :2]:
+        length = math.hypot(x, y)
+        for t in np.arange(0.02, length - 0.2, 0.02):
+            cell = math.floor(y * t / length / res), math.floor(x * t / length / res)
+            # The slow walk may cut a corner that the exact one takes on the other side.
+            assert visits_of(np.int64(word_at(store, *cell))) > 0
+    outside = [(row, col) for row in (-200, 200) for col in (-200, 250)]
+    assert all(word_at(store, *cell) == 0 for cell in outside)
+
+
+def naive_nearest(store: TileStore, x: float, y: float, radius: int) -> float:
+    best = math.inf
+    for row in range(math.floor(y) - radius, math.floor(y) + radius + 1):
+        for col in range(math.floor(x) - radius, math.floor(x) + radius + 1):
+            word = word_at(store, row, col)
+            hits, visits = word & 0x1F, (word >> 5) & 0x3F
+            if hits and hits * 5 >= visits:
+                mx, my = (((word >> 11) & 0x3F) + 0.5) / 64, (((word >> 17) & 0x3F) + 0.5) / 64
+                best = min(best, (col + mx - x) ** 2 + (row + my - y) ** 2)
+    return best
+
+
+def test_nearest_is_the_nearest_or_within_half_a_cell() -> None:
+    store, points = seen_room()
+    rng = np.random.default_rng(4)
+    found = 0
+    for x, y in points[rng.integers(0, len(points), 200), :2] / store.resolution_m + rng.normal(0, 1.0, (200, 2)):
+        for radius in (1, 2, 3):
+            word, _, _, d2 = nearest(*place(store), x, y, 0.0, 0.0, 0.0, radius, COS, SIN)
+            truth = naive_nearest(store, x, y, radius)
+            assert (word == 0) == math.isinf(truth)
+            if word != 0:
+                found += 1
+                assert d2 == pytest.approx(truth) or truth <= d2 < 0.25
+    assert found > 200
+
+
+def test_match_finds_the_pose_from_a_poor_start() -> None:
+    store, points = seen_room(noise=0.01)
+    out = np.zeros(RESULT_SIZE)
+    for start in ((0.06, -0.05, 0.02), (-0.08, 0.03, -0.03), (0.0, 0.1, 0.0)):
+        T = np.array(start)
+        match(*place(store), 0.05, points, T, T, np.zeros((3, 3)), 0.03, 15, COS, SIN, out)
+        assert np.abs(out[:2]).max() < 0.006 and abs(out[2]) < 0.002
+        assert out[INLIERS] > 0.95 and out[CONFLICTS] < 0.02
+    assert (np.linalg.eigvalsh(information(out)) > 0).all()
+
+
+def test_match_keeps_to_a_strong_prior_and_survives_an_empty_map() -> None:
+    store, points = seen_room()
+    T, out = np.array([0.05, 0.0, 0.0]), np.zeros(RESULT_SIZE)
+    match(*place(store), 0.05, points, T, T, np.diag([1e9] * 3), 0.03, 10, COS, SIN, out)
+    assert np.abs(out[:3] - T).max() < 1e-3
+    empty = TileStore(1, 0.05)
+    match(*place(empty), 0.05, points, T, T, np.diag([1.0] * 3), 0.03, 10, COS, SIN, out)
+    assert np.allclose(out[:3], T) and out[INLIERS] == 0.0
+
+
+def test_search_finds_what_descent_cannot() -> None:
+    store, points = seen_room()
+    out = np.zeros(3)
+    score = search(*place(store), 0.05, points, 90, np.array([0.3, -0.2, 0.3]), 0.4, 0.02, 0.4, 0.1, COS, SIN, out)
+    assert score > 0.5
+    assert np.hypot(out[0], out[1]) < 0.15 and abs(out[2]) < 0.04
+
+
+def test_normals_look_at_the_laser_and_stand_on_walls() -> None:
+    _, points = seen_room()
+    good = points[points[:, 4] > 0.8]
+    assert good.shape[0] > 200
+    assert ((good[:, :2] * good[:, 2:4]).sum(axis=1) < 0).all()
+    along_an_axis = np.abs(good[:, 2:4]).max(axis=1) > 0.97
+    assert along_an_axis.mean() > 0.9
+
+
+def test_spacing() -> None:
+    line = np.zeros((500, 5))
+    line[:, 0] = np.arange(500) * 0.01
+    out = np.zeros((500, 5))
+    count = spaced(line, 0.05, 500, out)
+    assert 80 < count <= 101 and np.diff(out[:count, 0]).min() >= 0.05 - 1e-9
+    assert spaced(line, 0.05, 40, out) <= 40
+
+
+def test_scalar_poses_are_those_of_se2() -> None:
+    rng = np.random.default_rng(1)
+    for a, b in rng.uniform(-4, 4, (50, 2, 3)):
+        assert np.allclose(compose(a, b), se2.compose(a, b))
+        assert np.allclose(between(a, b), se2.between(a, b))
+
+
+def test_relaxation_spreads_a_loops_error() -> None:
+    steps = np.tile([1.0, 0.0, np.pi / 10], (20, 1))
+    truth = [np.zeros(3)]
+    for step in steps:
+        truth.append(se2.compose(truth[-1], step))
+    drifted = [np.zeros(3)]
+    for step in steps:
+        drifted.append(se2.compose(drifted[-1], step + np.array([0.02, 0.01, 0.01])))
+    poses, chain = np.stack(drifted), np.arange(20)
+    T = np.concatenate([se2.between(poses[:-1], poses[1:]), [np.zeros(3)]])
+    info = np.concatenate([np.tile(np.eye(3) * 100.0, (20, 1, 1)), [np.eye(3) * 1e6]])
+    first, second = np.append(chain, 0), np.append(chain + 1, 20)
+    robust = np.zeros(21, dtype=bool)
+    relaxed = relax(poses, first, second, T, info, robust)
+    assert np.abs(relaxed[-1]).max() < 1e-2
+    assert np.hypot(*(relaxed - truth)[:, :2].T).max() < 0.4 * np.hypot(*(poses - truth)[:, :2].T).max()
+    robust[-1] = True
+    assert np.isfinite(relax(poses, first, second, T, info, robust)).all()
+
+
+def test_scans_between_keyframes_join_both() -> None:
+    T_key = np.array([[0.0, 0.0, 0.0], [1.2, 0.1, 0.0]])
+    key = np.array([0, 0, 0, 1])
+    motion = np.array([[0.0, 0, 0], [0.5, 0, 0], [0.999999, 0, 0], [0, 0, 0]])
+    way = np.array([0.0, 0.5, 0.999999, 0.0])
+    arrival = np.array([[0.0, 0, 0, 0], [1.0, 0, 0, 1.0]])
+    poses = spread(T_key, key, motion, way, arrival)
+    assert np.allclose(poses[0], T_key[0]) and np.allclose(poses[3], T_key[1])
+    assert np.allclose(poses[1, :2], [0.6, 0.05]) and np.allclose(poses[2], T_key[1], atol=1e-4)
+
+
+def test_levels_have_hysteresis() -> None:
+    out = np.full((32, 32), -1, dtype=np.int8)
+    words = np.zeros(1024, dtype=np.uint32)
+    assert not quantise(words, EDGES, 0.3, LEVELS, out)
+    words[0] = 3 | (10 << 5)
+    assert quantise(words, EDGES, 0.3, LEVELS, out) and out[0, 0] == 75
+    words[0] = 5 | (22 << 5)  # 0.227: below the edge of 0.25, but not by enough
+    assert not quantise(words, EDGES, 0.3, LEVELS, out)
+    words[0] = 2 | (22 << 5)
+    assert quantise(words, EDGES, 0.3, LEVELS, out) and out[0, 0] < 65
