@@ -14,6 +14,10 @@ LEASE_MS = 2000
 CLIENT_TIMEOUT_MS = 5000
 """A client gives up on its router after this long, milliseconds."""
 BATCH_BYTES = 16_384
+DATAGRAM_LEASE_MS = 10_000
+"""Half of the datagrams may be lost without the session taking its peer for dead, milliseconds."""
+DATAGRAM_OPEN_MS = 1000
+"""A handshake whose datagrams were lost is begun anew after this, milliseconds."""
 SEND_BUFFER_BYTES = 32_768
 """Small, so that what is urgent need not queue behind map chunks inside the kernel."""
 SECURE = ("tls", "quic")
@@ -51,8 +55,6 @@ def settings(
         chosen["listen/endpoints"] = [_tuned(endpoint) for endpoint in listen]
     if connect:
         chosen["connect/endpoints"] = [_tuned(endpoint) for endpoint in connect]
-    if any(endpoint.startswith("udp/") for endpoint in endpoints):
-        chosen["transport/unicast/max_links"] = 4  # beacons take the UDP link, maps the other
     if keys is not None:
         tls = "transport/link/tls/"
         chosen |= {
@@ -68,6 +70,16 @@ def settings(
         if multicast:
             chosen["listen/endpoints"] = [_tuned(endpoint) for endpoint in listen] or ["tls/[::]:0"]
     return chosen
+
+
+def datagram_settings(listen: Sequence[str], connect: Sequence[str]) -> dict[str, Any]:
+    """Return the settings of the session that carries beacons over UDP, where a lost one holds up nothing."""
+    return settings("", mode="peer", listen=listen, connect=connect, multicast=False, keys=None) | {
+        "transport/link/tx/lease": DATAGRAM_LEASE_MS,
+        "transport/unicast/open_timeout": DATAGRAM_OPEN_MS,
+        "transport/unicast/accept_timeout": DATAGRAM_OPEN_MS,
+        "scouting/gossip/enabled": False,
+    }
 
 
 def as_json(chosen: dict[str, Any]) -> list[tuple[str, str]]:

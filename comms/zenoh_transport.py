@@ -19,12 +19,23 @@ from comms.inbox import Inbox
 from comms.outbox import Outbox
 from comms.security import RobotKeys
 from comms.transport import Arrival, Incoming, PeerJoined, PeerLeft
-from comms.zenoh_config import as_json, settings
+from comms.zenoh_config import as_json, datagram_settings, settings
 from spatial import InputError
 
 log = logging.getLogger(__name__)
 
 LANES: tuple[Lane, ...] = ("beacon", "control", "bulk")
+
+
+def _open(chosen: dict[str, Any]) -> zenoh.Session:
+    config = zenoh.Config()
+    try:
+        for key, value in as_json(chosen):
+            config.insert_json5(key, value)
+        return zenoh.open(config)
+    except zenoh.ZError as error:
+        endpoints = [*chosen.get("listen/endpoints", []), *chosen.get("connect/endpoints", [])]
+        raise InputError(f"the network cannot be opened with {endpoints}: {error}") from error
 
 
 class ZenohTransport:
@@ -43,7 +54,8 @@ class ZenohTransport:
     ) -> None:
         """Open the session and announce the robot.
 
-        ``listen``, ``connect``: endpoints such as ``tcp/0.0.0.0:7447``; several are fine, absent peers are tried again.
+        ``listen``, ``connect``: endpoints such as ``tcp/0.0.0.0:7447``; several are fine, absent peers are tried again;
+            beacons take ``udp/`` ones where there are any.
         ``multicast``: find robots on the local network by themselves. ``mode``: "peer", "client", "router".
         ``keys``: the robot's certificate; then links are mutual TLS and robots publish only under their own names.
         Raises ``InputError`` where an endpoint cannot be used.
@@ -51,15 +63,16 @@ class ZenohTransport:
         self.robot_id, self.team = check_name(robot_id, "robot id"), check_name(team, "team name")
         if keys is None:
             log.warning("team %s is open: anyone on this network can read and write its maps (see mrslam keys)", team)
-        config = zenoh.Config()
-        try:
-            for key, value in as_json(
-                settings(team, mode=mode, listen=listen, connect=connect, multicast=multicast, keys=keys)
-            ):
-                config.insert_json5(key, value)
-            self._session = zenoh.open(config)
-        except zenoh.ZError as error:
-            raise InputError(f"the network cannot be opened with {[*listen, *connect]}: {error}") from error
+        udp_listen, udp_connect = ([e for e in ends if e.startswith("udp/")] for ends in (listen, connect))
+        listen, connect = ([e for e in ends if not e.startswith("udp/")] for ends in (listen, connect))
+        self._session = _open(settings(team, mode=mode, listen=listen, connect=connect, multicast=multicast, keys=keys))
+        self._datagrams = self._session
+        if udp_listen or udp_connect:
+            try:
+                self._datagrams = _open(datagram_settings(udp_listen, udp_connect))
+            except InputError:
+                self._session.close()  # type: ignore[no-untyped-call]
+                raise
         self.inbox = Inbox()
         self._tokens: dict[str, set[str]] = {}
         self._closed = False
@@ -68,7 +81,7 @@ class ZenohTransport:
         # The bulk lane has a thread of its own: a map chunk that waits must not hold up a question.
         self._control = Outbox(f"{robot_id}-control", self._put_control)
         self._bulk = Outbox(f"{robot_id}-bulk", self._put_bulk)
-        self._beacons = self._session.declare_publisher(
+        self._beacons = self._datagrams.declare_publisher(
             f"{self._own}/all/beacon",
             congestion_control=zenoh.CongestionControl.DROP,
             priority=zenoh.Priority.INTERACTIVE_HIGH,
@@ -80,6 +93,9 @@ class ZenohTransport:
             self._session.declare_subscriber(f"{root}/*/all/*", self._on_sample, allowed_origin=remote),
             self._session.declare_subscriber(f"{root}/*/to/{robot_id}/*", self._on_sample, allowed_origin=remote),
         ]
+        if self._datagrams is not self._session:
+            beacons = self._datagrams.declare_subscriber(f"{root}/*/all/*", self._on_sample, allowed_origin=remote)
+            self._subscribers.append(beacons)
         liveliness = self._session.liveliness()
         self._subscribers.append(liveliness.declare_subscriber(f"{root}/*/alive/*", self._on_token, history=True))
         self._token = liveliness.declare_token(f"{self._own}/alive/{self._session.zid()}")
@@ -117,6 +133,8 @@ class ZenohTransport:
             except zenoh.ZError as error:
                 log.debug("undeclaring: %s", error)
         self._session.close()  # type: ignore[no-untyped-call]
+        if self._datagrams is not self._session:
+            self._datagrams.close()  # type: ignore[no-untyped-call]
 
     def _put_control(self, key: str, payload: bytes) -> None:
         self._session.put(

@@ -20,6 +20,7 @@ from comms import (
     load_keys,
     warm_up,
 )
+from tests.comms.bad_link import enter
 
 DEADLINE_S = 60.0
 
@@ -30,8 +31,10 @@ def free_port() -> int:
         return s.getsockname()[1]
 
 
-def run_robot(pipe, robot, team, boot, config, local_map, endpoints, keys, sleep_s) -> None:
+def run_robot(pipe, robot, team, boot, config, local_map, endpoints, keys, namespace) -> None:
     """Be a robot until told to stop; report every effect but messages, and the digest when it changes."""
+    if namespace is not None:
+        enter(namespace)
     warm_up()
     node = CommsNode(robot, team, boot, config)
     transport = ZenohTransport(robot, team, keys=keys, **endpoints)
@@ -42,7 +45,7 @@ def run_robot(pipe, robot, team, boot, config, local_map, endpoints, keys, sleep
     while True:
         now = time.monotonic_ns
         effects = []
-        for item in transport.poll(sleep_s):
+        for item in transport.poll(0.02):
             if isinstance(item, Incoming):
                 effects += node.on_message(item.payload, now(), item.sender)
             elif isinstance(item, PeerJoined):
@@ -86,6 +89,7 @@ class Robot:
         connect=(),
         keys=None,
         mode="peer",
+        namespace=None,
     ) -> None:
         warm_up()  # compiled once, here, not in every process
         self.robot = robot
@@ -93,7 +97,7 @@ class Robot:
         self.pipe, theirs = context.Pipe()
         endpoints = {"listen": list(listen), "connect": list(connect), "mode": mode}
         boot = time.time_ns() if boot is None else boot
-        args = (theirs, robot, team, boot, config or CommsConfig(), local_map, endpoints, keys, 0.02)
+        args = (theirs, robot, team, boot, config or CommsConfig(), local_map, endpoints, keys, namespace)
         self.process = context.Process(target=run_robot, args=args, daemon=True)
         self.process.start()
         theirs.close()
