@@ -1,4 +1,4 @@
-"""Two network namespaces and a link between them that loses, delays and slows down what passes, adjustable while in use.
+"""Two network namespaces and a link between them that loses, delays and slows down what passes, as one likes.
 
 Each namespace has a TUN interface; this process reads the packets of one and writes them to the other. Needs root.
 """
@@ -14,6 +14,7 @@ import struct
 import subprocess
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -26,7 +27,7 @@ QUEUE_S = 0.5
 
 def enter(namespace: str) -> None:
     """Move this process (call it before any thread is started) into a namespace."""
-    with open(f"/var/run/netns/{namespace}") as file:
+    with Path(f"/var/run/netns/{namespace}").open() as file:
         if ctypes.CDLL(None, use_errno=True).setns(file.fileno(), CLONE_NEWNET) != 0:
             raise OSError(ctypes.get_errno(), "setns")
 
