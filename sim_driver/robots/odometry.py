@@ -8,7 +8,6 @@ from sim_driver.robots.config import OdometryConfig
 from spatial import se2
 from spatial.se2 import Transform
 
-
 STILL = 1e-9
 """Motion below this is rounding, not motion: metres, radians."""
 

@@ -1,9 +1,10 @@
-"""Compiles this package's kernels ahead of use."""
+"""Compiles the kernels of robots and radio ahead of use."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from sim_driver.radio import Radio
 from sim_driver.robots.lasers import LASERS
 from sim_driver.robots.robot import SimulatedRobot
 from sim_driver.worlds.canvas import Canvas
@@ -15,3 +16,4 @@ def warm_up() -> None:
     world = World("warm-up", Canvas(1.0, 1.0).grid())
     robot = SimulatedRobot(world, np.array([0.5, 0.5, 0.0]), LASERS["lidar-360"], np.random.default_rng(0))
     robot.scan(0, (np.array([[0.7, 0.7]]), np.array([0.1])))
+    Radio(world).quality((0.3, 0.3), (0.6, 0.6))
