@@ -250,3 +250,27 @@ def test_the_real_bag_equals_its_carmen_copy(data_dir):
         assert np.array_equal(one.scan.ranges_m[both], two.scan.ranges_m[both])
         assert np.allclose(one.T_odom_base, two.T_odom_base, atol=1e-5)
     assert np.allclose(bag.readings[0].scan.T_base_laser, (0.225, 0, 0))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_flipped_and_cut_bytes_never_end_in_a_traceback(tmp_path, kind):
+    path = target(tmp_path, kind)
+    with Recorder(path, kind) as out:
+        for i in range(5):
+            out.odometry(NS + i * NS // 10, 0.1 * i, 0.0, 0.1)
+            out.tf(NS + i * NS // 10, "base_link", "laser", 0.1, 0.0, 0.0)
+            out.scan(NS + i * NS // 10, [1.0] * 20)
+    raw = (path if kind == "bag" else next(path.glob(f"*.{kind}"))).read_bytes()
+    rng, refused = np.random.default_rng(0), 0
+    broken = tmp_path / f"broken.{kind}"
+    for i in range(40):
+        content = bytearray(raw[: rng.integers(1, len(raw))] if i % 2 else raw)
+        for at in rng.integers(0, len(content), 3):
+            content[at] = rng.integers(256)
+        broken.write_bytes(bytes(content))
+        try:
+            open_feed(broken)
+        except InputError as error:
+            refused += 1
+            assert "\n" not in str(error)
+    assert refused >= 10
