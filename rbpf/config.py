@@ -16,7 +16,7 @@ class MapperConfig:
     """Number of particles, 1..1000: hypotheses about where the robot has been."""
     resolution_m: float = 0.05
     """Edge of a map cell, metres, 0.01..1."""
-    linear_update_m: float = 0.5
+    linear_update_m: float = 0.6
     """The filter is updated after this much driving, metres."""
     angular_update_rad: float = 0.5
     """The filter is updated after this much turning, radians."""
@@ -28,11 +28,11 @@ class MapperConfig:
     """Beams without a return clear the map up to here, metres; 0 = they are ignored."""
     srr: float = 0.03
     """Motion noise: metres of error for each metre driven, after scan matching."""
-    srt: float = 0.01
+    srt: float = 0.003
     """Motion noise: radians of error for each metre driven, after scan matching."""
     str: float = 0.01
     """Motion noise: metres of error for each radian turned, after scan matching."""
-    stt: float = 0.02
+    stt: float = 0.01
     """Motion noise: radians of error for each radian turned, after scan matching."""
     odometry_noise: float = 0.1
     """Odometry's error to begin with, as a share of the motion; later it is learnt from the scans."""

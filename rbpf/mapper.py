@@ -361,7 +361,7 @@ class Mapper:
     def _motion_cov(self, motion: Transform) -> NDArray[np.float64]:
         config, length, turn = self.config, float(np.hypot(motion[0], motion[1])), abs(float(motion[2]))
         sigma_xy = 0.01 + config.srr * length + config.str * turn
-        sigma_t = 0.003 + config.srt * length + config.stt * turn
+        sigma_t = 0.0015 + config.srt * length + config.stt * turn
         return np.diag([sigma_xy**2, sigma_xy**2, sigma_t**2])
 
     def _judge(self, results: NDArray[np.float64], step: Step) -> None:

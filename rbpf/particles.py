@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from rbpf.cells import insert_scan
 from rbpf.matching import INFO, RESULT_SIZE, SCORE, match
 
-CORRELATED = 0.2
+CORRELATED = 0.8
 """Beams are not independent of each other: the matcher's information counts by this share."""
 PRIOR_SHARE = 0.25
 """Share of the motion prior's log-density in the weights; tempers like ``evidence_beams`` does for beams."""
