@@ -31,8 +31,10 @@ class AlignmentConfig:
     """Agreeing wall across the weakest direction, metres (>= 0); stops a corridor that slides along itself."""
     min_crosswise: float = 0.05
     """The same as a share (0..1) of the agreeing wall."""
-    min_margin: float = 0.7
+    min_margin: float = 0.68
     """Lead (0..1) in score over the best distinct other fit; below it the answer is "ambiguous"."""
+    margin_per_contradiction: float = 1.5
+    """Further lead asked for per share of contradicted wall (>= 0): a fit that is not clean must stand alone."""
     min_confidence: float = 0.5
     """Confidence (0..1) from which a fit that passes every test is accepted; 0.5 is where a test just passes."""
     orb_features: int = 2000
@@ -43,14 +45,21 @@ class AlignmentConfig:
     """Distance up to which a match supports a transform, metres (> 0)."""
     evaluations: int = 2000
     """Dissimilarities each search of the random-walk family may compute (>= 1)."""
-    max_candidates: int = 8
+    max_candidates: int = 16
     """Proposals that are refined and verified in full (>= 1); more find more and take longer."""
 
     def __post_init__(self) -> None:
         require(self.seed >= 0, "alignment.seed", ">= 0", self.seed)
         for name in ("resolution_m", "tolerance_m", "ransac_inlier_m"):
             require(getattr(self, name) > 0, f"alignment.{name}", "> 0 m", getattr(self, name))
-        for name in ("min_score_m", "min_walls", "max_contradiction", "max_deep_contradiction", "min_crosswise_wall_m"):
+        for name in (
+            "min_score_m",
+            "min_walls",
+            "max_contradiction",
+            "max_deep_contradiction",
+            "min_crosswise_wall_m",
+            "margin_per_contradiction",
+        ):
             require(getattr(self, name) >= 0, f"alignment.{name}", ">= 0", getattr(self, name))
         for name in ("min_crosswise", "min_margin", "min_confidence"):
             require(0 <= getattr(self, name) <= 1, f"alignment.{name}", "in 0..1", getattr(self, name))

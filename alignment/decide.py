@@ -17,6 +17,12 @@ SAME_M, SAME_RAD = 0.4, math.radians(4.0)
 """Two fits nearer than this, at the middle of b's walls, are one fit."""
 
 
+HELD = 0.15
+"""Share of the matched wall that runs across, from which a fit is held in every direction."""
+MOST_MARGIN = 0.95
+"""No greater lead is asked for."""
+
+
 @dataclass(frozen=True)
 class Test:
     """One thing a fit must show."""
@@ -45,12 +51,20 @@ def fit_score(evidence: dict[str, float]) -> float:
     return good - 3.0 * bad - 0.2 * odd
 
 
+def standing(score_m: float, evidence: dict[str, float]) -> float:
+    """Return the score as a rival's: a fit that can slide along its walls explains little, however much wall it has."""
+    matched = max(min(evidence["matched_a_m"], evidence["matched_b_m"]), 1e-3)
+    return max(score_m, 0.0) * min(1.0, evidence["crosswise_m"] / matched / HELD)
+
+
 def tests(evidence: dict[str, float], config: AlignmentConfig) -> list[Test]:
     """Return all that a fit must show to be accepted."""
     matched = max(min(evidence["matched_a_m"], evidence["matched_b_m"]), 1e-3)
     against = max(evidence["contradicted_a_m"], evidence["contradicted_b_m"]) / matched
     deep = max(evidence["deep_a_m"], evidence["deep_b_m"]) / matched
     across = evidence["crosswise_m"]
+    stained = max(0.0, against + 0.5 * deep - 0.03)
+    lead = min(MOST_MARGIN, config.min_margin + config.margin_per_contradiction * stained)
     percent: Callable[[str], str] = lambda name: f"{name} {{value:.0%}} of the matched wall > {{bound:.0%}}"  # noqa: E731
     return [
         Test(evidence["score_m"], config.min_score_m, 2.0, "wall for less against {value:.1f} m < {bound:.1f} m"),
@@ -59,7 +73,7 @@ def tests(evidence: dict[str, float], config: AlignmentConfig) -> list[Test]:
         Test(deep, config.max_deep_contradiction, -0.05, percent("clearly contradicted")),
         Test(across, config.min_crosswise_wall_m, 0.5, "slides along its walls: {value:.1f} m across < {bound:.1f} m"),
         Test(across / matched, config.min_crosswise, 0.05, "slides along its walls: {value:.0%} across < {bound:.0%}"),
-        Test(evidence["margin"], config.min_margin, 0.2, "ambiguous: leads the next fit by {value:.0%} < {bound:.0%}"),
+        Test(evidence["margin"], lead, 0.2, "ambiguous: leads the next fit by {value:.0%} < {bound:.0%}"),
     ]
 
 
@@ -98,9 +112,10 @@ def decide(
         return Rejection("no proposal: the maps share no matching structure", 0.0, {}, method)
     fits = fits_of(a, b, candidates, config)
     score, best, candidate = fits[0]
-    second = max(fits[1][0], 0.0) if len(fits) > 1 else 0.0
+    own = standing(score, best.evidence)
+    second = max((standing(other, found.evidence) for other, found, _ in fits[1:]), default=0.0)
     evidence = {**candidate.evidence, **best.evidence, "score_m": score}
-    evidence["margin"] = max(0.0, 1.0 - second / score) if score > 0 else 0.0
+    evidence["margin"] = max(0.0, 1.0 - second / own) if own > 0 else 0.0
     asked = tests(evidence, config)
     confidence = 1.0 / (1.0 + math.exp(-max(-30.0, min(t.slack for t in asked))))
     failed = [t.words.format(value=t.value, bound=t.bound) for t in asked if t.slack < 0]

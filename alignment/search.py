@@ -20,7 +20,7 @@ OFFSETS_DEG = (-1.5, -0.75, 0.0, 0.75, 1.5)
 """Turns tried around each rotation: maps are bent, and a part of one may lie askew."""
 QUICK_POINTS = 400
 """Wall points per map that settle and rank a proposal."""
-SETTLED = 250
+SETTLED = 400
 """Most proposals settled and ranked."""
 CELL_M = 0.2
 """Cell of the correlation, metres."""
