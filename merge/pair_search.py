@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -82,12 +82,8 @@ class PairSearch:
         tried: dict[tuple[str, str], float] = {}
         while True:
             clusters.sort(key=lambda one: (-len(one.T_team_map), -one.grid.known_area_m2(), _first(one)))
-            for main in clusters:
-                others = [other for other in clusters if self._is_due(main, other, tried)]
-                joined = self._grow(main, others)
-                if joined:
-                    break
-            else:
+            main, joined = self._next_join(clusters, tried)
+            if not joined:
                 break
             clusters = [cluster for cluster in clusters if cluster is not main and cluster not in joined]
             together = {x for cluster in (main, *joined) for x in cluster.T_team_map}
@@ -137,6 +133,21 @@ class PairSearch:
         why = found.reason if isinstance(found, Rejection) else f"they fit better {gap_m:.1f} m away"
         reason = f"accepted by itself, but the merged maps of both sides speak against it: {why}"
         return Rejection(reason, found.confidence, found.evidence, found.method)
+
+    def _next_join(
+        self, clusters: Sequence[TeamMap], tried: dict[tuple[str, str], float]
+    ) -> tuple[TeamMap, list[TeamMap]]:
+        """Return a cluster and those that fit it: as wholes, else where a single member of theirs fits."""
+        for main in clusters:
+            joined = self._grow(main, [other for other in clusters if self._is_due(main, other, tried)])
+            if joined:
+                return main, joined
+        several = [cluster for cluster in clusters if len(cluster.T_team_map) > 1]
+        for main, other in combinations(several, 2):
+            members = [self._cluster([name]) for name in other.T_team_map]
+            if self._grow(main, [one for one in members if self._is_due(main, one, tried)]):
+                return main, [other]
+        return clusters[0], []
 
     def _densify(self, cluster: TeamMap) -> TeamMap:
         """Align members with those they share most wall with, for loops that check and stiffen the whole."""
