@@ -1,7 +1,7 @@
 """One robot: the deterministic core that wires mapper, network, alignment and team map, and the shells that run it."""
 
 from agent.body import Body, Sensed
-from agent.clock import MissionClock
+from agent.clock import Clock, SharedClock, WallClock
 from agent.config import AgentConfig, Settings
 from agent.core import Agent
 from agent.effects import AlignJob, Effect, Event
@@ -15,15 +15,17 @@ __all__ = [
     "AgentConfig",
     "AlignJob",
     "Body",
+    "Clock",
     "Effect",
     "Event",
     "LinkSource",
-    "MissionClock",
     "ProcessShell",
     "Runner",
     "Sensed",
     "Settings",
+    "SharedClock",
     "VirtualRobot",
+    "WallClock",
     "run_virtual",
     "write_robot",
 ]

@@ -7,6 +7,7 @@ teammates from the network -> alignment -> team map -> where teammates are -> ma
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import comms
@@ -16,7 +17,7 @@ from agent.link_stats import LinkStats
 from agent.pairs import PairBook
 from alignment import Alignment, Rejection
 from merge import TeamMap, TeamMapper
-from mutual_detection import TeammateTracker, mask_teammates
+from mutual_detection import TeammateTracker, clear_ghosts, mask_teammates
 from rbpf import Mapper, UpdateInfo
 from spatial import Keyframes, LocalMap, OccupancyGrid, Scan, se2
 from spatial.se2 import Transform
@@ -191,13 +192,28 @@ class Agent:
 
     def team_map(self) -> TeamMap:
         """Return the team map in this robot's own map frame, with who is placed where and who is not and why."""
-        return self.team.team_map()
+        team = self.team.team_map()
+        return replace(team, grid=self._without_ghosts(team.grid))
+
+    def own_map(self) -> OccupancyGrid:
+        """Return the own map, without what was mapped of teammates before it was known where they are."""
+        return self._without_ghosts(self.local_map().map.to_grid())
 
     def planning_grid(self) -> OccupancyGrid:
         """Return what to drive by, in the own map frame: the team's map once someone else is placed, else the own."""
-        if len(self.T_team_map) > 1:
-            return self.team_map().grid
-        return self.local_map().map.to_grid()
+        return self.team_map().grid if len(self.T_team_map) > 1 else self.own_map()
+
+    def _without_ghosts(self, grid: OccupancyGrid) -> OccupancyGrid:
+        """Free the occupied cells where a robot has been: nobody drives through walls."""
+        if not self.settings.mutual_detection.enabled:
+            return grid
+        maps = self.node.store.maps
+        paths = [
+            se2.compose(T_team_map, maps[robot_id].keyframes.T_map_base)[:, :2]
+            for robot_id, T_team_map in self.T_team_map.items()
+            if robot_id in maps
+        ]
+        return clear_ghosts(grid, paths, self.settings.mutual_detection.robot_radius_m)[0]
 
     def teammates(self, now_ns: int) -> dict[str, Transform]:
         """Return where those teammates are, in the own map frame, whose place is known and who were heard lately."""

@@ -38,8 +38,7 @@ class EventLog:
 def write_robot(agent: Agent, folder: Path) -> None:
     """Write everything a robot knows at its end into its folder."""
     folder.mkdir(parents=True, exist_ok=True)
-    grid = agent.local_map().map.to_grid()
-    write_map(folder / "map.yaml", grid)
+    write_map(folder / "map.yaml", agent.own_map())
     team = agent.team_map()
     write_map(folder / "team_map.yaml", team.grid)
     trajectory = agent.trajectory_laser()
@@ -55,7 +54,7 @@ def summary(agent: Agent) -> dict[str, Any]:
     return {
         "id": agent.robot_id,
         "mode": agent.mode,
-        "known_area_m2": round(agent.local_map().map.to_grid().known_area_m2(), 2),
+        "known_area_m2": round(agent.own_map().known_area_m2(), 2),
         "team_area_m2": round(team.grid.known_area_m2(), 2),
         "scans": agent.mapper.stats.scans,
         "scans_processed": agent.mapper.stats.processed,

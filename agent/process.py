@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 
-from agent.clock import MissionClock
+from agent.clock import Clock
 from agent.effects import AlignJob
 from agent.runner import Runner
 from alignment import Alignment, Rejection
@@ -21,7 +21,7 @@ IDLE_S = 0.02
 class ProcessShell:
     """Runs one agent by a clock until it is told to stop."""
 
-    def __init__(self, runner: Runner, clock: MissionClock) -> None:
+    def __init__(self, runner: Runner, clock: Clock) -> None:
         """Take a wired agent."""
         self.runner, self.clock = runner, clock
         self.lag_s_max = 0.0

@@ -8,7 +8,7 @@ from importlib import import_module
 
 from spatial.jit_cache import forget_old, is_warm
 
-ROOMS = ("rbpf", "alignment", "mutual_detection", "merge", "sim_driver.robots", "sim_driver.drivers")
+ROOMS = ("rbpf", "alignment", "mutual_detection", "merge", "comms", "sim_driver.robots", "sim_driver.drivers")
 """Packages with kernels; each offers ``warm_up()``, which calls every kernel once."""
 
 

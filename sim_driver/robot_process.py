@@ -10,7 +10,8 @@ from multiprocessing.connection import Connection
 from multiprocessing.synchronize import Event as StopEvent
 from pathlib import Path
 
-from agent import Body, MissionClock, ProcessShell, Runner, Sensed
+from agent import Body, ProcessShell, Runner, Sensed, SharedClock
+from agent.clock import Counter
 from comms import Transport, ZenohTransport
 from sim_driver.kernels import load_kernels
 from sim_driver.mission import Mission, RobotConfig
@@ -19,7 +20,7 @@ from sim_driver.shaping import ShapedTransport
 from sim_driver.team import make_agent, make_body, radio_of, read_trace, told_links
 from spatial import InputError
 
-STATUS_S = 0.5
+STATUS_S = 0.1
 """How often a robot tells the parent how it fares, seconds."""
 
 
@@ -51,9 +52,7 @@ class Failed:
 
 @dataclass(frozen=True)
 class Go:
-    """Sent to all robots: when mission time begins (``time.monotonic``)."""
-
-    start_s: float
+    """Sent to all robots when all are ready: mission time begins."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +62,8 @@ class Status:
     finished: bool = False
     merged: int = 0
     area_m2: float = 0.0
+    behind_s: float = 0.0
+    """How long the next scan has been due, seconds of mission time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,11 +115,11 @@ class PipePort:
         return self._qualities
 
 
-def run_robot(task: RobotTask, pipe: Connection, simulator: Connection, stop: StopEvent) -> None:
+def run_robot(task: RobotTask, pipe: Connection, simulator: Connection, stop: StopEvent, now: Counter) -> None:
     """Map, meet and merge until told to stop, then write the robot's files."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent tells when to stop
     try:
-        shell, body = _come_up(task, pipe, simulator)
+        shell, body = _come_up(task, pipe, simulator, now)
     except InputError as error:
         pipe.send(Failed(str(error)))
         return
@@ -128,13 +129,14 @@ def run_robot(task: RobotTask, pipe: Connection, simulator: Connection, stop: St
         nonlocal told_s
         if time.monotonic() - told_s > STATUS_S:
             told_s = time.monotonic()
-            pipe.send(Status(body.finished, len(agent.T_team_map) - 1, agent.known_area_m2()))
+            behind_s = 0.0 if body.next_ns is None else max(now.value - body.next_ns, 0) / 1e9
+            pipe.send(Status(body.finished, len(agent.T_team_map) - 1, agent.known_area_m2(), behind_s))
         return stop.is_set()
 
     shell.run(stopped)
 
 
-def _come_up(task: RobotTask, pipe: Connection, simulator: Connection) -> tuple[ProcessShell, Body]:
+def _come_up(task: RobotTask, pipe: Connection, simulator: Connection, now: Counter) -> tuple[ProcessShell, Body]:
     """Load everything, say so, and wait for the common start."""
     mission, robot = task.mission, task.robot
     load_kernels()  # from disk, before the clock runs
@@ -145,8 +147,8 @@ def _come_up(task: RobotTask, pipe: Connection, simulator: Connection) -> tuple[
         robot.id, mission.mission.name, listen=[task.listen], connect=task.connect, multicast=False
     )
     pipe.send(Ready(getattr(body, "duration_ns", 0) / 1e9))
-    go: Go = pipe.recv()
-    clock = MissionClock(go.start_s, mission.mission.speed)
+    pipe.recv()  # Go
+    clock = SharedClock(now, mission.mission.speed)
     radio = radio_of(mission, robot, read_trace(mission), port)
     if radio is not None:
         transport = ShapedTransport(transport, radio, clock, seed_for(mission, f"radio/{robot.id}"))

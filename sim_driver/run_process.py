@@ -13,7 +13,7 @@ from multiprocessing.synchronize import Event as StopEvent
 from pathlib import Path
 from typing import Any
 
-from agent import MissionClock
+from agent.clock import Counter
 from sim_driver.mission import Mission
 from sim_driver.robot_process import Failed, Go, Ready, RobotNews, RobotTask, SimulatorNews, Status, run_robot
 from sim_driver.simulation import STEP_NS, Simulation, is_simulated
@@ -21,6 +21,12 @@ from spatial import InputError
 
 READY_S = 120.0
 """Longest wait for a robot's process to come up, seconds."""
+BEHIND_S = 2.0
+"""Mission time waits for a robot whose recorded scans have been due for longer, seconds of mission time."""
+PATIENCE_S = 10.0
+"""... but no longer than this, seconds: a robot that hangs must not stop the others."""
+LONGEST_STEP_S = 0.1
+"""Mission time never jumps by more than this much wall time, seconds."""
 NEWS_AHEAD = 5
 """Most scans on the way to one robot: a pipe that fills up would hold up all."""
 WATCH_S = 0.05
@@ -55,14 +61,14 @@ def run_processes(mission: Mission, out: Path, progress: Any) -> dict[str, Any]:
     """Run the mission and return what the metrics need beside the robots' own files."""
     context = mp.get_context("spawn")  # numba's and zenoh's threads do not survive a fork
     stop = context.Event()
+    now = context.Value("q", 0, lock=False)  # mission time, ns: written here, read by all robots
     simulation = Simulation(mission) if mission.world is not None else None
-    children = _spawn(mission, out, stop)
+    children = _spawn(mission, out, stop, now)
     try:
         _await_ready(children)
-        start_s = time.monotonic() + 0.2
         for child in children:
-            child.pipe.send(Go(start_s))
-        mission_s = _watch(mission, children, simulation, start_s, progress)
+            child.pipe.send(Go())
+        mission_s = _watch(mission, children, simulation, now, progress)
     finally:
         stop.set()
         _close(children)
@@ -76,7 +82,7 @@ def run_processes(mission: Mission, out: Path, progress: Any) -> dict[str, Any]:
     }
 
 
-def _spawn(mission: Mission, out: Path, stop: StopEvent) -> list[Child]:
+def _spawn(mission: Mission, out: Path, stop: StopEvent, now: Counter) -> list[Child]:
     context = mp.get_context("spawn")
     ports = free_ports(len(mission.robots))
     children = []
@@ -85,7 +91,7 @@ def _spawn(mission: Mission, out: Path, stop: StopEvent) -> list[Child]:
         sim_here, sim_there = context.Pipe()
         connect = [_address(port) for port in ports[:i]]
         task = RobotTask(mission, robot, out, _address(ports[i]), connect, is_simulated(mission, robot))
-        process = context.Process(target=run_robot, args=(task, there, sim_there, stop), name=f"mrslam-{robot.id}")
+        process = context.Process(target=run_robot, args=(task, there, sim_there, stop, now), name=f"mrslam-{robot.id}")
         process.start()
         there.close()
         sim_there.close()
@@ -127,18 +133,19 @@ def _await_ready(children: Sequence[Child]) -> None:
 
 
 def _watch(
-    mission: Mission, children: Sequence[Child], simulation: Simulation | None, start_s: float, progress: Any
+    mission: Mission, children: Sequence[Child], simulation: Simulation | None, now: Counter, progress: Any
 ) -> float:
     """Move the simulated world on and follow the robots to the end; return how long it was, mission seconds."""
     limit_s = mission.mission.duration_s
     total_s = limit_s or max(child.duration_s for child in children) + mission.mission.linger_s
     idle_since_s: float | None = None
-    clock = MissionClock(start_s, mission.mission.speed)
+    pace = Pace(mission.mission.speed)
     while True:
         _read_status(children)
+        now.value += pace.step_ns(any(_is_behind(child) for child in children))
         if simulation is not None:
-            _simulate(simulation, children, clock.now_ns())
-        now_s = clock.now_ns() / 1e9
+            _simulate(simulation, children, now.value)
+        now_s = now.value / 1e9
         progress(now_s, total_s, _words(children))
         if limit_s is not None and now_s >= limit_s:
             return limit_s
@@ -149,7 +156,30 @@ def _watch(
             idle_since_s = now_s
         elif now_s - idle_since_s >= mission.mission.linger_s or not any(child.alive for child in children):
             return now_s
-        time.sleep(WATCH_S if simulation is None else clock.wall_s(STEP_NS) / 4)
+        time.sleep(WATCH_S if simulation is None else STEP_NS / 4e9 / mission.mission.speed)
+
+
+class Pace:
+    """How fast mission time passes: by the wall clock times a speed, but not while a robot is behind."""
+
+    def __init__(self, speed: float) -> None:
+        """Begin now."""
+        self._speed = speed
+        self._last_s = self._on_time_s = time.monotonic()
+
+    def step_ns(self, hold: bool) -> int:
+        """Return by how much to move mission time on; robots that are behind are waited for ``PATIENCE_S`` at most."""
+        now_s = time.monotonic()
+        passed_s, self._last_s = now_s - self._last_s, now_s
+        if not hold:
+            self._on_time_s = now_s
+        elif now_s - self._on_time_s < PATIENCE_S:
+            return 0
+        return round(min(passed_s, LONGEST_STEP_S) * self._speed * 1e9)
+
+
+def _is_behind(child: Child) -> bool:
+    return child.alive and (child.sent - child.taken >= NEWS_AHEAD or child.status.behind_s > BEHIND_S)
 
 
 def _simulate(simulation: Simulation, children: Sequence[Child], now_ns: int) -> None:

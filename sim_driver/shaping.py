@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from agent import LinkSource, MissionClock
+from agent import Clock, LinkSource
 from comms import Incoming, PeerJoined, PeerLeft, Send, Transport
 
 CUT_BELOW = 0.05
@@ -16,7 +16,7 @@ CUT_BELOW = 0.05
 class ShapedTransport:
     """Wraps a transport; beacons arrive with the link's delivery ratio, and a dead link delivers nothing at all."""
 
-    def __init__(self, inner: Transport, links: LinkSource, clock: MissionClock, seed: int) -> None:
+    def __init__(self, inner: Transport, links: LinkSource, clock: Clock, seed: int) -> None:
         """Take the transport and what tells the qualities of its links."""
         self._inner, self._links, self._clock = inner, links, clock
         self._rng = np.random.default_rng(seed)
