@@ -141,7 +141,7 @@ def fuzz(count: int, seed: int = 0, per_message: int = 20) -> Report:
 
 def _one_life(count: int, report: Report, rng: np.random.Generator, per_message: int, boot: int) -> None:
     """Run a fresh team of three for a while; mutants that look right may spoil its knowledge, not its working."""
-    network = MemoryNetwork(boot, queue_bytes=1 << 20)
+    network = MemoryNetwork(boot)
     ids = ["r1", "r2", "r3"]
     nodes = {robot: CommsNode(robot, TEAM, boot, CONFIG, seed=boot) for robot in ids}
     ends = {robot: network.attach(robot) for robot in ids}

@@ -51,17 +51,17 @@ class MemoryNetwork:
     """All robots' links; the caller moves time."""
 
     def __init__(
-        self, seed: int = 0, conditions: Conditions | None = None, *, reliable: bool = True, queue_bytes: int = 1 << 24
+        self, seed: int = 0, conditions: Conditions | None = None, *, reliable: bool = True, queue_s: float = 10.0
     ) -> None:
         """Make an empty network.
 
         ``reliable``: maps and control messages arrive in order, losses only delay them (as over TCP); False: they are
-        lost, doubled and reordered like beacons. ``queue_bytes``: what waits for a slow link beyond this is lost.
+        lost, doubled and reordered like beacons. ``queue_s``: what would wait longer than this for a slow link is lost, seconds.
         """
         self.now_ns = 0
         self.conditions: Conditions = conditions or (lambda a, b, now_ns: PERFECT)
         self._rng = np.random.default_rng(seed)
-        self._reliable, self._queue_bytes = reliable, queue_bytes
+        self._reliable, self._queue_s = reliable, queue_s
         self._ends: dict[str, MemoryTransport] = {}
         self._events: list[tuple[int, int, str, MemoryTransport | None, Arrival]] = []
         self._count = 0
@@ -123,7 +123,7 @@ class MemoryNetwork:
         depart_ns = self.now_ns
         if math.isfinite(link.rate_bps):
             start_ns = max(self._free_ns.get((sender, receiver), 0), self.now_ns)
-            if (start_ns - self.now_ns) * link.rate_bps / 8e9 > self._queue_bytes:
+            if start_ns - self.now_ns > self._queue_s * 1e9:
                 return
             depart_ns = start_ns + round(len(effect.payload) * 8e9 / link.rate_bps)
             self._free_ns[sender, receiver] = depart_ns

@@ -58,7 +58,7 @@ class GrowingMap:
 
     def grow(self) -> LocalMap:
         self.revision += int(self.rng.integers(1, 4))
-        for _ in range(int(self.rng.integers(0, 4))):
+        for _ in range(int(self.rng.integers(2, 9))):
             index = tuple(int(v) for v in self.rng.integers(-2, 3, size=2))
             old = self.tiles.get(index)
             cells = np.full((64, 64), -1, dtype=np.int8) if old is None else old.cells.copy()
@@ -95,7 +95,7 @@ class Team:
         self.config, self.link, self.corrupt, self.step_ns = config, link, corrupt, step_ns
         self.rng = np.random.default_rng(seed)
         self.groups: dict[str, int] = {}
-        self.network = MemoryNetwork(seed, self._conditions, reliable=reliable)
+        self.network = MemoryNetwork(seed, self._conditions, reliable=reliable, queue_s=3.0)
         self.modes = modes or {}
         self.nodes: dict[str, CommsNode] = {}
         self.ends: dict[str, object] = {}
