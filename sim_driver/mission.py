@@ -90,6 +90,8 @@ class RobotConfig:
 class LinksConfig:
     """How robots hear each other."""
 
+    keys: str | None = None
+    """Folder of the team's keys (``mrslam keys``): links are mutual TLS; process shell only."""
     trace: str | None = None
     """CSV file ``t_s,a,b,quality``: link qualities over time; a quality holds until the pair's next line."""
 

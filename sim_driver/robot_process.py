@@ -12,7 +12,7 @@ from pathlib import Path
 
 from agent import Body, ProcessShell, Runner, Sensed, SharedClock
 from agent.clock import Counter
-from comms import Transport, ZenohTransport
+from comms import Transport, ZenohTransport, load_keys
 from sim_driver.kernels import load_kernels
 from sim_driver.mission import Mission, RobotConfig
 from sim_driver.seeds import seed_for
@@ -143,9 +143,10 @@ def _come_up(task: RobotTask, pipe: Connection, simulator: Connection, now: Coun
     port = PipePort(simulator) if task.is_simulated else None
     body = make_body(mission, robot, port)
     agent = make_agent(mission, robot, boot_id=time.time_ns() // 1_000_000 % 2**31 + os.getpid() % 1000)
-    transport: Transport = ZenohTransport(
-        robot.id, mission.mission.name, listen=[task.listen], connect=task.connect, multicast=False
-    )
+    team = mission.mission.name
+    folder = mission.links.keys
+    keys = None if folder is None else load_keys(mission.find(folder) / robot.id, robot.id, team)
+    transport: Transport = ZenohTransport(robot.id, team, listen=[task.listen], connect=task.connect, keys=keys)
     pipe.send(Ready(getattr(body, "duration_ns", 0) / 1e9))
     pipe.recv()  # Go
     clock = SharedClock(now, mission.mission.speed)

@@ -89,8 +89,8 @@ def _spawn(mission: Mission, out: Path, stop: StopEvent, now: Counter) -> list[C
     for i, robot in enumerate(mission.robots):
         here, there = context.Pipe()
         sim_here, sim_there = context.Pipe()
-        connect = [_address(port) for port in ports[:i]]
-        task = RobotTask(mission, robot, out, _address(ports[i]), connect, is_simulated(mission, robot))
+        connect = [_address(mission, port) for port in ports[:i]]
+        task = RobotTask(mission, robot, out, _address(mission, ports[i]), connect, is_simulated(mission, robot))
         process = context.Process(target=run_robot, args=(task, there, sim_there, stop, now), name=f"mrslam-{robot.id}")
         process.start()
         there.close()
@@ -111,8 +111,8 @@ def free_ports(count: int) -> list[int]:
             one.close()
 
 
-def _address(port: int) -> str:
-    return f"tcp/127.0.0.1:{port}"
+def _address(mission: Mission, port: int) -> str:
+    return f"{'tcp' if mission.links.keys is None else 'tls'}/127.0.0.1:{port}"
 
 
 def _await_ready(children: Sequence[Child]) -> None:

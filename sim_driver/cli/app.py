@@ -129,6 +129,40 @@ def feed(log: Annotated[Path, typer.Argument(help="Recorded log.")], json: Json 
 
 
 @app.command()
+def keys(
+    team: Annotated[str, typer.Argument(help="The team's name, as in mission.name.")],
+    robots: Annotated[list[str], typer.Argument(help="Robots to make keys for.")],
+    router: Annotated[list[str] | None, typer.Option("--router", help="A router; may be given often.")] = None,
+    out: Annotated[Path, typer.Option("--out", help="Folder for the keys; one folder a robot in it.")] = Path("keys"),
+) -> None:
+    """Make a team's certificates: with them only its own robots are heard, each under its own name.
+
+    mrslam keys demo r1 r2 r3 --out keys
+    """
+    from sim_driver.cli.network import make_keys
+
+    make_keys(team, robots, router or [], out)
+
+
+@app.command()
+def doctor(
+    listen: Annotated[
+        list[str] | None, typer.Option("--listen", help="Endpoint to listen on, tcp/0.0.0.0:7447.")
+    ] = None,
+    connect: Annotated[list[str] | None, typer.Option("--connect", help="Endpoint of a teammate to reach.")] = None,
+    multicast: Annotated[bool, typer.Option("--multicast/--no-multicast", help="Try multicast discovery.")] = True,
+    json: Json = False,
+) -> None:
+    """Look at this machine's network as robots will use it, and say plainly what is wrong.
+
+    mrslam doctor --listen tcp/0.0.0.0:7447 --connect tcp/192.168.1.5:7447
+    """
+    from sim_driver.cli.network import diagnose
+
+    diagnose(listen or [], connect or [], multicast, json)
+
+
+@app.command()
 def config() -> None:
     """Print every setting with its default and what it does."""
     from sim_driver.cli.config import print_reference
