@@ -63,6 +63,7 @@ def test_all_lanes_arrive_with_their_sender(pair):
 
 def test_what_is_for_another_is_not_delivered(pair):
     a, b = pair
+    assert collect(a, 1) == [PeerJoined("b")]  # a sees b's token only after b's subscriptions
     collect(b, 1)
     a.send(Send("c", b"secret", "control"))
     a.send(Send("b", b"yours", "control"))
@@ -86,7 +87,8 @@ def test_another_team_on_the_same_network_is_invisible(pair):
     stranger = ZenohTransport("a", "rivals", listen=[endpoint])
     friend = ZenohTransport("c", "rivals", connect=[endpoint])
     try:
-        collect(friend, 1)
+        assert collect(stranger, 1) == [PeerJoined("c")]
+        assert collect(friend, 1) == [PeerJoined("a")]
         stranger.send(Send("b", b"x", "control"))
         stranger.send(Send("c", b"y", "control"))
         assert [i.payload for i in collect(friend, 1)] == [b"y"]
@@ -103,6 +105,7 @@ def test_clients_of_a_router_meet():
     try:
         joined = {i.peer for i in collect(ends[2], 2)}
         assert joined == {"hub", "a"}
+        assert {i.peer for i in collect(ends[1], 2)} == {"hub", "b"}
         ends[1].send(Send("b", b"through the hub", "bulk"))
         assert [i.payload for i in collect(ends[2], 1)] == [b"through the hub"]
     finally:
