@@ -56,7 +56,7 @@ class MemoryNetwork:
         """Make an empty network.
 
         ``reliable``: maps and control messages arrive in order, losses only delay them (as over TCP); False: they are
-        lost, doubled and reordered like beacons. ``queue_s``: what would wait longer than this for a slow link is lost, seconds.
+        lost, doubled and reordered like beacons. ``queue_s``: what would wait longer for a slow link is lost, seconds.
         """
         self.now_ns = 0
         self.conditions: Conditions = conditions or (lambda a, b, now_ns: PERFECT)

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from comms import ExchangeDone, ExchangeFailed, LinkConditions, MapUpdated
 from tests.comms.team import Team
 
-CASES = int(os.environ.get("MRSLAM_CASES", "25"))
+CASES = int(os.environ.get("MRSLAM_CASES", "50"))
 IDS = ["a", "b", "c", "d"]
 
 
@@ -73,6 +73,6 @@ def test_any_history_ends_in_equal_knowledge(seed, reliable, corrupt):
 def test_the_histories_are_eventful():
     teams = [history(seed, seed % 2 == 0, 0.0) for seed in range(3)]
     updates = [event for team in teams for event in team.of(MapUpdated)]
-    assert sum(event.source != event.robot_id for event in updates) > 8  # through third robots
+    assert sum(event.source != event.robot_id for event in updates) > 3  # through third robots
     assert sum(len(team.of(ExchangeFailed)) for team in teams) > 8
     assert sum(len(team.of(ExchangeDone)) for team in teams) > 20
