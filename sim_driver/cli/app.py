@@ -109,7 +109,7 @@ def merge(
 def demo(
     out: Out = Path("out/demo"),
     seed: Annotated[int, typer.Option("--seed", help="Another seed, another story.")] = 1,
-    robots: Annotated[int, typer.Option("--robots", help="How many robots.", min=1, max=8)] = 2,
+    robots: Annotated[int, typer.Option("--robots", help="How many robots.", min=1, max=8)] = 3,
 ) -> None:
     """Robots explore a small building from unknown starts, meet, and merge their maps. Takes about two minutes."""
     from sim_driver.cli.demo import demo as run_demo
