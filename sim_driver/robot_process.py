@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import time
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -117,7 +116,6 @@ class PipePort:
 
 def run_robot(task: RobotTask, pipe: Connection, simulator: Connection, stop: StopEvent, now: Counter) -> None:
     """Map, meet and merge until told to stop, then write the robot's files."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent tells when to stop
     try:
         shell, body = _come_up(task, pipe, simulator, now)
     except InputError as error:

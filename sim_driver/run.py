@@ -31,8 +31,8 @@ class Progress(Protocol):
 
 def run_mission(mission: Mission, out: Path, progress: Progress, say: Callable[[str], None]) -> dict[str, Any]:
     """Run the mission in its shell, leave everything in the folder ``out``, and return the metrics."""
-    prepare_folder(mission, out)
     check_files(mission)
+    prepare_folder(mission, out)
     compile_s = ensure_compiled(say)
     start = time.monotonic()
     shell = run_in_virtual_time if mission.mission.shell == "virtual" else run_processes

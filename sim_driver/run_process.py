@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing as mp
 import multiprocessing.connection
+import signal
 import socket
 import time
 from collections.abc import Sequence
@@ -68,7 +69,9 @@ def run_processes(mission: Mission, out: Path, progress: Any) -> dict[str, Any]:
         _await_ready(children)
         for child in children:
             child.pipe.send(Go())
-        mission_s = _watch(mission, children, simulation, now, progress)
+        mission_s, interrupted = _watch(mission, children, simulation, now, progress), False
+    except KeyboardInterrupt:  # what the robots have by now is worth keeping
+        mission_s, interrupted = now.value / 1e9, True
     finally:
         stop.set()
         _close(children)
@@ -77,6 +80,7 @@ def run_processes(mission: Mission, out: Path, progress: Any) -> dict[str, Any]:
     return {
         "mission_s": mission_s,
         "shell": "process",
+        "interrupted": interrupted,
         "exit_codes": {child.robot_id: child.process.exitcode for child in children},
         "scans_lost": {child.robot_id: child.scans_lost for child in children},
     }
@@ -86,6 +90,7 @@ def _spawn(mission: Mission, out: Path, stop: StopEvent, now: Counter) -> list[C
     context = mp.get_context("spawn")
     ports = free_ports(len(mission.robots))
     children = []
+    on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)  # inherited: Ctrl-C is for the parent alone
     for i, robot in enumerate(mission.robots):
         here, there = context.Pipe()
         sim_here, sim_there = context.Pipe()
@@ -96,6 +101,7 @@ def _spawn(mission: Mission, out: Path, stop: StopEvent, now: Counter) -> list[C
         there.close()
         sim_there.close()
         children.append(Child(robot.id, process, here, sim_here))
+    signal.signal(signal.SIGINT, on_interrupt)
     return children
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated
 
@@ -22,6 +23,21 @@ Out = Annotated[Path, typer.Option("--out", help="Folder for everything the comm
 Seed = Annotated[int | None, typer.Option("--seed", help="Everything random follows from it.")]
 Set = Annotated[list[str] | None, typer.Option("--set", help="A setting, section.key=value; may be given often.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"mrslam {version('mrslam')}")
+        raise typer.Exit
+
+
+@app.callback()
+def mrslam(
+    show: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and stop.")
+    ] = False,
+) -> None:
+    """Take the options that belong to no sub-command."""
 
 
 @app.command()

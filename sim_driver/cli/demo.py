@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import sim_driver
@@ -21,6 +22,7 @@ def demo(out: Path, seed: int, robots: int) -> None:
     console.print(
         f"{robots} robots explore an office from unknown starts, each in a process of its own.", highlight=False
     )
+    start = time.monotonic()
     metrics = run_with_progress(make_mission(tables, MISSION), out)
-    report(metrics, out)
+    report(metrics, out, time.monotonic() - start)
     console.print(f"Look at the team map: {out / 'r1' / 'team_map.png'}", highlight=False)

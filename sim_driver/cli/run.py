@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from sim_driver import run as runs
@@ -27,11 +29,12 @@ def run_file(
     """Run the mission file, command-line options above what it says."""
     options = {"shell": shell, "speed": speed, "seed": seed}
     overrides = [f"mission.{key}={json.dumps(value)}" for key, value in options.items() if value is not None]
+    start = time.monotonic()
     metrics = run_with_progress(load_mission(path, [*overrides, *assignments]), out)
     if as_json:
         print(json.dumps(metrics))
     else:
-        report(metrics, out)
+        report(metrics, out, time.monotonic() - start)
 
 
 def run_with_progress(mission: Mission, out: Path) -> dict[str, Any]:
@@ -59,8 +62,8 @@ def mission_progress(name: str) -> Iterator[runs.Progress]:
         yield show
 
 
-def report(metrics: dict[str, Any], out: Path) -> None:
-    """Say in plain words what came of the mission."""
+def report(metrics: dict[str, Any], out: Path, wall_s: float) -> None:
+    """Say in plain words what came of the mission; an interrupted one ends the command as Ctrl-C does."""
     for pair in metrics["pairs"]:
         who = f"{pair['a']} and {pair['b']}"
         if pair["status"] != "accepted":
@@ -81,6 +84,7 @@ def report(metrics: dict[str, Any], out: Path) -> None:
             )
     for robot in metrics["robots_lost"]:
         console.print(f"{robot} was lost: see {out / robot}", highlight=False)
-    console.print(
-        f"{metrics['mission_s']:.0f} s of mission in {metrics['wall_s']:.0f} s; everything is in {out}", highlight=False
-    )
+    console.print(f"{metrics['mission_s']:.0f} s of mission in {wall_s:.0f} s; everything is in {out}", highlight=False)
+    if metrics.get("interrupted"):
+        console.print("interrupted: these are the results so far", highlight=False)
+        raise typer.Exit(130)
