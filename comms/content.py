@@ -19,10 +19,16 @@ from spatial.tiles import TileIndex
 UNKNOWN_TILE = unknown_tile()
 
 
-def content_hash(blocks: list[KeyframeBlock], cells: NDArray[np.int8]) -> bytes:
-    """Return eight bytes over what the chunk stands for, not over how it was coded: a wrong base is found out too."""
+def content_hash(
+    manifest: Manifest, blocks: list[KeyframeBlock], tile_positions: list[int], cells: NDArray[np.int8]
+) -> bytes:
+    """Return eight bytes over what a chunk stands for, not how it was coded: a wrong base or place is found out too."""
     digest = blake2b(digest_size=8)
+    for k in tile_positions:
+        place = (manifest.rows[k], manifest.cols[k], manifest.target - manifest.ages[k])
+        digest.update(np.array(place, dtype="<i8").tobytes())
     for block in blocks:
+        digest.update(np.array(block.revision, dtype="<i8").tobytes())
         digest.update(block.stamps_ns.astype("<i8").tobytes() + block.poses.astype("<i4").tobytes())
     digest.update(np.ascontiguousarray(cells).tobytes())
     return digest.digest()
@@ -53,7 +59,7 @@ def open_chunk(
         cells = unpack_tiles(raw, np.stack(old_cells))
     elif raw:
         raise WireError("bad chunk", "bytes left over")
-    if content_hash(list(blocks.values()), cells) != chunk.content_hash:
+    if content_hash(manifest, list(blocks.values()), tile_positions, cells) != chunk.content_hash:
         raise WireError("bad hash")
     tiles: dict[TileIndex, Tile] = {}
     for k, index, tile_cells in zip(tile_positions, indices, cells, strict=True):

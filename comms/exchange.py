@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from dataclasses import dataclass, field
 
 from comms.bitmask import to_mask
@@ -13,6 +14,9 @@ from comms.messages import Chunk, Get, Manifest, Version
 from comms.snapshots import Snapshot
 from comms.store import MapStore
 from spatial.tiles import TileIndex
+
+MAX_OFFERED = 1024
+"""Manifests one exchange remembers."""
 
 
 @dataclass
@@ -38,8 +42,10 @@ class Exchange:
     theirs: dict[str, Version] = field(default_factory=dict)
     """What the peer held when the exchange began."""
     pulls: dict[str, Pull] = field(default_factory=dict)
-    offered: dict[str, Manifest] = field(default_factory=dict)
-    """Manifests I gave, by robot."""
+    offered: OrderedDict[tuple[str, int, int, int], Manifest] = field(default_factory=OrderedDict)
+    """Manifests I gave, by robot, epoch, base and target."""
+    useful_ns: int = 0
+    """When it last came nearer to its end; messages that go round in circles do not count."""
     asked_ns: int = 0
     retries: int = 0
     is_done: bool = False
@@ -53,6 +59,12 @@ class Exchange:
     tiles: int = 0
     whole: dict[str, Snapshot] = field(default_factory=dict)
     """The maps this meeting was about on my side: what sending them whole would have cost is told at its end."""
+
+    def offer(self, manifest: Manifest) -> None:
+        """Remember a manifest that was given, for the requests that refer to it."""
+        self.offered[manifest.robot, manifest.epoch, manifest.base, manifest.target] = manifest
+        while len(self.offered) > MAX_OFFERED:
+            self.offered.popitem(last=False)
 
     def retry_ns(self, config: CommsConfig) -> int:
         """Return after how much silence to ask again."""

@@ -11,6 +11,7 @@ from comms.exchange import Exchange, Pull, check_manifest, next_get, take_chunk
 from comms.messages import (
     GIVE_NO_MORE,
     HOLD_ALL,
+    LONG_DONE,
     Accept,
     Ask,
     Chunk,
@@ -28,6 +29,8 @@ from comms.store import NOTHING, MapStore
 
 Post = Callable[[Message, str, Lane], int]
 """Sends a message to a peer and returns its size, bytes."""
+PATIENCE = 4
+"""An exchange without progress, though messages come, has failed after so many times ``stall_timeout_s``."""
 REMEMBERED = 256
 """Exchanges that are over, kept to answer late questions about them."""
 
@@ -111,7 +114,7 @@ class Exchanges:
             self._rendezvous.refused(message.sender, now_ns)
 
     def _begin(self, peer: str, xid: int, opened_by_me: bool, now_ns: int) -> Exchange:
-        exchange = Exchange(peer, xid, opened_by_me, now_ns, now_ns, asked_ns=now_ns)
+        exchange = Exchange(peer, xid, opened_by_me, now_ns, now_ns, asked_ns=now_ns, useful_ns=now_ns)
         self.active[peer] = exchange
         self._rendezvous.started(peer)
         return exchange
@@ -120,6 +123,7 @@ class Exchanges:
         """Both digests are known: offer what the peer lacks, and see what I lack."""
         if not exchange.accepted:
             exchange.accepted = True
+            exchange.useful_ns = now_ns
             self._emit(ExchangeStarted(exchange.peer, exchange.opened_by_me))
             exchange.theirs = {robot: (epoch, revision) for robot, epoch, revision in message.digest}
             if self._takes_maps(exchange.peer):
@@ -143,7 +147,7 @@ class Exchanges:
         manifest = manifest_for(self._store, self._own_id, exchange.xid, robot, held, finish)
         if manifest is None:
             return False
-        exchange.offered[robot] = manifest
+        exchange.offer(manifest)
         if robot not in exchange.whole:
             self._count_whole(exchange, robot)
         exchange.bytes_sent += self._post(manifest, exchange.peer, "control")
@@ -163,9 +167,8 @@ class Exchanges:
         if exchange is None:
             self._answer_late(message.sender, message.xid)
             return
-        offered = exchange.offered.get(message.robot)
-        asked = (message.epoch, message.base, message.target)
-        if offered is None or (offered.epoch, offered.base, offered.target) != asked:
+        offered = exchange.offered.get((message.robot, message.epoch, message.base, message.target))
+        if offered is None:
             if not self._offer(exchange, message.robot, (message.epoch, message.base), None):
                 self._give_no_more(exchange)
             return
@@ -176,6 +179,7 @@ class Exchanges:
                 return
             sent = self._post(chunk, exchange.peer, "bulk")
             exchange.served += sent
+            exchange.useful_ns = now_ns
             exchange.bytes_sent += sent
 
     def _give_no_more(self, exchange: Exchange) -> None:
@@ -192,8 +196,8 @@ class Exchanges:
             return
         check_manifest(message, self._config)
         pull = exchange.pulls.setdefault(message.robot, Pull(message.robot))
-        if pull.manifest == message and pull.asked:
-            return  # heard twice
+        if self._is_at_work(pull, message):
+            return  # heard twice; or two questions crossed, and following both answers would never end
         self._pulling[message.robot] = exchange.peer
         if self._store.base_of(message) is None:
             pull.manifest = None
@@ -202,13 +206,23 @@ class Exchanges:
         pull.manifest = message
         self._go_on(exchange, pull, now_ns)
 
+    def _is_at_work(self, pull: Pull, other: Manifest) -> bool:
+        """Return whether items of a manifest as new as the other one, and still of use, are on their way."""
+        current = pull.manifest
+        if current is None or not pull.asked or self._store.base_of(current) is None:
+            return False
+        return (current.epoch, current.target) >= (other.epoch, other.target)
+
     def on_chunk(self, message: Chunk, size: int, now_ns: int) -> None:
         """Some of what I asked for; raises ``WireError`` where it is not what it says."""
         exchange = self._find(message.sender, message.xid, size, now_ns)
         pull = None if exchange is None else exchange.pulls.get(message.robot)
         if exchange is None or pull is None:
             return
+        waiting = len(pull.asked)
         exchange.tiles += len(take_chunk(pull, message, self._store))
+        if len(pull.asked) < waiting:
+            exchange.useful_ns = now_ns
         if not pull.asked:
             self._go_on(exchange, pull, now_ns)
 
@@ -249,7 +263,8 @@ class Exchanges:
         """The peer holds all it wanted, or gives no more."""
         exchange = self._find(message.sender, message.xid, size, now_ns)
         if exchange is None:
-            self._answer_late(message.sender, message.xid)
+            if message.code != LONG_DONE:  # or two robots would tell each other for ever
+                self._answer_late(message.sender, message.xid)
             return
         if message.code == GIVE_NO_MORE:
             exchange.budget_spent = True
@@ -285,6 +300,8 @@ class Exchanges:
         for exchange in list(self.active.values()):
             if now_ns - exchange.progress_ns > self._config.stall_timeout_s * 1e9:
                 self._fail(exchange, "no answer" if not exchange.accepted else "the peer fell silent", now_ns)
+            elif now_ns - exchange.useful_ns > PATIENCE * self._config.stall_timeout_s * 1e9:
+                self._fail(exchange, "no progress", now_ns)
             elif now_ns - max(exchange.progress_ns, exchange.asked_ns) > exchange.retry_ns(self._config):
                 exchange.asked_ns = now_ns
                 exchange.retries += 1
@@ -337,7 +354,7 @@ class Exchanges:
     def _answer_late(self, peer: str, xid: int) -> None:
         """Answer a question about an exchange that is over here."""
         if self._over.get((peer, xid)):
-            self._post(Done(self._own_id, xid, HOLD_ALL), peer, "control")
+            self._post(Done(self._own_id, xid, LONG_DONE), peer, "control")
         else:
             self._post(Refuse(self._own_id, xid, "that exchange is over"), peer, "control")
 

@@ -128,14 +128,14 @@ class Chunk(Message, frozen=True, tag=8):
     content_hash: Annotated[bytes, msgspec.Meta(min_length=8, max_length=8)]
 
 
-HOLD_ALL, GIVE_NO_MORE = 0, 1
+HOLD_ALL, GIVE_NO_MORE, LONG_DONE = 0, 1, 2
 
 
 class Done(Message, frozen=True, tag=9):
-    """I hold what I wanted (0), or: I give no more in this exchange (1)."""
+    """I hold what I wanted (0); I give no more now (1); it is over here and I held all (2, never answered)."""
 
     xid: U32
-    code: Annotated[int, msgspec.Meta(ge=HOLD_ALL, le=GIVE_NO_MORE)]
+    code: Annotated[int, msgspec.Meta(ge=HOLD_ALL, le=LONG_DONE)]
 
 
 class Bye(Message, frozen=True, tag=10):

@@ -100,7 +100,7 @@ def _chunk(manifest: Manifest, target: Snapshot, base: Snapshot | None, items: l
         base is not None,
         len(raw),
         compress(raw),
-        content_hash([target.blocks[i] for i in blocks], cells),
+        content_hash(manifest, [target.blocks[i] for i in blocks], [k for k in items if k < count], cells),
     )
 
 

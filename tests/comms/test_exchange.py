@@ -415,3 +415,10 @@ def test_messages_of_an_exchange_may_come_from_nowhere():
         for effect in node.on_message(m.encode(message, TAG), 0, "b"):
             assert isinstance(m.decode(effect.payload, TAG, 1 << 20), m.Refuse)
     assert isinstance(Incoming(b"", None, "bulk"), Incoming)
+
+
+def test_late_ends_of_an_exchange_do_not_echo_for_ever():
+    team = Team("ab", link=LinkConditions(duplicate=0.9, delay_s=0.6), reliable=False)
+    team.publish("a")
+    team.run(30)
+    assert sum(node.bytes_sent["control"] for node in team.nodes.values()) < 60_000

@@ -66,7 +66,7 @@ anything = st.one_of(
         st.binary(max_size=99),
         st.binary(min_size=8, max_size=8),
     ),
-    st.builds(m.Done, names, u32, st.integers(0, 1)),
+    st.builds(m.Done, names, u32, st.integers(0, 2)),
     st.builds(m.Bye, names, counts),
 )
 
