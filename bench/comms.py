@@ -137,7 +137,7 @@ def mission(maps: dict[str, Iterator[LocalMap]], every_s: float) -> dict[str, ob
         "bytes_full_raw": full_raw,
         "lz4_over_sent": round(full_lz4 / sent, 2),
         "raw_over_sent": round(full_raw / sent, 1),
-        "beacon_bytes": sum(node.bytes_sent["beacon"] for node in nodes.values()),
+        "beacon_bytes_while_meeting": sum(node.bytes_sent["beacon"] for node in nodes.values()),
         "cpu_ms_per_exchange": round(1e3 * cpu_s / max(len(done) // 2, 1), 2),
     }
 
