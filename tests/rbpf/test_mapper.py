@@ -197,8 +197,8 @@ def test_damaged_checkpoints_are_refused(tmp_path: Path) -> None:
     for content, message in (
         (raw[:-7], "cut off or damaged"),
         (bytes(flipped), "cut off or damaged"),
-        (b"hello", "not a mapper checkpoint"),
-        (b"", "not a mapper checkpoint"),
+        (b"hello", "not a mrslam-mapper file"),
+        (b"", "not a mrslam-mapper file"),
         (raw.replace(b"mapper 1 ", b"mapper 99 ", 1), "version 99"),
     ):
         path.write_bytes(content)

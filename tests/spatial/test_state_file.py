@@ -1,0 +1,73 @@
+"""State on disk: what comes back is what went in, and nothing damaged comes back."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from spatial import InputError
+from spatial.state_file import pack, read_state, write_state
+
+arrays = st.sampled_from(["float64", "float32", "int64", "int32", "uint32", "int8", "bool"]).flatmap(
+    lambda dtype: hnp.arrays(dtype, hnp.array_shapes(min_dims=1, max_dims=3, min_side=0, max_side=4))
+)
+values = st.recursive(
+    st.none() | st.booleans() | st.integers(-(2**70), 2**70) | st.floats(allow_nan=False) | st.text() | arrays,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
+    max_leaves=10,
+)
+
+
+def same(one: Any, other: Any) -> bool:
+    """Whether two states are the same, arrays compared by bytes."""
+    if isinstance(one, np.ndarray):
+        return one.dtype == other.dtype and one.shape == other.shape and one.tobytes() == other.tobytes()
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
+    if isinstance(one, list):
+        return len(one) == len(other) and all(same(a, b) for a, b in zip(one, other, strict=True))
+    return bool(one == other)
+
+
+@given(value=values)
+def test_what_comes_back_is_what_went_in(tmp_path_factory: pytest.TempPathFactory, value: Any) -> None:
+    path = tmp_path_factory.getbasetemp() / "state"
+    write_state(path, "thing", 3, pack(value))
+    assert same(value, read_state(path, "thing", 3))
+
+
+def test_a_packed_state_does_not_follow_later_changes(tmp_path: Path) -> None:
+    cells = np.zeros(4)
+    packed = pack({"cells": cells})
+    cells += 1.0
+    write_state(tmp_path / "state", "thing", 1, packed)
+    assert not read_state(tmp_path / "state", "thing", 1)["cells"].any()
+
+
+@given(data=st.data())
+def test_one_changed_byte_is_noticed(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
+    path = tmp_path_factory.getbasetemp() / "damaged"
+    write_state(path, "thing", 1, pack({"cells": np.arange(5), "name": "x"}))
+    raw = bytearray(path.read_bytes())
+    raw[data.draw(st.integers(0, len(raw) - 1))] ^= data.draw(st.integers(1, 255))
+    path.write_bytes(raw)
+    with pytest.raises(InputError):
+        read_state(path, "thing", 1)
+
+
+def test_errors_say_what_is_wrong(tmp_path: Path) -> None:
+    path = tmp_path / "state"
+    with pytest.raises(InputError, match="cannot be read"):
+        read_state(path, "thing", 1)
+    write_state(path, "thing", 1, pack(np.arange(3)))
+    with pytest.raises(InputError, match="checkpoint version 1, this program reads 2"):
+        read_state(path, "thing", 2)
+    with pytest.raises(InputError, match="not a other file"):
+        read_state(path, "other", 1)
+    path.write_bytes(path.read_bytes()[:-1])
+    with pytest.raises(InputError, match="cut off or damaged"):
+        read_state(path, "thing", 1)
