@@ -9,6 +9,7 @@ from agent.outputs import write_robot
 from agent.process import ProcessShell
 from agent.runner import LinkSource, Runner
 from agent.virtual import VirtualRobot, run_virtual
+from agent.watcher import Watcher
 
 __all__ = [
     "Agent",
@@ -26,6 +27,7 @@ __all__ = [
     "SharedClock",
     "VirtualRobot",
     "WallClock",
+    "Watcher",
     "run_virtual",
     "write_robot",
 ]

@@ -50,6 +50,8 @@ class Agent:
         self.pairs = PairBook(robot_id, settings.agent)
         self.links: dict[str, LinkStats] = {}
         self.masked_beams = 0
+        self.scan: Scan | None = None
+        """The newest scan, without the beams that hit teammates."""
         self._published_ns: int | None = None
         self._T_odom_base: Transform | None = None
         self._T_base_laser: Transform = se2.IDENTITY
@@ -64,6 +66,7 @@ class Agent:
         if self.mode == "central":
             return []
         scan, masked = self._without_teammates(scan, T_odom_base, now_ns)
+        self.scan = scan
         info = self.mapper.update(scan, T_odom_base)
         self._T_odom_base, self._T_base_laser = T_odom_base, scan.T_base_laser
         self.node.set_own_pose(self.mapper.T_map_base, now_ns)

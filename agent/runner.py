@@ -11,6 +11,7 @@ from agent.body import Body
 from agent.core import Agent
 from agent.effects import AlignJob, Effect, Event
 from agent.outputs import EventLog, write_robot
+from agent.watcher import Watcher
 from alignment import Alignment, Rejection, align
 from comms import Incoming, PeerJoined, PeerLeft, Transport
 
@@ -26,10 +27,17 @@ class Runner:
     """One agent with its body, its end of the network, and its folder."""
 
     def __init__(
-        self, agent: Agent, body: Body, transport: Transport, folder: Path, links: LinkSource | None = None
+        self,
+        agent: Agent,
+        body: Body,
+        transport: Transport,
+        folder: Path,
+        links: LinkSource | None = None,
+        watchers: Sequence[Watcher] = (),
     ) -> None:
         """Wire an agent to the world; its folder gets ``events.jsonl`` at once and the rest when it is closed."""
         self.agent, self.body, self.transport, self.folder, self.links = agent, body, transport, folder, links
+        self.watchers = tuple(watchers)
         self.events = EventLog(folder, agent.robot_id)
 
     def receive(self, timeout_s: float, now_ns: Callable[[], int]) -> None:
@@ -49,6 +57,8 @@ class Runner:
         if sensed is None:
             return None
         self.perform(self.agent.on_scan(sensed.scan, sensed.T_odom_base, now_ns))
+        for watcher in self.watchers:
+            watcher.on_scan(self.agent, sensed, now_ns)
         return sensed.t_ns
 
     def tick(self, now_ns: int) -> None:
@@ -63,6 +73,8 @@ class Runner:
         for effect in effects:
             if isinstance(effect, Event):
                 self.events.write(effect)
+                for watcher in self.watchers:
+                    watcher.on_event(self.agent, effect)
             else:
                 self.transport.send(effect)
 
@@ -77,4 +89,6 @@ class Runner:
         self.perform(self.agent.leave(now_ns))
         self.transport.close()
         self.events.close()
+        for watcher in self.watchers:
+            watcher.close(self.agent, now_ns)
         write_robot(self.agent, self.folder)

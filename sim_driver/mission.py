@@ -35,6 +35,8 @@ class MissionConfig:
     """Mission seconds in a second of wall time, for real processes, > 0."""
     shell: str = "process"
     """"process": one operating-system process a robot, over Zenoh; "virtual": all in one, in virtual time."""
+    record: bool = True
+    """Whether what simulated robots sense is kept (about 15 kB a second and robot), for replays and the report."""
 
     def __post_init__(self) -> None:
         require(self.duration_s is None or self.duration_s > 0, "mission.duration_s", "> 0 s", self.duration_s)
@@ -128,6 +130,8 @@ class Mission:
     driver: DriverConfig
     folder: Path
     """Where the mission's file lies: names in it are looked for there first."""
+    replay: Path | None = None
+    """Folder of the run whose drive and radio are played again; its simulated robots do not drive anew."""
 
     def find(self, name: str) -> Path:
         """Return a file the mission names."""

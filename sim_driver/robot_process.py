@@ -16,7 +16,7 @@ from sim_driver.kernels import load_kernels
 from sim_driver.mission import Mission, RobotConfig
 from sim_driver.seeds import seed_for
 from sim_driver.shaping import ShapedTransport
-from sim_driver.team import make_agent, make_body, radio_of, read_trace, told_links
+from sim_driver.team import make_agent, make_body, radio_of, read_trace, told_links, watchers_of
 from spatial import InputError
 
 STATUS_S = 0.1
@@ -151,4 +151,6 @@ def _come_up(task: RobotTask, pipe: Connection, simulator: Connection, now: Coun
     radio = radio_of(mission, robot, read_trace(mission), port)
     if radio is not None:
         transport = ShapedTransport(transport, radio, clock, seed_for(mission, f"radio/{robot.id}"))
-    return ProcessShell(Runner(agent, body, transport, task.out / robot.id, told_links(mission, radio)), clock), body
+    out = task.out / robot.id
+    watchers = watchers_of(mission, robot, out)
+    return ProcessShell(Runner(agent, body, transport, out, told_links(mission, radio), watchers), clock), body

@@ -13,6 +13,8 @@ from typing import Any, Protocol
 from sim_driver.kernels import ensure_compiled
 from sim_driver.metrics import write_metrics
 from sim_driver.mission import Mission
+from sim_driver.replay import drive_holds_until_s
+from sim_driver.replay.again import copy_truth
 from sim_driver.run_process import run_processes
 from sim_driver.run_virtual import run_in_virtual_time
 from sim_driver.settings import as_table
@@ -38,6 +40,10 @@ def run_mission(mission: Mission, out: Path, progress: Progress, say: Callable[[
     shell = run_in_virtual_time if mission.mission.shell == "virtual" else run_processes
     outcome = shell(mission, out, progress)
     wall_s = time.monotonic() - start
+    if mission.replay is not None:
+        copy_truth(mission, out)
+        holds_s = drive_holds_until_s(mission, mission.replay, out)
+        outcome["replay"] = {"of": str(mission.replay), "drive_holds_until_s": holds_s}
     # Wall-clock figures stay out of virtual runs' metrics: the same seed gives the same bytes.
     virtual = mission.mission.shell == "virtual"
     return write_metrics(
@@ -60,11 +66,14 @@ def prepare_folder(mission: Mission, out: Path) -> None:
     except OSError as error:
         raise InputError(f"{out}: cannot be made a folder ({error.strerror})") from error
     config = {
+        "folder": str(mission.folder),
+        "replay": None if mission.replay is None else str(mission.replay),
         "mission": as_table(mission.mission),
         "robots": as_table(mission.robots),
         "links": as_table(mission.links),
         "truth": as_table(mission.truth),
         "world": as_table(mission.world),
+        "driver": as_table(mission.driver),
         "radio": as_table(mission.radio),
         "settings": as_table(mission.settings),
         "versions": {

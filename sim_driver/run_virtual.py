@@ -15,7 +15,7 @@ from sim_driver.seeds import seed_for
 from sim_driver.shaping import CUT_BELOW
 from sim_driver.simulated import DirectPort
 from sim_driver.simulation import Simulation, is_simulated
-from sim_driver.team import make_agent, make_body, radio_of, read_trace, told_links
+from sim_driver.team import make_agent, make_body, radio_of, read_trace, told_links, watchers_of
 
 
 class VirtualWorld:
@@ -45,7 +45,7 @@ def _conditions(radios: Mapping[str, LinkSource | None]) -> Conditions:
 
 def run_in_virtual_time(mission: Mission, out: Path, progress: Any) -> dict[str, Any]:
     """Run the mission and return what the metrics need beside the robots' own files."""
-    simulation = Simulation(mission) if mission.world is not None else None
+    simulation = Simulation(mission) if mission.world is not None and mission.replay is None else None
     trace = read_trace(mission)
     radios: dict[str, LinkSource | None] = {}
     network = MemoryNetwork(seed_for(mission, "network"), _conditions(radios))
@@ -58,7 +58,9 @@ def run_in_virtual_time(mission: Mission, out: Path, progress: Any) -> dict[str,
         radio = radios[robot.id] = radio_of(mission, robot, trace, port)
         agent = make_agent(mission, robot, boot_id=seed_for(mission, f"boot/{robot.id}"))
         transport = network.attach(robot.id)
-        robots.append(VirtualRobot(Runner(agent, body, transport, out / robot.id, told_links(mission, radio))))
+        folder = out / robot.id
+        watchers = watchers_of(mission, robot, folder)
+        robots.append(VirtualRobot(Runner(agent, body, transport, folder, told_links(mission, radio), watchers)))
     limit_s = mission.mission.duration_s
     total_s = limit_s or (max(durations_s) + mission.mission.linger_s if simulation is None else None)
     mission_ns = run_virtual(

@@ -16,9 +16,12 @@ from sim_driver.robots import LASERS, Fleet, LaserModel, SimulatedRobot
 from sim_driver.seeds import seed_for
 from sim_driver.worlds import World, load_world
 from spatial import InputError
+from spatial.files import write_text
 from spatial.se2 import Transform
 from spatial.tum import write_tum
 
+LINKS_FILE = "links.csv"
+"""True link qualities of a simulated mission, in the format of a trace."""
 STEP_NS = 100_000_000
 """Time between two sweeps of every laser, nanoseconds."""
 
@@ -39,6 +42,7 @@ class Simulation:
         self._sensed: dict[str, list[Sensed]] = defaultdict(list)
         self._truth: dict[str, list[tuple[int, Transform]]] = defaultdict(list)
         self._qualities: dict[str, dict[str, float]] = {}
+        self._heard: list[str] = ["t_s,a,b,quality"]
         self._next_ns = 0
 
     def _placed(self, rng: np.random.Generator) -> dict[str, SimulatedRobot]:
@@ -66,6 +70,7 @@ class Simulation:
         for a, b in combinations(sorted(poses), 2):
             quality = self.radio.quality(poses[a], poses[b])
             self._qualities[a][b] = self._qualities[b][a] = quality
+            self._heard.append(f"{self._next_ns / 1e9!r},{a},{b},{quality!r}")
 
     def take(self, robot_id: str) -> list[Sensed]:
         """Return the robot's scans since the last call."""
@@ -80,7 +85,8 @@ class Simulation:
         return self._qualities.get(robot_id, {})
 
     def write_truth(self, out: Path) -> None:
-        """Write every robot's true trajectory in the world frame as ``<id>/truth.tum``."""
+        """Write the links' true qualities, and true trajectories in the world frame (``<id>/truth.tum``)."""
+        write_text(out / LINKS_FILE, "\n".join(self._heard) + "\n")
         for robot_id, rows in sorted(self._truth.items()):
             stamps: NDArray[np.int64] = np.array([t for t, _ in rows], dtype=np.int64)
             write_tum(out / robot_id / "truth.tum", stamps, np.array([pose for _, pose in rows]))

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 
-from agent import Agent, Body, LinkSource, Sensed
+from agent import Agent, Body, LinkSource, Sensed, Watcher
 from sim_driver.drivers import DRIVERS, Driver, Explorer, IdleDriver, WaypointDriver
 from sim_driver.feeds import open_feed
 from sim_driver.mission import Mission, RobotConfig
 from sim_driver.recorded import RecordedBody
+from sim_driver.replay import SCANS_FILE, Recorder, ReplayedBody, read_recording
 from sim_driver.seeds import seed_for
 from sim_driver.simulated import Port, SimulatedBody
+from sim_driver.simulation import LINKS_FILE, is_simulated
 from sim_driver.traces import LinkTrace, TracedLinks
 from spatial import InputError, se2
 
@@ -58,6 +61,8 @@ def make_body(mission: Mission, robot: RobotConfig, port: Port | None) -> Body:
     """Return what the robot senses and drives with: a log, the simulation at the other end of ``port``, or nothing."""
     if robot.log is not None:
         return RecordedBody(open_feed(mission.find(robot.log)).readings, robot.first, robot.last)
+    if mission.replay is not None and is_simulated(mission, robot):
+        return ReplayedBody(read_recording(mission.replay / robot.id / SCANS_FILE))
     if robot.mode == "central" or port is None:
         return NoBody()
     return SimulatedBody(port, _driver(mission, robot))
@@ -78,15 +83,30 @@ def _driver(mission: Mission, robot: RobotConfig) -> Driver:
 
 
 def read_trace(mission: Mission) -> LinkTrace | None:
-    """Return the mission's trace of link qualities, if that is where they come from."""
-    return None if mission.links.trace is None else LinkTrace.read(mission.find(mission.links.trace))
+    """Return the mission's trace of link qualities, if that is where they come from: its own, or that of a replay."""
+    if mission.links.trace is not None:
+        return LinkTrace.read(mission.find(mission.links.trace))
+    if mission.replay is not None and (mission.replay / LINKS_FILE).exists():
+        return LinkTrace.read(mission.replay / LINKS_FILE)
+    return None
 
 
 def radio_of(mission: Mission, robot: RobotConfig, trace: LinkTrace | None, port: Port | None) -> LinkSource | None:
     """Return what the radio really does at one robot: by the trace, by the simulation, or None (all is heard)."""
     if trace is not None:
-        return TracedLinks(trace, robot.id, [other.id for other in mission.robots if other.id != robot.id])
+        others = [other for other in mission.robots if other.id != robot.id]
+        if mission.links.trace is None:  # what was recorded of a simulation knows its own robots only
+            if not is_simulated(mission, robot):
+                return None
+            others = [other for other in others if is_simulated(mission, other)]
+        return TracedLinks(trace, robot.id, [other.id for other in others])
     return None if port is None else ToldLinks(port.qualities)
+
+
+def watchers_of(mission: Mission, robot: RobotConfig, folder: Path) -> list[Watcher]:
+    """Return those who look on while the robot runs."""
+    records = mission.mission.record and mission.replay is None and is_simulated(mission, robot)
+    return [Recorder(folder)] if records else []
 
 
 def told_links(mission: Mission, radio: LinkSource | None) -> LinkSource | None:

@@ -61,8 +61,12 @@ def map(
 
 @app.command()
 def run(
-    mission: Annotated[Path, typer.Argument(help="Mission file (TOML).")],
+    mission: Annotated[Path | None, typer.Argument(help="Mission file (TOML).")] = None,
     out: Out = Path("out/run"),
+    from_: Annotated[
+        Path | None,
+        typer.Option("--from", help="Folder of a run to play again: same drive, same radio, other settings."),
+    ] = None,
     shell: Annotated[
         str | None, typer.Option("--shell", help="process (real processes) or virtual (virtual time).")
     ] = None,
@@ -74,10 +78,12 @@ def run(
     """Run a mission of several robots and write their maps, merges and metrics.
 
     mrslam run missions/intel-two.toml --out out/intel-two --set comms.exchange_timeout_s=10
+
+    mrslam run --from out/intel-two --out out/again --set comms.link_threshold=0.5
     """
     from sim_driver.cli.run import run_file
 
-    run_file(mission, out, shell, speed, seed, set_ or [], json)
+    run_file(mission, from_, out, shell, speed, seed, set_ or [], json)
 
 
 @app.command()

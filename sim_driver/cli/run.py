@@ -15,10 +15,12 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 from sim_driver import run as runs
 from sim_driver.cli.console import console
 from sim_driver.mission import Mission, load_mission
+from sim_driver.replay.again import replay_mission
 
 
 def run_file(
-    path: Path,
+    path: Path | None,
+    recorded: Path | None,
     out: Path,
     shell: str | None,
     speed: float | None,
@@ -26,11 +28,22 @@ def run_file(
     assignments: list[str],
     as_json: bool,
 ) -> None:
-    """Run the mission file, command-line options above what it says."""
+    """Run the mission file, command-line options above what it says; or play a recorded run again."""
+    if (path is None) == (recorded is None):
+        raise typer.BadParameter("name a mission file, or --from the folder of a run to play again")
+    if recorded is not None and (shell, speed) != (None, None):
+        raise typer.BadParameter("--from plays in virtual time; --shell and --speed have no meaning with it")
+    if recorded is not None and out.resolve() == recorded.resolve():
+        raise typer.BadParameter("--out must be another folder than --from")
     options = {"shell": shell, "speed": speed, "seed": seed}
     overrides = [f"mission.{key}={json.dumps(value)}" for key, value in options.items() if value is not None]
     start = time.monotonic()
-    metrics = run_with_progress(load_mission(path, [*overrides, *assignments]), out)
+    if path is not None:
+        mission = load_mission(path, [*overrides, *assignments])
+    else:
+        assert recorded is not None
+        mission = replay_mission(recorded, [*overrides, *assignments])
+    metrics = run_with_progress(mission, out)
     if as_json:
         print(json.dumps(metrics))
     else:

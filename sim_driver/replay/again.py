@@ -1,0 +1,82 @@
+"""From a run's folder back to a mission: the same robots, drive and radio, under settings of your choice."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from agent import Settings
+from sim_driver.mission import Mission, make_mission
+from sim_driver.replay.recording import SCANS_FILE
+from sim_driver.settings import parse_assignment, with_overrides
+from sim_driver.simulation import LINKS_FILE, is_simulated
+from spatial import InputError
+from spatial.files import write_bytes
+
+REPLAYABLE = (*(section.name for section in dataclasses.fields(Settings)), "truth")
+"""Sections whose settings can change without driving anew."""
+
+
+def read_config(run: Path) -> dict[str, Any]:
+    """Return a run's ``config.json``; raise ``InputError`` where the folder is no run's."""
+    path = run / "config.json"
+    try:
+        config: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{run}: not a run's folder ({path.name} is missing)") from error
+    except ValueError as error:
+        raise InputError(f"{path}: not valid JSON ({error})") from error
+    return config
+
+
+def mission_of(run: Path, assignments: Sequence[str] = ()) -> Mission:
+    """Return the mission that the run's folder holds the results of, with ``section.key=value`` laid over it."""
+    config = read_config(run)
+    always = ("mission", "robots", "links", "truth", "radio")
+    tables: dict[str, Any] = {name: config[name] for name in always if name in config}
+    tables |= {name: config[name] for name in ("world", "driver") if config.get(name) is not None}
+    tables |= config["settings"]
+    mission = make_mission(with_overrides(tables, assignments), run / "config.json")
+    source = config.get("replay")
+    return dataclasses.replace(
+        mission, folder=Path(config.get("folder", run)), replay=None if source is None else Path(source)
+    )
+
+
+def replay_mission(run: Path, assignments: Sequence[str] = ()) -> Mission:
+    """Return the mission that plays a run again; what would need driving anew is refused."""
+    for text in assignments:
+        (section, key), _ = parse_assignment(text)
+        if section not in REPLAYABLE and (section, key) != ("mission", "seed"):
+            raise InputError(f"--set {text}: a replay keeps the drive and the radio; {section}.{key} needs a new run")
+    read_config(run)
+    virtually = ['mission.shell="virtual"', f"mission.duration_s={_mission_s(run)!r}"]
+    mission = mission_of(run, [*assignments, *virtually])
+    source = run.resolve() if mission.replay is None else mission.replay
+    for robot in mission.robots:
+        if is_simulated(mission, robot) and not (source / robot.id / SCANS_FILE).exists():
+            raise InputError(f"{source / robot.id}: no {SCANS_FILE}; the run was made with mission.record = false")
+    return dataclasses.replace(mission, replay=source)
+
+
+def _mission_s(run: Path) -> float:
+    try:
+        return float(json.loads((run / "metrics.json").read_text(encoding="utf-8"))["mission_s"])
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(f"{run}: the run did not finish (no metrics.json)") from error
+
+
+def copy_truth(mission: Mission, out: Path) -> None:
+    """Take over what the recorded run knew of the truth, so that the replay is judged by it, too."""
+    assert mission.replay is not None
+    for robot in mission.robots:
+        truth = mission.replay / robot.id / "truth.tum"
+        if truth.exists():
+            write_bytes(out / robot.id / "truth.tum", truth.read_bytes())
+    links = mission.replay / LINKS_FILE
+    if links.exists():
+        shutil.copyfile(links, out / LINKS_FILE)

@@ -1,0 +1,82 @@
+"""What a simulated robot sensed, as a file: ``scans.npz`` in its folder."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+
+from agent import Agent, Event, Sensed
+from spatial import InputError, Scan
+from spatial.files import write_bytes
+
+SCANS_FILE = "scans.npz"
+
+
+class Recorder:
+    """Keeps every scan and its odometry as they came, and writes them when the robot ends."""
+
+    def __init__(self, folder: Path) -> None:
+        """Write into this folder."""
+        self._folder = folder
+        self._sensed: list[Sensed] = []
+
+    def on_scan(self, agent: Agent, sensed: Sensed, now_ns: int) -> None:
+        """Keep the scan as it was before teammates were masked."""
+        self._sensed.append(sensed)
+
+    def on_event(self, agent: Agent, event: Event) -> None:
+        """Events are in ``events.jsonl`` already."""
+
+    def close(self, agent: Agent, now_ns: int) -> None:
+        """Write the file."""
+        if self._sensed:
+            write_recording(self._folder / SCANS_FILE, self._sensed)
+
+
+def write_recording(path: Path, sensed: list[Sensed]) -> None:
+    """Write scans of one laser: ``t_ns (N,)``, ``ranges_m (N, B)``, ``T_odom_base (N, 3)`` (NaN: none), geometry."""
+    scan = sensed[0].scan
+    no_odometry = np.full(3, np.nan)
+    buffer = io.BytesIO()
+    np.savez(
+        buffer,
+        t_ns=np.array([one.t_ns for one in sensed], dtype=np.int64),
+        stamps_ns=np.array([one.scan.stamp_ns for one in sensed], dtype=np.int64),
+        ranges_m=np.array([one.scan.ranges_m for one in sensed]),
+        T_odom_base=np.array([no_odometry if one.T_odom_base is None else one.T_odom_base for one in sensed]),
+        geometry=np.array([scan.angle_min_rad, scan.angle_increment_rad, scan.range_max_m, scan.range_min_m]),
+        T_base_laser=scan.T_base_laser,
+    )
+    write_bytes(path, buffer.getvalue())
+
+
+def read_recording(path: Path) -> list[Sensed]:
+    """Return the scans in the order they came; raise ``InputError`` where the file is none."""
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            table = {name: arrays[name] for name in arrays.files}
+        angle_min, increment, range_max, range_min = (float(value) for value in table["geometry"])
+        rows = zip(table["t_ns"].tolist(), table["stamps_ns"].tolist(), table["T_odom_base"], strict=True)
+        return [
+            Sensed(
+                t_ns,
+                Scan(
+                    stamp_ns=stamp_ns,
+                    ranges_m=ranges_m,
+                    angle_min_rad=angle_min,
+                    angle_increment_rad=increment,
+                    range_max_m=range_max,
+                    range_min_m=range_min,
+                    T_base_laser=table["T_base_laser"],
+                ),
+                None if np.isnan(T_odom_base).any() else T_odom_base,
+            )
+            for (t_ns, stamp_ns, T_odom_base), ranges_m in zip(rows, table["ranges_m"], strict=True)
+        ]
+    except FileNotFoundError as error:
+        raise InputError(f"{path}: no such file; the run kept no scans (mission.record = false?)") from error
+    except (OSError, ValueError, KeyError, BadZipFile) as error:
+        raise InputError(f"{path}: not a recording of scans ({error})") from error

@@ -1,0 +1,80 @@
+"""A run played again: the same bytes under the same settings, and a warning where the drive no longer fits."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sim_driver.mission import make_mission
+from sim_driver.replay import read_recording
+from sim_driver.replay.again import mission_of, replay_mission
+from sim_driver.run import run_mission
+from spatial import InputError
+
+TABLES = {
+    "mission": {"seed": 2, "duration_s": 40.0, "shell": "virtual"},
+    "world": {"name": "arena2"},
+    "robots": [{"id": "r1"}, {"id": "r2"}],
+    "rbpf": {"particles": 6},
+    "comms": {"exchange_timeout_s": 5.0, "beacon_window": 16},
+}
+
+
+def run(mission, out):
+    return run_mission(mission, out, lambda mission_s, total_s, text: None, lambda text: None)
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("recorded") / "run"
+    run(make_mission(TABLES, Path("small.toml")), out)
+    return out
+
+
+def test_the_same_settings_give_the_same_bytes_without_driving(recorded: Path, tmp_path: Path) -> None:
+    metrics = run(replay_mission(recorded), tmp_path / "again")
+    for path in sorted(recorded.rglob("*")):
+        if path.is_file() and path.name not in ("scans.npz", "config.json", "metrics.json", "report.html"):
+            assert (tmp_path / "again" / path.relative_to(recorded)).read_bytes() == path.read_bytes(), path
+    before = json.loads((recorded / "metrics.json").read_text())
+    assert metrics.pop("replay")["drive_holds_until_s"] is None
+    assert metrics == before
+
+
+def test_other_settings_are_decided_anew_and_it_is_said_how_long_the_drive_fits(recorded: Path, tmp_path: Path) -> None:
+    before = json.loads((recorded / "metrics.json").read_text())
+    (merged_s,) = {pair["accepted_at_s"] for pair in before["pairs"]}
+    assert merged_s is not None
+    metrics = run(replay_mission(recorded, ["comms.exchange_timeout_s=15"]), tmp_path / "again")
+    assert metrics["links"][0]["exchanges"] < before["links"][0]["exchanges"]
+    holds_s = metrics["replay"]["drive_holds_until_s"]
+    assert holds_s is not None and merged_s <= holds_s < 40.0
+    twice = replay_mission(tmp_path / "again", ["comms.exchange_timeout_s=5"])
+    assert twice.replay == recorded  # a replay of a replay reads the scans where they are
+    assert mission_of(tmp_path / "again").settings.comms.exchange_timeout_s == 15.0
+
+
+def test_what_needs_a_new_drive_is_refused(recorded: Path, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"radio\.power_dbm needs a new run"):
+        replay_mission(recorded, ["radio.power_dbm=10"])
+    with pytest.raises(InputError, match="not a run's folder"):
+        replay_mission(tmp_path)
+
+
+def test_scans_come_back_as_they_were(recorded: Path) -> None:
+    sensed = read_recording(recorded / "r1" / "scans.npz")
+    assert [one.t_ns for one in sensed[:3]] == [0, 100_000_000, 200_000_000]
+    assert len(sensed) == 400
+    assert np.isfinite(sensed[0].scan.ranges_m).any() and sensed[0].T_odom_base is not None
+
+
+def test_a_damaged_recording_is_named(recorded: Path, tmp_path: Path) -> None:
+    raw = (recorded / "r1" / "scans.npz").read_bytes()
+    (tmp_path / "scans.npz").write_bytes(raw[:1000])
+    with pytest.raises(InputError, match="not a recording"):
+        read_recording(tmp_path / "scans.npz")
+    with pytest.raises(InputError, match=r"mission\.record"):
+        read_recording(tmp_path / "none.npz")
