@@ -1,10 +1,12 @@
 """One robot: the deterministic core that wires mapper, network, alignment and team map, and the shells that run it."""
 
 from agent.body import Body, Sensed
+from agent.checkpoint import resume
 from agent.clock import Clock, SharedClock, WallClock
 from agent.config import AgentConfig, Settings
 from agent.core import Agent
 from agent.effects import AlignJob, Effect, Event
+from agent.keeper import Inline, Keeper
 from agent.outputs import write_robot
 from agent.process import ProcessShell
 from agent.runner import LinkSource, Runner
@@ -19,6 +21,8 @@ __all__ = [
     "Clock",
     "Effect",
     "Event",
+    "Inline",
+    "Keeper",
     "LinkSource",
     "ProcessShell",
     "Runner",
@@ -28,6 +32,7 @@ __all__ = [
     "VirtualRobot",
     "WallClock",
     "Watcher",
+    "resume",
     "run_virtual",
     "write_robot",
 ]

@@ -6,7 +6,7 @@ teammates from the network -> alignment -> team map -> where teammates are -> ma
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,7 +14,7 @@ import comms
 from agent.config import Settings
 from agent.effects import AlignJob, Effect, Event, as_event
 from agent.link_stats import LinkStats
-from agent.pairs import PairBook
+from agent.pairs import PairBook, PairStatus
 from alignment import Alignment, Rejection
 from merge import TeamMap, TeamMapper
 from mutual_detection import TeammateTracker, clear_ghosts, mask_teammates
@@ -164,6 +164,17 @@ class Agent:
         self.pairs.map_changed(robot_id, self.node.store.version(robot_id), local.map)
         self.team.set_map(robot_id, local.map, local.map.revision)
         return self._place(now_ns)
+
+    def take_up(self, pairs: Mapping[tuple[str, str], PairStatus]) -> None:
+        """Go on with the maps in the store and these alignments of an earlier life."""
+        for robot_id, local in sorted(self.node.store.maps.items()):
+            self.pairs.map_changed(robot_id, self.node.store.version(robot_id), local.map)
+            self.team.set_map(robot_id, local.map, local.map.revision)
+        for (a, b), status in pairs.items():
+            self.pairs.pairs[a, b] = status
+            if status.alignment is not None:
+                self.team.set_edge(a, b, status.alignment)
+        self._place(0)
 
     def _place(self, now_ns: int) -> list[Effect]:
         """Work out anew where everyone's map lies; take back what the maps now contradict."""

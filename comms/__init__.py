@@ -18,6 +18,7 @@ from comms.effects import (
 )
 from comms.memory_transport import LinkConditions, MemoryNetwork, MemoryTransport
 from comms.node import CommsNode
+from comms.persistence import restore_store, store_state
 from comms.security import RobotKeys, load_keys, make_team_keys
 from comms.status import PeerStatus, team_status
 from comms.transport import Arrival, Incoming, PeerJoined, PeerLeft, Transport
@@ -52,6 +53,8 @@ __all__ = [
     "ZenohTransport",
     "load_keys",
     "make_team_keys",
+    "restore_store",
+    "store_state",
     "team_status",
     "warm_up",
 ]

@@ -37,8 +37,8 @@ class Beacon(Message, frozen=True, tag=1):
     period_ms: Annotated[int, msgspec.Meta(ge=1, le=10**9)]
     mode: Annotated[int, msgspec.Meta(ge=0, le=2)]
     heard: Annotated[list[tuple[Name, U8]], msgspec.Meta(max_length=64)]
-    bumps: Count
-    """Epoch of the sender's map - boot."""
+    bumps: Annotated[int, msgspec.Meta(ge=-(2**62), le=2**62)]
+    """Epoch of the sender's map - boot; below 0 for a map that goes on from an earlier start."""
     pose: tuple[I32, I32, I32, Milliseconds] | None
     """x (mm), y (mm), theta (0.1 mrad), age (ms)."""
 

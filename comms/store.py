@@ -89,16 +89,25 @@ class MapStore:
         self._set(self.own_id, snapshot)
         return True
 
+    def take_up(self, robot_id: str, snapshot: Snapshot) -> None:
+        """Put a snapshot of an earlier life in place."""
+        self._set(robot_id, snapshot)
+
     def outrank(self, version: Version) -> bool:
         """Relabel the own map above a version that a teammate holds of my earlier life; return whether needed."""
         own = self._newest.get(self.own_id)
         if version <= ((self.own_epoch, 0) if own is None else own.version):
             return False
-        self.own_epoch = version[0] + 1
+        self.new_epoch(version[0] + 1)
+        return True
+
+    def new_epoch(self, epoch: int | None = None) -> None:
+        """Give the own map a new label, by default the next: whoever holds it takes it for another map."""
+        self.own_epoch = self.own_epoch + 1 if epoch is None else epoch
         self._history.pop(self.own_id, None)
+        own = self._newest.get(self.own_id)
         if own is not None:
             self._set(self.own_id, relabelled(own, self.own_epoch))
-        return True
 
     def may_take(self, robot_id: str) -> bool:
         """Return whether there is room for this robot's map."""

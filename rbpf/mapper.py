@@ -408,6 +408,10 @@ class Mapper:
         bounds = [n * k // parts for k in range(parts + 1)]
         list(self._pool.map(job, bounds[:-1], bounds[1:]))
 
+    def skip_revisions(self, count: int) -> None:
+        """Leave out map revisions: a mapper resumed from disk may have published some that it does not remember."""
+        self._publisher.revision += count
+
     # -- on disk -------------------------------------------------------------------------------------------------------
 
     def state(self) -> dict[str, Any]:

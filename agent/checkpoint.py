@@ -1,0 +1,114 @@
+"""A robot on disk: its mapper, all maps it knows, all alignments it believes. After a crash it goes on from there."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from agent.core import Agent
+from agent.link_stats import LinkStats
+from agent.pairs import PairStatus
+from alignment import Alignment
+from comms import restore_store, store_state
+from spatial import InputError
+from spatial.state_file import Packed, pack, read_state, write_state
+
+KIND = "mrslam-agent"
+VERSION = 1
+REVISIONS_LOST = 1000
+"""More map revisions than a robot publishes between two checkpoints; a resumed one skips as many, so that no revision
+ever stands for two contents."""
+
+
+def freeze(agent: Agent) -> Packed:
+    """Copy the robot's state as it is now; milliseconds, so that the copy can be written elsewhere."""
+    return pack(
+        {
+            "robot": agent.robot_id,
+            "mode": agent.mode,
+            "rbpf": asdict(agent.settings.rbpf),
+            "mapper": agent.mapper.state(),
+            "store": store_state(agent.node.store),
+            "pairs": [[a, b, _pair_state(status)] for (a, b), status in sorted(agent.pairs.pairs.items())],
+            "links": {peer: vars(stats) for peer, stats in agent.links.items()},
+            "masked_beams": agent.masked_beams,
+        }
+    )
+
+
+def write(frozen: Packed, path: Path) -> None:
+    """Write the copy; what was at ``path`` stays until the new file is complete."""
+    write_state(path, KIND, VERSION, frozen)
+
+
+def restore(agent: Agent, path: Path) -> None:
+    """Let a robot that has just been made go on as the one that was saved.
+
+    Its map keeps its frame and epoch, so that alignments with teammates stay true. Raises ``InputError`` where the file
+    is damaged, is another robot's, or was made with other mapper settings.
+    """
+    state = read_state(path, KIND, VERSION)
+    try:
+        if state["robot"] != agent.robot_id:
+            raise InputError(f"{path}: the checkpoint of {state['robot']!r}, not of {agent.robot_id!r}")
+        _same_settings(state["rbpf"], asdict(agent.settings.rbpf), path)
+        agent.mapper.restore(state["mapper"])
+        agent.mapper.skip_revisions(REVISIONS_LOST)
+        restore_store(agent.node.store, state["store"], REVISIONS_LOST)
+        agent.links = {peer: LinkStats(**sums) for peer, sums in state["links"].items()}
+        agent.masked_beams = state["masked_beams"]
+        agent.take_up({(a, b): _pair(status) for a, b, status in state["pairs"]})
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{path}: the checkpoint does not fit this program ({error})") from error
+
+
+def resume(agent: Agent, path: Path) -> None:
+    """Resume a robot from its file, and save it at once: what was skipped once must not be used again."""
+    restore(agent, path)
+    try:
+        write(freeze(agent), path)
+    except OSError:
+        # Without it a later start from the same file would use the same revisions for other content.
+        agent.node.store.new_epoch()
+
+
+def _same_settings(saved: dict[str, Any], now: dict[str, Any], path: Path) -> None:
+    other = [f"rbpf.{name} {saved.get(name)} (now {now[name]})" for name in now if saved.get(name) != now[name]]
+    if other:
+        raise InputError(f"{path}: made with other settings: {', '.join(other)}; use these, or start without it")
+
+
+def _pair_state(status: PairStatus) -> dict[str, Any]:
+    return {
+        "status": status.status,
+        "reason": status.reason,
+        "attempts": status.attempts,
+        "accepted_at_ns": status.accepted_at_ns,
+        "alignment": None if status.alignment is None else _alignment_state(status.alignment),
+    }
+
+
+def _pair(state: dict[str, Any]) -> PairStatus:
+    found = None if state["alignment"] is None else Alignment(**state["alignment"])
+    status = PairStatus(
+        status=state["status"],
+        alignment=found,
+        accepted_at_ns=state["accepted_at_ns"],
+        reason=state["reason"],
+        attempts=state["attempts"],
+    )
+    status.stability.believed = status.stability.previous = found
+    return status
+
+
+def _alignment_state(alignment: Alignment) -> dict[str, Any]:
+    return {
+        "T_a_b": np.asarray(alignment.T_a_b, dtype=np.float64),
+        "confidence": float(alignment.confidence),
+        "evidence": {name: float(value) for name, value in alignment.evidence.items()},
+        "covariance": np.asarray(alignment.covariance, dtype=np.float64),
+        "method": alignment.method,
+    }

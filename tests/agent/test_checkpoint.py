@@ -1,0 +1,145 @@
+"""A robot that dies goes on from its checkpoint: map, trajectory, revisions, what it knows of others."""
+
+from __future__ import annotations
+
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from agent import Agent, Inline, Keeper, Settings, resume
+from agent.checkpoint import REVISIONS_LOST, freeze, write
+from agent.effects import Effect
+from alignment import Alignment
+from comms import CommsConfig, Send
+from rbpf import MapperConfig
+from spatial import InputError, Scan
+
+S = 1_000_000_000
+SETTINGS = Settings(rbpf=MapperConfig(particles=3), comms=CommsConfig(link_source="model", exchange_timeout_s=1.0))
+
+
+def scan(k: int) -> Scan:
+    """What a robot sees that stands in a corner of a room and turns a little with every scan."""
+    angles = np.linspace(-2.0, 2.0, 181) + 0.02 * k
+    walls = np.stack([4.0 / np.abs(np.cos(angles)), 3.0 / np.abs(np.sin(angles) + 1e-9)]).min(axis=0)
+    return Scan(
+        stamp_ns=k * S // 10, ranges_m=walls.astype(np.float32), angle_min_rad=-2.0, angle_increment_rad=4.0 / 180,
+        range_max_m=30.0,
+    )  # fmt: skip
+
+
+def robot(name: str, boot_id: int) -> Agent:
+    return Agent(name, SETTINGS, boot_id=boot_id)
+
+
+def live(agents: list[Agent], first: int, last: int) -> None:
+    """Let the agents map and talk over a perfect link."""
+    for k in range(first, last):
+        now_ns = k * S // 10
+        post: list[tuple[Agent, Effect]] = []
+        for agent in agents:
+            post += [(agent, effect) for effect in agent.on_scan(scan(k), np.array([0.0, 0.0, 0.02 * k]), now_ns)]
+            for other in agents:
+                agent.set_link_quality(other.robot_id, 1.0, now_ns)
+            post += [(agent, effect) for effect in agent.on_tick(now_ns)]
+        while post:
+            sender, effect = post.pop(0)
+            if isinstance(effect, Send):
+                for other in agents:
+                    if other is not sender and effect.to in (None, other.robot_id):
+                        post += [(other, back) for back in other.on_message(effect.payload, sender.robot_id, now_ns)]
+
+
+def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
+    one, two = robot("r1", 1), robot("r2", 1)
+    live([one, two], 0, 60)
+    found = Alignment(np.array([0.01, 0.0, 0.0]), 0.8, {"wall_m": 9.0}, np.eye(3) * 1e-4, "auto")
+    for t in (0, 20 * S):
+        job = one.next_alignment(t)
+        assert job is not None
+        one.on_aligned(job, found, t)
+    assert "r2" in one.T_team_map
+    write(freeze(one), tmp_path / "state")
+    saved, known = one.node.store.version("r1"), one.node.store.maps["r2"]
+    live([one, two], 60, 90)  # what it maps now is lost, but r2 has it
+    lost = two.node.store.version("r1")
+    assert lost > saved
+    again = robot("r1", 2)
+    resume(again, tmp_path / "state")
+    assert again.node.store.version("r1") == (saved[0], saved[1] + REVISIONS_LOST)
+    assert again.T_team_map["r2"] == pytest.approx(found.T_a_b)
+    assert again.pairs.pairs["r1", "r2"].status == "accepted"
+    assert np.array_equal(again.node.store.maps["r2"].map.to_grid().cells, known.map.to_grid().cells)
+    live([again, two], 90, 150)
+    held = two.node.store.version("r1")
+    assert held[0] == saved[0] and held > lost  # the same frame, and newer
+    assert held == again.node.store.version("r1")
+    now, there = again.node.store.maps["r1"].map.to_grid(), two.node.store.maps["r1"].map.to_grid()
+    assert np.array_equal(now.cells, there.cells)
+    assert two.pairs.pairs["r1", "r2"].reason == "not tried yet"  # nobody said it had started anew
+
+
+def test_a_second_start_from_the_same_file_uses_no_revision_twice(tmp_path: Path) -> None:
+    one = robot("r1", 1)
+    live([one], 0, 30)
+    write(freeze(one), tmp_path / "state")
+    versions = []
+    for boot in (2, 3):
+        again = robot("r1", boot)
+        resume(again, tmp_path / "state")
+        live([again], 30, 60)
+        versions.append(again.node.store.version("r1"))
+    assert versions[1][1] - versions[0][1] >= REVISIONS_LOST
+
+
+def test_without_a_disk_a_resumed_map_gets_a_new_epoch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    one = robot("r1", 1)
+    live([one], 0, 10)
+    write(freeze(one), tmp_path / "state")
+
+    def full(*_: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("agent.checkpoint.write", full)
+    again = robot("r1", 2)
+    resume(again, tmp_path / "state")
+    assert again.node.store.version("r1")[0] == one.node.store.version("r1")[0] + 1
+
+
+def test_what_does_not_fit_is_refused(tmp_path: Path) -> None:
+    one = robot("r1", 1)
+    live([one], 0, 5)
+    write(freeze(one), tmp_path / "state")
+    with pytest.raises(InputError, match="the checkpoint of 'r1', not of 'r2'"):
+        resume(robot("r2", 1), tmp_path / "state")
+    other = Agent("r1", Settings(rbpf=MapperConfig(particles=4)))
+    with pytest.raises(InputError, match=r"rbpf.particles 3 \(now 4\)"):
+        resume(other, tmp_path / "state")
+
+
+def test_a_keeper_saves_in_time_and_tells_trouble_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    one = robot("r1", 1)
+    live([one], 0, 5)
+    keeper = Keeper(tmp_path / "state", 5.0, Inline())
+    assert keeper.look(one, 0, 0) == [] and not keeper.path.exists()
+    keeper.look(one, 5 * S, 0)
+    assert keeper.path.exists()
+    kept = keeper.path.read_bytes()
+
+    def full(*_: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("agent.checkpoint.write_state", full)
+        told = [event.kind for t in range(6, 26) for event in keeper.look(one, t * S, t * S)]
+    assert told == ["checkpoint_failed"] and keeper.failures >= 2
+    assert keeper.path.read_bytes() == kept
+    assert [event.kind for t in range(26, 40) for event in keeper.look(one, t * S, t * S)] == ["checkpoint_works_again"]
+
+
+def test_inline_runs_at_once() -> None:
+    done: Future[Any] = Inline().submit(lambda x: x + 1, 2)
+    assert done.result(timeout=0) == 3
