@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import IO, Any
 
@@ -35,7 +36,7 @@ class EventLog:
         self._file.close()
 
 
-def write_robot(agent: Agent, folder: Path) -> None:
+def write_robot(agent: Agent, folder: Path, sent_bytes: Mapping[str, int]) -> None:
     """Write everything a robot knows at its end into its folder."""
     folder.mkdir(parents=True, exist_ok=True)
     write_map(folder / "map.yaml", agent.own_map())
@@ -45,10 +46,10 @@ def write_robot(agent: Agent, folder: Path) -> None:
     layers = {robot_id: local.map.to_grid() for robot_id, local in sorted(agent.node.store.maps.items())}
     write_image(folder / "team_map.png", draw_team(team, layers))
     write_tum(folder / "trajectory.tum", trajectory.stamps_ns, trajectory.T_map_base)
-    write_text(folder / "robot.json", json.dumps(summary(agent), indent=1, allow_nan=False) + "\n")
+    write_text(folder / "robot.json", json.dumps(summary(agent, sent_bytes), indent=1, allow_nan=False) + "\n")
 
 
-def summary(agent: Agent) -> dict[str, Any]:
+def summary(agent: Agent, sent_bytes: Mapping[str, int]) -> dict[str, Any]:
     """Return what the mission's metrics need of one robot, as plain JSON values."""
     team = agent.team_map()
     return {
@@ -63,5 +64,6 @@ def summary(agent: Agent) -> dict[str, Any]:
         "placed": {robot: [float(value) for value in T] for robot, T in sorted(team.T_team_map.items())},
         "unplaced": dict(sorted(team.unplaced.items())),
         "pairs": [status.row(a, b) for (a, b), status in sorted(agent.pairs.pairs.items())],
+        "sent_bytes": dict(sent_bytes),
         "links": [{"peer": peer, **stats.row()} for peer, stats in sorted(agent.links.items())],
     }

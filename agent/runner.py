@@ -38,6 +38,8 @@ class Runner:
         """Wire an agent to the world; its folder gets ``events.jsonl`` at once and the rest when it is closed."""
         self.agent, self.body, self.transport, self.folder, self.links = agent, body, transport, folder, links
         self.watchers = tuple(watchers)
+        self.sent_bytes = dict.fromkeys(("beacon", "control", "bulk"), 0)
+        """Bytes given to the network by lane; what goes to all counts once."""
         self.events = EventLog(folder, agent.robot_id)
 
     def receive(self, timeout_s: float, now_ns: Callable[[], int]) -> None:
@@ -76,6 +78,7 @@ class Runner:
                 for watcher in self.watchers:
                     watcher.on_event(self.agent, effect)
             else:
+                self.sent_bytes[effect.lane] += len(effect.payload)
                 self.transport.send(effect)
 
     def align(self, job: AlignJob) -> Alignment | Rejection:
@@ -91,4 +94,4 @@ class Runner:
         self.events.close()
         for watcher in self.watchers:
             watcher.close(self.agent, now_ns)
-        write_robot(self.agent, self.folder)
+        write_robot(self.agent, self.folder, self.sent_bytes)

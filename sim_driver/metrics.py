@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from sim_driver.evaluation import cross_errors, read_relations
+from sim_driver.evaluate.relations import cross_errors, read_relations
+from sim_driver.evaluate.truth import pair_error, team_figures, true_starts
 from sim_driver.mission import Mission
-from sim_driver.truth import pair_error, team_figures, true_starts
 from spatial.files import write_text
 from spatial.tum import read_tum
 

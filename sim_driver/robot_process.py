@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+import resource
 import time
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -18,6 +20,7 @@ from sim_driver.seeds import seed_for
 from sim_driver.shaping import ShapedTransport
 from sim_driver.team import make_agent, make_body, radio_of, read_trace, told_links, watchers_of
 from spatial import InputError
+from spatial.files import write_text
 
 STATUS_S = 0.1
 """How often a robot tells the parent how it fares, seconds."""
@@ -132,6 +135,11 @@ def run_robot(task: RobotTask, pipe: Connection, simulator: Connection, stop: St
         return stop.is_set()
 
     shell.run(stopped)
+    usage = {
+        "cpu_s": round(time.process_time(), 3),
+        "peak_rss_mb": round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, 1),
+    }
+    write_text(task.out / task.robot.id / "usage.json", json.dumps(usage) + "\n")
 
 
 def _come_up(task: RobotTask, pipe: Connection, simulator: Connection, now: Counter) -> tuple[ProcessShell, Body]:

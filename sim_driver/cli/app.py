@@ -139,6 +139,29 @@ def demo(
     run_demo(out, seed, robots)
 
 
+@app.command(name="eval")
+def eval_(
+    run: Annotated[Path, typer.Argument(help="Folder of a finished run.")],
+    relations: Annotated[
+        Path | None, typer.Option("--relations", help="Relations file, instead of the mission's.")
+    ] = None,
+    reference: Annotated[
+        list[str] | None, typer.Option("--reference", help="TUM file of true poses, FILE or ROBOT=FILE.")
+    ] = None,
+    true_map: Annotated[Path | None, typer.Option("--true-map", help="True map, for runs without a world.")] = None,
+    json: Json = False,
+) -> None:
+    """Judge a run: trajectories, maps, merges and traffic, by whatever truth there is.
+
+    mrslam eval out/demo
+
+    mrslam eval out/run --reference r1=truth_r1.tum --reference r2=truth_r2.tum --true-map plan.yaml
+    """
+    from sim_driver.cli.eval import eval_run
+
+    eval_run(run, relations, reference or [], true_map, json)
+
+
 @app.command()
 def feed(log: Annotated[Path, typer.Argument(help="Recorded log.")], json: Json = False) -> None:
     """Say what is in a recorded log, and what is missing.

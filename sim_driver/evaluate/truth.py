@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from sim_driver.mission import Mission
 from sim_driver.simulation import make_world
@@ -98,6 +99,42 @@ class Judge:
         near = far_m[np.clip(row, 0, height - 1), np.clip(col, 0, width - 1)] <= NEAR_WALL_CELLS * grid.resolution_m
         return float(np.mean(inside & near))
 
+    def occupied_recall(self, grid: OccupancyGrid, T_world_map: Transform) -> float | None:
+        """Return the share of the true walls beside known floor that the map has within two cells; None without floor.
+
+        Only the faces of walls count: a laser sees no wall from within.
+        """
+        face = self.world.is_occupied & (euclidean(np.ascontiguousarray(self.reachable)) <= 1.5)
+        points = se2.apply(se2.inverse(T_world_map), self.world.centres(face))
+        free_m = euclidean(np.ascontiguousarray(grid.is_free)) * grid.resolution_m
+        wall_m = euclidean(np.ascontiguousarray(grid.is_occupied)) * grid.resolution_m
+        seen = _field_at(grid, free_m, points) <= NEAR_WALL_CELLS * grid.resolution_m
+        if not seen.any():
+            return None
+        return float(np.mean(_field_at(grid, wall_m, points[seen]) <= NEAR_WALL_CELLS * grid.resolution_m))
+
+    def free_agreement(self, grid: OccupancyGrid, T_world_map: Transform) -> float | None:
+        """Return the share of the map's free cells that lie on true floor or within two cells of it."""
+        points = se2.apply(T_world_map, grid.centres(grid.is_free))
+        if len(points) == 0:
+            return None
+        far_m = euclidean(np.ascontiguousarray(~self.world.is_occupied)) * self.world.resolution_m
+        return float(np.mean(_field_at(self.world, far_m, points) <= NEAR_WALL_CELLS * grid.resolution_m))
+
+    def ghosts(self, grid: OccupancyGrid, T_world_map: Transform, paths: NDArray[np.float64], radius_m: float) -> int:
+        """Return how many wall cells of the map stand where teammates drove, away from true walls.
+
+        ``paths`` are ``(N, 2)`` points of the world where teammates were.
+        """
+        walls = se2.apply(T_world_map, grid.centres(grid.is_occupied))
+        if len(walls) == 0 or len(paths) == 0:
+            return 0
+        far_m = euclidean(np.ascontiguousarray(self.world.is_occupied)) * self.world.resolution_m
+        lone = walls[_field_at(self.world, far_m, walls) > NEAR_WALL_CELLS * grid.resolution_m]
+        if len(lone) == 0:
+            return 0
+        return int(np.count_nonzero(cKDTree(paths).query(lone)[0] <= radius_m))
+
 
 def overlap(a: OccupancyGrid, b: OccupancyGrid, T_world_a: Transform, T_world_b: Transform) -> float:
     """Return how much of the smaller map's known area the other knows too, 0..1."""
@@ -110,6 +147,16 @@ def overlap(a: OccupancyGrid, b: OccupancyGrid, T_world_a: Transform, T_world_b:
 def _cells(grid: OccupancyGrid, points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     cells = np.floor((points - np.asarray(grid.origin_m)) / grid.resolution_m).astype(np.int64)
     return cells[:, 0], cells[:, 1]
+
+
+def _field_at(grid: OccupancyGrid, field_m: NDArray[np.float32], points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a field over the grid's cells at points ``(N, 2)``, inf outside."""
+    col, row = _cells(grid, points)
+    height, width = grid.shape
+    inside = (row >= 0) & (row < height) & (col >= 0) & (col < width)
+    values = np.full(len(points), np.inf)
+    values[inside] = field_m[row[inside], col[inside]]
+    return values
 
 
 def _values_at(grid: OccupancyGrid, points: NDArray[np.float64]) -> NDArray[np.int8]:

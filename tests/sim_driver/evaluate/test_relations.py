@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim_driver.evaluation import cross_errors, read_relations
+from sim_driver.evaluate.relations import cross_errors, read_relations
 from spatial import InputError, se2
 
 

@@ -1,4 +1,4 @@
-"""Errors against truth: relations between the poses of two robots."""
+"""Errors against relations: pairs of poses whose true relative pose is known (Kuemmerle et al. 2009)."""
 
 from __future__ import annotations
 
@@ -54,6 +54,23 @@ def cross_errors(
         error = se2.between(T_1_2, se2.between(T_a_1, T_a_2))
         errors.append((np.hypot(error[0], error[1]), np.degrees(abs(error[2]))))
     return np.array(errors, dtype=np.float64).reshape(-1, 2)
+
+
+def own_errors(
+    relations: Relations, stamps_ns: NDArray[np.int64], T_map_base: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return ``(N, 2)`` errors (m, deg) of the relations between two poses of one robot's trajectory."""
+    by_stamp = _by_stamp(stamps_ns, T_map_base)
+    rows = [
+        (by_stamp[int(t1)], by_stamp[int(t2)], T_1_2)
+        for t1, t2, T_1_2 in zip(*relations, strict=True)
+        if int(t1) in by_stamp and int(t2) in by_stamp
+    ]
+    if not rows:
+        return np.empty((0, 2))
+    first, second, true = (np.array(column) for column in zip(*rows, strict=True))
+    error = se2.between(true, se2.between(first, second))
+    return np.stack([np.hypot(error[:, 0], error[:, 1]), np.degrees(np.abs(error[:, 2]))], axis=-1)
 
 
 def _by_stamp(stamps_ns: NDArray[np.int64], poses: NDArray[np.float64]) -> dict[int, NDArray[np.float64]]:

@@ -1,0 +1,104 @@
+"""``mrslam eval``: what a run is worth, as JSON or as tables."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from sim_driver.evaluate import References, assess
+from sim_driver.evaluate.trajectories import Trajectory
+from sim_driver.kernels import ensure_compiled
+from spatial import InputError, read_map
+from spatial.tum import read_tum
+
+ROBOT_COLUMNS = {
+    "ATE m": ("trajectory", "ate_rmse_m"),
+    "RPE m/s": ("trajectory", "rpe_rmse_m"),
+    "relations m": ("relations", "mean_m"),
+    "relations deg": ("relations", "mean_deg"),
+    "own coverage": ("map", "coverage_own"),
+    "team coverage": ("map", "coverage_team"),
+    "walls right": ("map", "occupied_precision"),
+    "walls found": ("map", "occupied_recall"),
+    "floor right": ("map", "free_agreement"),
+    "ghost cells": ("map", "ghost_cells"),
+    "CPU s": ("usage", "cpu_s"),
+    "MB": ("usage", "peak_rss_mb"),
+}
+"""Column -> where its value stands in a robot's row."""
+
+
+def eval_run(run: Path, relations: Path | None, reference: list[str], true_map: Path | None, as_json: bool) -> None:
+    """Judge a run's folder and print the outcome."""
+    references = References(
+        relations=relations,
+        trajectories=dict(_reference(text) for text in reference),
+        true_map=None if true_map is None else read_map(true_map),
+    )
+    if true_map is not None:
+        ensure_compiled(lambda text: None, ("alignment",))
+    assessment = assess(run, references)
+    if as_json:
+        print(json.dumps(assessment, allow_nan=False))
+    else:
+        print_tables(assessment, Console())
+
+
+def _reference(text: str) -> tuple[str, Trajectory]:
+    robot, equals, name = text.rpartition("=")
+    if equals and not robot:
+        raise InputError(f"--reference wants FILE or ROBOT=FILE, got {text!r}")
+    return robot, read_tum(Path(name))
+
+
+def print_tables(assessment: dict[str, Any], console: Console) -> None:
+    """Print the assessment for people; columns without a single value are left out."""
+    _print_robots(assessment["robots"], console)
+    _print_pairs(assessment["pairs"], console)
+    mission = assessment["mission"]
+    traffic, tried = mission["bytes"], mission["exchanges"]
+    seconds = [mission["first_merge_s"], mission["first_correct_merge_s"]]
+    first, correct = ("none" if s is None else f"{s:.0f} s" for s in seconds)
+    lines = [
+        f"first merge {first}, first correct merge {correct}; "
+        f"{mission['correct_merges']} correct, {mission['false_merges']} false, {mission['missed_merges']} missed",
+        f"alignments: {mission['alignments_accepted']} of {mission['alignments_tried']} tries accepted",
+        f"exchanges: {tried['opened']} opened, {tried['done']} ends completed, {tried['failed']} failed",
+        f"traffic: {traffic['exchanges'] / 1e3:.1f} kB in exchanges; whole maps would have cost "
+        f"{traffic['full_lz4'] / 1e3:.0f} kB with LZ4, {traffic['full_raw'] / 1e3:.0f} kB raw",
+    ]
+    lanes = {lane: traffic[lane] for lane in ("beacon", "control", "bulk") if lane in traffic}
+    if lanes:
+        lines.append("by kind: " + ", ".join(f"{lane} {count / 1e3:.1f} kB" for lane, count in lanes.items()))
+    lines += [f"not judged: {reason}" for reason in assessment["not_judged"]]
+    for line in lines:
+        console.print(line, highlight=False, soft_wrap=True, markup=False)
+
+
+def _print_robots(robots: dict[str, Any], console: Console) -> None:
+    cells = {
+        robot: {title: (row[part] or {}).get(key) for title, (part, key) in ROBOT_COLUMNS.items()}
+        for robot, row in robots.items()
+    }
+    used = [title for title in ROBOT_COLUMNS if any(row[title] is not None for row in cells.values())]
+    table = Table("robot", *used, box=None)
+    for robot, row in cells.items():
+        table.add_row(robot, *("-" if row[title] is None else f"{row[title]:g}" for title in used))
+    console.print(table)
+
+
+def _print_pairs(pairs: list[dict[str, Any]], console: Console) -> None:
+    table = Table("pair", "verdict", "after s", "off m", "off deg", "judged by", "overlap", box=None)
+    for pair in pairs:
+        values = [pair["accepted_at_s"], pair["error_m"], pair["error_deg"], pair["true_overlap"]]
+        after, off_m, off_deg, shared = ("-" if value is None else f"{value:g}" for value in values)
+        by = pair["judged_by"] or pair["reason"] or "-"
+        table.add_row(f"{pair['a']}-{pair['b']}", pair["verdict"], after, off_m, off_deg, by, shared)
+        for robot, view in pair["views"].items():
+            error = "" if view["error_m"] is None else f": {view['error_m']:g} m, {view['error_deg']:g} deg off"
+            table.add_row("", f"  {robot}: {view['status']}{error}", "", "", "", "", "")
+    console.print(table)

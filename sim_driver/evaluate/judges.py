@@ -1,0 +1,121 @@
+"""Who can tell whether two maps lie right to each other: simulator, reference trajectories, relations, a true map."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from alignment import Alignment, align
+from sim_driver.evaluate.relations import Relations, cross_errors, read_relations
+from sim_driver.evaluate.results import RunResults
+from sim_driver.evaluate.trajectories import Trajectory, fit
+from sim_driver.evaluate.truth import FALSE_MERGE_DEG, FALSE_MERGE_M, Judge, pair_error
+from sim_driver.simulation import make_world
+from spatial import OccupancyGrid
+from spatial.se2 import Transform
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """How far off the transform between two maps is."""
+
+    error_m: float
+    error_deg: float
+    judged_by: str
+
+    @property
+    def is_false(self) -> bool:
+        """Whether this is a wrong merge, not only an inaccurate one."""
+        return self.error_m > FALSE_MERGE_M or self.error_deg > FALSE_MERGE_DEG
+
+
+PairJudge = Callable[[str, str, Transform], Judgement | str]
+"""Judges ``T_a_b`` of two robots by name, or says why it cannot."""
+
+
+@dataclass(frozen=True)
+class References:
+    """What to judge by beside the simulator's truth, which a simulated run brings along."""
+
+    relations: Path | None = None
+    """Relations file; a mission may name one itself."""
+    trajectories: Mapping[str, Trajectory] = field(default_factory=dict)
+    """Reference trajectories in one frame, by robot; under "" one that holds for all."""
+    true_map: OccupancyGrid | None = None
+
+    def trajectory(self, robot_id: str) -> Trajectory | None:
+        """Return the reference of one robot."""
+        return self.trajectories.get(robot_id, self.trajectories.get(""))
+
+
+def pair_judge(run: RunResults, references: References) -> PairJudge:
+    """Return the judge of this run's pairs: the best there is for each pair."""
+    relations = relations_of(run, references)
+    in_reference = _placed_by_reference(run, references)
+    in_true_map = _placed_in_true_map(run, references)
+
+    def judge(a: str, b: str, T_a_b: Transform) -> Judgement | str:
+        for placed, words in (
+            (run.T_world_map, "simulated truth"),
+            (in_reference, "reference trajectories"),
+        ):
+            if a in placed and b in placed:
+                return Judgement(*pair_error(T_a_b, placed[a], placed[b]), words)
+        by_relations = _by_relations(run, relations, a, b, T_a_b)
+        if by_relations is not None:
+            return by_relations
+        if a in in_true_map and b in in_true_map:
+            return Judgement(*pair_error(T_a_b, in_true_map[a], in_true_map[b]), "alignment with the true map")
+        return "no truth, reference, relation or true map links the two"
+
+    return judge
+
+
+def relations_of(run: RunResults, references: References) -> Relations | None:
+    """Return the relations to judge by: those given, or those the mission names."""
+    path = references.relations
+    if path is None and run.mission.truth.relations is not None:
+        path = run.mission.find(run.mission.truth.relations)
+    return None if path is None else read_relations(path)
+
+
+def _by_relations(run: RunResults, relations: Relations | None, a: str, b: str, T_a_b: Transform) -> Judgement | None:
+    logs = {robot.id: robot.log for robot in run.mission.robots}
+    if relations is None or logs[a] is None or logs[a] != logs[b]:
+        return None
+    errors = cross_errors(relations, run.trajectory(a), run.trajectory(b), T_a_b)
+    if len(errors) == 0:
+        return None
+    mean_m, mean_deg = errors.mean(axis=0)
+    return Judgement(float(mean_m), float(mean_deg), f"{len(errors)} relations")
+
+
+def _placed_by_reference(run: RunResults, references: References) -> dict[str, Transform]:
+    placed = {}
+    for robot_id in run.robots:
+        reference = references.trajectory(robot_id)
+        T_reference_map = None if reference is None else fit(run.trajectory(robot_id), reference)
+        if T_reference_map is not None:
+            placed[robot_id] = T_reference_map
+    return placed
+
+
+def _placed_in_true_map(run: RunResults, references: References) -> dict[str, Transform]:
+    if references.true_map is None:
+        return {}
+    found = {robot_id: align(references.true_map, run.map(robot_id)) for robot_id in run.robots}
+    return {robot_id: outcome.T_a_b for robot_id, outcome in found.items() if isinstance(outcome, Alignment)}
+
+
+def map_judge(run: RunResults, references: References) -> tuple[Judge, dict[str, Transform]] | None:
+    """Return the true map to hold maps against, and where each robot's map lies in it; None where there is none."""
+    if run.mission.world is not None and run.T_world_map:
+        world = make_world(run.mission)
+        return Judge(world.grid, world.reachable), run.T_world_map
+    if references.true_map is not None:
+        grid = references.true_map
+        return Judge(grid, np.ascontiguousarray(grid.is_free)), _placed_in_true_map(run, references)
+    return None

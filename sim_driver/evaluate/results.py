@@ -1,0 +1,92 @@
+"""A run's folder, read: what each robot left, its events, and the truth where the simulator wrote it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sim_driver.evaluate.trajectories import Trajectory
+from sim_driver.mission import Mission
+from sim_driver.replay.again import mission_of
+from sim_driver.robots import LASERS
+from spatial import InputError, OccupancyGrid, read_map, se2
+from spatial.se2 import Transform
+from spatial.tum import read_tum
+
+Event = dict[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class RunResults:
+    """What a run left; a robot that was lost has events only."""
+
+    folder: Path
+    mission: Mission
+    metrics: dict[str, Any]
+    robots: dict[str, dict[str, Any]]
+    """``robot.json`` of every robot that ended in good order, by id."""
+
+    @classmethod
+    def read(cls, folder: Path) -> RunResults:
+        """Read a run's folder; raise ``InputError`` where it is none or the run has not ended."""
+        mission = mission_of(folder)
+        try:
+            metrics = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise InputError(f"{folder}: the run has no metrics.json: it has not ended") from error
+        robots = {path.parent.name: json.loads(path.read_text()) for path in sorted(folder.glob("*/robot.json"))}
+        return cls(folder, mission, metrics, robots)
+
+    @cached_property
+    def events(self) -> dict[str, list[Event]]:
+        """Events of every robot in the order they were written; a last line that a crash cut off is left out."""
+        return {robot.id: read_events(self.folder / robot.id / "events.jsonl") for robot in self.mission.robots}
+
+    @cached_property
+    def truth(self) -> dict[str, Trajectory]:
+        """True poses of the bases of simulated robots in the world frame, by id."""
+        found = {}
+        for robot in self.mission.robots:
+            path = self.folder / robot.id / "truth.tum"
+            if path.exists():
+                found[robot.id] = read_tum(path)
+        return found
+
+    @cached_property
+    def T_world_map(self) -> dict[str, Transform]:
+        """Where simulated robots' maps truly lie: a map's frame is the robot's pose at its first scan."""
+        return {robot_id: poses[0] for robot_id, (_, poses) in self.truth.items() if len(poses)}
+
+    def laser_truth(self, robot_id: str) -> Trajectory | None:
+        """Return the true poses of a simulated robot's laser."""
+        if robot_id not in self.truth:
+            return None
+        (laser,) = (LASERS[robot.laser] for robot in self.mission.robots if robot.id == robot_id)
+        stamps, poses = self.truth[robot_id]
+        return stamps, se2.compose(poses, np.array(laser.T_base_laser))
+
+    def trajectory(self, robot_id: str) -> Trajectory:
+        """Return the poses of a robot's laser in its own map."""
+        return read_tum(self.folder / robot_id / "trajectory.tum")
+
+    def map(self, robot_id: str, name: str = "map") -> OccupancyGrid:
+        """Return a robot's own map, or its ``team_map`` (in its own map's frame, too)."""
+        return read_map(self.folder / robot_id / f"{name}.yaml")
+
+
+def read_events(path: Path) -> list[Event]:
+    """Return the events of a file; none where there is no file."""
+    events: list[Event] = []
+    if not path.exists():
+        return events
+    for line in path.read_text(encoding="utf-8").splitlines():
+        try:
+            events.append(json.loads(line))
+        except ValueError:
+            break
+    return events
