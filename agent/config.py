@@ -24,12 +24,14 @@ class AgentConfig:
     """Earliest next alignment of a pair that was tried already, seconds, > 0."""
     align_growth: float = 0.10
     """A pair is tried again when the known area of either map has grown by this share since, > 0."""
+    checkpoint_interval_s: float = 5.0
+    """How old a robot's state on disk may get where it is kept (process shell), seconds, > 0."""
     tick_s: float = 0.1
     """How often beacons, rendezvous and exchanges are looked after, seconds, > 0."""
 
     def __post_init__(self) -> None:
         require(self.align_method in ALIGNERS, "agent.align_method", f"one of {', '.join(ALIGNERS)}", self.align_method)
-        for name in ("publish_interval_s", "align_interval_s", "align_growth", "tick_s"):
+        for name in ("publish_interval_s", "align_interval_s", "align_growth", "checkpoint_interval_s", "tick_s"):
             require(getattr(self, name) > 0, f"agent.{name}", "> 0", getattr(self, name))
 
 

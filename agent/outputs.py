@@ -20,9 +20,9 @@ class EventLog:
     """Writes events as JSON lines, each flushed: what is written survives a crash."""
 
     def __init__(self, folder: Path, robot_id: str) -> None:
-        """Begin ``events.jsonl`` in the folder."""
+        """Begin ``events.jsonl`` in the folder, or go on with it: a robot that starts again has a past."""
         folder.mkdir(parents=True, exist_ok=True)
-        self._file: IO[str] = (folder / "events.jsonl").open("w", encoding="utf-8")
+        self._file: IO[str] = (folder / "events.jsonl").open("a", encoding="utf-8")
         self._robot_id = robot_id
 
     def write(self, event: Event) -> None:

@@ -6,6 +6,7 @@ lock). The transport's callbacks only enqueue; everything an agent does happens 
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 
@@ -50,6 +51,7 @@ class ProcessShell:
         if now_ns >= self._next_tick_ns:
             self._next_tick_ns = now_ns + round(self.runner.agent.settings.agent.tick_s * 1e9)
             self.runner.tick(now_ns)
+        self.runner.keep(time.monotonic_ns(), now_ns)
         self._align(now_ns)
         self.runner.body.act(self.runner.agent, now_ns)
         return taken_ns is not None

@@ -10,6 +10,7 @@ from typing import Protocol
 from agent.body import Body
 from agent.core import Agent
 from agent.effects import AlignJob, Effect, Event
+from agent.keeper import Keeper
 from agent.outputs import EventLog, write_robot
 from agent.watcher import Watcher
 from alignment import Alignment, Rejection, align
@@ -34,12 +35,14 @@ class Runner:
         folder: Path,
         links: LinkSource | None = None,
         watchers: Sequence[Watcher] = (),
+        keeper: Keeper | None = None,
     ) -> None:
         """Wire an agent to the world; its folder gets ``events.jsonl`` at once and the rest when it is closed."""
         self.agent, self.body, self.transport, self.folder, self.links = agent, body, transport, folder, links
         self.watchers = tuple(watchers)
         self.sent_bytes = dict.fromkeys(("beacon", "control", "bulk"), 0)
         """Bytes given to the network by lane; what goes to all counts once."""
+        self.keeper = keeper
         self.events = EventLog(folder, agent.robot_id)
 
     def receive(self, timeout_s: float, now_ns: Callable[[], int]) -> None:
@@ -70,6 +73,11 @@ class Runner:
                 self.perform(self.agent.set_link_quality(peer, quality, now_ns))
         self.perform(self.agent.on_tick(now_ns))
 
+    def keep(self, clock_ns: int, now_ns: int) -> None:
+        """Let the keeper save the robot when it is time to by ``clock_ns``."""
+        if self.keeper is not None:
+            self.perform(self.keeper.look(self.agent, clock_ns, now_ns))
+
     def perform(self, effects: Sequence[Effect]) -> None:
         """Carry out what the agent asks for."""
         for effect in effects:
@@ -91,6 +99,8 @@ class Runner:
         """Leave the network and write the robot's files."""
         self.perform(self.agent.leave(now_ns))
         self.transport.close()
+        if self.keeper is not None:
+            self.keeper.close(self.agent)
         self.events.close()
         for watcher in self.watchers:
             watcher.close(self.agent, now_ns)

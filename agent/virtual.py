@@ -38,6 +38,7 @@ class VirtualRobot:
         while self.runner.sense(now_ns) is not None:
             pass
         self.runner.tick(now_ns)
+        self.runner.keep(now_ns, now_ns)
         self._align(now_ns)
         self.runner.body.act(self.runner.agent, now_ns)
 

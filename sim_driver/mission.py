@@ -38,6 +38,9 @@ class MissionConfig:
     record: bool = True
     """Whether what simulated robots sense is kept (about 15 kB a second and robot), for replays and the report."""
 
+    restart: bool = False
+    """Whether a robot whose process dies is started again, from its checkpoint; real processes only."""
+
     def __post_init__(self) -> None:
         require(self.duration_s is None or self.duration_s > 0, "mission.duration_s", "> 0 s", self.duration_s)
         require(self.linger_s >= 0, "mission.linger_s", ">= 0 s", self.linger_s)

@@ -32,6 +32,11 @@ class RecordedBody:
         self._next += 1
         return Sensed(due_ns, reading.scan, reading.T_odom_base)
 
+    def skip_to(self, now_ns: int) -> None:
+        """Leave out what came due before: nobody was there to see it."""
+        while not self.finished and self._due_ns[self._next] < now_ns:
+            self._next += 1
+
     def act(self, agent: Agent, now_ns: int) -> None:
         """Nothing to drive: the robot went where it went."""
 

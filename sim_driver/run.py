@@ -15,6 +15,7 @@ from sim_driver.metrics import write_metrics
 from sim_driver.mission import Mission
 from sim_driver.replay import drive_holds_until_s
 from sim_driver.replay.again import copy_truth
+from sim_driver.robot_process import CHECKPOINT
 from sim_driver.run_process import run_processes
 from sim_driver.run_virtual import run_in_virtual_time
 from sim_driver.settings import as_table
@@ -65,6 +66,9 @@ def prepare_folder(mission: Mission, out: Path) -> None:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{out}: cannot be made a folder ({error.strerror})") from error
+    for robot in mission.robots:  # what an earlier run left would be taken for this one's
+        for left in ("events.jsonl", CHECKPOINT, "robot.json"):
+            (out / robot.id / left).unlink(missing_ok=True)
     config = {
         "folder": str(mission.folder),
         "replay": None if mission.replay is None else str(mission.replay),
