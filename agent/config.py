@@ -23,7 +23,9 @@ class AgentConfig:
     align_interval_s: float = 10.0
     """Earliest next alignment of a pair that was tried already, seconds, > 0."""
     align_growth: float = 0.10
-    """A pair is tried again when the known area of either map has grown by this share since, > 0."""
+    """A pair not merged is tried again when the known area of either map has grown by this share since, > 0."""
+    realign_growth: float = 0.25
+    """A merged pair is aligned anew, to follow its maps, when the area of either has grown by this share, > 0."""
     checkpoint_interval_s: float = 5.0
     """How old a robot's state on disk may get where it is kept (process shell), seconds, > 0."""
     tick_s: float = 0.1
@@ -31,7 +33,8 @@ class AgentConfig:
 
     def __post_init__(self) -> None:
         require(self.align_method in ALIGNERS, "agent.align_method", f"one of {', '.join(ALIGNERS)}", self.align_method)
-        for name in ("publish_interval_s", "align_interval_s", "align_growth", "checkpoint_interval_s", "tick_s"):
+        names = ("publish_interval_s", "align_interval_s", "align_growth", "realign_growth", "checkpoint_interval_s")
+        for name in (*names, "tick_s"):
             require(getattr(self, name) > 0, f"agent.{name}", "> 0", getattr(self, name))
 
 

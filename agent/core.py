@@ -24,6 +24,8 @@ from spatial.se2 import Transform
 
 TEAMMATE_NS = 10_000_000_000
 """A teammate heard longer ago than this may be anywhere, nanoseconds."""
+PLACE_NS = 2_000_000_000
+"""How often maps that have changed are held against each other, nanoseconds."""
 
 
 class Agent:
@@ -56,6 +58,10 @@ class Agent:
         self._T_odom_base: Transform | None = None
         self._T_base_laser: Transform = se2.IDENTITY
         self._heard: dict[str, tuple[int, Transform]] = {}
+        self._team: TeamMap | None = None
+        self._stale = False
+        self._placed_ns = 0
+        self._contradicted: dict[tuple[str, str], str] = {}
         self.T_team_map: dict[str, Transform] = {robot_id: se2.IDENTITY}
         """By robot: maps points of its map into the own map, for those whose place is known."""
 
@@ -83,8 +89,9 @@ class Agent:
     def publish(self, now_ns: int) -> list[Effect]:
         """Make the own map, as it is now, what teammates get."""
         self._published_ns = now_ns
-        is_news = self.node.publish(self.mapper.snapshot(), now_ns)
-        return self._map_changed(self.robot_id, now_ns) if is_news else []
+        if self.node.publish(self.mapper.snapshot(), now_ns):
+            self._map_changed(self.robot_id)
+        return []
 
     def _publish_due(self, now_ns: int) -> bool:
         interval_ns = self.settings.agent.publish_interval_s * 1e9
@@ -120,7 +127,10 @@ class Agent:
 
     def on_tick(self, now_ns: int) -> list[Effect]:
         """Look after beacons, rendezvous and exchanges; call it every ``agent.tick_s``."""
-        return self._follow(self.node.on_tick(now_ns), now_ns)
+        effects = self._follow(self.node.on_tick(now_ns), now_ns)
+        if self._stale and now_ns - self._placed_ns >= PLACE_NS:
+            self._place(now_ns)
+        return effects + self._revoke(now_ns)
 
     def set_link_quality(self, peer: str, quality: float, now_ns: int) -> list[Effect]:
         """Tell the quality of a link from outside (a radio model or a trace)."""
@@ -139,7 +149,7 @@ class Agent:
                     out.append(effect)
                 case comms.MapUpdated():
                     out.append(as_event(effect, now_ns))
-                    out += self._map_changed(effect.robot_id, now_ns)
+                    self._map_changed(effect.robot_id)
                 case comms.TeammatePose():
                     self._observe(effect)
                 case comms.ExchangeDone():
@@ -157,13 +167,14 @@ class Agent:
 
     # -- maps, alignments, team ----------------------------------------------------------------------------------------
 
-    def _map_changed(self, robot_id: str, now_ns: int) -> list[Effect]:
+    def _map_changed(self, robot_id: str) -> None:
         if self.mode == "mapper":
-            return []
+            return
         local = self.node.store.maps[robot_id]
-        self.pairs.map_changed(robot_id, self.node.store.version(robot_id), local.map)
+        if self.pairs.map_changed(robot_id, self.node.store.version(robot_id), local.map):
+            self.team.remove_map(robot_id)  # with the alignments of its old map
         self.team.set_map(robot_id, local.map, local.map.revision)
-        return self._place(now_ns)
+        self._team, self._stale = None, True
 
     def take_up(self, pairs: Mapping[tuple[str, str], PairStatus]) -> None:
         """Go on with the maps in the store and these alignments of an earlier life."""
@@ -174,15 +185,19 @@ class Agent:
             self.pairs.pairs[a, b] = status
             if status.alignment is not None:
                 self.team.set_edge(a, b, status.alignment)
+        self._team = None
         self._place(0)
 
-    def _place(self, now_ns: int) -> list[Effect]:
-        """Work out anew where everyone's map lies; take back what the maps now contradict."""
+    def _place(self, now_ns: int) -> None:
+        """Work out anew where everyone's map lies."""
+        self._placed_ns = now_ns
         placement = self.team.placement()
-        for lost in self.T_team_map.keys() - placement.T_team_map.keys():
+        self._adopt(placement.T_team_map, placement.dropped)
+
+    def _adopt(self, T_team_map: dict[str, Transform], dropped: dict[tuple[str, str], str]) -> None:
+        for lost in self.T_team_map.keys() - T_team_map.keys():
             self.tracker.forget(lost)
-        self.T_team_map = placement.T_team_map
-        return [self._revoke(a, b, reason, now_ns) for (a, b), reason in placement.dropped.items()]
+        self.T_team_map, self._contradicted, self._stale = T_team_map, dropped, False
 
     def next_alignment(self, now_ns: int) -> AlignJob | None:
         """Return the pair of maps most worth aligning now, or None; the shell runs it and calls :meth:`on_aligned`."""
@@ -196,18 +211,28 @@ class Agent:
             self.team.set_edge(job.a, job.b, verdict.edge)
             if verdict.is_new:
                 effects.append(Event(now_ns, "merged", {"a": job.a, "b": job.b, **verdict.fields()}))
-            effects += self._place(now_ns)
-        return effects
+            self._team = None
+            self._place(now_ns)
+        return effects + self._revoke(now_ns)
 
-    def _revoke(self, a: str, b: str, reason: str, now_ns: int) -> Event:
-        self.team.revoke(a, b, reason)
-        self.pairs.revoke(a, b, reason)
-        return Event(now_ns, "unmerged", {"a": a, "b": b, "reason": reason})
+    def _revoke(self, now_ns: int) -> list[Effect]:
+        """Take back the alignments that the maps now contradict."""
+        effects: list[Effect] = []
+        for (a, b), reason in self._contradicted.items():
+            self.team.revoke(a, b, reason)
+            self.pairs.revoke(a, b, reason)
+            self._team = None
+            effects.append(Event(now_ns, "unmerged", {"a": a, "b": b, "reason": reason}))
+        self._contradicted = {}
+        return effects
 
     def team_map(self) -> TeamMap:
         """Return the team map in this robot's own map frame, with who is placed where and who is not and why."""
-        team = self.team.team_map()
-        return replace(team, grid=self._without_ghosts(team.grid))
+        if self._team is None:
+            team = self.team.team_map()
+            self._adopt(team.T_team_map, team.dropped)
+            self._team = replace(team, grid=self._without_ghosts(team.grid))
+        return self._team
 
     def own_map(self) -> OccupancyGrid:
         """Return the own map, without what was mapped of teammates before it was known where they are."""

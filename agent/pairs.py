@@ -87,15 +87,20 @@ class PairBook:
     _maps: dict[str, tuple[Version, TiledMap]] = field(default_factory=dict)
     _grids: dict[str, tuple[Version, OccupancyGrid, float]] = field(default_factory=dict)
 
-    def map_changed(self, robot_id: str, version: Version, tiled: TiledMap) -> None:
-        """Note the newest map of a robot; pairs with every other known map come into being."""
+    def map_changed(self, robot_id: str, version: Version, tiled: TiledMap) -> bool:
+        """Note the newest map of a robot; return whether it started anew, so that its old frame is gone.
+
+        Pairs with every other known map come into being.
+        """
         old = self._maps.get(robot_id)
-        if old is not None and old[0][0] != version[0]:
-            self._forget(robot_id)  # the robot started anew: its old frame is gone
+        is_anew = old is not None and old[0][0] != version[0]
+        if is_anew:
+            self._forget(robot_id)
         self._maps[robot_id] = (version, tiled)
         for other in self._maps:
             if other != robot_id:
                 self.pairs.setdefault(_key(robot_id, other), PairStatus())
+        return is_anew
 
     def _forget(self, robot_id: str) -> None:
         for pair in self.pairs:
@@ -135,7 +140,8 @@ class PairBook:
             return True
         if status.tried_versions == (self._maps[a][0], self._maps[b][0]):
             return False
-        growth = 1.0 + self.config.align_growth
+        is_merged = status.status == "accepted"
+        growth = 1.0 + (self.config.realign_growth if is_merged else self.config.align_growth)
         areas = (self._grid(a)[2], self._grid(b)[2])
         return any(area >= growth * tried for area, tried in zip(areas, status.tried_area_m2, strict=True))
 

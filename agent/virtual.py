@@ -1,17 +1,22 @@
 """The virtual-time shell: any number of agents in one process, seeded, as fast as the processor allows.
 
-One seed gives the same bytes on every run: agents take their turns in a fixed order, messages arrive in the order of
-their virtual times, and an alignment's outcome arrives a fixed span after it was begun.
+One seed gives the same bytes on every run and with any number of threads: within a step no agent sees what another
+does, what they send goes out in a fixed order when all are through, messages arrive in the order of their virtual
+times, and an alignment's outcome arrives a fixed span after it was begun.
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from typing import Protocol
 
 from agent.effects import AlignJob
 from agent.runner import Runner
 from alignment import Alignment, Rejection
+from comms import Incoming, PeerJoined, PeerLeft, Send, Transport
 
 ALIGN_NS = 500_000_000
 """How long an alignment takes in virtual time, nanoseconds."""
@@ -24,32 +29,69 @@ class Network(Protocol):
         """Move virtual time on; messages due by then can be polled."""
 
 
+class Outbox:
+    """A robot's end of the network that keeps what it sends until all robots have had their turn."""
+
+    def __init__(self, inner: Transport) -> None:
+        """Take the end itself."""
+        self._inner = inner
+        self._waiting: list[Send] = []
+
+    def send(self, effect: Send) -> None:
+        """Keep the message."""
+        self._waiting.append(effect)
+
+    def flush(self) -> None:
+        """Send what was kept, in its order."""
+        for effect in self._waiting:
+            self._inner.send(effect)
+        self._waiting.clear()
+
+    def poll(self, timeout_s: float) -> list[Incoming | PeerJoined | PeerLeft]:
+        """Return what has arrived."""
+        return self._inner.poll(timeout_s)
+
+    def close(self) -> None:
+        """Send the last and leave."""
+        self.flush()
+        self._inner.close()
+
+
 class VirtualRobot:
     """One agent that takes its turns in virtual time."""
 
     def __init__(self, runner: Runner) -> None:
         """Take a wired agent."""
         self.runner = runner
-        self._job: tuple[AlignJob, Alignment | Rejection, int] | None = None
+        self._job: tuple[AlignJob, Future[Alignment | Rejection], int] | None = None
+        self._outbox = runner.transport = Outbox(runner.transport)
 
-    def step(self, now_ns: int) -> None:
-        """Do everything that is due at this virtual time."""
+    def step(self, now_ns: int, worker: ThreadPoolExecutor) -> None:
+        """Do everything that is due at this virtual time; alignments run on ``worker``."""
         self.runner.receive(0.0, lambda: now_ns)
         while self.runner.sense(now_ns) is not None:
             pass
         self.runner.tick(now_ns)
         self.runner.keep(now_ns, now_ns)
-        self._align(now_ns)
+        self._align(now_ns, worker)
         self.runner.body.act(self.runner.agent, now_ns)
 
-    def _align(self, now_ns: int) -> None:
+    def flush(self) -> None:
+        """Send what the step had to send."""
+        self._outbox.flush()
+
+    def close(self, now_ns: int) -> None:
+        """Leave the network and write the robot's files."""
+        self.runner.close(now_ns)
+
+    def _align(self, now_ns: int, worker: ThreadPoolExecutor) -> None:
         agent = self.runner.agent
         if self._job is not None and now_ns >= self._job[2]:
             job, outcome, _ = self._job
             self._job = None
-            self.runner.perform(agent.on_aligned(job, outcome, now_ns))
+            self.runner.perform(agent.on_aligned(job, outcome.result(), now_ns))
         if self._job is None and (due := agent.next_alignment(now_ns)) is not None:
-            self._job = (due, self.runner.align(due), now_ns + ALIGN_NS)
+            self._job = (due, worker.submit(self.runner.align, due), now_ns + ALIGN_NS)
 
 
 def run_virtual(
@@ -60,17 +102,37 @@ def run_virtual(
     duration_ns: int | None,
     linger_ns: int,
     progress: Callable[[int], None] = lambda now_ns: None,
+    threads: int = 0,
 ) -> int:
     """Run the robots until ``duration_ns``, or until ``linger_ns`` after all have finished; return the time.
 
-    ``progress`` is told the virtual time at every step.
+    ``progress`` is told the virtual time at every step; ``threads`` : 0 = as many as there are cores.
     """
+    threads = threads or len(os.sched_getaffinity(0))
+    with (
+        ThreadPoolExecutor(threads, thread_name_prefix="robot") as turns,
+        ThreadPoolExecutor(threads, thread_name_prefix="align") as worker,
+    ):
+        return _run(robots, network, step_ns, duration_ns, linger_ns, progress, turns, worker)
+
+
+def _run(
+    robots: Sequence[VirtualRobot],
+    network: Network,
+    step_ns: int,
+    duration_ns: int | None,
+    linger_ns: int,
+    progress: Callable[[int], None],
+    turns: ThreadPoolExecutor,
+    worker: ThreadPoolExecutor,
+) -> int:
     now_ns = 0
     idle_since_ns: int | None = None
     while duration_ns is None or now_ns < duration_ns:
         network.advance(now_ns)
+        list(turns.map(partial(VirtualRobot.step, now_ns=now_ns, worker=worker), robots))
         for robot in robots:
-            robot.step(now_ns)
+            robot.flush()
         progress(now_ns)
         if not all(robot.runner.body.finished for robot in robots):
             idle_since_ns = None
@@ -80,5 +142,5 @@ def run_virtual(
             break
         now_ns += step_ns
     for robot in robots:
-        robot.runner.close(now_ns)
+        robot.close(now_ns)
     return now_ns

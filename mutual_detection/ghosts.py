@@ -6,15 +6,14 @@ there. This needs no scan, only paths: one's own, and those of teammates as they
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
-from scipy import ndimage
 
-from spatial import OccupancyGrid
-from spatial.distance import euclidean
+from spatial import OCCUPIED_MIN, OccupancyGrid
 
 AROUND_M = 0.10
 """A speck is a ghost when all of it lies within the body's radius and so much more of a path: noise, alignment."""
@@ -22,6 +21,8 @@ INSIDE_M = 0.05
 """Cells deeper than this in the body's way are ghosts even where they touch a wall."""
 LONGEST_STEP_M = 1.5
 """Path points farther apart than this are not joined: nobody knows the way between them."""
+NEAR, INSIDE = 1, 2
+"""Marks of cells: near a path, and in the body's way."""
 
 
 def clear_ghosts(
@@ -31,32 +32,92 @@ def clear_ghosts(
 
     ``paths_m`` : for each robot ``(K, 2)`` places it has been, in order, in the map's frame; ``radius_m`` : its body's.
     """
-    swept = np.zeros(grid.shape, dtype=np.bool_)
+    if grid.cells.size == 0 or not len(paths_m):
+        return grid, 0
+    marks = np.zeros(grid.shape, dtype=np.uint8)
+    disc = _disc(radius_m, grid.resolution_m)
     for path in paths_m:
-        _draw(swept, grid, np.asarray(path, dtype=np.float64).reshape(-1, 2))
-    occupied = grid.is_occupied
-    if not swept.any() or not occupied.any():
-        return grid, 0
-    away_m = euclidean(swept) * grid.resolution_m
-    specks, count = ndimage.label(occupied, structure=np.ones((3, 3), dtype=np.int8))
-    farthest_m = ndimage.maximum(away_m, specks, index=np.arange(1, count + 1))
-    is_ghost = np.concatenate([[False], np.asarray(farthest_m) <= radius_m + AROUND_M])
-    ghosts = is_ghost[specks] | (occupied & (away_m <= radius_m - INSIDE_M))
-    cleared = int(np.count_nonzero(ghosts))
-    if cleared == 0:
-        return grid, 0
+        path = np.asarray(path, dtype=np.float64).reshape(-1, 2)
+        path = path[np.isfinite(path).all(axis=1)]
+        cells = (path - np.asarray(grid.origin_m)) / grid.resolution_m
+        mark(marks, cells, LONGEST_STEP_M / grid.resolution_m, *disc)
     cells = grid.cells.copy()
-    cells[ghosts] = 0
-    return OccupancyGrid(cells, grid.resolution_m, grid.origin_m), cleared
+    cleared = free(cells, marks, OCCUPIED_MIN)
+    return (OccupancyGrid(cells, grid.resolution_m, grid.origin_m), cleared) if cleared else (grid, 0)
 
 
-def _draw(swept: NDArray[np.bool_], grid: OccupancyGrid, path_m: NDArray[np.float64]) -> None:
-    path_m = path_m[np.isfinite(path_m).all(axis=1)]
-    points = [path_m]
-    for a, b in pairwise(path_m):
-        length = float(np.hypot(*(b - a)))
-        if length <= LONGEST_STEP_M:
-            points.append(a + np.linspace(0.0, 1.0, int(length / grid.resolution_m) + 2)[:, None] * (b - a))
-    cols, rows = np.floor((np.concatenate(points) - np.asarray(grid.origin_m)) / grid.resolution_m).astype(np.int64).T
-    inside = (rows >= 0) & (rows < swept.shape[0]) & (cols >= 0) & (cols < swept.shape[1])
-    swept[rows[inside], cols[inside]] = True
+def _disc(radius_m: float, resolution_m: float) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.uint8]]:
+    """Return rows, columns and marks of the cells around one that a body stands on."""
+    reach = math.ceil((radius_m + AROUND_M) / resolution_m)
+    rows, cols = np.mgrid[-reach : reach + 1, -reach : reach + 1].astype(np.int32)
+    away_m = np.hypot(rows, cols) * resolution_m
+    marks = np.where(away_m <= radius_m - INSIDE_M, INSIDE, NEAR).astype(np.uint8)
+    near = away_m <= radius_m + AROUND_M
+    return rows[near], cols[near], marks[near]
+
+
+@njit(cache=True, nogil=True)
+def mark(
+    marks: NDArray[np.uint8],
+    path: NDArray[np.float64],
+    longest: float,
+    rows: NDArray[np.int32],
+    cols: NDArray[np.int32],
+    disc: NDArray[np.uint8],
+) -> None:  # pragma: no cover - compiled
+    """Raise ``marks`` ``(H, W)`` to ``disc`` around every cell that a path ``(K, 2)`` (x, y in cells) passes."""
+    height, width = marks.shape
+    last_row, last_col = -1, -1
+    for i in range(path.shape[0]):
+        steps, dx, dy = 0, 0.0, 0.0
+        if i + 1 < path.shape[0]:
+            dx, dy = path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1]
+            length = math.hypot(dx, dy)
+            if length <= longest:
+                steps = int(length) + 1
+        for k in range(steps + 1):
+            share = k / steps if steps > 0 else 0.0
+            col = int(math.floor(path[i, 0] + share * dx))
+            row = int(math.floor(path[i, 1] + share * dy))
+            if (row == last_row and col == last_col) or row < 0 or col < 0 or row >= height or col >= width:
+                continue
+            last_row, last_col = row, col
+            for j in range(rows.size):
+                r, c = row + rows[j], col + cols[j]
+                if 0 <= r < height and 0 <= c < width and marks[r, c] < disc[j]:
+                    marks[r, c] = disc[j]
+
+
+@njit(cache=True, nogil=True)
+def free(cells: NDArray[np.int8], marks: NDArray[np.uint8], occupied_min: int) -> int:  # pragma: no cover - compiled
+    """Free the ghosts in ``cells`` ``(H, W)`` by their marks; return how many cells that were.
+
+    A group of occupied cells (eight neighbours) that are all marked goes; of others only the cells marked ``INSIDE``.
+    """
+    height, width = cells.shape
+    seen = np.zeros((height, width), dtype=np.bool_)
+    group = np.empty(height * width, dtype=np.int32)
+    cleared = 0
+    for r0 in range(height):
+        for c0 in range(width):
+            if seen[r0, c0] or marks[r0, c0] == 0 or cells[r0, c0] < occupied_min:
+                continue
+            seen[r0, c0] = True
+            group[0] = r0 * width + c0
+            size, i, all_near = 1, 0, True
+            while i < size:
+                r, c = group[i] // width, group[i] % width
+                i += 1
+                all_near &= marks[r, c] > 0
+                for nr in range(max(r - 1, 0), min(r + 2, height)):
+                    for nc in range(max(c - 1, 0), min(c + 2, width)):
+                        if not seen[nr, nc] and cells[nr, nc] >= occupied_min:
+                            seen[nr, nc] = True
+                            group[size] = nr * width + nc
+                            size += 1
+            for i in range(size):
+                r, c = group[i] // width, group[i] % width
+                if all_near or marks[r, c] == 2:
+                    cells[r, c] = 0
+                    cleared += 1
+    return cleared

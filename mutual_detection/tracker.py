@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,11 +75,9 @@ class TeammateTracker:
             age_ns = stamp_ns - track.stamp_ns
             if abs(age_ns) > self._config.forget_after_s * NS:
                 continue
-            F, Q = _motion(age_ns / NS, self._config.acceleration_m_s2)
-            spread = (F @ track.filter.P @ F.T + Q)[np.ix_(PLACE, PLACE)]
-            sigma_m = float(np.sqrt(max(np.linalg.eigvalsh(spread)[-1], 0.0)))
+            place, sigma_m = _foresee(track.filter, age_ns / NS, self._config.acceleration_m_s2)
             radius = self._config.robot_radius_m + self._config.margin_m + self._config.sigmas * sigma_m
-            centres.append((F @ track.filter.x)[PLACE])
+            centres.append(place)
             radii.append(min(radius, self._config.max_radius_m))
         return np.array(centres, dtype=np.float64).reshape(-1, 2), np.array(radii, dtype=np.float64)
 
@@ -90,6 +89,21 @@ def _new_filter(xy: NDArray[np.float64], noise: NDArray[np.float64]) -> KalmanFi
     kalman.P[np.ix_(PLACE, PLACE)] = noise
     kalman.H = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]])
     return kalman
+
+
+def _foresee(kalman: KalmanFilter, dt_s: float, acceleration_m_s2: float) -> tuple[tuple[float, float], float]:
+    """Return place and largest standard deviation of it ``dt_s`` on: the filter's prediction of x and y alone.
+
+    Plain numbers, for it runs at every scan.
+    """
+    x, vx, y, vy = kalman.x.tolist()
+    P = kalman.P.tolist()
+    noise = 0.25 * acceleration_m_s2**2 * dt_s**4
+    xx = P[0][0] + 2.0 * dt_s * P[0][1] + dt_s**2 * P[1][1] + noise
+    yy = P[2][2] + 2.0 * dt_s * P[2][3] + dt_s**2 * P[3][3] + noise
+    xy = P[0][2] + dt_s * (P[0][3] + P[1][2]) + dt_s**2 * P[1][3]
+    largest = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)
+    return (x + dt_s * vx, y + dt_s * vy), math.sqrt(max(largest, 0.0))
 
 
 def _motion(dt_s: float, acceleration_m_s2: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +45,14 @@ def _conditions(radios: Mapping[str, LinkSource | None]) -> Conditions:
     return conditions
 
 
+def _one_thread_a_mapper(mission: Mission) -> Mission:
+    """Return the mission for robots that take their turns side by side: enough of them keep all cores busy."""
+    settings = mission.settings
+    if settings.rbpf.threads or len(mission.robots) < len(os.sched_getaffinity(0)):
+        return mission
+    return replace(mission, settings=replace(settings, rbpf=replace(settings.rbpf, threads=1)))
+
+
 def run_in_virtual_time(mission: Mission, out: Path, progress: Any) -> dict[str, Any]:
     """Run the mission and return what the metrics need beside the robots' own files."""
     simulation = Simulation(mission) if mission.world is not None and mission.replay is None else None
@@ -50,13 +60,14 @@ def run_in_virtual_time(mission: Mission, out: Path, progress: Any) -> dict[str,
     radios: dict[str, LinkSource | None] = {}
     network = MemoryNetwork(seed_for(mission, "network"), _conditions(radios))
     robots, durations_s = [], [0.0]
+    settled = _one_thread_a_mapper(mission)
     for robot in mission.robots:
         port = DirectPort(simulation, robot.id) if simulation and is_simulated(mission, robot) else None
         body = make_body(mission, robot, port)
         if isinstance(body, RecordedBody):
             durations_s.append(body.duration_ns / 1e9)
         radio = radios[robot.id] = radio_of(mission, robot, trace, port)
-        agent = make_agent(mission, robot, boot_id=seed_for(mission, f"boot/{robot.id}"))
+        agent = make_agent(settled, robot, boot_id=seed_for(mission, f"boot/{robot.id}"))
         transport = network.attach(robot.id)
         folder = out / robot.id
         watchers = watchers_of(mission, robot, folder)
@@ -70,6 +81,7 @@ def run_in_virtual_time(mission: Mission, out: Path, progress: Any) -> dict[str,
         duration_ns=None if limit_s is None else round(limit_s * 1e9),
         linger_ns=round(mission.mission.linger_s * 1e9),
         progress=lambda now_ns: progress(now_ns / 1e9, total_s, ""),
+        threads=mission.settings.rbpf.threads,
     )
     if simulation is not None:
         simulation.write_truth(out)

@@ -7,6 +7,7 @@ left to it.
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -62,8 +63,9 @@ class Goal:
 class Attempt:
     """How a goal has been approached, over all times it was chosen: two goals taken in turns both run out of time."""
 
-    xy_m: NDArray[np.float64]
-    nearest_m: float = np.inf
+    x_m: float
+    y_m: float
+    nearest_m: float = math.inf
     spent_s: float = 0.0
     passed_over_until_ns: int = 0
 
@@ -184,10 +186,11 @@ class Explorer:
                 self._recovery.start(now_ns)
 
     def _attempt_at(self, xy_m: NDArray[np.float64]) -> Attempt:
+        x, y = xy_m.tolist()
         for attempt in self._attempts:
-            if np.hypot(*(attempt.xy_m - xy_m)) < self._config.blacklist_radius_m:
+            if math.hypot(attempt.x_m - x, attempt.y_m - y) < self._config.blacklist_radius_m:
                 return attempt
-        self._attempts.append(Attempt(xy_m))
+        self._attempts.append(Attempt(x, y))
         return self._attempts[-1]
 
     def _goals(

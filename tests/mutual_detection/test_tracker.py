@@ -85,3 +85,16 @@ def test_a_poor_transform_widens_the_circle():
 def test_settings_are_checked():
     with pytest.raises(InputError, match=r"mutual_detection.forget_after_s must be > 0, got -1"):
         MutualDetectionConfig(forget_after_s=-1)
+
+
+def test_the_foreseen_place_is_the_filters_prediction():
+    tracker = TeammateTracker(MutualDetectionConfig(max_radius_m=9.0, forget_after_s=9.0))
+    t = drive(tracker, 3)
+    kalman = tracker._tracks["r1"].filter
+    for dt in (-0.4, 0.0, 0.3, 2.0):
+        F = np.eye(4)
+        F[0, 1] = F[2, 3] = dt
+        spread = (F @ kalman.P @ F.T)[np.ix_([0, 2], [0, 2])] + 0.25 * 0.6**2 * dt**4 * np.eye(2)
+        centres, radii = tracker.predict(round((t + dt) * S))
+        assert np.allclose(centres[0], (F @ kalman.x)[[0, 2]])
+        assert np.isclose(radii[0], 0.18 + 0.08 + 2.0 * np.sqrt(np.linalg.eigvalsh(spread)[-1]))
