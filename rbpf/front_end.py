@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbpf.config import MapperConfig
-from rbpf.matching import CONFLICTS, INFO, INLIERS, RESULT_SIZE, SCORE, direction_tables, match, search
+from rbpf.matching import BLIND, CONFLICTS, INFO, INLIERS, RESULT_SIZE, SCORE, direction_tables, match, search
 from rbpf.poses import between, compose
+from rbpf.prediction import Predictor
 from rbpf.tile_store import TileStore
 from spatial.se2 import Transform
 
@@ -26,17 +27,14 @@ KEYS_MOST, KEYS_KEPT = 60, 30
 GOOD_INLIERS = 0.85
 TURN_SEARCHED_RAD = 0.1
 """Turns larger than this between two scans are searched, not only descended."""
-MAX_STEP_M = 5.0
-"""Odometry that jumps farther between two scans is disbelieved, metres."""
-STRETCH_M = 0.5
-"""Odometry's slip is judged over stretches of this length."""
 BAD_INLIERS = 0.6
+WORSE, BETTER, USUAL_MEMORY = 0.15, 0.05, 0.05
+"""A match whose score is so much worse than usual is doubted; another has to be so much better to replace it."""
+NEAR_M, FAR_M = 0.1, 0.4
+"""How far to either side a better match is looked for: when in slight doubt, and in serious doubt, metres."""
+FAR_PRIOR = np.diag([1.0 / 0.3**2, 1.0 / 0.3**2, 1.0 / 0.1**2])
 CORRELATED = 1.0
 """Beams are not independent of each other: their information counts by this share beside the prediction's."""
-SEEN_WELL = 2e3
-"""Information (1/m^2) along the direction seen least from which on a match can judge odometry: no bare corridors."""
-LEARN = 0.05
-"""Share of a new scan in what is known of the predictors' errors."""
 
 COS, SIN = direction_tables()
 
@@ -51,6 +49,8 @@ class Step:
     """Mean log-likelihood of a beam relative to a perfect fit."""
     inliers: float
     """Share of beams that lie on the local map."""
+    blind_m: NDArray[np.float64]
+    """``(2,)``, base frame: direction in which nothing was seen of the motion, as long as the error to expect there."""
 
 
 class FrontEnd:
@@ -61,13 +61,10 @@ class FrontEnd:
         self.reach_m = config.usable_range_m + 2.0
         self.store = TileStore(1, config.resolution_m)
         self.T_local_base: Transform = np.zeros(3)
-        self.velocity: Transform = np.zeros(3)
+        self.predictor = Predictor(config.odometry_noise)
         self.keys: list[tuple[Transform, NDArray[np.float64]]] = []
-        # Errors of the two predictors (odometry, constant velocity) as shares of the motion: along, turning.
-        self.errors = np.array([[config.odometry_noise, config.odometry_noise], [0.5, 0.5]])
-        # Odometry's error as a share of the way, over stretches long enough that jitter does not count.
-        self.slip = config.odometry_noise
-        self._by_odom, self._by_match, self._seen_well = np.zeros(3), np.zeros(3), True
+        self.usual = -0.5
+        """Score of a good match here."""
         self._out = np.zeros(RESULT_SIZE)
         self._start = np.zeros(3)
         self._prior = np.zeros((3, 3))
@@ -79,40 +76,23 @@ class FrontEnd:
         before = self.T_local_base
         if not self.keys:
             self._add_key(before, all_points)
-            return Step(np.zeros(3), 0.0, 1.0)
-        predicted, spread = self._predict(T_before_odom)
+            return Step(np.zeros(3), 0.0, 1.0, np.zeros(2))
+        predicted, spread, slip = self.predictor.predict(T_before_odom)
         out = self._match(points, compose(before, predicted), predicted, spread)
-        if out[INLIERS] < BAD_INLIERS and T_before_odom is not None and _apart(T_before_odom, self.velocity):
+        if out[INLIERS] < BAD_INLIERS and T_before_odom is not None and _apart(predicted, self.predictor.velocity):
             # Odometry may have jumped: without it the motion before is the best guess.
             doubted = out.copy()
-            predicted, spread = self._predict(None)
+            predicted, spread, slip = self.predictor.predict(None)
             out = self._match(points, compose(before, predicted), predicted, spread)
             if doubted[SCORE] >= out[SCORE]:
                 out[:] = doubted
         self.T_local_base = out[:3].copy()
         motion = between(before, self.T_local_base)
-        self._learn(motion, T_before_odom, out)
-        self.velocity = motion
+        self.predictor.learn(motion, T_before_odom, out)
         since = between(self.keys[-1][0], self.T_local_base)
         if math.hypot(since[0], since[1]) > KEY_DISTANCE_M or abs(since[2]) > KEY_TURN_RAD:
             self._add_key(self.T_local_base, all_points)
-        return Step(motion, float(out[SCORE]), float(out[INLIERS]))
-
-    def _predict(self, T_before_odom: Transform | None) -> tuple[Transform, tuple[float, float, float]]:
-        """Return the predicted motion and the standard deviations (x, y, theta) of it."""
-        steady = self.velocity
-        if T_before_odom is None or math.hypot(T_before_odom[0], T_before_odom[1]) > MAX_STEP_M:
-            length, turn = math.hypot(steady[0], steady[1]), abs(steady[2])
-            return steady, (0.05 + 0.5 * length, 0.05 + 0.5 * length, 0.05 + 0.5 * turn)
-        errors = self.errors
-        along, turning = (0 if errors[0, k] <= errors[1, k] else 1 for k in (0, 1))
-        choice = (T_before_odom, steady)
-        motion = np.array([*choice[along][:2], choice[turning][2]])
-        length, turn = math.hypot(motion[0], motion[1]), abs(motion[2])
-        share = errors[along, 0]
-        sigma_xy = 0.008 + min(share, 1.0) * length + 0.02 * turn
-        sigma_t = 0.005 + min(self.errors[turning, 1], 1.0) * turn + 0.05 * length
-        return motion, (sigma_xy, sigma_xy, sigma_t)
+        return Step(motion, float(out[SCORE]), float(out[INLIERS]), self._blind(motion, slip, out))
 
     def _match(
         self, points: NDArray[np.float64], start: Transform, motion: Transform, spread: tuple[float, float, float]
@@ -120,44 +100,37 @@ class FrontEnd:
         store = self.store
         store.cover(start[:2] - self.reach_m, start[:2] + self.reach_m)
         place = (store.pool, store.tables[0], store.row0, store.col0, store.resolution_m, points)
-        prior = self._prior
         for k in range(3):
-            prior[k, k] = 1.0 / (CORRELATED * spread[k] ** 2)
+            self._prior[k, k] = 1.0 / (CORRELATED * spread[k] ** 2)
         out = self._out
-        match(*place, start, start, prior, self.sigma_m, 12, COS, SIN, out)
+        match(*place, start, start, self._prior, self.sigma_m, 12, COS, SIN, out)
+        half_turn = min(0.05 + 3.0 * spread[2], 0.6)
         if out[INLIERS] < GOOD_INLIERS or abs(motion[2]) > TURN_SEARCHED_RAD:
-            first = out.copy()
-            half_turn, half_shift = 0.05 + 3.0 * spread[2], 0.1
-            search(*place, 60, start, min(half_turn, 0.6), 0.015, half_shift, 0.1, COS, SIN, self._start)
-            match(*place, self._start, start, prior, self.sigma_m, 12, COS, SIN, out)
-            if first[SCORE] >= out[SCORE]:
-                out[:] = first
+            self._search(place, start, half_turn, NEAR_M, self._prior, 0.0)
+        if out[INLIERS] < BAD_INLIERS or out[SCORE] < self.usual - WORSE:
+            # The prediction may be far off, and wrong about how far: look around, and let the scan alone decide.
+            self._search(place, start, half_turn, FAR_M, FAR_PRIOR, BETTER)
+        if out[INLIERS] > GOOD_INLIERS:
+            self.usual += USUAL_MEMORY * (float(out[SCORE]) - self.usual)
         return out
 
-    def _learn(self, motion: Transform, T_before_odom: Transform | None, out: NDArray[np.float64]) -> None:
-        """Follow how well each predictor foretold the motion, where the match was good enough to tell."""
-        if T_before_odom is None or out[INLIERS] < 0.7:
-            self._by_odom, self._by_match, self._seen_well = np.zeros(3), np.zeros(3), True
-            return
-        self._by_odom, self._by_match = compose(self._by_odom, T_before_odom), compose(self._by_match, motion)
-        self._seen_well &= weakest(out) > SEEN_WELL
-        way = math.hypot(self._by_match[0], self._by_match[1])
-        if way > STRETCH_M or abs(self._by_match[2]) > 0.5:
-            if self._seen_well and way > STRETCH_M:
-                missed = math.hypot(self._by_odom[0] - self._by_match[0], self._by_odom[1] - self._by_match[1]) / way
-                self.slip += 2.0 * LEARN * (min(max(missed, 0.03), 3.0) - self.slip)
-            self._by_odom, self._by_match, self._seen_well = np.zeros(3), np.zeros(3), True
-        length, turn = math.hypot(motion[0], motion[1]), abs(motion[2])
-        if (length <= 0.03 or weakest(out) <= SEEN_WELL) and turn <= 0.03:
-            return
-        for k, guess in enumerate((T_before_odom, self.velocity)):
-            if length > 0.03 and weakest(out) > SEEN_WELL:
-                share = min(math.hypot(guess[0] - motion[0], guess[1] - motion[1]) / length, 3.0)
-                self.errors[k, 0] += LEARN * (share - self.errors[k, 0])
-            if turn > 0.03:
-                share = min(abs(math.remainder(guess[2] - motion[2], 2.0 * math.pi)) / turn, 3.0)
-                self.errors[k, 1] += LEARN * (share - self.errors[k, 1])
-        np.maximum(self.errors, 0.03, out=self.errors)
+    def _search(
+        self, place: Any, start: Transform, half_turn: float, half_shift_m: float, prior: NDArray[np.float64],
+        margin: float,
+    ) -> None:  # fmt: skip
+        """Match from the best place around ``start``, and keep what comes out if its score is better by the margin."""
+        first = self._out.copy()
+        search(*place, 60, start, half_turn, 0.015, half_shift_m, 0.1, COS, SIN, self._start)  # type: ignore[call-arg]
+        match(*place, self._start, start, prior, self.sigma_m, 12, COS, SIN, self._out)  # type: ignore[call-arg]
+        if first[SCORE] + margin >= self._out[SCORE]:
+            self._out[:] = first
+
+    def _blind(self, motion: Transform, slip: float, out: NDArray[np.float64]) -> NDArray[np.float64]:
+        c, s = math.cos(self.T_local_base[2]), math.sin(self.T_local_base[2])
+        along = c * out[BLIND + 1] + s * out[BLIND + 2]
+        across = -s * out[BLIND + 1] + c * out[BLIND + 2]
+        error = out[BLIND] * slip * (motion[0] * along + motion[1] * across)
+        return np.array([error * along, error * across])
 
     def _add_key(self, pose: Transform, points: NDArray[np.float64]) -> None:
         self.keys.append((pose.copy(), points.copy()))
@@ -172,17 +145,17 @@ class FrontEnd:
     def state(self) -> dict[str, Any]:
         """Return everything that a resumed front end needs."""
         return {
-            "store": self.store.state(), "T_local_base": self.T_local_base, "velocity": self.velocity,
-            "errors": self.errors, "slip": self.slip, "stretch": [self._by_odom, self._by_match, self._seen_well],
+            "store": self.store.state(), "T_local_base": self.T_local_base,
+            "predictor": self.predictor.state(), "usual": self.usual,
             "keys": [[pose, points] for pose, points in self.keys],
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
         """Become the front end that was saved."""
         self.store.restore(state["store"])
-        self.T_local_base, self.velocity, self.errors = (state[k] for k in ("T_local_base", "velocity", "errors"))
-        self.slip = state["slip"]
-        self._by_odom, self._by_match, self._seen_well = state["stretch"]
+        self.T_local_base = state["T_local_base"]
+        self.predictor.restore(state["predictor"])
+        self.usual = state["usual"]
         self.keys = [(pose, points) for pose, points in state["keys"]]
 
 
@@ -199,10 +172,4 @@ def information(out: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])
 
 
-def weakest(out: NDArray[np.float64]) -> float:
-    """Return the information (1/m^2) on position along the direction that the match saw least."""
-    xx, xy, yy = out[INFO], out[INFO + 1], out[INFO + 3]
-    return float(0.5 * (xx + yy) - math.hypot(0.5 * (xx - yy), xy))
-
-
-__all__ = ["CONFLICTS", "FrontEnd", "Step", "information", "weakest"]
+__all__ = ["CONFLICTS", "FrontEnd", "Step", "information"]

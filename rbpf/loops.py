@@ -198,7 +198,7 @@ class LoopCloser:
             points = self.scans[k].astype(np.float64)
             if spacing_m > 0.0:
                 few = np.empty((points.shape[0], POINT_COLUMNS))
-                points = few[: spaced(points, spacing_m, most, few)]
+                points = few[: spaced(points, self.origins[k], spacing_m, most, few)]
             T = se2.between(T_map_key[frame], T_map_key[k])
             cos, sin = np.cos(T[2]), np.sin(T[2])
             x, y, nx, ny, q = points.T

@@ -90,13 +90,14 @@ class Mapper:
         self._log_weights = np.zeros(n)
         self._poses = np.zeros((n, 64, 3))  # (particle, keyframe): every particle's whole ancestry
         self._keys = 0
-        self._arrival = Rows(4)  # per keyframe: local motion from the one before, and its way
+        self._arrival = Rows(6)  # per keyframe: local motion from the one before, its way, and its blind error
         self._scan_place = Rows(2, np.int64)  # per scan: stamp, keyframe
         self._scan_motion = Rows(4)  # per scan: local motion since that keyframe, and its way
         self._online = Rows(3)
         self._T_key_base: Transform = np.zeros(3)
         self._T_out: Transform = np.zeros(3)
         self._way = 0.0
+        self._blind_m = np.zeros(2)  # in the last keyframe's frame: error of motion along what could not be seen
         self._key_cov = np.zeros((3, 3))
         self._key_stamp_ns = 0
         self._T_odom_base: Transform | None = None
@@ -191,10 +192,12 @@ class Mapper:
         self._stamp_ns, self._ranges = scan.stamp_ns, scan.ranges_m
         points = self._points[:count]
         T_before_odom = self._odometry(T_odom_base)
-        few = spaced(points, SPACING_M, self.config.beams_match, self._few)
+        few = spaced(points, scan.T_base_laser, SPACING_M, self.config.beams_match, self._few)
         clock.lap("points")
         step = self._front.step(self._few[:few], points, T_before_odom)
         self._T_key_base = compose(self._T_key_base, step.T_before_base)
+        if step.blind_m.any():
+            self._blind_m += se2.apply(np.array([0.0, 0.0, self._T_key_base[2]]), step.blind_m)
         self._way += float(math.hypot(*step.T_before_base[:2]) + 0.3 * abs(step.T_before_base[2]))
         self._T_out = compose(self._T_out, step.T_before_base)
         clock.lap("front end")
@@ -291,10 +294,10 @@ class Mapper:
             noise = self._rng.standard_normal((n, 3))
             centres = se2.compose(before, motion)[:, :2]
             store.cover(centres.min(axis=0) - reach, centres.max(axis=0) + reach)
-            few = spaced(points, SPACING_M, config.beams_filter, self._few)
+            few = spaced(points, scan.T_base_laser, SPACING_M, config.beams_filter, self._few)
             poses, gain, results = np.empty((n, 3)), np.empty(n), np.zeros((n, RESULT_SIZE))
             place = (store.pool, store.tables, store.row0, store.col0, store.resolution_m, self._few[:few])
-            cov = self._motion_cov(motion)
+            cov = self._motion_cov(motion, self._blind_m)
             self._parallel(
                 lambda first, last: propose(
                     *place, before, motion, cov, noise, config.sigma_m, config.evidence_beams, COS, SIN, first, last,
@@ -308,9 +311,10 @@ class Mapper:
                 self.best = int(np.argmax(self._log_weights))
             self._judge(results, step)
         self._poses[:, self._keys] = poses
-        self._arrival.add((*motion, self._way))
+        self._arrival.add((*motion, self._way, *self._blind_m))
         self._keys += 1
         self._T_key_base, self._way, self._key_stamp_ns = np.zeros(3), 0.0, scan.stamp_ns
+        self._blind_m = np.zeros(2)
         weights = normalised(self._log_weights)
         self._neff = effective(weights)
         self.stats.processed += 1
@@ -340,7 +344,7 @@ class Mapper:
 
     def _chain_cov(self) -> NDArray[np.float64]:
         """Return ``(K, 3, 3)`` covariances of the motion to each keyframe."""
-        return np.stack([self._motion_cov(motion) for motion in self._arrival.rows[:, :3]])
+        return np.stack([self._motion_cov(row[:3], row[4:6]) for row in self._arrival.rows])
 
     def _adopt(self, poses: Transform) -> None:
         """Let all particles go on from this trajectory and the map it makes: a loop's closing leaves one history."""
@@ -358,11 +362,13 @@ class Mapper:
         self._poses[:, : self._keys] = poses
         self._log_weights[:] = 0.0
 
-    def _motion_cov(self, motion: Transform) -> NDArray[np.float64]:
+    def _motion_cov(self, motion: Transform, blind_m: NDArray[np.float64]) -> NDArray[np.float64]:
         config, length, turn = self.config, float(np.hypot(motion[0], motion[1])), abs(float(motion[2]))
         sigma_xy = 0.01 + config.srr * length + config.str * turn
         sigma_t = 0.0015 + config.srt * length + config.stt * turn
-        return np.diag([sigma_xy**2, sigma_xy**2, sigma_t**2])
+        cov = np.diag([sigma_xy**2, sigma_xy**2, sigma_t**2])
+        cov[:2, :2] += np.outer(blind_m, blind_m)
+        return cov
 
     def _judge(self, results: NDArray[np.float64], step: Step) -> None:
         """Follow how well the best particle's map foretells the scans."""
@@ -422,7 +428,8 @@ class Mapper:
             "loops": self._loops.state(), "rng": self._rng.bit_generator.state, "log_weights": self._log_weights,
             "poses": self._poses[:, : self._keys], "best": self.best, "neff": self._neff, "health": self._health,
             "arrival": self._arrival.rows, "scan_place": self._scan_place.rows, "scan_motion": self._scan_motion.rows,
-            "online": self._online.rows, "T_key_base": self._T_key_base, "way": self._way, "T_out": self._T_out,
+            "online": self._online.rows, "T_key_base": self._T_key_base, "way": self._way, "blind_m": self._blind_m,
+            "T_out": self._T_out,
             "key_stamp_ns": self._key_stamp_ns, "T_odom_base": self._T_odom_base, "stamp_ns": self._stamp_ns,
             "ranges": self._ranges,
             "stats": [stats.scans, stats.dropped, stats.processed, stats.resamplings, stats.loops_closed],
@@ -444,7 +451,7 @@ class Mapper:
         self._arrival, self._scan_place = Rows.of(state["arrival"]), Rows.of(state["scan_place"])
         self._scan_motion, self._online = Rows.of(state["scan_motion"]), Rows.of(state["online"])
         self._T_key_base, self._way, self._key_stamp_ns = state["T_key_base"], state["way"], state["key_stamp_ns"]
-        self._T_out = state["T_out"]
+        self._T_out, self._blind_m = state["T_out"], state["blind_m"]
         self._T_odom_base, self._stamp_ns, self._ranges = state["T_odom_base"], state["stamp_ns"], state["ranges"]
         stats = self.stats
         stats.scans, stats.dropped, stats.processed, stats.resamplings, stats.loops_closed = state["stats"]

@@ -14,11 +14,14 @@ from rbpf.cells import MASK, TILE_BITS
 # Layout of the result row written by `match`.
 X, Y, THETA, SCORE, INLIERS, CONFLICTS, KNOWN = 0, 1, 2, 3, 4, 5, 6
 INFO = 7  # 7..12: upper triangle of the information matrix: xx xy xt yy yt tt
-RESULT_SIZE = 13
+BLIND = 13  # share of the direction seen least that the match says nothing about, and that direction's unit vector
+RESULT_SIZE = 16
 
 POINT_WEIGHT = 0.2
 """Weight of a correspondence without a normal beside one with."""
 DIRECTIONS = 256
+SPURIOUS = 0.01
+"""Along a bare corridor the information is not zero: errors of normals feign this share of that across it."""
 
 
 @njit(cache=True, nogil=True)
@@ -110,7 +113,9 @@ def match(
     Minimises the robust sum of squared point-to-line distances over ``sigma_m``, plus the prior
     ``(x - prior)^T prior_info (x - prior)``. ``SCORE`` is the mean log-likelihood of a beam relative to a perfect fit;
     ``INLIERS``, ``CONFLICTS`` and ``KNOWN`` are shares of beams: within 2.5 sigma of the map, ending in known free
-    space, either. The information is of the matching alone, without the prior.
+    space, either. The information is of the matching alone, without the prior. Along a direction of which the beams
+    tell no more than errors of their normals would feign, only the prior counts (solution remapping, Zhang, Kaess and
+    Singh 2016).
     """
     inv = 1.0 / resolution_m
     n = points.shape[0]
@@ -119,6 +124,7 @@ def match(
     hxx = hxy = hxt = hyy = hyt = htt = 0.0
     it = 0
     settled = False
+    blind, ex_, ey_ = 0.0, 1.0, 0.0
     while True:
         final = settled or it >= iterations
         hxx = hxy = hxt = hyy = hyt = htt = 0.0
@@ -197,6 +203,23 @@ def match(
             score -= min(e, 3.0)
             if r2 * weight0 < 6.25:
                 inliers += 1.0
+        middle, half = 0.5 * (hxx + hyy), math.hypot(0.5 * (hxx - hyy), hxy)
+        blind = min(max(2.0 - (middle - half) / (SPURIOUS * (middle + half) + 1e-9), 0.0), 1.0)
+        if blind > 0.0:
+            angle = 0.5 * math.atan2(2.0 * hxy, hxx - hyy) + 0.5 * math.pi
+            ex_, ey_ = math.cos(angle), math.sin(angle)
+            along = blind * (ex_ * bx + ey_ * by)
+            bx -= along * ex_
+            by -= along * ey_
+            # S H S with S = 1 - (1 - sqrt(1 - blind)) e e^T.
+            k = 1.0 - math.sqrt(1.0 - blind)
+            along = k * (ex_ * hxt + ey_ * hyt)
+            hxt -= along * ex_
+            hyt -= along * ey_
+            along = blind * (middle - half)
+            hxx -= along * ex_ * ex_
+            hxy -= along * ex_ * ey_
+            hyy -= along * ey_ * ey_
         if final:
             out[SCORE] = score / max(n, 1)
             out[INLIERS] = inliers / max(n, 1)
@@ -242,6 +265,9 @@ def match(
     out[INFO + 3] = hyy
     out[INFO + 4] = hyt
     out[INFO + 5] = htt
+    out[BLIND] = blind
+    out[BLIND + 1] = ex_
+    out[BLIND + 2] = ey_
 
 
 def direction_tables() -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -9,10 +9,50 @@ from numba import njit
 from numpy.typing import NDArray
 
 # A point is (x, y, nx, ny, q): position and unit normal towards the laser in the base frame, metres;
-# q in [0, 1] tells how line-like its surroundings are (0 = no normal).
+# q in [0, 1] tells how line-like its surroundings are (0 = no normal); UNSURE where it may be no thing at all.
 POINT_COLUMNS = 5
 NORMAL_REACH_M = 0.22
 """Neighbours within this distance shape a point's normal, metres."""
+GRAZING = 0.03
+"""Sine of the angle between beam and surface below which a surface may as well be a veil behind an edge."""
+UNSURE = -1.0
+"""Quality of a point that is drawn into the map but not matched."""
+LONE_QUALITY = 0.5
+
+
+@njit(cache=True, nogil=True)
+def _lone(points: NDArray[np.float64], i: int, n: int) -> float:  # pragma: no cover - compiled
+    """Give a point without close neighbours its normal, if it is in line with the next ones, and return its quality.
+
+    Far along a corridor the beams strike its walls metres apart, always as far ahead of the robot. Taken for things of
+    their own such points would hold the robot where it is.
+    """
+    for k in range(3):
+        a, b, c = i - 1, i, i + 1
+        if k == 1:
+            a, b, c = i - 2, i - 1, i
+        elif k == 2:
+            a, b, c = i, i + 1, i + 2
+        if a < 0 or c >= n:
+            continue
+        x, y = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1]
+        length = math.hypot(x, y)
+        r = math.hypot(points[i, 0], points[i, 1])
+        if length < 1e-6 or length > 0.5 * r:
+            continue
+        off = abs(x * (points[b, 1] - points[a, 1]) - y * (points[b, 0] - points[a, 0])) / length
+        if off > 0.03 + 0.003 * r:
+            continue
+        nx, ny = -y / length, x / length
+        toward = -(nx * points[i, 0] + ny * points[i, 1])
+        if toward < 0.0:
+            nx, ny, toward = -nx, -ny, -toward
+        if toward < GRAZING * r:
+            return UNSURE
+        points[i, 2] = nx
+        points[i, 3] = ny
+        return LONE_QUALITY
+    return 0.0
 
 
 @njit(cache=True, nogil=True)
@@ -68,7 +108,7 @@ def scan_points(
         points[i, 2] = 0.0
         points[i, 3] = 0.0
         if count < 3.0:
-            points[i, 4] = 0.0
+            points[i, 4] = _lone(points, i, n)
             continue
         mx, my = sx / count, sy / count
         cxx, cxy, cyy = sxx / count - mx * mx, sxy / count - mx * my, syy / count - my * my
@@ -81,7 +121,10 @@ def scan_points(
         if toward < 0.0:
             nx, ny, toward = -nx, -ny, -toward
         quality = 1.0 - small / (0.12 * large + 1e-9)
-        if quality <= 0.0 or toward < 0.03 * r:
+        if toward < GRAZING * r:
+            points[i, 4] = UNSURE
+            continue
+        if quality <= 0.0:
             points[i, 4] = 0.0
             continue
         points[i, 2] = nx
@@ -98,19 +141,33 @@ def scan_points(
 
 @njit(cache=True, nogil=True)
 def spaced(
-    points: NDArray[np.float64], spacing_m: float, most: int, out: NDArray[np.float64]
-) -> int:  # pragma: no cover
-    """Copy points ``spacing_m`` or more from the one kept before, wider if more than ``most``; return how many."""
+    points: NDArray[np.float64],
+    origin: NDArray[np.float64],
+    spacing_m: float,
+    most: int,
+    out: NDArray[np.float64],
+) -> int:  # pragma: no cover - compiled
+    """Copy at most ``most`` points whose beams, from ``origin (2,)``, are ``spacing_m`` apart; return how many.
+
+    Points that are not for matching are left out. The distance is measured across the beams, where there is no noise:
+    picking points by how far they lie from each other prefers those measured too long where ranges grow from beam to
+    beam, and too short where they fall, which turned the robot by a degree every ten metres.
+    """
+    n = points.shape[0]
     while True:
         kept = 0
-        lx = ly = 1e30
-        for i in range(points.shape[0]):
-            dx, dy = points[i, 0] - lx, points[i, 1] - ly
-            if dx * dx + dy * dy < spacing_m * spacing_m:
+        arc = spacing_m
+        lx = ly = 0.0
+        for i in range(n):
+            x, y = points[i, 0] - origin[0], points[i, 1] - origin[1]
+            if i > 0:
+                arc += abs(lx * y - ly * x) / max(math.sqrt(lx * lx + ly * ly), 1e-9)
+            lx, ly = x, y
+            if arc < spacing_m or points[i, 4] < 0.0:
                 continue
-            lx, ly = points[i, 0], points[i, 1]
+            arc = 0.0
             if kept < most:
-                for k in range(5):
+                for k in range(POINT_COLUMNS):
                     out[kept, k] = points[i, k]
             kept += 1
         if kept <= most:

@@ -10,10 +10,10 @@ import pytest
 from rbpf.cells import add_hit, add_pass, hits_of, visits_of
 from rbpf.front_end import COS, SIN, information
 from rbpf.graph import relax
-from rbpf.matching import CONFLICTS, INLIERS, RESULT_SIZE, match, nearest, search
+from rbpf.matching import BLIND, CONFLICTS, INLIERS, RESULT_SIZE, match, nearest, search
 from rbpf.poses import between, compose
 from rbpf.publisher import EDGES, LEVELS, quantise
-from rbpf.scan_points import scan_points, spaced
+from rbpf.scan_points import UNSURE, scan_points, spaced
 from rbpf.tile_store import NO_ENDS, TileStore
 from rbpf.trajectory import spread
 from spatial import se2
@@ -129,6 +129,27 @@ def test_match_keeps_to_a_strong_prior_and_survives_an_empty_map() -> None:
     assert np.allclose(out[:3], T) and out[INLIERS] == 0.0
 
 
+def test_a_bare_corridor_tells_nothing_of_the_way_along_it() -> None:
+    angles = np.radians(np.arange(-90.0, 91.0, 1.0))
+    ranges = np.minimum(1.2 / np.maximum(np.abs(np.sin(angles)), 1e-3), 5.6)
+    ranges = np.where(ranges < 5.6, ranges + np.random.default_rng(2).normal(0.0, 0.02, angles.size), np.nan)
+    points, out = np.zeros((angles.size, 5)), np.zeros(RESULT_SIZE)
+    n = scan_points(ranges.astype(np.float32), np.cos(angles), np.sin(angles), np.zeros(3), 30.0, points)
+    store = TileStore(1, 0.05)
+    store.add_points(0, np.zeros(3), points[:n])
+    few = np.zeros_like(points)
+    few = few[: spaced(points[:n], np.zeros(2), 0.03, 180, few)]
+    moved = np.array([0.15, 0.04, 0.02])
+    prior = np.diag([1.0 / 0.05**2] * 3)
+    match(*place(store), 0.05, few, moved, moved, prior, 0.03, 12, COS, SIN, out)
+    assert out[BLIND] > 0.9 and abs(out[BLIND + 1]) > 0.99
+    assert abs(out[0] - 0.15) < 0.02 and abs(out[1]) < 0.01 and abs(out[2]) < 0.005
+    assert information(out)[0, 0] < 0.02 * information(out)[1, 1]
+    store, points = seen_room()
+    match(*place(store), 0.05, points, np.zeros(3), np.zeros(3), prior, 0.03, 12, COS, SIN, out)
+    assert out[BLIND] == 0.0
+
+
 def test_search_finds_what_descent_cannot() -> None:
     store, points = seen_room()
     out = np.zeros(3)
@@ -146,13 +167,50 @@ def test_normals_look_at_the_laser_and_stand_on_walls() -> None:
     assert along_an_axis.mean() > 0.9
 
 
-def test_spacing() -> None:
-    line = np.zeros((500, 5))
-    line[:, 0] = np.arange(500) * 0.01
-    out = np.zeros((500, 5))
-    count = spaced(line, 0.05, 500, out)
-    assert 80 < count <= 101 and np.diff(out[:count, 0]).min() >= 0.05 - 1e-9
-    assert spaced(line, 0.05, 40, out) <= 40
+def test_spacing_is_measured_across_the_beams() -> None:
+    arc = np.zeros((500, 5))
+    angles = np.arange(500) * 0.005
+    arc[:, 0], arc[:, 1] = 2.0 * np.cos(angles) + 0.3, 2.0 * np.sin(angles)
+    origin, out = np.array([0.3, 0.0]), np.zeros((500, 5))
+    count = spaced(arc, origin, 0.05, 500, out)
+    gaps = np.hypot(*np.diff(out[:count, :2], axis=0).T)
+    assert 80 < count <= 101 and gaps.min() >= 0.045
+    assert 20 < spaced(arc, origin, 0.05, 40, out) <= 40
+    arc[::2, 4] = UNSURE
+    count = spaced(arc, origin, 0.001, 500, out)
+    assert count == 250 and (out[:count, 4] == 0.0).all()
+
+
+def test_spacing_does_not_choose_points_by_their_noise() -> None:
+    rng = np.random.default_rng(3)
+    angles = np.radians(np.arange(-120.0, 120.0, 0.35))
+    walls = 1.2 / np.maximum(np.abs(np.sin(angles)), 0.25)
+    out, left, right = np.zeros((angles.size, 5)), [], []
+    for _ in range(60):
+        noise = rng.normal(0.0, 0.03, angles.size)
+        ranges = walls + noise
+        points = np.stack([ranges * np.cos(angles), ranges * np.sin(angles), *np.zeros((3, angles.size))], axis=1)
+        kept = out[: spaced(points, np.zeros(2), 0.03, 400, out)]
+        at = np.round((np.arctan2(kept[:, 1], kept[:, 0]) - angles[0]) / (angles[1] - angles[0])).astype(int)
+        front = np.abs(angles[at]) < np.pi / 2
+        left += noise[at[front & (angles[at] > 0.3)]].tolist()
+        right += noise[at[front & (angles[at] < -0.3)]].tolist()
+    assert abs(np.mean(left) - np.mean(right)) < 0.002
+
+
+def test_sparse_points_of_a_wall_are_no_things_of_their_own() -> None:
+    angles = np.radians(np.arange(-90.0, 91.0, 1.0))
+    ranges = (1.2 / np.maximum(np.abs(np.sin(angles)), 1e-3)).astype(np.float32)
+    ranges[ranges > 30.0] = np.nan
+    ranges[105] = 2.0  # a pillar before the wall
+    points = np.zeros((angles.size, 5))
+    n = scan_points(ranges, np.cos(angles), np.sin(angles), np.zeros(3), 30.0, points)
+    far = points[:n][np.hypot(points[:n, 0], points[:n, 1]) > 6.0]
+    lines = far[far[:, 4] > 0.0]
+    assert lines.shape[0] > 8 and (far[:, 4] == 0.0).sum() <= 2
+    assert (np.abs(lines[:, 3]) > 0.99).all() and (lines[:, 1] * lines[:, 3] < 0.0).all()
+    pillar = points[:n][np.abs(np.hypot(points[:n, 0], points[:n, 1]) - 2.0).argmin()]
+    assert pillar[4] == 0.0
 
 
 def test_scalar_poses_are_those_of_se2() -> None:

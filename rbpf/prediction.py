@@ -1,0 +1,132 @@
+"""What motion to expect before the scan is matched: from the wheels as far as they proved right, else as before.
+
+Two guesses: odometry, corrected by what matching found wrong with it, and constant velocity. Matching tells how far
+each can be believed, wherever the walls around leave no direction unseen.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rbpf.matching import BLIND, INLIERS
+from rbpf.poses import compose
+from spatial.se2 import Transform
+
+MAX_STEP_M = 5.0
+"""Odometry that jumps farther between two scans is disbelieved, metres."""
+STRETCH_M, STRETCH_RAD = 0.5, 0.5
+"""Odometry is judged over stretches of this length, metres or radians: there, jitter from scan to scan averages out."""
+LEARN = 0.05
+"""Share of a new scan in what is known of the predictors' errors."""
+LEARN_STRETCH = 0.1
+"""Share of a new stretch in what is known of odometry."""
+GAIN_RANGE = 1.5
+"""Odometry is thought to be off by at most this factor, either way."""
+GOOD_INLIERS = 0.7
+LEAST_ERROR = 0.03
+DISBELIEVED = 0.6
+"""Odometry that is wrong by more than this share of the way does not tell where the robot goes."""
+LEAST_M, LEAST_RAD = 0.03, 0.03
+"""Motions smaller than this tell nothing about errors that grow with motion."""
+
+
+class Predictor:
+    """Guesses the motion from scan to scan, and how far off the guess may be."""
+
+    def __init__(self, odometry_noise: float) -> None:
+        """Start with odometry that errs by this share of the motion."""
+        self.velocity: Transform = np.zeros(3)
+        """The motion before, which may go on."""
+        self.errors = np.array([[odometry_noise, odometry_noise], [0.5, 0.5]])
+        """From scan to scan, of (odometry, constant velocity): share of the way, share of the turn."""
+        self.gains = np.ones(2)
+        """Truth as a multiple of what odometry says: way, turn."""
+        self.slip = odometry_noise
+        """Error of corrected odometry over longer stretches, as a share of the way."""
+        self._told, self._found = np.zeros(3), np.zeros(3)
+        self._seen = True
+
+    def corrected(self, T_before_odom: Transform) -> Transform:
+        """Return the motion that odometry means, judging by what matching found so far."""
+        gain, turn = self.gains
+        return np.array([gain * T_before_odom[0], gain * T_before_odom[1], turn * T_before_odom[2]])
+
+    def predict(self, T_before_odom: Transform | None) -> tuple[Transform, tuple[float, float, float], float]:
+        """Return the motion expected, its deviations (x, y, theta) from scan to scan, and its error per metre of way.
+
+        The last is what adds up over many scans; the deviations hold jitter, too, that does not.
+        """
+        steady = self.velocity
+        if T_before_odom is None or math.hypot(T_before_odom[0], T_before_odom[1]) > MAX_STEP_M:
+            length, turn = math.hypot(steady[0], steady[1]), abs(steady[2])
+            return steady, (0.05 + 0.5 * length, 0.05 + 0.5 * length, 0.05 + 0.5 * turn), 1.0
+        told = self.corrected(T_before_odom)
+        errors = self.errors
+        along = 0 if self.slip < DISBELIEVED or errors[0, 0] <= errors[1, 0] else 1
+        turning = 0 if errors[0, 1] <= errors[1, 1] else 1
+        choice = (told, steady)
+        motion = np.array([choice[along][0], choice[along][1], choice[turning][2]])
+        length, turn = math.hypot(motion[0], motion[1]), abs(motion[2])
+        sigma_xy = 0.008 + min(errors[along, 0], 1.0) * length + 0.02 * turn
+        sigma_t = 0.005 + min(errors[turning, 1], 1.0) * turn + 0.05 * length
+        return motion, (sigma_xy, sigma_xy, sigma_t), min(self.slip, 1.0) if along == 0 else 1.0
+
+    def learn(self, motion: Transform, T_before_odom: Transform | None, match: NDArray[np.float64]) -> None:
+        """Follow how well each guess foretold the motion, where the match was good enough to tell."""
+        if T_before_odom is None or match[INLIERS] < GOOD_INLIERS:
+            self._new_stretch()
+        else:
+            self._judge_stretch(motion, T_before_odom, match)
+            self._judge_step(motion, T_before_odom, match)
+        self.velocity = motion
+
+    def _judge_step(self, motion: Transform, T_before_odom: Transform, match: NDArray[np.float64]) -> None:
+        length, turn = math.hypot(motion[0], motion[1]), abs(motion[2])
+        for k, guess in enumerate((self.corrected(T_before_odom), self.velocity)):
+            if length > LEAST_M and match[BLIND] == 0.0:
+                share = min(math.hypot(guess[0] - motion[0], guess[1] - motion[1]) / length, 3.0)
+                self.errors[k, 0] = max(self.errors[k, 0] + LEARN * (share - self.errors[k, 0]), LEAST_ERROR)
+            if turn > LEAST_RAD:
+                share = min(abs(math.remainder(guess[2] - motion[2], 2.0 * math.pi)) / turn, 3.0)
+                self.errors[k, 1] = max(self.errors[k, 1] + LEARN * (share - self.errors[k, 1]), LEAST_ERROR)
+
+    def _judge_stretch(self, motion: Transform, T_before_odom: Transform, match: NDArray[np.float64]) -> None:
+        self._told, self._found = compose(self._told, T_before_odom), compose(self._found, motion)
+        self._seen &= match[BLIND] == 0.0
+        way, turn = math.hypot(self._found[0], self._found[1]), abs(self._found[2])
+        if way > STRETCH_M and self._seen:
+            gain = self.gains[0]
+            missed = math.hypot(gain * self._told[0] - self._found[0], gain * self._told[1] - self._found[1]) / way
+            self.slip += LEARN_STRETCH * (min(max(missed, LEAST_ERROR), 3.0) - self.slip)
+            told = math.hypot(self._told[0], self._told[1])
+            dot = self._told[0] * self._found[0] + self._told[1] * self._found[1]
+            if dot > 0.8 * way * told:
+                self.gains[0] += LEARN_STRETCH * (_bounded(way / told) - gain)
+        if turn > STRETCH_RAD and self._told[2] * self._found[2] > 0.0:
+            self.gains[1] += LEARN_STRETCH * (_bounded(self._found[2] / self._told[2]) - self.gains[1])
+        if way > STRETCH_M or turn > STRETCH_RAD:
+            self._new_stretch()
+
+    def _new_stretch(self) -> None:
+        self._told, self._found, self._seen = np.zeros(3), np.zeros(3), True
+
+    def state(self) -> dict[str, Any]:
+        """Return everything that a resumed predictor needs."""
+        return {
+            "velocity": self.velocity, "errors": self.errors, "gains": self.gains, "slip": self.slip,
+            "stretch": [self._told, self._found, bool(self._seen)],
+        }  # fmt: skip
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Become the predictor that was saved."""
+        self.velocity, self.errors, self.gains = (state[k] for k in ("velocity", "errors", "gains"))
+        self.slip = state["slip"]
+        self._told, self._found, self._seen = state["stretch"]
+
+
+def _bounded(gain: float) -> float:
+    return min(max(gain, 1.0 / GAIN_RANGE), GAIN_RANGE)
