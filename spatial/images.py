@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import cv2
@@ -20,13 +21,31 @@ def read_grey(path: Path) -> NDArray[np.uint8]:
         raw = np.frombuffer(path.read_bytes(), dtype=np.uint8)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    said = cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)  # its own words help nobody
     try:
         image = cv2.imdecode(raw, cv2.IMREAD_GRAYSCALE) if raw.size else None
-    except cv2.error as error:
-        raise InputError(f"{path}: not a readable image") from error
+    except cv2.error:
+        image = None
+    finally:
+        cv2.utils.logging.setLogLevel(said)
     if image is None or image.size == 0:
-        raise InputError(f"{path}: not a readable image (PGM, PNG, JPEG and the like are)")
+        raise InputError(f"{path}: not a readable image: {_fault(raw.tobytes())}")
     return image.astype(np.uint8, copy=False)
+
+
+def _fault(raw: bytes) -> str:
+    """Return what is wrong with bytes that OpenCV cannot read as an image."""
+    if not raw:
+        return "the file is empty"
+    header = re.match(rb"P5(?:\s+|#[^\n]*\n)+(\d+)\s+(\d+)\s+(\d+)\s", raw)
+    if header:
+        width, height, top = (int(number) for number in header.groups())
+        wanted, held = width * height * (1 if top < 256 else 2), len(raw) - header.end()
+        if held < wanted:
+            return f"cut short: {width} x {height} cells need {wanted} bytes, the file holds {held}"
+    if raw[:2] in (b"P2", b"P5") or raw[:4] == b"\x89PNG" or raw[:2] == b"\xff\xd8":
+        return "damaged or cut short"
+    return "PGM, PNG, JPEG and the like are"
 
 
 def write_image(path: Path, image: NDArray[np.uint8]) -> None:

@@ -29,6 +29,18 @@ def test_what_is_no_image_is_named(tmp_path, content):
         read_grey(tmp_path / "a.pgm")
 
 
+def test_a_cut_image_says_how_much_is_missing_and_nothing_else_is_printed(tmp_path, capfd):
+    image = np.full((10, 12), 255, dtype=np.uint8)
+    for name in ("a.pgm", "a.png"):
+        write_image(tmp_path / name, image)
+        (tmp_path / name).write_bytes((tmp_path / name).read_bytes()[:60])
+    with pytest.raises(InputError, match=r"cut short: 12 x 10 cells need 120 bytes, the file holds 4[0-9]"):
+        read_grey(tmp_path / "a.pgm")
+    with pytest.raises(InputError, match="damaged or cut short"):
+        read_grey(tmp_path / "a.png")
+    assert capfd.readouterr() == ("", "")
+
+
 def test_a_missing_image_is_named(tmp_path):
     with pytest.raises(InputError, match=r"gone\.pgm: cannot be read"):
         read_grey(tmp_path / "gone.pgm")
