@@ -120,6 +120,19 @@ class WorldConfig:
 
 
 @dataclass(frozen=True, kw_only=True)
+class SweepConfig:
+    """What ``mrslam sweep`` varies where its command line names nothing; a single run does not look at it."""
+
+    vary: list[str] = field(default_factory=list)
+    """Settings and their values, each "section.key=value,value,..."."""
+    seeds: int = 5
+    """Runs of every setting, each with its own seed, >= 1."""
+
+    def __post_init__(self) -> None:
+        require(self.seeds >= 1, "sweep.seeds", ">= 1", self.seeds)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Mission:
     """A mission, checked and with its files found."""
 
@@ -149,7 +162,9 @@ def load_mission(path: Path, assignments: Sequence[str] = ()) -> Mission:
 def make_mission(tables: dict[str, Any], path: Path) -> Mission:
     """Return the mission that these tables describe; ``path`` is named in errors."""
     sections = {section.name: section.type for section in fields(Settings)}
-    check_keys(tables, ["mission", "robots", "world", "driver", "radio", "links", "truth", *sections], str(path))
+    named = ["mission", "robots", "world", "driver", "radio", "links", "truth", "sweep", *sections]
+    check_keys(tables, named, str(path))
+    build(SweepConfig, tables.get("sweep", {}), f"{path}: sweep")
     for name, table in tables.items():
         if name != "robots" and not isinstance(table, dict):
             raise InputError(f"{path}: [{name}] must be a section, got {table!r}")

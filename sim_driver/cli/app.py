@@ -139,6 +139,43 @@ def demo(
     run_demo(out, seed, robots)
 
 
+@app.command()
+def sweep(
+    mission: Annotated[Path, typer.Argument(help="Mission file (TOML).")],
+    vary: Annotated[
+        list[str] | None, typer.Option("--vary", help="section.key=value,value,... ; may be given often.")
+    ] = None,
+    seeds: Annotated[
+        int | None, typer.Option("--seeds", help="Runs of every setting, each with its own seed.", min=1)
+    ] = None,
+    out: Out = Path("out/sweep"),
+    drive: Annotated[
+        str,
+        typer.Option(
+            "--drive",
+            help="recorded: all settings of a seed meet one drive; anew: robots drive by what they know; "
+            "auto: recorded where the knobs allow it.",
+        ),
+    ] = "auto",
+    workers: Annotated[int | None, typer.Option("--workers", help="Processes; as many as cores unless given.")] = None,
+    scheduler: Annotated[
+        str | None, typer.Option("--scheduler", help="Dask scheduler to run on, tcp://host:8786.")
+    ] = None,
+    set_: Set = None,
+    json: Json = False,
+) -> None:
+    """Run a mission under every combination of settings; a sweep that was stopped goes on where it was.
+
+    mrslam sweep missions/office-two.toml
+
+    mrslam sweep missions/office.toml --vary comms.link_threshold=0.2,0.5,0.8,0.95
+    --vary comms.exchange_timeout_s=5,10,30,60 --seeds 5 --out out/sweep
+    """
+    from sim_driver.cli.sweep import sweep as run_sweep
+
+    run_sweep(mission, vary or [], seeds, out, drive, workers, scheduler, set_ or [], json)
+
+
 @app.command(name="eval")
 def eval_(
     run: Annotated[Path, typer.Argument(help="Folder of a finished run.")],

@@ -1,0 +1,60 @@
+"""``mrslam sweep``: a mission under varied settings."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from dataclasses import asdict
+from pathlib import Path
+
+from sim_driver.cli.console import console, progress_bar
+from sim_driver.kernels import ensure_compiled
+from sim_driver.sweep import make_plan, parse_knob, run_sweep
+from sim_driver.sweep.advice import advice, pareto, summarise
+from sim_driver.sweep.plots import draw_all
+from sim_driver.sweep.sweep import steps
+from sim_driver.sweep.table import write_table
+from sim_driver.sweep.workers import workers_at
+from spatial import InputError
+from spatial.files import write_text
+
+
+def sweep(
+    mission: Path,
+    vary: list[str],
+    seeds: int | None,
+    out: Path,
+    drive: str,
+    workers: int | None,
+    scheduler: str | None,
+    assignments: list[str],
+    as_json: bool,
+) -> None:
+    """Run the sweep, or what is left of it, and leave table, plots and a recommendation in ``out``."""
+    plan = make_plan(mission, [parse_knob(text) for text in vary], seeds, drive, assignments)
+    count = workers or len(os.sched_getaffinity(0))
+    driven = "each seed's drive is recorded once and played again" if plan.recorded else "every run drives anew"
+    console.print(f"{len(plan.points)} runs ({len(plan.seeds)} seeds); {driven}", highlight=False)
+    if scheduler is None:
+        ensure_compiled(lambda text: console.print(text, highlight=False))
+    start = time.monotonic()
+    with progress_bar("sweep", steps(plan)) as advance, workers_at(scheduler, count) as where:
+        rows = run_sweep(plan, out, where, advance, lambda text: console.print(text, highlight=False))
+    if not rows:
+        raise InputError("no run of the sweep succeeded")
+    written = write_table(rows, out)
+    summaries = summarise(rows, plan.knobs)
+    sentence = advice(summaries, plan.knobs)
+    write_text(out / "advice.txt", sentence + "\n")
+    try:
+        written += draw_all(rows, summaries, plan.knobs, out)
+    except InputError as error:
+        console.print(f"no plots: {error}", highlight=False, markup=False)
+    if as_json:
+        front = [asdict(one) for one in pareto(summaries)]
+        print(json.dumps({"advice": sentence, "pareto": front, "rows": rows}, default=str))
+        return
+    names = ", ".join(path.name for path in written)
+    console.print(f"{len(rows)} of {len(plan.points)} runs in {time.monotonic() - start:.0f} s: {names} in {out}")
+    console.print(sentence, highlight=False, soft_wrap=True)

@@ -1,0 +1,138 @@
+"""What a sweep consists of: every combination of the knobs' values, each with every seed."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from sim_driver.mission import SweepConfig, make_mission
+from sim_driver.replay.again import REPLAYABLE
+from sim_driver.settings import build, parse_assignment, read_toml, with_overrides
+from spatial import InputError
+
+DRIVES = ("auto", "recorded", "anew")
+MOST_POINTS = 100_000
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A setting and the values it takes."""
+
+    key: str
+    """``section.key``."""
+    values: tuple[str, ...]
+    """As written; each must be a valid value of the setting."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """One run of a sweep."""
+
+    settings: tuple[str, ...]
+    """A value of every knob, in the knobs' order."""
+    seed: int
+    assignments: tuple[str, ...]
+    """``section.key=value`` of every knob."""
+    name: str
+    """Unique for what is run: the mission, its settings, the seed and the program's version."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A whole sweep."""
+
+    path: Path
+    """Mission file, absolute."""
+    tables: dict[str, Any]
+    """The mission, without the knobs."""
+    knobs: tuple[Knob, ...]
+    seeds: tuple[int, ...]
+    recorded: bool
+    """Whether all points of one seed share one recorded drive, or every point drives anew."""
+    points: tuple[Point, ...]
+
+    def drive_name(self, seed: int) -> str:
+        """Return the name of what the seed's drive is recorded under."""
+        return _digest(self.tables, str(seed), "drive")
+
+
+def parse_knob(text: str) -> Knob:
+    """Return the knob of ``section.key=v1,v2,...``; commas inside brackets or quotes belong to the value."""
+    key, equals, raw = text.partition("=")
+    values = tuple(value.strip() for value in _split(raw))
+    if not equals or not all(values) or len(key.strip().split(".")) != 2:
+        raise InputError(f"--vary wants section.key=value,value,... , got {text!r}")
+    if len(set(values)) != len(values):
+        raise InputError(f"--vary {text}: a value is there twice")
+    return Knob(key.strip(), values)
+
+
+def _split(raw: str) -> list[str]:
+    parts, depth, quote = [""], 0, ""
+    for c in raw:
+        if quote:
+            quote = "" if c == quote else quote
+        elif c in "\"'":
+            quote = c
+        else:
+            depth += (c in "[{") - (c in "]}")
+        if c == "," and depth == 0 and not quote:
+            parts.append("")
+        else:
+            parts[-1] += c
+    return parts
+
+
+def make_plan(
+    path: Path,
+    knobs: Sequence[Knob] = (),
+    seeds: int | None = None,
+    drive: str = "auto",
+    assignments: Sequence[str] = (),
+) -> Plan:
+    """Return the plan of a sweep; every combination is checked now, so that no run fails over a value hours later.
+
+    Knobs and seeds that are not given are those of the mission's section ``[sweep]``.
+    """
+    tables = with_overrides(read_toml(path), ['mission.shell="virtual"', *assignments])
+    planned = build(SweepConfig, tables.pop("sweep", {}), f"{path}: sweep")
+    knobs, seeds = knobs or [parse_knob(text) for text in planned.vary], seeds or planned.seeds
+    if drive not in DRIVES:
+        raise InputError(f"--drive must be one of {', '.join(DRIVES)}, got {drive!r}")
+    if not knobs:
+        raise InputError("a sweep needs something to vary: --vary section.key=value,value,...")
+    keys = [knob.key for knob in knobs]
+    if len(set(keys)) != len(keys):
+        raise InputError(f"one setting is varied twice among {', '.join(keys)}")
+    tables.setdefault("rbpf", {}).setdefault("threads", 1)  # points run side by side
+    first = make_mission(tables, path).mission.seed
+    sections = {key.split(".")[0] for key in keys}
+    needs_drive = sorted(sections - set(REPLAYABLE))
+    if drive == "recorded" and needs_drive:
+        raise InputError(f"--drive recorded: {', '.join(needs_drive)} changes where robots drive or what they hear")
+    recorded = drive != "anew" and not needs_drive
+    combinations = list(product(*(knob.values for knob in knobs)))
+    if len(combinations) * seeds > MOST_POINTS:
+        raise InputError(f"{len(combinations)} settings x {seeds} seeds are more than {MOST_POINTS} runs")
+    seed_list = tuple(range(first, first + seeds))
+    points = []
+    for settings in combinations:
+        chosen = tuple(f"{key}={value}" for key, value in zip(keys, settings, strict=True))
+        make_mission(with_overrides(tables, chosen), path)
+        for seed in seed_list:
+            name = _digest(tables, *chosen, str(seed), "recorded" if recorded else "anew")
+            points.append(Point(settings, seed, chosen, name))
+    for key in keys:
+        parse_assignment(f"{key}=0")
+    return Plan(path.resolve(), tables, tuple(knobs), seed_list, recorded, tuple(points))
+
+
+def _digest(tables: dict[str, Any], *parts: str) -> str:
+    text = json.dumps([version("mrslam"), tables, *parts], sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
