@@ -19,6 +19,8 @@ class Sensed:
     t_ns: int
     scan: Scan
     T_odom_base: Transform | None
+    taken_s: float | None = None
+    """``time.monotonic()`` when it was taken, where that is known: how old it gets before it is mapped."""
 
 
 class Body(Protocol):

@@ -1,15 +1,24 @@
 """The process shell: one robot in one operating-system process, over a real transport.
 
-Scans are never kept waiting by alignment: that runs on a worker thread (its kernels and OpenCV release the interpreter
-lock). The transport's callbacks only enqueue; everything an agent does happens on this one loop.
+Scans are never kept waiting by alignment: that runs on a worker thread of lower priority (its kernels and OpenCV
+release the interpreter lock). The transport's callbacks only enqueue; everything an agent does happens on this one
+loop.
 """
 
 from __future__ import annotations
 
+import contextlib
+import os
+import sys
+import threading
 import time
+from array import array
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 
+import numpy as np
+
+from agent.body import Sensed
 from agent.clock import Clock
 from agent.effects import AlignJob
 from agent.runner import Runner
@@ -17,6 +26,16 @@ from alignment import Alignment, Rejection
 
 IDLE_S = 0.02
 """Longest wait for the network when nothing else is due, seconds of wall time."""
+GIL_S = 0.001
+"""How soon a thread that computes in Python lets the scans' thread go on, seconds."""
+STEP_BACK = 5
+"""By how much alignment is nicer than the scans' thread."""
+
+
+def _step_back() -> None:
+    """Let the other threads of this process go first, where the system knows priorities of threads."""
+    with contextlib.suppress(OSError, AttributeError):
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), STEP_BACK)
 
 
 class ProcessShell:
@@ -25,14 +44,15 @@ class ProcessShell:
     def __init__(self, runner: Runner, clock: Clock) -> None:
         """Take a wired agent."""
         self.runner, self.clock = runner, clock
-        self.lag_s_max = 0.0
-        """Longest time a scan waited to be processed, seconds of wall time."""
-        self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="align")
+        self.scan_ages_s = array("f")
+        """How old each scan was when it had been mapped, seconds of wall time."""
+        self._worker = ThreadPoolExecutor(1, thread_name_prefix="align", initializer=_step_back)
         self._job: tuple[AlignJob, Future[Alignment | Rejection]] | None = None
         self._next_tick_ns = 0
 
     def run(self, stop: Callable[[], bool]) -> None:
         """Loop until ``stop()``; then write the robot's files and close everything."""
+        sys.setswitchinterval(GIL_S)
         try:
             while not stop():
                 if not self._step():
@@ -45,16 +65,30 @@ class ProcessShell:
         """Do what is due now; return whether there was a scan, so that the next follows at once."""
         self.runner.receive(0.0, self.clock.now_ns)
         now_ns = self.clock.now_ns()
-        taken_ns = self.runner.sense(now_ns)
-        if taken_ns is not None:
-            self.lag_s_max = max(self.lag_s_max, self.clock.wall_s(now_ns - taken_ns))
+        sensed = self.runner.sense(now_ns)
+        if sensed is not None:
+            self.scan_ages_s.append(self._age_s(sensed))
         if now_ns >= self._next_tick_ns:
             self._next_tick_ns = now_ns + round(self.runner.agent.settings.agent.tick_s * 1e9)
             self.runner.tick(now_ns)
         self.runner.keep(time.monotonic_ns(), now_ns)
         self._align(now_ns)
         self.runner.body.act(self.runner.agent, now_ns)
-        return taken_ns is not None
+        return sensed is not None
+
+    def _age_s(self, sensed: Sensed) -> float:
+        if sensed.taken_s is not None:
+            return time.monotonic() - sensed.taken_s
+        return max(self.clock.wall_s(self.clock.now_ns() - sensed.t_ns), 0.0)
+
+    def scan_age_ms(self) -> dict[str, float]:
+        """Return percentiles of the age of scans, milliseconds of wall time; empty where there was none."""
+        if not self.scan_ages_s:
+            return {}
+        ages_ms = 1e3 * np.array(self.scan_ages_s)
+        return {
+            name: round(float(np.percentile(ages_ms, q)), 1) for name, q in (("p50", 50), ("p99", 99), ("max", 100))
+        }
 
     def _align(self, now_ns: int) -> None:
         agent = self.runner.agent

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
 
-from agent.body import Body
+from agent.body import Body, Sensed
 from agent.core import Agent
 from agent.effects import AlignJob, Effect, Event
 from agent.keeper import Keeper
@@ -56,15 +56,15 @@ class Runner:
                 case Incoming():
                     self.perform(self.agent.on_message(item.payload, item.sender, now_ns()))
 
-    def sense(self, now_ns: int) -> int | None:
-        """Hand the agent the next scan that is due and return when it was taken; None where none is due."""
+    def sense(self, now_ns: int) -> Sensed | None:
+        """Hand the agent the next scan that is due and return it; None where none is due."""
         sensed = self.body.sense(now_ns)
         if sensed is None:
             return None
         self.perform(self.agent.on_scan(sensed.scan, sensed.T_odom_base, now_ns))
         for watcher in self.watchers:
             watcher.on_scan(self.agent, sensed, now_ns)
-        return sensed.t_ns
+        return sensed
 
     def tick(self, now_ns: int) -> None:
         """Tell the agent the link qualities where they come from outside, and let it look after its links."""

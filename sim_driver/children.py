@@ -38,6 +38,8 @@ class Child:
     """Whether it has come up."""
     restarts: int = 0
     """How often it was started again."""
+    mourned: bool = False
+    """Whether it was told that it died."""
     duration_s: float = 0.0
     status: Status = field(default_factory=Status)
     sent: int = 0

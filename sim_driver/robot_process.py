@@ -143,6 +143,7 @@ def run_robot(task: RobotTask, pipe: Connection, simulator: Connection, stop: St
     usage = {
         "cpu_s": round(time.process_time(), 3),
         "peak_rss_mb": round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, 1),
+        "scan_age_ms": shell.scan_age_ms(),
     }
     write_text(task.out / task.robot.id / "usage.json", json.dumps(usage) + "\n")
 

@@ -38,8 +38,10 @@ def run_mission(mission: Mission, out: Path, progress: Progress, say: Callable[[
     prepare_folder(mission, out)
     compile_s = ensure_compiled(say)
     start = time.monotonic()
-    shell = run_in_virtual_time if mission.mission.shell == "virtual" else run_processes
-    outcome = shell(mission, out, progress)
+    if mission.mission.shell == "virtual":
+        outcome = run_in_virtual_time(mission, out, progress)
+    else:
+        outcome = run_processes(mission, out, progress, say)
     wall_s = time.monotonic() - start
     if mission.replay is not None:
         copy_truth(mission, out)

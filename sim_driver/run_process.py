@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import signal
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +17,7 @@ from sim_driver.simulation import STEP_NS, Simulation
 BEHIND_S = 2.0
 """Mission time waits for a robot whose recorded scans have been due for longer, seconds of mission time."""
 PATIENCE_S = 10.0
-"""... but no longer than this, seconds: a robot that hangs must not stop the others."""
+"""... unless it has done nothing for so long, seconds: a robot that hangs must not stop the others."""
 LONGEST_STEP_S = 0.1
 """Mission time never jumps by more than this much wall time, seconds."""
 NEWS_AHEAD = 5
@@ -24,13 +26,13 @@ WATCH_S = 0.05
 """How often the parent looks after its robots, seconds."""
 
 
-def run_processes(mission: Mission, out: Path, progress: Any) -> dict[str, Any]:
+def run_processes(mission: Mission, out: Path, progress: Any, say: Callable[[str], None]) -> dict[str, Any]:
     """Run the mission and return what the metrics need beside the robots' own files."""
     simulation = Simulation(mission) if mission.world is not None else None
     launcher = Launcher(mission, out)
     children = launcher.start_all()
     try:
-        mission_s, interrupted = _watch(mission, launcher, children, simulation, progress), False
+        mission_s, interrupted = _watch(mission, launcher, children, simulation, progress, say), False
     except KeyboardInterrupt:  # what the robots have by now is worth keeping
         mission_s, interrupted = launcher.now.value / 1e9, True
     finally:
@@ -48,7 +50,12 @@ def run_processes(mission: Mission, out: Path, progress: Any) -> dict[str, Any]:
 
 
 def _watch(
-    mission: Mission, launcher: Launcher, children: list[Child], simulation: Simulation | None, progress: Any
+    mission: Mission,
+    launcher: Launcher,
+    children: list[Child],
+    simulation: Simulation | None,
+    progress: Any,
+    say: Callable[[str], None],
 ) -> float:
     """Move the simulated world on and follow the robots to the end; return how long it was, mission seconds."""
     now = launcher.now
@@ -59,9 +66,14 @@ def _watch(
     while True:
         for i, child in enumerate(children):
             child.read_status()
-            if mission.mission.restart and not child.alive and child.restarts < MOST_RESTARTS:
+            if child.alive or child.mourned:
+                continue
+            child.mourned = True
+            again = mission.mission.restart and child.restarts < MOST_RESTARTS
+            say(f"{now.value / 1e9:.0f} s: {_death(child)}" + ("; it is started again" if again else ""))
+            if again:
                 children[i] = launcher.revive(child)
-        now.value += pace.step_ns(any(_is_behind(child) for child in children))
+        now.value += pace.step_ns([child for child in children if _is_behind(child)])
         if simulation is not None:
             _simulate(simulation, children, now.value)
         now_s = now.value / 1e9
@@ -78,23 +90,39 @@ def _watch(
         time.sleep(WATCH_S if simulation is None else STEP_NS / 4e9 / mission.mission.speed)
 
 
+def _death(child: Child) -> str:
+    code = child.process.exitcode or 0
+    how = f"was killed ({signal.Signals(-code).name})" if code < 0 else f"ended with code {code}"
+    return f"the process of {child.robot_id} {how}"
+
+
 class Pace:
-    """How fast mission time passes: by the wall clock times a speed, but not while a robot is behind."""
+    """How fast mission time passes: by the wall clock times a speed, but not while a robot is behind and working."""
 
     def __init__(self, speed: float) -> None:
         """Begin now."""
         self._speed = speed
-        self._last_s = self._on_time_s = time.monotonic()
+        self._last_s = time.monotonic()
+        self._progress: dict[str, tuple[object, float]] = {}
 
-    def step_ns(self, hold: bool) -> int:
-        """Return by how much to move mission time on; robots that are behind are waited for ``PATIENCE_S`` at most."""
+    def step_ns(self, behind: Sequence[Child]) -> int:
+        """Return by how much to move mission time on.
+
+        Robots that are behind are waited for as long as they get on; one that does not for ``PATIENCE_S`` hangs.
+        """
         now_s = time.monotonic()
         passed_s, self._last_s = now_s - self._last_s, now_s
-        if not hold:
-            self._on_time_s = now_s
-        elif now_s - self._on_time_s < PATIENCE_S:
+        if sum(self._is_worth_waiting_for(child, now_s) for child in behind):  # each is looked at
             return 0
         return round(min(passed_s, LONGEST_STEP_S) * self._speed * 1e9)
+
+    def _is_worth_waiting_for(self, child: Child, now_s: float) -> bool:
+        done = child.taken, child.status.behind_s
+        before, since_s = self._progress.get(child.robot_id, (None, now_s))
+        if done != before:
+            since_s = now_s
+        self._progress[child.robot_id] = done, since_s
+        return now_s - since_s < PATIENCE_S
 
 
 def _is_behind(child: Child) -> bool:
@@ -112,7 +140,8 @@ def _simulate(simulation: Simulation, children: Sequence[Child], now_ns: int) ->
                 simulation.command(child.robot_id, news.command)
             sensed = simulation.take(child.robot_id)
             if sensed and child.ready and child.sent - child.taken < NEWS_AHEAD:
-                child.simulator.send(SimulatorNews(sensed[-1:], simulation.qualities(child.robot_id)))
+                newest = replace(sensed[-1], taken_s=time.monotonic())
+                child.simulator.send(SimulatorNews([newest], simulation.qualities(child.robot_id)))
                 child.sent += 1
                 child.scans_lost += len(sensed) - 1
             else:

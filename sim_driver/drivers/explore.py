@@ -124,7 +124,7 @@ class Explorer:
             self._plan(now_ns, T_map_base, grid, teammates, scan)
         if self._goal is None:
             self._recovery.rest(now_ns)
-            return STOP if self._finished or self._nothing_since_ns is not None else SCAN_ROUND
+            return STOP if self._finished else SCAN_ROUND  # a map is made of scans from more than one direction
         gap_m = float(np.hypot(*(self._goal.path_m[-1] - T_map_base[:2])))
         attempt = self._attempt_at(self._goal.xy_m)
         if gap_m < ARRIVED_M and attempt.passed_over_until_ns <= now_ns:
