@@ -19,6 +19,7 @@ from comms.effects import (
 from comms.memory_transport import LinkConditions, MemoryNetwork, MemoryTransport
 from comms.node import CommsNode
 from comms.persistence import restore_store, store_state
+from comms.seal import MapSeal
 from comms.security import RobotKeys, load_keys, make_team_keys
 from comms.status import PeerStatus, team_status
 from comms.transport import Arrival, Incoming, PeerJoined, PeerLeft, Transport
@@ -38,6 +39,7 @@ __all__ = [
     "Incoming",
     "LinkChanged",
     "LinkConditions",
+    "MapSeal",
     "MapUpdated",
     "MemoryNetwork",
     "MemoryTransport",

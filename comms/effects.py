@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from spatial.tiles import TileIndex
 
-Lane = Literal["beacon", "control", "bulk"]
-"""beacon: best effort, may be dropped; control: small and urgent; bulk: map chunks, behind all else."""
+Lane = Literal["beacon", "control", "bulk", "status"]
+"""beacon: best effort, may be dropped; control: small and urgent; bulk: map chunks, behind all else; status: for those
+who watch, best effort, and sent only where somebody does."""
 
 
 @dataclass(frozen=True)

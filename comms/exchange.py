@@ -51,6 +51,8 @@ class Exchange:
     is_done: bool = False
     """I have told the peer that I hold what I wanted."""
     peer_done: bool = False
+    broken: str = ""
+    """Why it cannot go on."""
     budget_spent: bool = False
     bytes_sent: int = 0
     bytes_received: int = 0
@@ -65,6 +67,12 @@ class Exchange:
         self.offered[manifest.robot, manifest.epoch, manifest.base, manifest.target] = manifest
         while len(self.offered) > MAX_OFFERED:
             self.offered.popitem(last=False)
+
+    def costs(self, now_ns: int) -> tuple[str, int, int, int, int, int, float]:
+        """Return what it came to, as its end is told: peer, bytes sent, received, whole as LZ4 and raw, tiles, s."""
+        whole = [snapshot.full_bytes for snapshot in self.whole.values()]
+        lz4, raw = sum(size for size, _ in whole), sum(size for _, size in whole)
+        return self.peer, self.bytes_sent, self.bytes_received, lz4, raw, self.tiles, (now_ns - self.started_ns) / 1e9
 
     def retry_ns(self, config: CommsConfig) -> int:
         """Return after how much silence to ask again."""

@@ -11,6 +11,10 @@ MIN_EXPECTED = 8
 """A link is judged as if at least so many beacons had been due: one beacon heard is no proof of a good link."""
 SILENCE_GRACE = 1.5
 """Beacon periods that may pass before a beacon not heard counts as lost."""
+STEADY_BEACONS = 8
+"""A link is steady when so many beacons in a row arrived..."""
+STEADY_NLQ = 0.95
+"""... and the neighbour says that it receives at least this share of mine."""
 
 
 class BeaconWindow:
@@ -59,6 +63,11 @@ class BeaconWindow:
         received = (self._bits & (self._mask >> missed)).bit_count()
         return received / max(min(self._expected + missed, self._size), MIN_EXPECTED)
 
+    def is_steady(self, now_ns: int, period_ns: int) -> bool:
+        """Return whether none of the last beacons was lost, and none is overdue."""
+        newest = (1 << STEADY_BEACONS) - 1
+        return self._bits & newest == newest and now_ns - self._heard_ns <= (1.0 + SILENCE_GRACE) * period_ns
+
 
 @dataclass
 class _Neighbour:
@@ -85,19 +94,19 @@ class LinkMonitor:
         seq: int,
         sent_ns: int,
         period_ns: int,
-        heard: Iterable[tuple[str, int]],
+        heard: Iterable[tuple[str, float]],
         own_id: str,
         now_ns: int,
     ) -> None:
-        """Take a neighbour's beacon; ``heard`` is how well it hears others, 0..255."""
+        """Take a neighbour's beacon; ``heard`` is how well it hears others, 0..1."""
         neighbour = self._neighbours.get(peer)
         if neighbour is None:
             neighbour = self._neighbours[peer] = _Neighbour(BeaconWindow(self.config.beacon_window))
         neighbour.period_ns = max(period_ns, 1_000_000)
         neighbour.window.hear(seq, sent_ns, now_ns, round(self.config.beacon_deadline_s * 1e9))
-        for name, level in heard:
+        for name, share in heard:
             if name == own_id:
-                neighbour.nlq, neighbour.nlq_ns = level / 255.0, now_ns
+                neighbour.nlq, neighbour.nlq_ns = share, now_ns
 
     def forget(self, peer: str) -> None:
         """Drop a neighbour that left or started anew."""
@@ -111,7 +120,7 @@ class LinkMonitor:
     def update(self, now_ns: int) -> dict[str, float]:
         """Return the smoothed LQ x NLQ of every neighbour, one smoothing step on. Call it once a beacon period."""
         qualities = {}
-        stale_ns = 2.0 * self.config.beacon_window * 1e9 * self.config.beacon_period_s
+        stale_ns = 2e9 * self.config.beacon_window * self.config.beacon_period_s * self.config.beacon_calm_factor
         for peer, neighbour in self._neighbours.items():
             nlq = neighbour.nlq if neighbour.nlq_ns is not None and now_ns - neighbour.nlq_ns < stale_ns else 0.0
             raw = neighbour.window.quality(now_ns, neighbour.period_ns) * nlq
@@ -119,11 +128,19 @@ class LinkMonitor:
             qualities[peer] = neighbour.quality
         return qualities
 
-    def report(self, now_ns: int) -> list[tuple[str, int]]:
-        """Return the LQ (0..255) of the neighbours whose turn it is, for the next beacon; bounded in number."""
+    def is_calm(self, now_ns: int) -> bool:
+        """Return whether nobody is heard, or no link loses anything: then fewer beacons tell as much."""
+        return all(
+            (neighbour.nlq >= STEADY_NLQ and neighbour.window.is_steady(now_ns, neighbour.period_ns))
+            or neighbour.window.quality(now_ns, neighbour.period_ns) == 0.0
+            for neighbour in self._neighbours.values()
+        )
+
+    def report(self, now_ns: int) -> list[tuple[str, float]]:
+        """Return the LQ of the neighbours whose turn it is, for the next beacon; bounded in number."""
         turn = sorted(self._neighbours, key=lambda peer: (self._neighbours[peer].reported, peer))
         chosen = turn[: self.config.beacon_neighbours]
         self._turn += 1
         for peer in chosen:
             self._neighbours[peer].reported = self._turn
-        return [(peer, round(255 * self.lq(peer, now_ns))) for peer in chosen]
+        return [(peer, self.lq(peer, now_ns)) for peer in chosen]

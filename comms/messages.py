@@ -9,7 +9,7 @@ import msgspec
 from comms.frames import WireError, frame, unframe
 
 Name = Annotated[str, msgspec.Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.-]+$")]
-U8 = Annotated[int, msgspec.Meta(ge=0, le=255)]
+Percent = Annotated[int, msgspec.Meta(ge=0, le=100)]
 U32 = Annotated[int, msgspec.Meta(ge=0, le=2**32 - 1)]
 Count = Annotated[int, msgspec.Meta(ge=0, le=2**62)]
 I32 = Annotated[int, msgspec.Meta(ge=-(2**31), le=2**31 - 1)]
@@ -36,7 +36,7 @@ class Beacon(Message, frozen=True, tag=1):
     """When it was sent, on the sender's clock since its start."""
     period_ms: Annotated[int, msgspec.Meta(ge=1, le=10**9)]
     mode: Annotated[int, msgspec.Meta(ge=0, le=2)]
-    heard: Annotated[list[tuple[Name, U8]], msgspec.Meta(max_length=64)]
+    heard: Annotated[list[tuple[Name, Percent]], msgspec.Meta(max_length=64)]
     bumps: Annotated[int, msgspec.Meta(ge=-(2**62), le=2**62)]
     """Epoch of the sender's map - boot; below 0 for a map that goes on from an earlier start."""
     pose: tuple[I32, I32, I32, Milliseconds] | None
@@ -100,6 +100,16 @@ class Manifest(Message, frozen=True, tag=6):
     """target - revision, for each tile."""
 
 
+class SignedManifest(Manifest, frozen=True, tag=11):
+    """A manifest with the proof, by the map's own robot, of what the target is."""
+
+    root: Annotated[bytes, msgspec.Meta(min_length=16, max_length=16)]
+    """Hash of the whole target, see :meth:`comms.seal.MapSeal.root_of`."""
+    signature: Annotated[bytes, msgspec.Meta(max_length=80)]
+    certificate: Annotated[bytes, msgspec.Meta(max_length=2048)]
+    """The signer's, DER."""
+
+
 class Get(Message, frozen=True, tag=7):
     """Send these items of the manifest (bit i of the mask: tile i; after the tiles the keyframe blocks)."""
 
@@ -144,7 +154,44 @@ class Bye(Message, frozen=True, tag=10):
     boot: Count
 
 
-AnyMessage = Beacon | Open | Accept | Refuse | Ask | Manifest | Get | Chunk | Done | Bye
+Words = Annotated[str, msgspec.Meta(max_length=120)]
+Bytes = Annotated[int, msgspec.Meta(ge=-(2**62), le=2**62)]
+
+
+class LinkRow(msgspec.Struct, array_like=True, frozen=True):
+    """One teammate, as the sender of a :class:`Status` sees it."""
+
+    peer: Name
+    quality: Percent
+    lq: Percent
+    strong: bool
+    activity: Words
+    next_ms: Milliseconds | None
+    """Until the next exchange; nil: none is due."""
+    sent: Bytes
+    received: Bytes
+    saved: Bytes
+    """What whole maps as LZ4 would have cost beyond what was sent."""
+
+
+class Status(Message, frozen=True, tag=12):
+    """How a robot fares, for those who watch; robots do not listen to it."""
+
+    boot: Count
+    uptime_ms: Milliseconds
+    mode: Annotated[int, msgspec.Meta(ge=0, le=2)]
+    beacon_bytes: Count
+    """Bytes of beacons sent since the start."""
+    other_bytes: Count
+    """Bytes of all else sent since the start, but of statuses."""
+    links: Annotated[list[LinkRow], msgspec.Meta(max_length=64)]
+    digest: Digest
+    """The maps it holds."""
+    alignments: Annotated[list[tuple[Name, Name, Words]], msgspec.Meta(max_length=64)]
+    """Pairs of maps and what is believed of them."""
+
+
+AnyMessage = Beacon | Open | Accept | Refuse | Ask | Manifest | Get | Chunk | Done | Bye | SignedManifest | Status
 
 _encoder = msgspec.msgpack.Encoder()
 _decoder = msgspec.msgpack.Decoder(AnyMessage)

@@ -8,7 +8,7 @@ from comms.bitmask import from_mask, to_mask
 from comms.config import CommsConfig
 from comms.content import content_hash
 from comms.keyframe_codec import pack_block
-from comms.messages import Chunk, Get, Manifest, Version
+from comms.messages import Chunk, Get, Manifest, SignedManifest, Version
 from comms.snapshots import Snapshot, value_of
 from comms.store import MapStore
 from comms.tile_codec import MAX_TILES_PER_CHUNK, compress, pack_tiles, unknown_tile
@@ -38,7 +38,7 @@ def manifest_for(
     order = sorted(changed, key=lambda index: (-value_of(changed[index], old.get(index)), index))
     blocks = [i for i, block in enumerate(target.blocks) if block.revision > base_revision]
     revision = target.map.revision
-    return Manifest(
+    manifest = Manifest(
         sender,
         xid,
         robot,
@@ -53,6 +53,13 @@ def manifest_for(
         [col for _, col in order],
         [revision - changed[index].revision for index in order],
     )
+    if target.proof is None:
+        return manifest
+    certificate = target.proof.certificate
+    if base is not None and base.proof is not None and base.proof.certificate == certificate:
+        certificate = b""  # the asker has it with what it holds
+    fields = {name: getattr(manifest, name) for name in Manifest.__struct_fields__}
+    return SignedManifest(**fields, root=target.proof.root, signature=target.proof.signature, certificate=certificate)
 
 
 def chunks_for(store: MapStore, manifest: Manifest, get: Get, config: CommsConfig) -> list[Chunk]:

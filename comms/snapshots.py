@@ -14,6 +14,18 @@ from spatial import LocalMap, Tile, TiledMap
 from spatial.tiles import TileIndex
 
 
+@dataclass(frozen=True)
+class Proof:
+    """What a robot says its own map is at one version; ``comms/seal.py`` makes and checks it."""
+
+    root: bytes
+    """Hash of everything in the snapshot."""
+    signature: bytes
+    """ECDSA over robot, version and root, DER."""
+    certificate: bytes
+    """The signer's, DER."""
+
+
 @dataclass(frozen=True, eq=False)
 class Snapshot:
     """A map, its keyframes, and the epoch (which start of the robot) they belong to."""
@@ -21,6 +33,8 @@ class Snapshot:
     epoch: int
     map: TiledMap
     blocks: tuple[KeyframeBlock, ...]
+    proof: Proof | None = None
+    """Where the team has keys."""
 
     @property
     def version(self) -> Version:

@@ -7,19 +7,21 @@ evidence is counted twice however it travelled.
 from __future__ import annotations
 
 from collections import OrderedDict
-from dataclasses import dataclass, field
-
-import numpy as np
+from dataclasses import dataclass, field, replace
 
 from comms.config import CommsConfig
+from comms.frames import WireError
 from comms.keyframe_codec import BLOCK, KeyframeBlock
-from comms.messages import Manifest, Version
-from comms.snapshots import Snapshot, published, relabelled
+from comms.messages import Manifest, SignedManifest, Version
+from comms.seal import MapSeal
+from comms.snapshots import Proof, Snapshot, published, relabelled
 from spatial import LocalMap, Tile, TiledMap
 from spatial.tiles import TileIndex
 
 NOTHING: Version = (0, 0)
 """The version of a map one has nothing of."""
+LAST_EPOCH = 2**61
+"""Claims of my own map's epoch above this are lies: a robot must always be able to go above."""
 
 
 @dataclass
@@ -42,8 +44,16 @@ class MapStore:
         self.maps: dict[str, LocalMap] = {}
         self.staging: dict[str, Staging] = {}
         self._config = config
+        self._seal: MapSeal | None = None
         self._newest: dict[str, Snapshot] = {}
         self._history: dict[str, OrderedDict[Version, Snapshot]] = {}
+
+    def use_seal(self, seal: MapSeal) -> None:
+        """Sign the own map from now on, and take only signed ones."""
+        self._seal = seal
+        own = self._newest.get(self.own_id)
+        if own is not None:
+            self._set(self.own_id, own)
 
     def version(self, robot_id: str) -> Version:
         """Return (epoch, revision) of the newest map of a robot; (0, 0) where nothing is known."""
@@ -96,7 +106,7 @@ class MapStore:
     def outrank(self, version: Version) -> bool:
         """Relabel the own map above a version that a teammate holds of my earlier life; return whether needed."""
         own = self._newest.get(self.own_id)
-        if version <= ((self.own_epoch, 0) if own is None else own.version):
+        if version <= ((self.own_epoch, 0) if own is None else own.version) or version[0] > LAST_EPOCH:
             return False
         self.new_epoch(version[0] + 1)
         return True
@@ -114,7 +124,10 @@ class MapStore:
         return robot_id in self._newest or len(self._newest) < self._config.max_robots
 
     def try_commit(self, manifest: Manifest) -> tuple[TileIndex, ...] | None:
-        """Put a staged snapshot in place if all of the manifest is there; return the changed tiles, else None."""
+        """Put a staged snapshot in place if all of the manifest is there; return the changed tiles, else None.
+
+        Raises :class:`WireError` where it is not what the map's own robot signed.
+        """
         robot, staging = manifest.robot, self.staging.get(manifest.robot)
         missing_tiles, missing_blocks = self.missing(manifest)
         base = self.base_of(manifest)
@@ -131,14 +144,42 @@ class MapStore:
             manifest.epoch,
             TiledMap(manifest.resolution_m, tiles, manifest.target),
             tuple(blocks[i] for i in range(count) if i in blocks),
+            self._proof_of(manifest),
         )
         if whole.keyframes != manifest.keyframes or len(tiles) > self._config.max_tiles:
             self.staging.pop(robot, None)
             return None
+        if self._is_forged(robot, whole):
+            self.staging.pop(robot, None)
+            raise WireError("forged", f"a map of {robot!r} that is not what it signed")
         self._set(robot, whole)
         self.remember(robot, whole)
         self.staging.pop(robot, None)
         return changed
+
+    def _is_forged(self, robot: str, snapshot: Snapshot) -> bool:
+        if self._seal is None:
+            return False
+        return snapshot.proof is None or self._seal.root_of(robot, snapshot) != snapshot.proof.root
+
+    def check_proof(self, manifest: Manifest) -> None:
+        """Raise :class:`WireError` where the team has keys and the map's own robot did not sign the target."""
+        if self._seal is None:
+            return
+        proof = self._proof_of(manifest)
+        if proof is None:
+            raise WireError("forged", f"a map of {manifest.robot!r} without a signature")
+        self._seal.check(manifest.robot, (manifest.epoch, manifest.target), proof)
+
+    def _proof_of(self, manifest: Manifest) -> Proof | None:
+        """Return the proof that a manifest bears; the certificate is left out where the asker has it already."""
+        if not isinstance(manifest, SignedManifest):
+            return None
+        held = self._newest.get(manifest.robot)
+        certificate = manifest.certificate
+        if not certificate and held is not None and held.proof is not None:
+            certificate = held.proof.certificate
+        return Proof(manifest.root, manifest.signature, certificate)
 
     def missing(self, manifest: Manifest) -> tuple[list[int], list[int]]:
         """Return positions in the manifest's tile list and its block list of what has not arrived yet."""
@@ -180,10 +221,7 @@ class MapStore:
         for tile in snapshot.map.tiles.values():
             if tile.cells.flags.writeable:
                 tile.cells.flags.writeable = False
+        if self._seal is not None and robot_id == self.own_id:
+            snapshot = replace(snapshot, proof=self._seal.sign(snapshot))
         self._newest[robot_id] = snapshot
         self.maps[robot_id] = snapshot.local_map
-
-
-def known_cells(snapshot: Snapshot) -> int:
-    """Return how many cells of a snapshot are known."""
-    return int(sum(np.count_nonzero(tile.cells != -1) for tile in snapshot.map.tiles.values()))

@@ -18,6 +18,50 @@ ints = st.integers(-(2**31), 2**31 - 1)
 coordinates = st.lists(st.integers(-(2**20), 2**20), max_size=5)
 poses = st.none() | st.tuples(ints, ints, ints, st.integers(0, 2**53))
 
+manifest_fields = (
+    names,
+    u32,
+    names,
+    counts,
+    counts,
+    counts,
+    st.floats(1e-3, 100),
+    counts,
+    st.lists(u32, max_size=3),
+    st.lists(counts, max_size=3),
+    coordinates,
+    coordinates,
+    st.lists(counts, max_size=5),
+)
+percents = st.integers(0, 100)
+milliseconds = st.integers(0, 2**53)
+signed = st.integers(-(2**62), 2**62)
+words = st.text(max_size=30)
+link_rows = st.builds(
+    m.LinkRow,
+    names,
+    percents,
+    percents,
+    st.booleans(),
+    words,
+    st.none() | milliseconds,
+    signed,
+    signed,
+    signed,
+)
+statuses = st.builds(
+    m.Status,
+    names,
+    counts,
+    milliseconds,
+    st.integers(0, 2),
+    counts,
+    counts,
+    st.lists(link_rows, max_size=3),
+    digests,
+    st.lists(st.tuples(names, names, words), max_size=3),
+)
+
 anything = st.one_of(
     st.builds(
         m.Beacon,
@@ -27,7 +71,7 @@ anything = st.one_of(
         st.integers(0, 2**53),
         st.integers(1, 10**9),
         st.integers(0, 2),
-        st.lists(st.tuples(names, st.integers(0, 255)), max_size=4),
+        st.lists(st.tuples(names, st.integers(0, 100)), max_size=4),
         counts,
         poses,
     ),
@@ -35,21 +79,13 @@ anything = st.one_of(
     st.builds(m.Accept, names, counts, u32, digests, digests),
     st.builds(m.Refuse, names, u32, st.text(max_size=64)),
     st.builds(m.Ask, names, u32, names, counts, counts),
+    st.builds(m.Manifest, *manifest_fields),
     st.builds(
-        m.Manifest,
-        names,
-        u32,
-        names,
-        counts,
-        counts,
-        counts,
-        st.floats(1e-3, 100),
-        counts,
-        st.lists(u32, max_size=3),
-        st.lists(counts, max_size=3),
-        coordinates,
-        coordinates,
-        st.lists(counts, max_size=5),
+        m.SignedManifest,
+        *manifest_fields,
+        st.binary(min_size=16, max_size=16),
+        st.binary(max_size=80),
+        st.binary(max_size=99),
     ),
     st.builds(m.Get, names, u32, names, counts, counts, counts, st.binary(max_size=9)),
     st.builds(
@@ -68,6 +104,7 @@ anything = st.one_of(
     ),
     st.builds(m.Done, names, u32, st.integers(0, 2)),
     st.builds(m.Bye, names, counts),
+    statuses,
 )
 
 

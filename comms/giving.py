@@ -1,0 +1,78 @@
+"""The giving side of exchanges: offers what the peer lacks, and sends what it asks for."""
+
+from __future__ import annotations
+
+from comms.exchange import Exchange
+from comms.messages import GIVE_NO_MORE, Accept, Ask, Done, Get, Open, Version
+from comms.provider import chunks_for, manifest_for
+from comms.station import Station
+from comms.store import NOTHING
+
+
+class Giving:
+    """Gives maps, within the bytes allowed for one meeting."""
+
+    def __init__(self, station: Station) -> None:
+        """Take the robot's means."""
+        self._station = station
+
+    def begin(self, exchange: Exchange) -> None:
+        """Note what sending whole maps would have cost: the own one at every meeting."""
+        if self._station.takes_maps(exchange.peer):
+            self._count_whole(exchange, self._station.own_id)
+
+    def offer_all(self, exchange: Exchange, digest: Open | Accept) -> None:
+        """Tell the peer what it lacks of each map known here, but its own."""
+        if not self._station.takes_maps(exchange.peer):
+            return
+        held = {robot: (epoch, revision) for robot, epoch, revision in digest.digest}
+        staged = {robot: (epoch, revision) for robot, epoch, revision in digest.staged}
+        for robot in self._station.store.digest():
+            if robot != exchange.peer:
+                self._offer(exchange, robot, held.get(robot, NOTHING), staged.get(robot))
+
+    def on_ask(self, exchange: Exchange, message: Ask) -> None:
+        """The peer asks what it lacks of one map."""
+        self._offer_or_end(exchange, message)
+
+    def on_get(self, exchange: Exchange, message: Get, now_ns: int) -> None:
+        """The peer asks for items of a manifest."""
+        offered = exchange.offered.get((message.robot, message.epoch, message.base, message.target))
+        if offered is None:
+            self._offer_or_end(exchange, message)
+            return
+        budget = self._station.config.exchange_budget_bytes
+        for chunk in chunks_for(self._station.store, offered, message, self._station.config):
+            if budget and exchange.served and exchange.served + len(chunk.packed) > budget:
+                self._give_no_more(exchange)
+                return
+            sent = self._station.post(chunk, exchange.peer, "bulk")
+            exchange.served += sent
+            exchange.useful_ns = now_ns
+            exchange.bytes_sent += sent
+
+    def _offer_or_end(self, exchange: Exchange, question: Ask | Get) -> None:
+        if not self._offer(exchange, question.robot, (question.epoch, question.base), None):
+            self._give_no_more(exchange)
+
+    def _offer(self, exchange: Exchange, robot: str, held: Version, staged: Version | None) -> bool:
+        station = self._station
+        finish = staged if station.config.exchange_budget_bytes else None
+        manifest = manifest_for(station.store, station.own_id, exchange.xid, robot, held, finish)
+        if manifest is None:
+            return False
+        exchange.offer(manifest)
+        if robot not in exchange.whole:
+            self._count_whole(exchange, robot)
+        exchange.bytes_sent += station.post(manifest, exchange.peer, "control")
+        return True
+
+    def _count_whole(self, exchange: Exchange, robot: str) -> None:
+        snapshot = self._station.store.newest(robot)
+        if snapshot is not None:
+            exchange.whole[robot] = snapshot
+
+    def _give_no_more(self, exchange: Exchange) -> None:
+        exchange.budget_spent = True
+        message = Done(self._station.own_id, exchange.xid, GIVE_NO_MORE)
+        exchange.bytes_sent += self._station.post(message, exchange.peer, "control")
