@@ -22,10 +22,13 @@ from agent.body import Sensed
 from agent.clock import Clock
 from agent.effects import AlignJob
 from agent.runner import Runner
+from agent.status import status_of
 from alignment import Alignment, Rejection
 
 IDLE_S = 0.02
 """Longest wait for the network when nothing else is due, seconds of wall time."""
+STATUS_NS = 1_000_000_000
+"""Mission time between two statuses for those who watch, nanoseconds."""
 GIL_S = 0.001
 """How soon a thread that computes in Python lets the scans' thread go on, seconds."""
 STEP_BACK = 5
@@ -49,6 +52,7 @@ class ProcessShell:
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="align", initializer=_step_back)
         self._job: tuple[AlignJob, Future[Alignment | Rejection]] | None = None
         self._next_tick_ns = 0
+        self._next_status_ns = 0
 
     def run(self, stop: Callable[[], bool]) -> None:
         """Loop until ``stop()``; then write the robot's files and close everything."""
@@ -72,6 +76,9 @@ class ProcessShell:
             self._next_tick_ns = now_ns + round(self.runner.agent.settings.agent.tick_s * 1e9)
             self.runner.tick(now_ns)
         self.runner.keep(time.monotonic_ns(), now_ns)
+        if now_ns >= self._next_status_ns:
+            self._next_status_ns = now_ns + STATUS_NS
+            self.runner.perform([status_of(self.runner.agent, now_ns)])
         self._align(now_ns)
         self.runner.body.act(self.runner.agent, now_ns)
         return sensed is not None

@@ -20,11 +20,12 @@ from comms.memory_transport import LinkConditions, MemoryNetwork, MemoryTranspor
 from comms.node import CommsNode
 from comms.persistence import restore_store, store_state
 from comms.seal import MapSeal
-from comms.security import RobotKeys, load_keys, make_team_keys
-from comms.status import PeerStatus, team_status
-from comms.transport import Arrival, Incoming, PeerJoined, PeerLeft, Transport
+from comms.security import RobotKeys, load_keys, make_team_keys, own_keys
+from comms.status import PeerStatus, status_report, team_status
+from comms.team_view import TeamView
+from comms.transport import Arrival, Incoming, PeerJoined, PeerLeft, Sighting, Transport
 from comms.warm_up import warm_up
-from comms.zenoh_transport import ZenohTransport
+from comms.zenoh_transport import ZenohTransport, ZenohWatcher
 
 __all__ = [
     "Arrival",
@@ -50,12 +51,17 @@ __all__ = [
     "PeerStatus",
     "RobotKeys",
     "Send",
+    "Sighting",
+    "TeamView",
     "TeammatePose",
     "Transport",
     "ZenohTransport",
+    "ZenohWatcher",
     "load_keys",
     "make_team_keys",
+    "own_keys",
     "restore_store",
+    "status_report",
     "store_state",
     "team_status",
     "warm_up",

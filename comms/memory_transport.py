@@ -108,7 +108,7 @@ class MemoryNetwork:
 
     def carry(self, sender: str, effect: Send) -> None:
         """Put a message on its way."""
-        if sender not in self._ends:
+        if sender not in self._ends or effect.lane == "status":  # nobody watches
             return
         targets = [effect.to] if effect.to is not None else [robot for robot in self._ends if robot != sender]
         for receiver in targets:

@@ -73,7 +73,7 @@ class CommsNode:
         """What the exchanges with each peer cost so far."""
         self.bytes_sent: Counter[str] = Counter()
         """Bytes sent on each lane: beacons are apart from control and bulk, which the exchanges count."""
-        self._tag = team_tag(team)
+        self.team_tag = team_tag(team)
         self._out: list[fx.Effect] = []
         station = Station(
             robot_id,
@@ -89,6 +89,10 @@ class CommsNode:
         self._exchanges = Exchanges(station)
         self._around = Neighbourhood(station, self._exchanges.abort)
         self.peers, self.links = self._around.peers, self._around.links
+
+    def uptime_ms(self, now_ns: int) -> int:
+        """Return for how long this robot has been up."""
+        return self._around.uptime_ms(now_ns)
 
     @property
     def must_stop(self) -> bool:
@@ -138,7 +142,7 @@ class CommsNode:
         """Take a message; ``sender`` is who the transport says it is from. A bad one is counted and dropped."""
         claimed = sender
         try:
-            message = decode(payload, self._tag, self.config.max_message_bytes)
+            message = decode(payload, self.team_tag, self.config.max_message_bytes)
             claimed = message.sender
             if sender is not None and sender != message.sender:
                 claimed = sender
@@ -184,7 +188,7 @@ class CommsNode:
     # -- out -------------------------------------------------------------------------------------------------------
 
     def _post(self, message: Message, to: str | None, lane: fx.Lane) -> int:
-        payload = encode(message, self._tag)
+        payload = encode(message, self.team_tag)
         self.bytes_sent[lane] += len(payload)
         self._out.append(fx.Send(to, payload, lane))
         return len(payload)

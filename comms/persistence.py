@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from comms.keyframe_codec import BLOCK, KeyframeBlock
-from comms.snapshots import Snapshot
+from comms.snapshots import Proof, Snapshot
 from comms.store import MapStore
 from spatial import TILE_CELLS, Tile, TiledMap
 
@@ -49,6 +49,7 @@ def _snapshot_state(snapshot: Snapshot) -> dict[str, Any]:
         "cells": cells,
         "block_revisions": np.array([block.revision for block in blocks], dtype=np.int64),
         "stamps_ns": np.concatenate([block.stamps_ns for block in blocks]) if blocks else np.empty(0, np.int64),
+        "proof": None if snapshot.proof is None else [part.hex() for part in vars(snapshot.proof).values()],
         "poses": np.concatenate([block.poses for block in blocks]) if blocks else np.empty((0, 3), np.int32),
     }
 
@@ -65,4 +66,6 @@ def _snapshot(state: dict[str, Any]) -> Snapshot:
         KeyframeBlock(revision, stamps[k * BLOCK : (k + 1) * BLOCK], poses[k * BLOCK : (k + 1) * BLOCK])
         for k, revision in enumerate(state["block_revisions"].tolist())
     )
-    return Snapshot(int(state["epoch"]), TiledMap(float(state["resolution_m"]), tiles, int(state["revision"])), blocks)
+    proof = None if state.get("proof") is None else Proof(*(bytes.fromhex(part) for part in state["proof"]))
+    tiled = TiledMap(float(state["resolution_m"]), tiles, int(state["revision"]))
+    return Snapshot(int(state["epoch"]), tiled, blocks, proof)

@@ -96,6 +96,17 @@ def load_keys(folder: Path, robot_id: str, team: str) -> RobotKeys:
     return RobotKeys(paths["ca.pem"], paths["certificate.pem"], paths["key.pem"], roster)
 
 
+def own_keys(folder: Path) -> tuple[str, RobotKeys]:
+    """Return the team of a robot's key folder and the keys, whoever the robot is; ``InputError`` as above."""
+    try:
+        team = str(json.loads((folder / ROSTER).read_text(encoding="utf-8"))["team"])
+        certificate = x509.load_pem_x509_certificate((folder / "certificate.pem").read_bytes())
+        robot_id = str(certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)[0].value)
+    except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
+        raise InputError(f"{folder}: not a robot's key folder ({error})") from error
+    return team, load_keys(folder, robot_id, team)
+
+
 def access_rules(team: str, roster: Mapping[str, str]) -> dict[str, Any]:
     """Return Zenoh access rules: a robot writes only under its own name, a router passes on for all, others nothing."""
     everything = f"mrslam/{team}/**"

@@ -1,11 +1,19 @@
-"""What a robot knows of its team now, as values: for ``mrslam top`` and for tests."""
+"""What a robot knows of its team now: as values, and as the message that ``mrslam top`` shows."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from comms.config import MODES
+from comms.effects import Send
+from comms.messages import LinkRow, Status, encode
 from comms.node import CommsNode
+
+MAX_ROWS = 64
+"""Most links and most pairs of maps that one status tells of."""
+MAX_WORDS = 120
 
 
 @dataclass(frozen=True)
@@ -66,3 +74,33 @@ def _row(node: CommsNode, peer: str, now_ns: int) -> PeerStatus:
         bytes_saved=totals.full_lz4 - totals.sent,
         version=node.store.version(peer),
     )
+
+
+def status_report(node: CommsNode, now_ns: int, alignments: Sequence[tuple[str, str, str]] = ()) -> Send:
+    """Return the robot's status for those who watch; ``alignments``: two robots, and in words how their maps fit."""
+    links = [
+        LinkRow(
+            row.peer,
+            round(100 * row.quality),
+            round(100 * row.lq),
+            row.state == "strong",
+            row.activity[:MAX_WORDS],
+            None if math.isinf(row.next_exchange_s) else round(1e3 * row.next_exchange_s),
+            row.bytes_sent,
+            row.bytes_received,
+            row.bytes_saved,
+        )
+        for row in team_status(node, now_ns)[:MAX_ROWS]
+    ]
+    message = Status(
+        node.robot_id,
+        node.boot_id,
+        node.uptime_ms(now_ns),
+        MODES.index(node.mode),
+        node.bytes_sent["beacon"],
+        node.bytes_sent["control"] + node.bytes_sent["bulk"],
+        links,
+        [(robot, *version) for robot, version in node.store.digest().items()],
+        [(a, b, words[:MAX_WORDS]) for a, b, words in alignments[:MAX_ROWS]],
+    )
+    return Send(None, encode(message, node.team_tag), "status")

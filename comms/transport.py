@@ -35,6 +35,17 @@ class PeerLeft:
 Arrival = Incoming | PeerJoined | PeerLeft
 
 
+@dataclass(frozen=True)
+class Sighting:
+    """What a watcher saw of one robot."""
+
+    team: str
+    robot: str
+    payload: bytes | None
+    """Its status as sent; None where only its presence changed."""
+    is_here: bool = True
+
+
 class Transport(Protocol):
     """One robot's end of a network."""
 

@@ -72,13 +72,32 @@ def settings(
     return chosen
 
 
-def datagram_settings(listen: Sequence[str], connect: Sequence[str]) -> dict[str, Any]:
-    """Return the settings of the session that carries beacons over UDP, where a lost one holds up nothing."""
-    return settings("", mode="peer", listen=listen, connect=connect, multicast=False, keys=None) | {
+def split_datagrams(endpoints: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the endpoints that lose nothing, and those that carry datagrams: ``udp/...`` and ``quic/...?rel=0``."""
+    datagrams = [e for e in endpoints if e.startswith("udp/") or (e.startswith("quic/") and "rel=0" in e)]
+    return [e for e in endpoints if e not in datagrams], datagrams
+
+
+def datagram_settings(
+    team: str, listen: Sequence[str], connect: Sequence[str], keys: RobotKeys | None
+) -> dict[str, Any]:
+    """Return the settings of the session that carries beacons as datagrams, where a lost one holds up nothing."""
+    return settings(team, mode="peer", listen=listen, connect=connect, multicast=False, keys=keys) | {
         "transport/link/tx/lease": DATAGRAM_LEASE_MS,
         "transport/unicast/open_timeout": DATAGRAM_OPEN_MS,
         "transport/unicast/accept_timeout": DATAGRAM_OPEN_MS,
         "scouting/gossip/enabled": False,
+    }
+
+
+def watcher_settings(
+    team: str, listen: Sequence[str], connect: Sequence[str], multicast: bool, keys: RobotKeys | None
+) -> dict[str, Any]:
+    """Return the settings of one who only looks on: it scouts, but is not found, and opens no port unasked."""
+    chosen = settings(team, mode="peer", listen=listen, connect=connect, multicast=multicast, keys=keys)
+    return chosen | {
+        "listen/endpoints": [_tuned(endpoint) for endpoint in listen],
+        "scouting/multicast/listen": False,
     }
 
 

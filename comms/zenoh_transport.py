@@ -1,6 +1,7 @@
-"""Robots over Zenoh. The only file that knows it.
+"""Robots over Zenoh, and those who watch them. The only file that knows it.
 
-Keys: ``mrslam/<team>/<robot>/all/<lane>`` to everybody, ``mrslam/<team>/<robot>/to/<peer>/<lane>`` to one, and the
+Keys: ``mrslam/<team>/<robot>/all/<lane>`` to everybody, ``mrslam/<team>/<robot>/to/<peer>/<lane>`` to one,
+``mrslam/<team>/<robot>/status`` to those who watch (nobody else subscribes, so without them nothing is sent), and the
 liveliness token ``mrslam/<team>/<robot>/alive/<session>``. A robot publishes only below its own name, which access
 rules can enforce. Zenoh's threads only put what arrives into a bounded queue.
 """
@@ -8,6 +9,7 @@ rules can enforce. Zenoh's threads only put what arrives into a bounded queue.
 from __future__ import annotations
 
 import logging
+from collections import deque
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,15 +18,19 @@ import zenoh
 from comms.effects import Lane, Send
 from comms.frames import check_name
 from comms.inbox import Inbox
+from comms.local_robots import announce, withdraw
 from comms.outbox import Outbox
 from comms.security import RobotKeys
-from comms.transport import Arrival, Incoming, PeerJoined, PeerLeft
-from comms.zenoh_config import as_json, datagram_settings, settings
+from comms.transport import Arrival, Incoming, PeerJoined, PeerLeft, Sighting
+from comms.zenoh_config import as_json, datagram_settings, settings, split_datagrams, watcher_settings
 from spatial import InputError
 
 log = logging.getLogger(__name__)
 
 LANES: tuple[Lane, ...] = ("beacon", "control", "bulk")
+"""What robots say to each other."""
+MAX_SIGHTINGS = 4096
+"""A watcher that does not look loses the oldest."""
 
 
 def _open(chosen: dict[str, Any]) -> zenoh.Session:
@@ -55,7 +61,7 @@ class ZenohTransport:
         """Open the session and announce the robot.
 
         ``listen``, ``connect``: endpoints such as ``tcp/0.0.0.0:7447``; several are fine, absent peers are tried again;
-            beacons take ``udp/`` ones where there are any.
+            beacons take datagram ones, ``udp/...`` or with keys ``quic/...?rel=0``, where there are any.
         ``multicast``: find robots on the local network by themselves. ``mode``: "peer", "client", "router".
         ``keys``: the robot's certificate; then links are mutual TLS and robots publish only under their own names.
         Raises ``InputError`` where an endpoint cannot be used.
@@ -63,13 +69,12 @@ class ZenohTransport:
         self.robot_id, self.team = check_name(robot_id, "robot id"), check_name(team, "team name")
         if keys is None:
             log.warning("team %s is open: anyone on this network can read and write its maps (see mrslam keys)", team)
-        udp_listen, udp_connect = ([e for e in ends if e.startswith("udp/")] for ends in (listen, connect))
-        listen, connect = ([e for e in ends if not e.startswith("udp/")] for ends in (listen, connect))
+        (listen, listen_datagrams), (connect, connect_datagrams) = split_datagrams(listen), split_datagrams(connect)
         self._session = _open(settings(team, mode=mode, listen=listen, connect=connect, multicast=multicast, keys=keys))
         self._datagrams = self._session
-        if udp_listen or udp_connect:
+        if listen_datagrams or connect_datagrams:
             try:
-                self._datagrams = _open(datagram_settings(udp_listen, udp_connect))
+                self._datagrams = _open(datagram_settings(team, listen_datagrams, connect_datagrams, keys))
             except InputError:
                 self._session.close()  # type: ignore[no-untyped-call]
                 raise
@@ -88,6 +93,12 @@ class ZenohTransport:
             reliability=zenoh.Reliability.BEST_EFFORT,
             express=True,
         )
+        self._status = self._session.declare_publisher(
+            f"{self._own}/status",
+            congestion_control=zenoh.CongestionControl.DROP,
+            priority=zenoh.Priority.DATA_LOW,
+            reliability=zenoh.Reliability.BEST_EFFORT,
+        )
         remote = zenoh.Locality.REMOTE
         self._subscribers: list[Any] = [
             self._session.declare_subscriber(f"{root}/*/all/*", self._on_sample, allowed_origin=remote),
@@ -99,6 +110,7 @@ class ZenohTransport:
         liveliness = self._session.liveliness()
         self._subscribers.append(liveliness.declare_subscriber(f"{root}/*/alive/*", self._on_token, history=True))
         self._token = liveliness.declare_token(f"{self._own}/alive/{self._session.zid()}")
+        self._announced = announce(team, robot_id, listen)
 
     def send(self, effect: Send) -> None:
         """Send without waiting."""
@@ -106,6 +118,9 @@ class ZenohTransport:
             return
         if effect.lane == "beacon" and effect.to is None:
             self._beacons.put(effect.payload)
+            return
+        if effect.lane == "status":
+            self._status.put(effect.payload)
             return
         target = "all" if effect.to is None else f"to/{effect.to}"
         outbox = self._bulk if effect.lane == "bulk" else self._control
@@ -125,9 +140,10 @@ class ZenohTransport:
         if self._closed:
             return
         self._closed = True
+        withdraw(self._announced)
         self._control.close()
         self._bulk.close()
-        for declared in (self._token, *self._subscribers, self._beacons):
+        for declared in (self._token, *self._subscribers, self._beacons, self._status):
             try:
                 declared.undeclare()
             except zenoh.ZError as error:
@@ -173,3 +189,53 @@ class ZenohTransport:
             tokens.discard(session)
             if not tokens:
                 self.inbox.put(PeerLeft(peer))
+
+
+class ZenohWatcher:
+    """Looks on: takes part in nothing, is seen by no robot, listens on no address unless told to."""
+
+    def __init__(
+        self,
+        team: str | None,
+        *,
+        listen: Sequence[str] = (),
+        connect: Sequence[str] = (),
+        multicast: bool = False,
+        keys: RobotKeys | None = None,
+    ) -> None:
+        """Watch one team, or all that can be reached; raises ``InputError`` where an endpoint cannot be used."""
+        pattern = "*" if team is None else check_name(team, "team name")
+        self._session = _open(watcher_settings(pattern, listen, connect, multicast, keys))
+        self._seen: deque[Sighting] = deque(maxlen=MAX_SIGHTINGS)
+        liveliness = self._session.liveliness()
+        self._subscribers: list[Any] = [
+            self._session.declare_subscriber(f"mrslam/{pattern}/*/status", self._on_status),
+            liveliness.declare_subscriber(f"mrslam/{pattern}/*/alive/*", self._on_token, history=True),
+        ]
+
+    def poll(self) -> list[Sighting]:
+        """Return what was seen since the last call."""
+        seen = []
+        while self._seen:
+            seen.append(self._seen.popleft())
+        return seen
+
+    def links(self) -> int:
+        """Return how many other Zenoh nodes this one is connected to."""
+        return len(self._session.info.peers_zid()) + len(self._session.info.routers_zid())
+
+    def close(self) -> None:
+        """Look away."""
+        for declared in self._subscribers:
+            declared.undeclare()
+        self._session.close()  # type: ignore[no-untyped-call]
+
+    def _on_status(self, sample: zenoh.Sample) -> None:
+        parts = str(sample.key_expr).split("/")
+        if len(parts) == 4 and sample.kind == zenoh.SampleKind.PUT:
+            self._seen.append(Sighting(parts[1], parts[2], sample.payload.to_bytes()))
+
+    def _on_token(self, sample: zenoh.Sample) -> None:
+        parts = str(sample.key_expr).split("/")
+        if len(parts) == 5:
+            self._seen.append(Sighting(parts[1], parts[2], None, sample.kind == zenoh.SampleKind.PUT))

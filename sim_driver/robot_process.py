@@ -13,7 +13,7 @@ from pathlib import Path
 
 from agent import Agent, Body, Event, Keeper, ProcessShell, Runner, Sensed, SharedClock, resume
 from agent.clock import Counter
-from comms import Transport, ZenohTransport, load_keys
+from comms import MapSeal, Transport, ZenohTransport, load_keys
 from sim_driver.kernels import load_kernels
 from sim_driver.mission import Mission, RobotConfig
 from sim_driver.recorded import RecordedBody
@@ -158,6 +158,8 @@ def _come_up(task: RobotTask, pipe: Connection, simulator: Connection, now: Coun
     team = mission.mission.name
     folder = mission.links.keys
     keys = None if folder is None else load_keys(mission.find(folder) / robot.id, robot.id, team)
+    if keys is not None:
+        agent.node.seal_maps(MapSeal.load(keys, team, robot.id))
     transport: Transport = ZenohTransport(robot.id, team, listen=[task.listen], connect=task.connect, keys=keys)
     out = task.out / robot.id
     past = _take_up(agent, out / CHECKPOINT, now.value) if task.resumed else []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import multiprocessing as mp
 import os
+import signal
 import socket
 import time
 from pathlib import Path
@@ -13,14 +14,17 @@ from comms import (
     CommsConfig,
     CommsNode,
     Incoming,
+    MapSeal,
     PeerJoined,
     PeerLeft,
     Send,
     ZenohTransport,
     load_keys,
+    status_report,
     warm_up,
 )
 from tests.comms.bad_link import enter
+from tests.comms.team import fingerprint
 
 DEADLINE_S = 60.0
 
@@ -37,13 +41,14 @@ def run_robot(pipe, robot, team, boot, config, local_map, endpoints, keys, names
         enter(namespace)
     warm_up()
     node = CommsNode(robot, team, boot, config)
+    if keys is not None:
+        node.seal_maps(MapSeal.load(keys, team, robot))
     transport = ZenohTransport(robot, team, keys=keys, **endpoints)
     if local_map is not None:
         node.publish(local_map, 0)
     pipe.send(("up", os.getpid(), None))
-    last = None
+    last, told, now = None, 0, time.monotonic_ns
     while True:
-        now = time.monotonic_ns
         effects = []
         for item in transport.poll(0.02):
             if isinstance(item, Incoming):
@@ -58,10 +63,15 @@ def run_robot(pipe, robot, team, boot, config, local_map, endpoints, keys, names
                 transport.send(effect)
             else:
                 pipe.send(("effect", time.monotonic(), effect))
+        if now() >= told + 1_000_000_000:
+            told = now()
+            transport.send(status_report(node, told))
         digest = node.store.digest()
         if digest != last:
             last = digest
             pipe.send(("digest", time.monotonic(), digest))
+            content = {robot: fingerprint(local) for robot, local in node.store.maps.items()}
+            pipe.send(("content", time.monotonic(), content))
         while pipe.poll():
             order, argument = pipe.recv()
             if order == "stop":
@@ -90,12 +100,13 @@ class Robot:
         keys=None,
         mode="peer",
         namespace=None,
+        multicast=False,
     ) -> None:
         warm_up()  # compiled once, here, not in every process
         self.robot = robot
         context = mp.get_context("spawn")
         self.pipe, theirs = context.Pipe()
-        endpoints = {"listen": list(listen), "connect": list(connect), "mode": mode}
+        endpoints = {"listen": list(listen), "connect": list(connect), "mode": mode, "multicast": multicast}
         boot = time.time_ns() if boot is None else boot
         args = (theirs, robot, team, boot, config or CommsConfig(), local_map, endpoints, keys, namespace)
         self.process = context.Process(target=run_robot, args=args, daemon=True)
@@ -150,6 +161,11 @@ class Robot:
 
     def tell(self, order: str, argument=None) -> None:
         self.pipe.send((order, argument))
+
+    def freeze(self) -> float:
+        """Stop the process without ending it: its sockets stay open and silent."""
+        os.kill(self.process.pid, signal.SIGSTOP)
+        return time.monotonic()
 
     def kill(self) -> float:
         self.process.kill()

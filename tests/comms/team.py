@@ -21,7 +21,7 @@ from comms import (
     Send,
 )
 from comms.memory_transport import PERFECT
-from spatial import Keyframes, LocalMap, Tile, TiledMap
+from spatial import Keyframes, LocalMap, OccupancyGrid, Tile, TiledMap
 
 SECOND = 1_000_000_000
 QUICK = CommsConfig(
@@ -44,6 +44,18 @@ def fingerprint(local: LocalMap) -> bytes:
         digest.update(repr((index, local.map.tiles[index].revision)).encode() + local.map.tiles[index].cells.tobytes())
     digest.update(local.keyframes.stamps_ns.tobytes() + local.keyframes.T_map_base.tobytes())
     return digest.digest()
+
+
+def big_map(cells: int = 1000, seed: int = 0, revision: int = 1) -> LocalMap:
+    rng = np.random.default_rng(seed)
+    grid = np.full((cells, cells), -1, dtype=np.int8)
+    for _ in range(60):
+        r, c = (int(v) for v in rng.integers(0, cells - 120, size=2))
+        grid[r : r + 100, c : c + 110] = 0
+        grid[r, c : c + 110] = grid[r : r + 100, c] = 100
+    tiled = TiledMap.from_grid(OccupancyGrid(grid, 0.05), revision)
+    drive = np.cumsum(rng.normal(scale=0.01, size=(500, 3)), axis=0)
+    return LocalMap(tiled, Keyframes(np.arange(500) * SECOND, drive))
 
 
 class GrowingMap:

@@ -11,7 +11,7 @@ import pytest
 from comms import CommsConfig, ExchangeDone, ExchangeFailed, LinkChanged
 from tests.comms.bad_link import BadLink
 from tests.comms.processes import Robot
-from tests.comms.test_exchange import big_map
+from tests.comms.team import big_map
 
 CONFIG = CommsConfig(
     exchange_timeout_s=3.0,

@@ -24,26 +24,14 @@ from comms import (
 )
 from comms import messages as m
 from comms.frames import team_tag
-from spatial import InputError, Keyframes, LocalMap, OccupancyGrid, Tile, TiledMap
-from tests.comms.team import QUICK, SECOND, Team, fingerprint
+from spatial import InputError, LocalMap, Tile, TiledMap
+from tests.comms.team import QUICK, SECOND, Team, big_map, fingerprint
 
 TAG = team_tag("team")
 
 
 def _replace(settings):
     return replace(QUICK, **settings)
-
-
-def big_map(cells: int = 1000, seed: int = 0, revision: int = 1) -> LocalMap:
-    rng = np.random.default_rng(seed)
-    grid = np.full((cells, cells), -1, dtype=np.int8)
-    for _ in range(60):
-        r, c = (int(v) for v in rng.integers(0, cells - 120, size=2))
-        grid[r : r + 100, c : c + 110] = 0
-        grid[r, c : c + 110] = grid[r : r + 100, c] = 100
-    tiled = TiledMap.from_grid(OccupancyGrid(grid, 0.05), revision)
-    drive = np.cumsum(rng.normal(scale=0.01, size=(500, 3)), axis=0)
-    return LocalMap(tiled, Keyframes(np.arange(500) * SECOND, drive))
 
 
 def test_two_robots_hold_each_others_maps():

@@ -10,7 +10,7 @@ from comms import CommsConfig, ExchangeDone, MapUpdated, PeerSeen, Send, ZenohTr
 from comms.security import access_rules
 from spatial import InputError
 from tests.comms.processes import Robot, free_port, robot_keys
-from tests.comms.test_exchange import big_map
+from tests.comms.team import big_map
 
 EAGER = CommsConfig(exchange_timeout_s=2.0, beacon_period_s=0.1, beacon_window=20)
 

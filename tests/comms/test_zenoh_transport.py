@@ -19,7 +19,7 @@ from comms import (
 )
 from spatial import InputError
 from tests.comms.processes import Robot, free_port
-from tests.comms.test_exchange import big_map
+from tests.comms.team import big_map
 
 EAGER = CommsConfig(exchange_timeout_s=2.0, beacon_period_s=0.1, beacon_window=20)
 
