@@ -11,8 +11,8 @@ MIN_EXPECTED = 8
 """A link is judged as if at least so many beacons had been due: one beacon heard is no proof of a good link."""
 SILENCE_GRACE = 1.5
 """Beacon periods that may pass before a beacon not heard counts as lost."""
-STEADY_BEACONS = 8
-"""A link is steady when so many beacons in a row arrived..."""
+STEADY_BEACONS = 16
+"""A link is steady when so many beacons in a row (or the whole window) arrived..."""
 STEADY_NLQ = 0.95
 """... and the neighbour says that it receives at least this share of mine."""
 
@@ -65,7 +65,7 @@ class BeaconWindow:
 
     def is_steady(self, now_ns: int, period_ns: int) -> bool:
         """Return whether none of the last beacons was lost, and none is overdue."""
-        newest = (1 << STEADY_BEACONS) - 1
+        newest = self._mask & ((1 << STEADY_BEACONS) - 1)
         return self._bits & newest == newest and now_ns - self._heard_ns <= (1.0 + SILENCE_GRACE) * period_ns
 
 

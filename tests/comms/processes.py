@@ -173,6 +173,8 @@ class Robot:
 
     def stop(self) -> None:
         if self.process.is_alive():
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(self.process.pid, signal.SIGCONT)
             with contextlib.suppress(OSError):
                 self.tell("stop")
             self.process.join(10)

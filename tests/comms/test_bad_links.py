@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import os
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from comms import CommsConfig, ExchangeDone, ExchangeFailed, LinkChanged
+from comms import CommsConfig, ExchangeDone, ExchangeFailed, LinkChanged, PeerGone, make_team_keys
 from tests.comms.bad_link import BadLink
-from tests.comms.processes import Robot
-from tests.comms.team import big_map
+from tests.comms.processes import Robot, robot_keys
+from tests.comms.team import Team, big_map, fingerprint
 
 CONFIG = CommsConfig(
     exchange_timeout_s=3.0,
@@ -31,6 +32,13 @@ MEASURED_S = 16.0
 """Both robots are listened to for half of it each: more than the beacons' window."""
 
 
+@pytest.fixture(scope="module")
+def keys(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("keys")
+    make_team_keys(folder, "team", list(MAPS))
+    return folder
+
+
 @pytest.fixture
 def link():
     try:
@@ -41,44 +49,72 @@ def link():
     made.close()
 
 
-def two_robots(link: BadLink, config: CommsConfig) -> list[Robot]:
-    ends = [f"{protocol}/{link.addresses[0]}:{port}" for protocol, port in (("tcp", 7447), ("udp", 7448))]
-    a = Robot("a", config=config, listen=ends, namespace=link.namespaces[0], local_map=big_map(400)).up()
-    b = Robot("b", config=config, connect=ends, namespace=link.namespaces[1], local_map=big_map(400, seed=1)).up()
-    return [a, b]
+MAPS = {"a": big_map(400), "b": big_map(400, seed=1)}
 
 
-def know_each_other(robots: list[Robot], deadline_s: float) -> None:
+@pytest.fixture(scope="module")
+def lossless():
+    """What both know in the end where nothing is ever lost: a fingerprint of each map's cells and poses."""
+    team = Team(MAPS)
+    for robot, local in MAPS.items():
+        team.nodes[robot].publish(local, 0)
+        team._record(robot)
+    assert team.run_until_agreed(20)
+    known = [{name: fingerprint(m) for name, m in node.store.maps.items()} for node in team.nodes.values()]
+    assert known[0] == known[1]
+    return known[0]
+
+
+def two_robots(link: BadLink, config: CommsConfig, keys: Path | None = None) -> list[Robot]:
+    host = link.addresses[0]
+    ends = [f"tcp/{host}:7447", f"udp/{host}:7448"] if keys is None else [f"tls/{host}:7447", f"quic/{host}:7448?rel=0"]
+    robots = []
+    for robot, role, namespace in zip(MAPS, ("listen", "connect"), link.namespaces, strict=True):
+        own_keys = None if keys is None else robot_keys(keys, robot)
+        options = {role: ends, "keys": own_keys, "local_map": MAPS[robot], "namespace": namespace}
+        robots.append(Robot(robot, config=config, **options).up())
+    return robots
+
+
+def know_all(robots: list[Robot], lossless: dict[str, bytes], deadline_s: float) -> None:
+    """Wait until both hold both maps, and see that these are, to the cell, what a link without loss brings."""
     for robot in robots:
-        robot.wait(lambda r: r[0] == "digest" and set(r[2]) == {"a", "b"}, "the other's map", deadline_s)
-    digests = [[r[2] for r in robot.heard if r[0] == "digest"][-1] for robot in robots]
-    assert digests[0] == digests[1]
+        held = robot.wait(lambda r: r[0] == "content" and set(r[2]) == set(MAPS), "the other's map", deadline_s)
+        assert held[2] == lossless
 
 
 CASES = {
-    "clean": (0.0, 0.0, 1e9),
-    "30 % lost": (0.3, 0.0, 1e9),
-    "1 Mbit/s": (0.0, 0.02, 1e6),
-    "10 % lost": (0.1, 0.0, 1e9),
-    "50 % lost": (0.5, 0.0, 1e9),
-    "200 ms": (0.0, 0.2, 1e9),
+    "clean": (0.0, 0.0, 1e9, False),
+    "30 % lost": (0.3, 0.0, 1e9, False),
+    "1 Mbit/s": (0.0, 0.02, 1e6, False),
+    "30 % lost, keys": (0.3, 0.0, 1e9, True),
+    "10 % lost": (0.1, 0.0, 1e9, False),
+    "50 % lost": (0.5, 0.0, 1e9, False),
+    "200 ms": (0.0, 0.2, 1e9, False),
+    "clean, keys": (0.0, 0.0, 1e9, True),
+    "10 % lost, keys": (0.1, 0.0, 1e9, True),
+    "50 % lost, keys": (0.5, 0.0, 1e9, True),
+    "200 ms, keys": (0.0, 0.2, 1e9, True),
+    "1 Mbit/s, keys": (0.0, 0.02, 1e6, True),
 }
 if "MRSLAM_SLOW" not in os.environ:
-    CASES = dict(list(CASES.items())[1:3])
+    CASES = dict(list(CASES.items())[1:4])
 
 
-@pytest.mark.parametrize(("loss", "delay_s", "rate_bps"), CASES.values(), ids=list(CASES))
-def test_link_quality_is_measured_and_maps_come_through(link, loss, delay_s, rate_bps):
-    robots = two_robots(link, CONFIG)
+@pytest.mark.parametrize(("loss", "delay_s", "rate_bps", "closed"), CASES.values(), ids=list(CASES))
+def test_link_quality_is_measured_and_maps_come_through(link, lossless, keys, loss, delay_s, rate_bps, closed):
+    robots = two_robots(link, CONFIG, keys if closed else None)
     try:
         for robot in robots:  # both sessions are up
             robot.wait(lambda r: r[0] == "effect" and isinstance(r[2], LinkChanged) and r[2].quality > 0.3, "a link")
         link.loss, link.delay_s, link.rate_bps = loss, delay_s, rate_bps
-        know_each_other(robots, 90)
+        know_all(robots, lossless, 90)
         for robot in robots:
             robot.drain(MEASURED_S / 2)
         for robot in robots:
-            assert mean_quality(robot, 4.0) == pytest.approx((1 - loss) ** 2, abs=0.1)
+            quality = mean_quality(robot, 4.0)
+            print(f"{robot.robot}: quality {quality:.3f}, truth {(1 - loss) ** 2:.3f}")
+            assert quality == pytest.approx((1 - loss) ** 2, abs=0.1)
             ended = [r[2] for r in robot.heard if r[0] == "effect" and isinstance(r[2], ExchangeDone | ExchangeFailed)]
             assert any(isinstance(event, ExchangeDone) for event in ended)
             assert all(event.reason for event in ended)
@@ -97,7 +133,7 @@ def mean_quality(robot: Robot, seconds: float) -> float:
     return float(np.average([quality for _, quality in reports], weights=spans))
 
 
-def test_a_link_that_comes_and_goes_still_brings_all(link):
+def test_a_link_that_comes_and_goes_still_brings_all(link, lossless):
     robots = two_robots(link, CONFIG)
     try:
         robots[0].effect(LinkChanged)
@@ -110,7 +146,7 @@ def test_a_link_that_comes_and_goes_still_brings_all(link):
             for robot in robots:
                 robot.drain(1.5)
         link.up = True
-        know_each_other(robots, 30)
+        know_all(robots, lossless, 30)
     finally:
         for robot in robots:
             robot.stop()
@@ -127,6 +163,23 @@ def test_a_link_below_the_threshold_is_left_alone(link):
             robot.drain(4.0)
         for robot in robots:
             assert not [r for r in robot.heard if r[0] == "effect" and isinstance(r[2], ExchangeDone)]
+    finally:
+        for robot in robots:
+            robot.stop()
+
+
+def test_a_cut_link_is_seen_within_three_seconds(link):
+    robots = two_robots(link, CONFIG)
+    try:
+        for robot in robots:
+            robot.wait(lambda r: r[0] == "effect" and isinstance(r[2], LinkChanged) and r[2].quality > 0.3, "a link")
+        link.up = False
+        cut_s = time.monotonic()
+        for robot in robots:
+            gone = robot.wait(
+                lambda r: r[0] == "effect" and isinstance(r[2], PeerGone) and r[1] >= cut_s, "the end", 10
+            )
+            assert gone[1] - cut_s <= 3.0
     finally:
         for robot in robots:
             robot.stop()

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import os
 import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -17,6 +19,7 @@ from comms import (
     Send,
     ZenohTransport,
 )
+from comms.doctor import multicast
 from spatial import InputError
 from tests.comms.processes import Robot, free_port
 from tests.comms.team import big_map
@@ -25,8 +28,6 @@ EAGER = CommsConfig(exchange_timeout_s=2.0, beacon_period_s=0.1, beacon_window=2
 
 
 def collect(transport: ZenohTransport, count: int, deadline_s: float = 10.0) -> list:
-    import time
-
     end, items = time.monotonic() + deadline_s, []
     while len(items) < count and time.monotonic() < end:
         items += transport.poll(0.1)
@@ -170,6 +171,63 @@ def test_processes_exchange_and_a_killed_one_is_gone_within_three_seconds():
     finally:
         a.stop()
         b.stop()
+
+
+def gone(robot: Robot, since_s: float) -> tuple[float, str]:
+    """Wait for the news that a teammate is gone; return how long it took and why."""
+    heard = robot.wait(lambda r: r[0] == "effect" and isinstance(r[2], PeerGone) and r[1] >= since_s, "a departure", 10)
+    return heard[1] - since_s, heard[2].reason
+
+
+def test_a_robot_that_hangs_is_gone_within_three_seconds():
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    a = Robot("a", config=EAGER, listen=[endpoint])
+    b = Robot("b", config=EAGER, connect=[endpoint])
+    try:
+        a.effect(PeerSeen)
+        b.effect(PeerSeen)
+        took_s, reason = gone(b, a.freeze())
+        assert took_s <= 3.0
+        assert "lost" in reason
+    finally:
+        a.stop()
+        b.stop()
+
+
+def exchange_and_leave(a: Robot, b: Robot) -> None:
+    """Both hold a's map in the end; a's departure is seen at once."""
+    b.effect(ExchangeDone, peer="a")
+    b.wait(lambda report: report[0] == "digest" and "a" in report[2], "a's map")
+    left_s = time.monotonic()
+    a.stop()
+    took_s, reason = gone(b, left_s)
+    assert took_s <= 2.0  # with the process's own end in it
+    assert reason == "left"
+
+
+@pytest.mark.skipif(multicast().level != "ok", reason="no multicast here")
+def test_robots_find_each_other_by_multicast():
+    team = f"multicast-{os.getpid()}"
+    a = Robot("a", team=team, config=EAGER, multicast=True, local_map=big_map(200))
+    b = Robot("b", team=team, config=EAGER, multicast=True)
+    try:
+        exchange_and_leave(a, b)
+    finally:
+        a.stop()
+        b.stop()
+
+
+@pytest.mark.parametrize("mode", ["client", "peer"])
+def test_robots_exchange_through_a_router(mode):
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    hub = Robot("hub", config=EAGER, listen=[endpoint], mode="router").up()
+    a = Robot("a", config=EAGER, connect=[endpoint], mode=mode, local_map=big_map(200))
+    b = Robot("b", config=EAGER, connect=[endpoint], mode=mode)
+    try:
+        exchange_and_leave(a, b)
+    finally:
+        for robot in (a, b, hub):
+            robot.stop()
 
 
 def test_two_processes_with_one_name_are_both_told():

@@ -1,0 +1,78 @@
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from comms import Sighting, TeamView, status_report
+from comms import messages as m
+from tests.comms.team import Team
+
+
+@pytest.fixture(scope="module")
+def team():
+    made = Team("ab")
+    made.publish("a")
+    assert made.run_until_agreed(10)
+    made.run(0.5)
+    return made
+
+
+def report(team: Team, robot: str) -> bytes:
+    words = [("a", "b", "not merged: overlap 6 % < 15 %" + "x" * 200)]
+    return status_report(team.nodes[robot], team.now_ns, words).payload
+
+
+def test_a_status_comes_back_as_plain_values(team):
+    view = TeamView()
+    view.take([Sighting("team", "a", None), Sighting("team", "b", None)], 0.0)
+    assert not view.is_complete()
+    view.take([Sighting("team", robot, report(team, robot)) for robot in "ab"], 1.0)
+    assert view.is_complete()
+    rows = json.loads(json.dumps(view.snapshot(3.5)))
+    assert [(row["team"], row["robot"], row["here"]) for row in rows] == [("team", "a", True), ("team", "b", True)]
+    status = rows[1]["status"]
+    assert status["age_s"] == 2.5
+    assert status["mode"] == "distributed"
+    assert status["beacon_bytes"] == team.nodes["b"].bytes_sent["beacon"] > 0
+    assert status["exchange_bytes"] > 0
+    epoch, revision = team.nodes["a"].store.version("a")
+    assert status["maps"] == {"a": {"epoch": epoch, "revision": revision}}
+    link = status["links"][0]
+    assert (link["peer"], link["state"], link["quality"]) == ("a", "strong", 1.0)
+    assert link["activity"].startswith("next exchange in")
+    assert 0 <= link["next_exchange_s"] <= 2
+    assert link["bytes_received"] > 0
+    assert status["alignments"][0]["words"].startswith("not merged: overlap 6 % < 15 %")
+
+
+def test_what_is_not_a_status_of_its_sender_is_counted(team):
+    view = TeamView()
+    good = report(team, "a")
+    bye = m.encode(m.Bye("a", 1), team.nodes["a"].team_tag)
+    view.take(
+        [
+            Sighting("team", "b", good),
+            Sighting("rivals", "a", good),
+            Sighting("team", "a", good[:-1]),
+            Sighting("team", "a", bye),
+            Sighting("team", "a", b"x" * 100_000),
+        ],
+        0.0,
+    )
+    assert view.dropped == {"misattributed": 2, "foreign team": 1, "corrupt": 1, "oversized": 1}
+    assert view.snapshot(0.0) == []
+
+
+def test_who_left_is_told_as_gone(team):
+    view = TeamView()
+    view.take([Sighting("team", "a", report(team, "a")), Sighting("team", "a", None, False)], 0.0)
+    assert [row["here"] for row in view.snapshot(1.0)] == [False]
+
+
+def test_robots_do_not_listen_to_statuses(team):
+    node = team.nodes["b"]
+    assert node.on_message(report(team, "a"), team.now_ns, "a") == []
+    team.ends["a"].send(status_report(team.nodes["a"], team.now_ns))
+    team.network.advance(team.now_ns + 10**9)
+    assert "status" not in {arrival.lane for arrival in team.ends["b"].inbox}

@@ -1,0 +1,135 @@
+"""``mrslam top`` against robots in processes of their own."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from comms import CommsConfig, ExchangeDone, PeerSeen, ZenohTransport, make_team_keys
+from comms.local_robots import folder, local_robots
+from tests.comms.processes import Robot, free_port, robot_keys
+from tests.comms.team import big_map
+
+EAGER = CommsConfig(exchange_timeout_s=20.0, beacon_period_s=0.1, beacon_window=20)
+COMMAND = [sys.executable, "-c", "from sim_driver.cli import main; main()", "top", "--no-multicast"]
+
+
+def top(*options: str) -> tuple[int, str]:
+    done = subprocess.run([*COMMAND, *options], capture_output=True, text=True, timeout=60, check=False)
+    return done.returncode, done.stdout + done.stderr
+
+
+@pytest.fixture
+def alone(tmp_path, monkeypatch):
+    """Only this test's robots are on this machine."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+
+
+@pytest.fixture
+def two(alone):
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    robots = [
+        Robot("a", config=EAGER, listen=[endpoint], local_map=big_map(300)),
+        Robot("b", config=EAGER, connect=[endpoint], listen=[f"tcp/127.0.0.1:{free_port()}"]),
+    ]
+    robots[1].effect(ExchangeDone, peer="a")
+    robots[0].effect(ExchangeDone, peer="b")
+    yield endpoint, robots
+    for robot in robots:
+        robot.stop()
+
+
+def test_robots_of_this_machine_are_found_and_told(two):
+    code, text = top("--once", "--json")
+    assert code == 0
+    rows = {row["robot"]: row for row in json.loads(text)["robots"]}
+    assert set(rows) == {"a", "b"}
+    link = rows["b"]["status"]["links"][0]
+    assert link["peer"] == "a"
+    assert link["state"] == "strong"
+    assert link["quality"] > 0.8
+    assert 0 < link["next_exchange_s"] <= 20
+    assert link["bytes_received"] > 1000
+    assert rows["a"]["status"]["links"][0]["bytes_sent"] > 1000
+    assert rows["b"]["status"]["maps"]["a"]["revision"] == 1
+    code, text = top("--once", "--connect", two[0], "--team", "team")
+    assert code == 0
+    assert "b - a" in text
+    assert "next exchange in" in text
+    # Nobody takes the watcher for a robot.
+    assert {r[2].peer for robot in two[1] for r in robot.heard if isinstance(r[2], PeerSeen)} == {"a", "b"}
+
+
+def test_nobody_is_said_plainly_with_what_to_check(alone):
+    code, text = top("--once", "--wait", "0.5")
+    assert code == 1
+    for words in ("nobody is here", "mrslam run MISSION", "--connect", "mrslam doctor"):
+        assert words in text
+    code, text = top("--once", "--json", "--wait", "0.5", "--team", "other")
+    assert code == 1
+    assert json.loads(text) == {"robots": [], "closed_teams": [], "bad": {}}
+
+
+def test_the_live_view_shows_a_robot_that_starts_later_and_one_that_dies(alone):
+    live = subprocess.Popen([*COMMAND], stdout=subprocess.PIPE, text=True, env={**os.environ, "COLUMNS": "150"})
+    robot = Robot("late", config=EAGER, listen=[f"tcp/127.0.0.1:{free_port()}"])
+    try:
+        robot.up()
+        deadline = time.monotonic() + 30
+        while not _is_watched(robot) and time.monotonic() < deadline:
+            robot.drain(0.2)
+        robot.drain(2.0)  # its next status comes, and the view is drawn anew
+        robot.kill()
+        robot.drain(1.5)
+    finally:
+        live.send_signal(signal.SIGINT)
+        shown, _ = live.communicate(timeout=20)
+        robot.stop()
+    assert live.returncode == 0
+    assert "late" in shown
+    assert "gone" in shown
+
+
+def _is_watched(robot: Robot) -> bool:
+    return len(local_robots()) == 1
+
+
+def test_a_closed_team_is_seen_with_keys_only(alone, tmp_path):
+    make_team_keys(tmp_path / "keys", "team", ["a", "b"])
+    port = free_port()
+    robot = Robot("a", config=EAGER, listen=[f"tls/127.0.0.1:{port}"], keys=robot_keys(tmp_path / "keys", "a"))
+    try:
+        robot.up()
+        code, text = top("--once", "--wait", "1")
+        assert code == 1
+        assert "'team' runs on this machine and is closed" in text
+        code, text = top("--once", "--json", "--keys", str(tmp_path / "keys" / "b"))
+        assert code == 0
+        assert [row["robot"] for row in json.loads(text)["robots"]] == ["a"]
+    finally:
+        robot.stop()
+
+
+def test_what_a_robot_leaves_for_others_of_its_machine(alone):
+    endpoint = f"tcp/0.0.0.0:{free_port()}"
+    transport = ZenohTransport("a", "team", listen=[endpoint])
+    found = local_robots()
+    assert [(robot.team, robot.robot, robot.pid) for robot in found] == [("team", "a", os.getpid())]
+    assert found[0].endpoints == [endpoint.replace("0.0.0.0", "127.0.0.1")]
+    assert not found[0].is_secure
+    assert folder().stat().st_mode & 0o077 == 0
+    transport.close()
+    assert local_robots() == []
+    stale = folder() / "team.b.1.json"
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    stale.write_text(json.dumps({"team": "team", "robot": "b", "pid": ended.pid, "endpoints": [endpoint]}))
+    (folder() / "broken.json").write_text("{")
+    assert local_robots() == []
+    assert not stale.exists()
