@@ -210,7 +210,7 @@ class CommsNode:
 
 
 def boot_number(boot_id: int | str) -> int:
-    """Return a boot id as a number in 1..2^60; text is hashed."""
+    """Return a boot id as a number in 1..2^61; text is hashed."""
     if isinstance(boot_id, str):
-        boot_id = int.from_bytes(blake2b(boot_id.encode(), digest_size=8).digest(), "little") >> 4
-    return min(max(int(boot_id), 1), 2**60)
+        boot_id = int.from_bytes(blake2b(boot_id.encode(), digest_size=8).digest(), "little") >> 3
+    return min(max(int(boot_id), 1), 2**61)

@@ -20,7 +20,7 @@ from spatial.tiles import TileIndex
 
 NOTHING: Version = (0, 0)
 """The version of a map one has nothing of."""
-LAST_EPOCH = 2**61
+LAST_EPOCH = 2**62 - 2
 """Claims of my own map's epoch above this are lies: a robot must always be able to go above."""
 
 

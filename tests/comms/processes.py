@@ -75,6 +75,8 @@ def run_robot(pipe, robot, team, boot, config, local_map, endpoints, keys, names
         while pipe.poll():
             order, argument = pipe.recv()
             if order == "stop":
+                for effect in node.leave():
+                    transport.send(effect)
                 transport.close()
                 pipe.send(("down", time.monotonic(), None))
                 return

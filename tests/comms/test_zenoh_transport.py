@@ -221,8 +221,10 @@ def test_robots_find_each_other_by_multicast():
 def test_robots_exchange_through_a_router(mode):
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     hub = Robot("hub", config=EAGER, listen=[endpoint], mode="router").up()
-    a = Robot("a", config=EAGER, connect=[endpoint], mode=mode, local_map=big_map(200))
-    b = Robot("b", config=EAGER, connect=[endpoint], mode=mode)
+    # Clients are served by the router; peers only learn from it where the others listen.
+    listen = [[f"tcp/127.0.0.1:{free_port()}"] if mode == "peer" else [] for _ in "ab"]
+    a = Robot("a", config=EAGER, connect=[endpoint], listen=listen[0], mode=mode, local_map=big_map(200))
+    b = Robot("b", config=EAGER, connect=[endpoint], listen=listen[1], mode=mode)
     try:
         exchange_and_leave(a, b)
     finally:
