@@ -23,14 +23,17 @@ def store_state(store: MapStore) -> dict[str, Any]:
 def restore_store(store: MapStore, state: dict[str, Any], skip: int) -> None:
     """Take up what an earlier life of the robot knew; its own map goes on under its old epoch, ``skip`` revisions on.
 
-    Between its last saving and its end that life may have published revisions that are lost now, and teammates hold.
+    Between its last saving and its end that life may have published revisions that are lost now, and teammates hold:
+    which tiles they changed nobody here knows, so all of the own map counts as changed and is sent once more.
     """
     store.own_epoch = int(state["epoch"])
     for robot, kept in sorted(state["maps"].items()):
         snapshot = _snapshot(kept)
         if robot == store.own_id:
-            whole = snapshot.map
-            snapshot = replace(snapshot, map=TiledMap(whole.resolution_m, whole.tiles, whole.revision + skip))
+            revision = snapshot.map.revision + skip
+            tiles = {index: Tile(revision, tile.cells) for index, tile in snapshot.map.tiles.items()}
+            blocks = tuple(replace(block, revision=revision) for block in snapshot.blocks)
+            snapshot = replace(snapshot, map=TiledMap(snapshot.map.resolution_m, tiles, revision), blocks=blocks)
         store.take_up(robot, snapshot)
 
 

@@ -32,6 +32,8 @@ def manifest_for(
         return None
     base_revision = held[1] if held[0] == target.epoch else 0
     base = store.at(robot, target.epoch, base_revision) if base_revision else None
+    if _replaces(target, base, base_revision):
+        base_revision, base = 0, None
     store.remember(robot, target)
     old = {} if base is None else base.map.tiles
     changed = target.map.changed_since(base_revision)
@@ -60,6 +62,16 @@ def manifest_for(
         certificate = b""  # the asker has it with what it holds
     fields = {name: getattr(manifest, name) for name in Manifest.__struct_fields__}
     return SignedManifest(**fields, root=target.proof.root, signature=target.proof.signature, certificate=certificate)
+
+
+def _replaces(target: Snapshot, base: Snapshot | None, base_revision: int) -> bool:
+    """Return whether nothing the asker holds stands any more: so it is after a robot took up an older state of itself.
+
+    Then the asker may hold tiles that the target does not have at all, and differences would leave them in place.
+    """
+    if base is not None:
+        return any(index not in target.map.tiles for index in base.map.tiles)
+    return all(tile.revision > base_revision for tile in target.map.tiles.values())
 
 
 def chunks_for(store: MapStore, manifest: Manifest, get: Get, config: CommsConfig) -> list[Chunk]:

@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from comms import ExchangeDone, MapSeal, load_keys, make_team_keys, own_keys
+from comms import ExchangeDone, MapSeal, load_keys, make_team_keys, own_keys, restore_store, store_state
 from comms import messages as m
 from comms.frames import WireError
 from comms.seal import PURPOSE
@@ -80,6 +80,24 @@ def spoil(snapshot: Snapshot, how: str) -> Snapshot:
     elif how == "no proof":
         return replace(snapshot, proof=None)
     return replace(snapshot, map=TiledMap(0.05, tiles, snapshot.map.revision), blocks=blocks)
+
+
+def test_a_restarted_robot_can_still_pass_signed_maps_on(keys):
+    team = sealed_team(keys)
+    team.publish("a")
+    assert team.run_until_agreed(20)
+    state = store_state(team.nodes["b"].store)
+    team.crash("b")
+    team.crash("a")
+    team.crash("c")
+    team.start("c", boot_id=90)
+    team.start("b", boot_id=91)
+    for robot in "bc":
+        team.nodes[robot].seal_maps(seal(keys, robot))
+    restore_store(team.nodes["b"].store, state, 10)
+    team.run(10)
+    assert "a" in team.nodes["c"].store.maps
+    assert not team.nodes["c"].dropped
 
 
 LIES = ["a cell", "a tile missing", "a tile moved", "a pose", "resolution", "revision", "no proof"]
