@@ -245,6 +245,32 @@ def doctor(
 
 
 @app.command()
+def top(
+    team: Annotated[str | None, typer.Option("--team", help="Show this team only (mission.name).")] = None,
+    listen: Annotated[
+        list[str] | None, typer.Option("--listen", help="Endpoint to be reached at; none unasked.")
+    ] = None,
+    connect: Annotated[
+        list[str] | None, typer.Option("--connect", help="Endpoint of a robot or router, tcp/192.168.1.5:7447.")
+    ] = None,
+    keys: Annotated[Path | None, typer.Option("--keys", help="A robot's key folder, to see a closed team.")] = None,
+    multicast: Annotated[bool, typer.Option("--multicast/--no-multicast", help="Look around by multicast.")] = True,
+    once: Annotated[bool, typer.Option("--once", help="Show one snapshot and stop.")] = False,
+    wait: Annotated[float, typer.Option("--wait", help="Longest wait for somebody, seconds.", min=0.0)] = 5.0,
+    json: Json = False,
+) -> None:
+    """Show who is here, how good their links are, what they exchange, and how their maps fit together.
+
+    mrslam top                                   in a second terminal, while mrslam demo runs
+
+    mrslam top --once --json                     for scripts; exit code 1 where nobody is here
+    """
+    from sim_driver.cli.top import top as show_top
+
+    show_top(team, listen or [], connect or [], keys, multicast, once, json, wait)
+
+
+@app.command()
 def config() -> None:
     """Print every setting with its default and what it does."""
     from sim_driver.cli.config import print_reference
