@@ -28,10 +28,15 @@ def restore_store(store: MapStore, state: dict[str, Any], skip: int) -> None:
     store.own_epoch = int(state["epoch"])
     for robot, kept in sorted(state["maps"].items()):
         snapshot = _snapshot(kept)
-        if robot == store.own_id:
-            whole = snapshot.map
-            snapshot = replace(snapshot, map=TiledMap(whole.resolution_m, whole.tiles, whole.revision + skip))
-        store.take_up(robot, snapshot)
+        store.take_up(robot, _restamped(snapshot, skip) if robot == store.own_id else snapshot)
+
+
+def _restamped(snapshot: Snapshot, skip: int) -> Snapshot:
+    """Return the map as if all of it had just changed: who holds a lost revision holds other content by old numbers."""
+    revision = snapshot.map.revision + skip
+    tiles = {place: Tile(revision, tile.cells) for place, tile in snapshot.map.tiles.items()}
+    blocks = tuple(replace(block, revision=revision) for block in snapshot.blocks)
+    return Snapshot(snapshot.epoch, TiledMap(snapshot.map.resolution_m, tiles, revision), blocks)
 
 
 def _snapshot_state(snapshot: Snapshot) -> dict[str, Any]:
