@@ -10,7 +10,7 @@ from agent.keeper import Inline, Keeper
 from agent.outputs import write_robot
 from agent.process import ProcessShell
 from agent.runner import LinkSource, Runner
-from agent.virtual import VirtualRobot, run_virtual
+from agent.virtual import TakesTurns, VirtualRobot, run_virtual
 from agent.watcher import Watcher
 
 __all__ = [
@@ -29,6 +29,7 @@ __all__ = [
     "Sensed",
     "Settings",
     "SharedClock",
+    "TakesTurns",
     "VirtualRobot",
     "WallClock",
     "Watcher",

@@ -18,6 +18,8 @@ from spatial.state_file import Packed, pack, read_state, write_state
 
 KIND = "mrslam-agent"
 VERSION = 1
+FREE = ("threads",)
+"""Mapper settings that change no result."""
 REVISIONS_LOST = 1000
 """More map revisions than a robot publishes between two checkpoints; a resumed one skips as many, so that no revision
 ever stands for two contents."""
@@ -35,6 +37,7 @@ def freeze(agent: Agent) -> Packed:
             "pairs": [[a, b, _pair_state(status)] for (a, b), status in sorted(agent.pairs.pairs.items())],
             "links": {peer: vars(stats) for peer, stats in agent.links.items()},
             "masked_beams": agent.masked_beams,
+            "map_number": agent.map_number,
         }
     )
 
@@ -59,7 +62,7 @@ def restore(agent: Agent, path: Path) -> None:
         agent.mapper.skip_revisions(REVISIONS_LOST)
         restore_store(agent.node.store, state["store"], REVISIONS_LOST)
         agent.links = {peer: LinkStats(**sums) for peer, sums in state["links"].items()}
-        agent.masked_beams = state["masked_beams"]
+        agent.masked_beams, agent.map_number = state["masked_beams"], state["map_number"]
         agent.take_up({(a, b): _pair(status) for a, b, status in state["pairs"]})
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: the checkpoint does not fit this program ({error})") from error
@@ -76,7 +79,11 @@ def resume(agent: Agent, path: Path) -> None:
 
 
 def _same_settings(saved: dict[str, Any], now: dict[str, Any], path: Path) -> None:
-    other = [f"rbpf.{name} {saved.get(name)} (now {now[name]})" for name in now if saved.get(name) != now[name]]
+    other = [
+        f"rbpf.{name} {saved.get(name)} (now {now[name]})"
+        for name in now
+        if name not in FREE and saved.get(name) != now[name]
+    ]
     if other:
         raise InputError(f"{path}: made with other settings: {', '.join(other)}; use these, or start without it")
 

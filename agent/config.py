@@ -28,13 +28,17 @@ class AgentConfig:
     """A merged pair is aligned anew, to follow its maps, when the area of either has grown by this share, > 0."""
     checkpoint_interval_s: float = 5.0
     """How old a robot's state on disk may get where it is kept (process shell), seconds, > 0."""
+    min_health: float = 0.4
+    """Below this health of its mapper a robot keeps its map to itself until it has recovered, 0..1."""
+    give_up_s: float = 30.0
+    """A robot that has doubted its place for so long starts a new map, seconds, > 0."""
     tick_s: float = 0.1
     """How often beacons, rendezvous and exchanges are looked after, seconds, > 0."""
 
     def __post_init__(self) -> None:
         require(self.align_method in ALIGNERS, "agent.align_method", f"one of {', '.join(ALIGNERS)}", self.align_method)
         names = ("publish_interval_s", "align_interval_s", "align_growth", "realign_growth", "checkpoint_interval_s")
-        for name in (*names, "tick_s"):
+        for name in (*names, "give_up_s", "tick_s"):
             require(getattr(self, name) > 0, f"agent.{name}", "> 0", getattr(self, name))
 
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import comms
 from agent.config import Settings
+from agent.doubt import SelfDoubt, contradicts_itself
 from agent.effects import AlignJob, Effect, Event, as_event
 from agent.link_stats import LinkStats
 from agent.pairs import PairBook, PairStatus
@@ -51,6 +52,12 @@ class Agent:
         self.team = TeamMapper(anchor=robot_id, config=settings.merge)
         self.pairs = PairBook(robot_id, settings.agent)
         self.links: dict[str, LinkStats] = {}
+        self._doubt = SelfDoubt(settings.agent.min_health, round(settings.agent.give_up_s * 1e9))
+        self.seed = seed
+        self.map_number = 0
+        """How often the robot gave its map up and began a new one."""
+        self.doubted: dict[str, str] = {}
+        """By robot: why its map is not believed to be what it saw."""
         self.masked_beams = 0
         self.scan: Scan | None = None
         """The newest scan, without the beams that hit teammates."""
@@ -75,23 +82,34 @@ class Agent:
         self.scan = scan
         info = self.mapper.update(scan, T_odom_base)
         self._T_odom_base, self._T_base_laser = T_odom_base, scan.T_base_laser
-        self.node.set_own_pose(self.mapper.T_map_base, now_ns)
-        effects: list[Effect] = []
+        effects: list[Effect] = self._watch_health(now_ns)
+        if self._doubt.since_ns is None:
+            self.node.set_own_pose(self.mapper.T_map_base, now_ns)
         if masked:
             self.masked_beams += masked
             effects.append(Event(now_ns, "masked", {"beams": masked}))
         if info.processed:
             effects.append(Event(now_ns, "mapped", _mapped_fields(info)))
-        if info.processed and self._publish_due(now_ns):
+        if info.processed and self._doubt.since_ns is None and self._publish_due(now_ns):
             effects += self.publish(now_ns)
         return effects
 
     def publish(self, now_ns: int) -> list[Effect]:
         """Make the own map, as it is now, what teammates get."""
         self._published_ns = now_ns
-        if self.node.publish(self.mapper.snapshot(), now_ns):
+        if self.node.publish(self.local_map(), now_ns):
             self._map_changed(self.robot_id)
         return []
+
+    def _watch_health(self, now_ns: int) -> list[Effect]:
+        """Notice that the robot may be anywhere, that it has found itself again, or that it never will."""
+        verdict = self._doubt.look(self.mapper.health, now_ns)
+        if verdict is None:
+            return []
+        if verdict == "given_up":  # teammates see a new epoch: the old map's frame is not this one's
+            self.map_number += 1
+            self.mapper = Mapper(self.settings.rbpf, seed=self.seed + self.map_number)
+        return [Event(now_ns, verdict, {"health": round(self.mapper.health, 3)})]
 
     def _publish_due(self, now_ns: int) -> bool:
         interval_ns = self.settings.agent.publish_interval_s * 1e9
@@ -171,10 +189,24 @@ class Agent:
         if self.mode == "mapper":
             return
         local = self.node.store.maps[robot_id]
+        if robot_id != self.robot_id and self._doubts(robot_id, local):
+            return
         if self.pairs.map_changed(robot_id, self.node.store.version(robot_id), local.map):
             self.team.remove_map(robot_id)  # with the alignments of its old map
         self.team.set_map(robot_id, local.map, local.map.revision)
         self._team, self._stale = None, True
+
+    def _doubts(self, robot_id: str, local: LocalMap) -> bool:
+        """Return whether a teammate's map contradicts itself; what was believed of it before goes, too."""
+        reason = contradicts_itself(local)
+        if reason is None:
+            self.doubted.pop(robot_id, None)
+            return False
+        self.doubted[robot_id] = reason
+        self.pairs.forget(robot_id)
+        self.team.remove_map(robot_id)
+        self._team, self._stale = None, True
+        return True
 
     def take_up(self, pairs: Mapping[tuple[str, str], PairStatus]) -> None:
         """Go on with the maps in the store and these alignments of an earlier life."""

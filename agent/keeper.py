@@ -33,6 +33,10 @@ class Keeper:
         self.path = path
         self.failures = 0
         """How often the file could not be written."""
+        self.saved_ns: int | None = None
+        """Mission time of the state that is in the file."""
+        self.frozen_ns = 0
+        """Mission time of the state that was last given out to be written."""
         self._interval_ns = round(interval_s * 1e9)
         self._due_ns: int | None = None
         self._trouble: str | None = None
@@ -46,6 +50,7 @@ class Keeper:
             self._due_ns = clock_ns + self._interval_ns
         if clock_ns >= self._due_ns and self._writing is None:
             self._due_ns = clock_ns + self._interval_ns
+            self.frozen_ns = now_ns
             self._writing = self._executor.submit(checkpoint.write, checkpoint.freeze(agent), self.path)
         return events
 
@@ -58,6 +63,8 @@ class Keeper:
             raise error
         trouble = None if error is None else str(error)
         self.failures += trouble is not None
+        if trouble is None:
+            self.saved_ns = self.frozen_ns
         changed, self._trouble = trouble != self._trouble, trouble
         if not changed:
             return []

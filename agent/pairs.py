@@ -102,6 +102,13 @@ class PairBook:
                 self.pairs.setdefault(_key(robot_id, other), PairStatus())
         return is_anew
 
+    def forget(self, robot_id: str) -> None:
+        """Forget a robot's map, and its pairs."""
+        self._maps.pop(robot_id, None)
+        self._grids.pop(robot_id, None)
+        for pair in [pair for pair in self.pairs if robot_id in pair]:
+            del self.pairs[pair]
+
     def _forget(self, robot_id: str) -> None:
         for pair in self.pairs:
             if robot_id in pair:
@@ -187,7 +194,8 @@ class PairBook:
 
     def _stale(self, job: AlignJob) -> bool:
         return any(
-            self._maps[robot][0][0] != version[0] for robot, version in zip((job.a, job.b), job.versions, strict=True)
+            robot not in self._maps or self._maps[robot][0][0] != version[0]
+            for robot, version in zip((job.a, job.b), job.versions, strict=True)
         )
 
     def revoke(self, a: str, b: str, reason: str) -> None:

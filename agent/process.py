@@ -58,7 +58,7 @@ class ProcessShell:
         """Loop until ``stop()``; then write the robot's files and close everything."""
         sys.setswitchinterval(GIL_S)
         try:
-            while not stop():
+            while not (stop() or self.runner.agent.node.must_stop):
                 if not self._step():
                     self.runner.receive(self._idle_s(), self.clock.now_ns)
         finally:

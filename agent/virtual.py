@@ -57,6 +57,23 @@ class Outbox:
         self._inner.close()
 
 
+class TakesTurns(Protocol):
+    """A robot in virtual time."""
+
+    @property
+    def finished(self) -> bool:
+        """Whether there is nothing left for the robot to do."""
+
+    def step(self, now_ns: int, worker: ThreadPoolExecutor) -> None:
+        """Do everything that is due at this virtual time, beside the other robots' steps."""
+
+    def flush(self, now_ns: int) -> None:
+        """Do what concerns others, in its turn after all have stepped."""
+
+    def close(self, now_ns: int) -> None:
+        """The mission is over."""
+
+
 class VirtualRobot:
     """One agent that takes its turns in virtual time."""
 
@@ -68,6 +85,8 @@ class VirtualRobot:
 
     def step(self, now_ns: int, worker: ThreadPoolExecutor) -> None:
         """Do everything that is due at this virtual time; alignments run on ``worker``."""
+        if self.runner.agent.node.must_stop:  # another process had this robot's id before
+            return
         self.runner.receive(0.0, lambda: now_ns)
         while self.runner.sense(now_ns) is not None:
             pass
@@ -76,9 +95,14 @@ class VirtualRobot:
         self._align(now_ns, worker)
         self.runner.body.act(self.runner.agent, now_ns)
 
-    def flush(self) -> None:
+    def flush(self, now_ns: int) -> None:
         """Send what the step had to send."""
         self._outbox.flush()
+
+    @property
+    def finished(self) -> bool:
+        """Whether there is nothing left for the robot to do."""
+        return self.runner.body.finished or self.runner.agent.node.must_stop
 
     def close(self, now_ns: int) -> None:
         """Leave the network and write the robot's files."""
@@ -95,7 +119,7 @@ class VirtualRobot:
 
 
 def run_virtual(
-    robots: Sequence[VirtualRobot],
+    robots: Sequence[TakesTurns],
     network: Network,
     *,
     step_ns: int,
@@ -117,7 +141,7 @@ def run_virtual(
 
 
 def _run(
-    robots: Sequence[VirtualRobot],
+    robots: Sequence[TakesTurns],
     network: Network,
     step_ns: int,
     duration_ns: int | None,
@@ -130,11 +154,11 @@ def _run(
     idle_since_ns: int | None = None
     while duration_ns is None or now_ns < duration_ns:
         network.advance(now_ns)
-        list(turns.map(partial(VirtualRobot.step, now_ns=now_ns, worker=worker), robots))
+        list(turns.map(partial(_step, now_ns, worker), robots))
         for robot in robots:
-            robot.flush()
+            robot.flush(now_ns)
         progress(now_ns)
-        if not all(robot.runner.body.finished for robot in robots):
+        if not all(robot.finished for robot in robots):
             idle_since_ns = None
         elif idle_since_ns is None:
             idle_since_ns = now_ns
@@ -144,3 +168,7 @@ def _run(
     for robot in robots:
         robot.close(now_ns)
     return now_ns
+
+
+def _step(now_ns: int, worker: ThreadPoolExecutor, robot: TakesTurns) -> None:
+    robot.step(now_ns, worker)

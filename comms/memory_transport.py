@@ -43,6 +43,7 @@ Conditions = Callable[[str, str, int], LinkConditions]
 
 RETRANSMIT_S = 0.2
 """Time that one loss costs on a reliable lane, seconds."""
+TWIN = "+twin"
 LEASE_NS = 2_000_000_000
 """A crashed robot's token falls after this."""
 
@@ -68,13 +69,13 @@ class MemoryNetwork:
         self._free_ns: dict[tuple[str, str], int] = {}
         self._last_ns: dict[tuple[str, str], int] = {}
 
-    def attach(self, robot_id: str) -> MemoryTransport:
-        """Return a robot's end; all others see it join."""
-        end = MemoryTransport(self, robot_id)
-        for other in self._ends:
-            self._push(self.now_ns, other, None, PeerJoined(robot_id))
-            self._push(self.now_ns, robot_id, end, PeerJoined(other))
-        self._ends[robot_id] = end
+    def attach(self, robot_id: str, *, twin: bool = False) -> MemoryTransport:
+        """Return a robot's end; all others see it join. A ``twin`` is a second process with the same robot id."""
+        end = MemoryTransport(self, robot_id, robot_id + TWIN * twin)
+        for name, other in self._ends.items():
+            self._push(self.now_ns, name, None, PeerJoined(robot_id))
+            self._push(self.now_ns, end.name, end, PeerJoined(other.robot_id))
+        self._ends[end.name] = end
         return end
 
     def advance(self, now_ns: int) -> None:
@@ -91,6 +92,11 @@ class MemoryNetwork:
         """When the next arrival is due; None where nothing is on the way."""
         return self._events[0][0] if self._events else None
 
+    @property
+    def queued(self) -> int:
+        """How many messages are on their way."""
+        return len(self._events)
+
     def crash(self, robot_id: str) -> None:
         """Take a robot off the network without a word; its token falls when the lease is over."""
         if self._ends.pop(robot_id, None) is not None:
@@ -98,24 +104,24 @@ class MemoryNetwork:
 
     def leave(self, end: MemoryTransport) -> None:
         """Take a robot off the network in good order."""
-        if self._ends.get(end.robot_id) is end:
-            del self._ends[end.robot_id]
-            self._announce_leave(end.robot_id, 0)
+        if self._ends.get(end.name) is end:
+            del self._ends[end.name]
+            if all(other.robot_id != end.robot_id for other in self._ends.values()):
+                self._announce_leave(end.robot_id, 0)
 
     def _announce_leave(self, robot_id: str, after_ns: int) -> None:
         for other in self._ends:
             self._push(self.now_ns + after_ns, other, None, PeerLeft(robot_id))
 
-    def carry(self, sender: str, effect: Send) -> None:
+    def carry(self, end: MemoryTransport, effect: Send) -> None:
         """Put a message on its way."""
-        if sender not in self._ends or effect.lane == "status":  # nobody watches
+        if self._ends.get(end.name) is not end or effect.lane == "status":  # nobody watches
             return
-        targets = [effect.to] if effect.to is not None else [robot for robot in self._ends if robot != sender]
-        for receiver in targets:
-            if receiver in self._ends:
-                self._carry_one(sender, receiver, effect)
+        for name, other in list(self._ends.items()):
+            if name != end.name and effect.to in (None, other.robot_id):
+                self._carry_one(end.robot_id, name, other.robot_id, effect)
 
-    def _carry_one(self, sender: str, receiver: str, effect: Send) -> None:
+    def _carry_one(self, sender: str, name: str, receiver: str, effect: Send) -> None:
         link = self.conditions(sender, receiver, self.now_ns)
         if link.loss >= 1.0:
             return
@@ -137,9 +143,9 @@ class MemoryNetwork:
         if reliable:
             arrive_ns = self._last_ns[sender, receiver] = max(arrive_ns, self._last_ns.get((sender, receiver), 0))
         arrival = Incoming(effect.payload, sender, effect.lane)
-        self._push(arrive_ns, receiver, None, arrival)
+        self._push(arrive_ns, name, None, arrival)
         if not reliable and self._rng.random() < link.duplicate:
-            self._push(arrive_ns + round(link.jitter_s * self._rng.random() * 1e9), receiver, None, arrival)
+            self._push(arrive_ns + round(link.jitter_s * self._rng.random() * 1e9), name, None, arrival)
 
     def _push(self, at_ns: int, receiver: str, end: MemoryTransport | None, arrival: Arrival) -> None:
         self._count += 1
@@ -149,15 +155,15 @@ class MemoryNetwork:
 class MemoryTransport:
     """One robot's end of a :class:`MemoryNetwork`."""
 
-    def __init__(self, network: MemoryNetwork, robot_id: str) -> None:
+    def __init__(self, network: MemoryNetwork, robot_id: str, name: str) -> None:
         """Made by :meth:`MemoryNetwork.attach`."""
-        self.robot_id = robot_id
+        self.robot_id, self.name = robot_id, name
         self.inbox: list[Arrival] = []
         self._network = network
 
     def send(self, effect: Send) -> None:
         """Put a message on its way."""
-        self._network.carry(self.robot_id, effect)
+        self._network.carry(self, effect)
 
     def poll(self, timeout_s: float = 0.0) -> list[Arrival]:
         """Return what has arrived by the network's present time; never waits."""

@@ -128,7 +128,9 @@ class Launcher:
         self.stop.set()
         deadline = time.monotonic() + CLOSE_S
         for child in children:
-            child.process.join(max(0.1, deadline - time.monotonic()))
+            while child.alive and time.monotonic() < deadline:
+                child.read_status()  # one that has just come up again still has a checkpoint to write files from
+                child.process.join(0.1)
             if child.alive:
                 child.process.kill()
                 child.process.join()

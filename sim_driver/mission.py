@@ -12,6 +12,7 @@ from typing import Any
 
 from agent import Settings
 from sim_driver.drivers import DriverConfig
+from sim_driver.faults import FaultConfig
 from sim_driver.locate import locate
 from sim_driver.radio import RadioConfig
 from sim_driver.settings import build, check_keys, read_toml, with_overrides
@@ -144,6 +145,8 @@ class Mission:
     world: WorldConfig | None
     radio: RadioConfig
     driver: DriverConfig
+    faults: tuple[FaultConfig, ...] = ()
+    """What goes wrong, in virtual time."""
     folder: Path
     """Where the mission's file lies: names in it are looked for there first."""
     replay: Path | None = None
@@ -162,11 +165,11 @@ def load_mission(path: Path, assignments: Sequence[str] = ()) -> Mission:
 def make_mission(tables: dict[str, Any], path: Path) -> Mission:
     """Return the mission that these tables describe; ``path`` is named in errors."""
     sections = {section.name: section.type for section in fields(Settings)}
-    named = ["mission", "robots", "world", "driver", "radio", "links", "truth", "sweep", *sections]
+    named = ["mission", "robots", "world", "driver", "radio", "links", "truth", "faults", "sweep", *sections]
     check_keys(tables, named, str(path))
     build(SweepConfig, tables.get("sweep", {}), f"{path}: sweep")
     for name, table in tables.items():
-        if name != "robots" and not isinstance(table, dict):
+        if name not in ("robots", "faults") and not isinstance(table, dict):
             raise InputError(f"{path}: [{name}] must be a section, got {table!r}")
     raw_robots = tables.get("robots", [])
     if not isinstance(raw_robots, list) or not raw_robots or not all(isinstance(robot, dict) for robot in raw_robots):
@@ -179,6 +182,12 @@ def make_mission(tables: dict[str, Any], path: Path) -> Mission:
     for robot in robots:
         if robot.log is None and world is None and robot.mode != "central":
             raise InputError(f"{path}: robot {robot.id} has no log, and the mission has no [world] to simulate it in")
+    raw_faults = tables.get("faults", [])
+    if not isinstance(raw_faults, list) or not all(isinstance(fault, dict) for fault in raw_faults):
+        raise InputError(f"{path}: faults are [[faults]] sections")
+    faults = tuple(build(FaultConfig, fault, f"{path}: faults[{i}]") for i, fault in enumerate(raw_faults))
+    for fault in faults:
+        require(fault.robot in ids, f"{path}: faults.robot", f"one of {', '.join(ids)}", fault.robot)
     mission = {"name": path.stem, **tables.get("mission", {})}
     links = build(LinksConfig, tables.get("links", {}), f"{path}: links")
     if links.trace is not None:
@@ -192,6 +201,7 @@ def make_mission(tables: dict[str, Any], path: Path) -> Mission:
         world=world,
         driver=build(DriverConfig, tables.get("driver", {}), f"{path}: driver"),
         radio=build(RadioConfig, tables.get("radio", {}), f"{path}: radio"),
+        faults=faults,
         folder=path.resolve().parent,
     )
 

@@ -11,7 +11,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.synchronize import Event as StopEvent
 from pathlib import Path
 
-from agent import Agent, Body, Event, Keeper, ProcessShell, Runner, Sensed, SharedClock, resume
+from agent import Body, Keeper, ProcessShell, Runner, Sensed, SharedClock
 from agent.clock import Counter
 from comms import MapSeal, Transport, ZenohTransport, load_keys
 from sim_driver.kernels import load_kernels
@@ -19,12 +19,10 @@ from sim_driver.mission import Mission, RobotConfig
 from sim_driver.recorded import RecordedBody
 from sim_driver.seeds import seed_for
 from sim_driver.shaping import ShapedTransport
-from sim_driver.team import make_agent, make_body, radio_of, read_trace, told_links, watchers_of
+from sim_driver.team import CHECKPOINT, make_agent, make_body, radio_of, read_trace, take_up, told_links, watchers_of
 from spatial import InputError
 from spatial.files import write_text
 
-CHECKPOINT = "checkpoint"
-"""The robot's state on disk, in its folder."""
 STATUS_S = 0.1
 """How often a robot tells the parent how it fares, seconds."""
 
@@ -162,7 +160,7 @@ def _come_up(task: RobotTask, pipe: Connection, simulator: Connection, now: Coun
         agent.node.seal_maps(MapSeal.load(keys, team, robot.id))
     transport: Transport = ZenohTransport(robot.id, team, listen=[task.listen], connect=task.connect, keys=keys)
     out = task.out / robot.id
-    past = _take_up(agent, out / CHECKPOINT, now.value) if task.resumed else []
+    past = take_up(agent, out / CHECKPOINT, now.value) if task.resumed else []
     pipe.send(Ready(getattr(body, "duration_ns", 0) / 1e9))
     pipe.recv()  # Go
     clock = SharedClock(now, mission.mission.speed)
@@ -176,12 +174,3 @@ def _come_up(task: RobotTask, pipe: Connection, simulator: Connection, now: Coun
     runner = Runner(agent, body, transport, out, told_links(mission, radio), watchers, keeper)
     runner.perform(past)
     return ProcessShell(runner, clock), body
-
-
-def _take_up(agent: Agent, checkpoint: Path, now_ns: int) -> list[Event]:
-    """Let a robot that starts again go on from its checkpoint, or from nothing where there is none to be used."""
-    try:
-        resume(agent, checkpoint)
-    except InputError as error:
-        return [Event(now_ns, "restarted", {"checkpoint": False, "reason": str(error)})]
-    return [Event(now_ns, "restarted", {"checkpoint": True, "scans": agent.mapper.stats.scans})]

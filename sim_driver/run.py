@@ -15,10 +15,10 @@ from sim_driver.metrics import write_metrics
 from sim_driver.mission import Mission
 from sim_driver.replay import drive_holds_until_s
 from sim_driver.replay.again import copy_truth
-from sim_driver.robot_process import CHECKPOINT
 from sim_driver.run_process import run_processes
 from sim_driver.run_virtual import run_in_virtual_time
 from sim_driver.settings import as_table
+from sim_driver.team import CHECKPOINT
 from spatial import InputError
 from spatial.files import write_text
 

@@ -3,33 +3,66 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from agent import LinkSource, Runner, VirtualRobot, run_virtual
-from comms import LinkConditions, MemoryNetwork
+import numpy as np
+
+from agent import Keeper, LinkSource, Runner, TakesTurns, VirtualRobot, run_virtual
+from comms import LinkConditions, MemoryNetwork, Transport
 from comms.memory_transport import Conditions
-from sim_driver.mission import Mission
+from sim_driver.faults import FaultConfig
+from sim_driver.faults.links import CorruptingTransport, faulty_conditions
+from sim_driver.faults.robot import FaultyDisk, MortalRobot, Start, Twin
+from sim_driver.faults.senses import FaultySenses
+from sim_driver.mission import Mission, RobotConfig
 from sim_driver.recorded import RecordedBody
 from sim_driver.seeds import seed_for
 from sim_driver.shaping import CUT_BELOW
 from sim_driver.simulated import DirectPort
 from sim_driver.simulation import Simulation, is_simulated
-from sim_driver.team import make_agent, make_body, radio_of, read_trace, told_links, watchers_of
+from sim_driver.team import (
+    CHECKPOINT,
+    NoBody,
+    make_agent,
+    make_body,
+    radio_of,
+    read_trace,
+    take_up,
+    told_links,
+    watchers_of,
+)
+
+
+class Hands:
+    """Carries kidnapped robots to where they do not know they are."""
+
+    def __init__(self, mission: Mission) -> None:
+        """Take the mission's kidnappings."""
+        self._waiting = sorted(_of_kind(mission, "kidnapped"), key=lambda fault: fault.at_s)
+        self._rng = np.random.default_rng(seed_for(mission, "kidnapped"))
+
+    def reach_in(self, simulation: Simulation, now_ns: int) -> None:
+        """Do what is due."""
+        while self._waiting and self._waiting[0].at_s * 1e9 <= now_ns:
+            fault = self._waiting.pop(0)
+            simulation.kidnap(fault.robot, fault.amount, self._rng)
 
 
 class VirtualWorld:
     """Network and simulated world, moved on together."""
 
-    def __init__(self, network: MemoryNetwork, simulation: Simulation | None) -> None:
-        """Take both; a mission of recorded robots has no world."""
-        self._network, self._simulation = network, simulation
+    def __init__(self, network: MemoryNetwork, simulation: Simulation | None, hands: Hands) -> None:
+        """Take both, and who carries robots about; a mission of recorded robots has no world."""
+        self._network, self._simulation, self._hands = network, simulation, hands
 
     def advance(self, now_ns: int) -> None:
         """Move virtual time on."""
         if self._simulation is not None:
+            self._hands.reach_in(self._simulation, now_ns)
             self._simulation.advance(now_ns)
         self._network.advance(now_ns)
 
@@ -53,36 +86,101 @@ def _one_thread_a_mapper(mission: Mission) -> Mission:
     return replace(mission, settings=replace(settings, rbpf=replace(settings.rbpf, threads=1)))
 
 
-def run_in_virtual_time(mission: Mission, out: Path, progress: Any) -> dict[str, Any]:
-    """Run the mission and return what the metrics need beside the robots' own files."""
-    simulation = Simulation(mission) if mission.world is not None and mission.replay is None else None
-    trace = read_trace(mission)
-    radios: dict[str, LinkSource | None] = {}
-    network = MemoryNetwork(seed_for(mission, "network"), _conditions(radios))
-    robots, durations_s = [], [0.0]
-    settled = _one_thread_a_mapper(mission)
-    for robot in mission.robots:
-        port = DirectPort(simulation, robot.id) if simulation and is_simulated(mission, robot) else None
+class VirtualTeam:
+    """Makes the robots of a mission, at its beginning and again when one has died."""
+
+    def __init__(self, mission: Mission, out: Path) -> None:
+        """Take the mission and where its robots' folders go."""
+        self._mission, self._out = mission, out
+        self._settled = _one_thread_a_mapper(mission)
+        self.simulation = Simulation(mission) if mission.world is not None and mission.replay is None else None
+        self._trace = read_trace(mission)
+        self._radios: dict[str, LinkSource | None] = {}
+        conditions = faulty_conditions(_conditions(self._radios), mission.faults)
+        self.network = MemoryNetwork(seed_for(mission, "network"), conditions)
+        self.duration_s = 0.0
+        """How long the longest log is, mission seconds."""
+        self.robots: list[TakesTurns] = [self._robot(robot) for robot in mission.robots]
+        self.robots += [Twin(partial(self._start_twin, fault.robot), fault) for fault in _of_kind(mission, "twin")]
+
+    def _robot(self, robot: RobotConfig) -> TakesTurns:
+        faults = [fault for fault in self._mission.faults if fault.robot == robot.id]
+        if not self._mission.faults:
+            return VirtualRobot(self._start(robot, Start(), None))
+        disk = FaultyDisk(faults)
+        return MortalRobot(partial(self._start, robot, disk=disk), faults, partial(self._die, robot.id), disk)
+
+    def _die(self, robot_id: str) -> None:
+        self.network.crash(robot_id)
+        if self.simulation is not None:
+            self.simulation.command(robot_id, (0.0, 0.0))
+
+    def _start(self, robot: RobotConfig, start: Start, disk: FaultyDisk | None) -> Runner:
+        """Make a robot; one that comes back has missed what there was to see meanwhile."""
+        mission, folder = self._mission, self._out / robot.id
+        faults = [fault for fault in mission.faults if fault.robot == robot.id]
+        is_simulated_here = self.simulation is not None and is_simulated(mission, robot)
+        port = DirectPort(self.simulation, robot.id) if self.simulation and is_simulated_here else None
         body = make_body(mission, robot, port)
         if isinstance(body, RecordedBody):
-            durations_s.append(body.duration_ns / 1e9)
-        radio = radios[robot.id] = radio_of(mission, robot, trace, port)
-        agent = make_agent(settled, robot, boot_id=seed_for(mission, f"boot/{robot.id}"))
-        transport = network.attach(robot.id)
-        folder = out / robot.id
+            self.duration_s = max(self.duration_s, body.duration_ns / 1e9)
+            body.skip_to(start.now_ns)
+        elif port is not None and start.life:
+            port.take()
+        radio = self._radios[robot.id] = radio_of(mission, robot, self._trace, port)
+        agent = make_agent(self._settled, robot, boot_id=seed_for(mission, f"boot/{robot.id}") + start.life)
+        transport: Transport = self.network.attach(robot.id)
+        keeper = None
+        if disk is not None:
+            rng = np.random.default_rng([seed_for(mission, f"faults/{robot.id}"), start.life])
+            body = FaultySenses(body, faults, rng)
+            transport = CorruptingTransport(transport, faults, rng.spawn(1)[0], disk)
+            keeper = Keeper(folder / CHECKPOINT, mission.settings.agent.checkpoint_interval_s, disk)
+        past = take_up(agent, folder / CHECKPOINT, start.now_ns) if start.resumes else []
         watchers = watchers_of(mission, robot, folder)
-        robots.append(VirtualRobot(Runner(agent, body, transport, folder, told_links(mission, radio), watchers)))
+        runner = Runner(agent, body, transport, folder, told_links(mission, radio), watchers, keeper)
+        runner.perform(past)
+        return runner
+
+    def _start_twin(self, robot_id: str) -> Runner:
+        """Make a second process with a robot's id, that senses nothing."""
+        robot = next(robot for robot in self._mission.robots if robot.id == robot_id)
+        agent = make_agent(self._settled, robot, boot_id=seed_for(self._mission, f"twin/{robot_id}"))
+        radio = self._radios[robot_id]
+        return Runner(
+            agent, NoBody(), self.network.attach(robot_id, twin=True), self._out / robot_id / "twin",
+            told_links(self._mission, radio),
+        )  # fmt: skip
+
+
+def _of_kind(mission: Mission, kind: str) -> list[FaultConfig]:
+    return [fault for fault in mission.faults if fault.kind == kind]
+
+
+def run_in_virtual_time(
+    mission: Mission, out: Path, progress: Any, watch: Callable[[VirtualTeam, int], None] = lambda team, now_ns: None
+) -> dict[str, Any]:
+    """Run the mission and return what the metrics need beside the robots' own files.
+
+    ``watch`` is shown all robots after every step.
+    """
+    team = VirtualTeam(mission, out)
     limit_s = mission.mission.duration_s
-    total_s = limit_s or (max(durations_s) + mission.mission.linger_s if simulation is None else None)
+    total_s = limit_s or (team.duration_s + mission.mission.linger_s if team.simulation is None else None)
+
+    def after_step(now_ns: int) -> None:
+        progress(now_ns / 1e9, total_s, "")
+        watch(team, now_ns)
+
     mission_ns = run_virtual(
-        robots,
-        VirtualWorld(network, simulation),
+        team.robots,
+        VirtualWorld(team.network, team.simulation, Hands(mission)),
         step_ns=round(mission.settings.agent.tick_s * 1e9),
         duration_ns=None if limit_s is None else round(limit_s * 1e9),
         linger_ns=round(mission.mission.linger_s * 1e9),
-        progress=lambda now_ns: progress(now_ns / 1e9, total_s, ""),
+        progress=after_step,
         threads=mission.settings.rbpf.threads,
     )
-    if simulation is not None:
-        simulation.write_truth(out)
+    if team.simulation is not None:
+        team.simulation.write_truth(out)
     return {"mission_s": mission_ns / 1e9, "shell": "virtual"}

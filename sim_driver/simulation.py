@@ -64,6 +64,15 @@ class Simulation:
             self._hear()
             self._next_ns += STEP_NS
 
+    def kidnap(self, robot_id: str, distance_m: float, rng: np.random.Generator) -> None:
+        """Put a robot down elsewhere, about so far away and turned; neither its wheels nor anyone else tell it."""
+        robot = self.fleet.robots[robot_id]
+        others = [other.T_world_base[:2] for name, other in self.fleet.robots.items() if name != robot_id]
+        places = [self.world.free_start(rng, apart_from=np.array(others).reshape(-1, 2)) for _ in range(30)]
+        robot.T_world_base = min(
+            places, key=lambda place: abs(float(np.hypot(*(place - robot.T_world_base)[:2])) - distance_m)
+        )
+
     def _hear(self) -> None:
         poses = self.fleet.T_world_base()
         self._qualities = {robot_id: {} for robot_id in poses}

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from agent import Agent, Body, LinkSource, Sensed, Watcher
+from agent import Agent, Body, Event, LinkSource, Sensed, Watcher, resume
 from sim_driver.drivers import DRIVERS, Driver, Explorer, IdleDriver, WaypointDriver
+from sim_driver.faults.liar import WAYS, Liar
 from sim_driver.feeds import open_feed
 from sim_driver.mission import Mission, RobotConfig
 from sim_driver.recorded import RecordedBody
@@ -18,6 +20,9 @@ from sim_driver.simulated import Port, SimulatedBody
 from sim_driver.simulation import LINKS_FILE, is_simulated
 from sim_driver.traces import LinkTrace, TracedLinks
 from spatial import InputError, se2
+
+CHECKPOINT = "checkpoint"
+"""A robot's state on disk, in its folder."""
 
 
 class NoBody:
@@ -46,8 +51,10 @@ class ToldLinks:
 
 
 def make_agent(mission: Mission, robot: RobotConfig, boot_id: int) -> Agent:
-    """Return the agent of one robot."""
-    return Agent(
+    """Return the agent of one robot; one that lies does so from the start."""
+    lies = any(fault.kind == "liar" and fault.robot == robot.id for fault in mission.faults)
+    kind = partial(Liar, way=WAYS[seed_for(mission, "lies") % len(WAYS)]) if lies else Agent
+    return kind(
         robot.id,
         mission.settings,
         team=mission.mission.name,
@@ -112,3 +119,12 @@ def watchers_of(mission: Mission, robot: RobotConfig, folder: Path) -> list[Watc
 def told_links(mission: Mission, radio: LinkSource | None) -> LinkSource | None:
     """Return what tells the agent its link qualities; None where it measures them itself."""
     return None if mission.settings.comms.link_source == "measured" else radio
+
+
+def take_up(agent: Agent, checkpoint: Path, now_ns: int) -> list[Event]:
+    """Let a robot that starts again go on from its checkpoint, or from nothing where there is none to be used."""
+    try:
+        resume(agent, checkpoint)
+    except InputError as error:
+        return [Event(now_ns, "restarted", {"checkpoint": False, "reason": str(error)})]
+    return [Event(now_ns, "restarted", {"checkpoint": True, "scans": agent.mapper.stats.scans})]

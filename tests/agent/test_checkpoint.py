@@ -73,7 +73,7 @@ def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
     assert again.T_team_map["r2"] == pytest.approx(found.T_a_b)
     assert again.pairs.pairs["r1", "r2"].status == "accepted"
     assert np.array_equal(again.node.store.maps["r2"].map.to_grid().cells, known.map.to_grid().cells)
-    live([again, two], 90, 150)
+    live([again, two], 90, 150)  # what the lost revisions changed must not stay with r2
     held = two.node.store.version("r1")
     assert held[0] == saved[0] and held > lost  # the same frame, and newer
     assert held == again.node.store.version("r1")
