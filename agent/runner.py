@@ -40,7 +40,7 @@ class Runner:
         """Wire an agent to the world; its folder gets ``events.jsonl`` at once and the rest when it is closed."""
         self.agent, self.body, self.transport, self.folder, self.links = agent, body, transport, folder, links
         self.watchers = tuple(watchers)
-        self.sent_bytes = dict.fromkeys(("beacon", "control", "bulk"), 0)
+        self.sent_bytes = dict.fromkeys(("beacon", "control", "bulk", "status"), 0)
         """Bytes given to the network by lane; what goes to all counts once."""
         self.keeper = keeper
         self.events = EventLog(folder, agent.robot_id)
