@@ -140,6 +140,20 @@ def demo(
 
 
 @app.command()
+def report(
+    run: Annotated[Path, typer.Argument(help="Folder of a finished run.")],
+    out: Annotated[Path | None, typer.Option("--out", help="The page; report.html in the folder unless given.")] = None,
+) -> None:
+    """Make a run's report.html anew: one page with everything that happened, for any browser, without a network.
+
+    mrslam report out/demo
+    """
+    from sim_driver.cli.report import report_run
+
+    report_run(run, out)
+
+
+@app.command()
 def sweep(
     mission: Annotated[Path, typer.Argument(help="Mission file (TOML).")],
     vary: Annotated[

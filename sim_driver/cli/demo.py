@@ -25,4 +25,3 @@ def demo(out: Path, seed: int, robots: int) -> None:
     start = time.monotonic()
     metrics = run_with_progress(make_mission(tables, MISSION), out)
     report(metrics, out, time.monotonic() - start)
-    console.print(f"Look at the team map: {out / 'r1' / 'team_map.png'}", highlight=False)

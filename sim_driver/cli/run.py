@@ -16,6 +16,7 @@ from sim_driver import run as runs
 from sim_driver.cli.console import console
 from sim_driver.mission import Mission, load_mission
 from sim_driver.replay.again import replay_mission
+from sim_driver.report import REPORT_FILE, write_report
 
 
 def run_file(
@@ -51,9 +52,12 @@ def run_file(
 
 
 def run_with_progress(mission: Mission, out: Path) -> dict[str, Any]:
-    """Run a mission with a progress bar."""
+    """Run a mission with a progress bar, and write its report."""
     with mission_progress(mission.mission.name) as progress:
-        return runs.run_mission(mission, out, progress, lambda text: console.print(text, highlight=False))
+        metrics = runs.run_mission(mission, out, progress, lambda text: console.print(text, highlight=False))
+    if len(metrics["robots_lost"]) < len(mission.robots):
+        write_report(out)
+    return metrics
 
 
 @contextmanager
@@ -97,7 +101,9 @@ def report(metrics: dict[str, Any], out: Path, wall_s: float) -> None:
             )
     for robot in metrics["robots_lost"]:
         console.print(f"{robot} was lost: see {out / robot}", highlight=False)
-    console.print(f"{metrics['mission_s']:.0f} s of mission in {wall_s:.0f} s; everything is in {out}", highlight=False)
+    console.print(
+        f"{metrics['mission_s']:.0f} s of mission in {wall_s:.0f} s; look at {out / REPORT_FILE}", highlight=False
+    )
     if metrics.get("interrupted"):
         console.print("interrupted: these are the results so far", highlight=False)
         raise typer.Exit(130)

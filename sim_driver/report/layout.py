@@ -1,0 +1,63 @@
+"""Where everything is drawn: one plane for the merged maps, and beside it the maps of robots nobody could place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_driver.evaluate.results import RunResults
+from spatial import OccupancyGrid, se2
+from spatial.se2 import Transform
+
+MOST_PIXELS = 900
+"""Longest side of the picture, pixels."""
+GAP_M = 1.5
+"""Room between maps that do not hang together, metres."""
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """The plane of the page's map, ``y`` upward, its origin at the lower left corner of the picture."""
+
+    anchor: str
+    """The robot whose team map is shown: the one that placed most."""
+    T_plane_map: dict[str, Transform]
+    """By robot: maps points of its map into the plane, metres."""
+    placed: tuple[str, ...]
+    """Robots of the anchor's team map."""
+    cell_m: float
+    cells: NDArray[np.int8]
+    """``(H, W)`` 0 unknown, 1 free, 2 wall; row = +y."""
+
+    def pixels(self, points_m: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return rows and columns of points ``(..., 2)`` of the plane; they may lie outside."""
+        cells = np.floor(points_m / self.cell_m).astype(np.int64)
+        return cells[..., 1], cells[..., 0]
+
+
+def lay_out(run: RunResults) -> Layout:
+    """Return the layout of a run with at least one robot that ended in good order."""
+    anchor = max(run.robots, key=lambda robot: (len(run.robots[robot]["placed"]), run.robots[robot]["team_area_m2"]))
+    placed = {robot: np.array(T) for robot, T in run.robots[anchor]["placed"].items()}
+    pieces = [(run.map(anchor, "team_map").cropped(), placed)]
+    pieces += [(run.map(robot).cropped(), {robot: np.zeros(3)}) for robot in sorted(run.robots) if robot not in placed]
+    T_plane_map: dict[str, Transform] = {}
+    parts: list[tuple[OccupancyGrid, NDArray[np.float64]]] = []
+    edge_m = GAP_M / 2
+    for grid, robots in pieces:
+        shift = np.array([edge_m, GAP_M / 2]) - np.asarray(grid.origin_m)
+        parts.append((grid, shift))
+        for robot, T in robots.items():
+            T_plane_map[robot] = se2.compose(np.array([*shift, 0.0]), T)
+        edge_m += grid.shape[1] * grid.resolution_m + GAP_M
+    height_m = GAP_M + max(grid.shape[0] * grid.resolution_m for grid, _ in parts)
+    finest = min(grid.resolution_m for grid, _ in parts)
+    cell_m = max(finest, max(edge_m, height_m) / MOST_PIXELS)
+    cells = np.zeros((int(np.ceil(height_m / cell_m)) + 1, int(np.ceil(edge_m / cell_m)) + 1), dtype=np.int8)
+    for grid, shift in parts:
+        for value, mask in ((1, grid.is_known & ~grid.is_occupied), (2, grid.is_occupied)):
+            col, row = np.floor((grid.centres(mask) + shift) / cell_m).astype(np.int64).T
+            np.maximum.at(cells, (row, col), value)
+    return Layout(anchor, T_plane_map, tuple(sorted(placed)), cell_m, cells)

@@ -1,0 +1,116 @@
+"""When each robot first saw each place: its scans cast from its final trajectory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from agent import Sensed
+from sim_driver.evaluate.results import RunResults
+from sim_driver.evaluate.trajectories import Trajectory
+from sim_driver.feeds import open_feed
+from sim_driver.recorded import RecordedBody
+from sim_driver.replay import SCANS_FILE, read_recording
+from sim_driver.report.layout import Layout
+from spatial import Scan, se2
+
+NEVER = np.float32(np.inf)
+STEP_M, STEP_RAD = 0.25, 0.2
+"""A scan is cast when the robot has moved or turned this far since the last one cast."""
+SIGHT_M = 12.0
+BEAMS = 240
+"""About so many beams of a scan are cast."""
+
+
+def mission_trajectory(run: RunResults, robot_id: str) -> Trajectory:
+    """Return mission times (ns) and laser poses of a robot; recorded robots begin at 0 with their first scan."""
+    stamps, poses = run.trajectory(robot_id)
+    (robot,) = (robot for robot in run.mission.robots if robot.id == robot_id)
+    if robot.log is not None and len(stamps):
+        stamps = np.maximum.accumulate(stamps) - stamps[0]
+    return stamps, poses
+
+
+def first_seen_s(run: RunResults, layout: Layout, robot_id: str) -> NDArray[np.float32]:
+    """Return ``(H, W)`` over the layout: mission time (s) at which the robot first saw the place, inf for never.
+
+    Without a recording of its scans, a place counts as seen when the robot first was near it.
+    """
+    seen: NDArray[np.float32] = np.full(layout.cells.shape, NEVER, dtype=np.float32)
+    times_ns, poses = mission_trajectory(run, robot_id)
+    if robot_id not in layout.T_plane_map or len(times_ns) == 0:
+        return seen
+    in_plane = se2.compose(layout.T_plane_map[robot_id], poses)
+    scans = _scans(run, robot_id)
+    if not scans:
+        return _near(layout, times_ns, in_plane)
+    at = {t: i for i, t in enumerate(times_ns.tolist())}
+    before = np.full(3, np.inf)
+    for one in scans:
+        i = at.get(one.t_ns)
+        if i is None:
+            continue
+        pose = in_plane[i]
+        if np.hypot(*(pose - before)[:2]) < STEP_M and abs(se2.wrap(pose[2] - before[2])) < STEP_RAD:
+            continue
+        before = pose
+        for points in _cast(one.scan, pose, 2.0 * layout.cell_m):
+            row, col = layout.pixels(points)
+            inside = (row >= 0) & (row < seen.shape[0]) & (col >= 0) & (col < seen.shape[1])
+            row, col = row[inside], col[inside]
+            seen[row, col] = np.minimum(seen[row, col], np.float32(one.t_ns / 1e9))
+    return seen
+
+
+def spread(seen: NDArray[np.float32], known: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Return the times with those known places filled in that fell between the beams, from their nearest neighbour."""
+    if not np.isfinite(seen).any():
+        return seen
+    missing = known & ~np.isfinite(seen)
+    nearest: Any = ndimage.distance_transform_edt(~np.isfinite(seen), return_distances=False, return_indices=True)
+    rows, cols = nearest
+    filled = seen.copy()
+    filled[missing] = seen[rows[missing], cols[missing]]
+    return filled
+
+
+def _scans(run: RunResults, robot_id: str) -> Sequence[Sensed]:
+    (robot,) = (robot for robot in run.mission.robots if robot.id == robot_id)
+    if robot.log is not None:
+        body = RecordedBody(open_feed(run.mission.find(robot.log)).readings, robot.first, robot.last)
+        return list(_all_of(body))
+    path = (run.mission.replay or run.folder) / robot_id / SCANS_FILE
+    return read_recording(path) if path.exists() else []
+
+
+def _all_of(body: RecordedBody) -> Iterator[Sensed]:
+    while body.next_ns is not None:
+        sensed = body.sense(body.next_ns)
+        assert sensed is not None
+        yield sensed
+
+
+def _cast(scan: Scan, T_plane_laser: NDArray[np.float64], step_m: float) -> Iterator[NDArray[np.float64]]:
+    """Yield points of the plane along the beams, nearest first, the ends of hits included."""
+    every = max(1, scan.ranges_m.size // BEAMS)
+    ranges = scan.ranges_m[::every].astype(np.float64)
+    angles = scan.angles_rad[::every] + T_plane_laser[2]
+    reach = np.minimum(np.where(np.isfinite(ranges), ranges, 0.0), min(scan.range_max_m, SIGHT_M))
+    directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    samples = np.arange(0.0, reach.max(initial=0.0) + step_m, step_m)
+    points = T_plane_laser[:2] + np.minimum(samples[:, None], reach)[..., None] * directions
+    yield points[samples[:, None] <= reach + step_m]
+
+
+def _near(layout: Layout, times_ns: NDArray[np.int64], in_plane: NDArray[np.float64]) -> NDArray[np.float32]:
+    seeds: NDArray[np.float32] = np.full(layout.cells.shape, NEVER, dtype=np.float32)
+    row, col = layout.pixels(in_plane[:, :2])
+    inside = (row >= 0) & (row < seeds.shape[0]) & (col >= 0) & (col < seeds.shape[1])
+    for r, c, t in zip(row[inside], col[inside], times_ns[inside] / 1e9, strict=True):
+        seeds[r, c] = min(seeds[r, c], np.float32(t))
+    away_cells: Any = ndimage.distance_transform_edt(~np.isfinite(seeds))
+    return spread(seeds, away_cells * layout.cell_m <= SIGHT_M / 2)

@@ -1,0 +1,113 @@
+"""What happened in a run, in plain words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sim_driver.evaluate.results import RunResults
+
+Assessment = dict[str, Any]
+
+
+def headline(run: RunResults) -> str:
+    """Return the outcome in one line."""
+    robots = len(run.mission.robots)
+    together = max((len(robot["placed"]) for robot in run.robots.values()), default=0)
+    if robots == 1:
+        return "One robot mapped on its own"
+    if together <= 1:
+        return f"No maps were merged: {robots} robots, {robots} separate maps"
+    if together == robots:
+        return f"All {robots} robots share one map" if robots > 2 else "Both robots share one map"
+    return f"{together} of {robots} robots share one map"
+
+
+def sentences(run: RunResults, assessment: Assessment) -> list[tuple[str, str]]:
+    """Return ``(mood, sentence)`` in the order of interest; moods: "good", "bad", "plain"."""
+    told = [_pair_sentence(pair, run) for pair in sorted(assessment["pairs"], key=_time)]
+    lonely = _lonely(run)
+    told = [sentence for sentence, pair in zip(told, sorted(assessment["pairs"], key=_time), strict=True)
+            if pair["a"] not in lonely and pair["b"] not in lonely]  # fmt: skip
+    told += [("bad", f"{robot} never met anyone.") for robot in lonely]
+    told += [("bad", f"{robot} was lost on the way.") for robot in run.metrics["robots_lost"]]
+    told += [("plain", text) for text in (_coverage(assessment, run), _traffic(assessment)) if text]
+    if run.mission.replay is not None:
+        held = run.metrics.get("replay", {}).get("drive_holds_until_s")
+        until = "" if held is None else f"; from {held:.0f} s on the robots might have driven elsewhere"
+        told.append(("plain", f"Played again from a recorded drive{until}."))
+    return told
+
+
+def _time(pair: dict[str, Any]) -> tuple[float, str]:
+    return (float("inf") if pair["accepted_at_s"] is None else pair["accepted_at_s"]), pair["a"] + pair["b"]
+
+
+def _lonely(run: RunResults) -> list[str]:
+    if len(run.mission.robots) < 2:
+        return []
+    met = {event["peer"] for events in run.events.values() for event in events if event["event"] == "exchange_done"}
+    met |= {robot for robot, events in run.events.items() if any(e["event"] == "exchange_done" for e in events)}
+    return [robot.id for robot in run.mission.robots if robot.id not in met and robot.id in run.robots]
+
+
+def _pair_sentence(pair: dict[str, Any], run: RunResults) -> tuple[str, str]:
+    who = f"{pair['a']} and {pair['b']}"
+    if pair["status"] == "accepted" or pair["verdict"] == "false merge":
+        bad = pair["verdict"] == "false merge"
+        worst = max(
+            (view for view in pair["views"].values() if view["error_m"] is not None),
+            key=lambda view: (bool(view["is_false"]), view["error_m"]),
+            default=None,
+        )
+        shown = worst if bad else pair
+        off = ""
+        if shown is not None and shown["error_m"] is not None:
+            off = f", {shown['error_m']:.2f} m / {shown['error_deg']:.1f} deg off"
+        after = "" if pair["accepted_at_s"] is None else f" after {pair['accepted_at_s']:.0f} s"
+        return ("bad", f"{who} were merged WRONGLY{after}{off}.") if bad else ("good", f"{who} merged{after}{off}.")
+    times = sum(e["event"] == "exchange_done" and e["peer"] == pair["b"] for e in run.events[pair["a"]])
+    if times == 0:
+        return "bad", f"{who} never exchanged maps."
+    word = "once" if times == 1 else f"{times} times"
+    return "bad", f"{who} exchanged maps {word}, but were not merged: {pair['reason']}."
+
+
+def _coverage(assessment: Assessment, run: RunResults) -> str:
+    mission = assessment["mission"]
+    if mission["coverage_best"] is not None:
+        low, high = 100 * mission["coverage_worst"], 100 * mission["coverage_best"]
+        known = f"{high:.0f} %" if round(low) == round(high) else f"{low:.0f} to {high:.0f} %"
+        return f"Each robot knows {known} of the building."
+    areas = [robot["team_area_m2"] for robot in run.robots.values()]
+    return f"The largest team map covers {max(areas):.0f} m²." if areas else ""
+
+
+def _traffic(assessment: Assessment) -> str:
+    traffic = assessment["mission"]["bytes"]
+    if not traffic["exchanges"]:
+        return "No maps went over the radio."
+    saved = 1.0 - traffic["exchanges"] / max(traffic["full_lz4"], 1)
+    return (
+        f"{traffic['exchanges'] / 1e3:.0f} kB of maps went over the radio, {100 * saved:.0f} % less than whole maps "
+        "compressed with LZ4."
+    )
+
+
+def event_words(event: dict[str, Any]) -> tuple[str, str] | None:
+    """Return ``(mood, words)`` of an event for the player's ticker; None for what is not worth a line there."""
+    match event["event"]:
+        case "merged":
+            return "good", f"{event['robot']}: the maps of {event['a']} and {event['b']} fit, merged"
+        case "unmerged":
+            return "bad", f"{event['robot']}: {event['a']} and {event['b']} taken apart: {event['reason']}"
+        case "exchange_done":
+            sent = (event["bytes_sent"] + event["bytes_received"]) / 1e3
+            return "plain", f"{event['robot']} and {event['peer']} exchanged maps, {sent:.1f} kB"
+        case "exchange_failed":
+            return "bad", f"{event['robot']}: exchange with {event['peer']} broke off: {event['reason']}"
+        case "peer_gone":
+            return "plain", f"{event['robot']} lost sight of {event['peer']}: {event['reason']}"
+        case "alignment" if event["status"] != "accepted":
+            return "plain", f"{event['robot']}: {event['a']} and {event['b']} do not fit yet: {event['reason']}"
+        case _:
+            return None

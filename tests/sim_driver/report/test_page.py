@@ -1,0 +1,168 @@
+"""The page of a run: in words, in a file of its own, and in a real browser at two widths."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sim_driver.evaluate.results import RunResults
+from sim_driver.mission import make_mission
+from sim_driver.report import write_report
+from sim_driver.report.data import page_data
+from sim_driver.report.png import png_uri
+from sim_driver.run import run_mission
+
+ROBOTS = [{"id": "r1"}, {"id": "r2"}]
+TABLES = {
+    "mission": {"seed": 2, "duration_s": 40.0, "shell": "virtual"},
+    "world": {"name": "arena2"},
+    "robots": ROBOTS,
+    "rbpf": {"particles": 6},
+    "comms": {"exchange_timeout_s": 5.0, "beacon_window": 16},
+}
+
+
+def run(tables, out: Path) -> Path:
+    run_mission(make_mission(tables, Path("small.toml")), out, lambda mission_s, total_s, text: None, lambda text: None)
+    return out
+
+
+@pytest.fixture(scope="module")
+def merged(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return run(TABLES, tmp_path_factory.mktemp("report") / "merged")
+
+
+@pytest.fixture(scope="module")
+def apart(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    tables = {**TABLES, "radio": {"range_m": 0.1}, "mission": {**TABLES["mission"], "duration_s": 6.0}}
+    return run(tables, tmp_path_factory.mktemp("report") / "apart")
+
+
+def test_the_story_is_told_in_words(merged: Path, apart: Path) -> None:
+    told = page_data(RunResults.read(merged))
+    (pair,) = told["assessment"]["pairs"]
+    assert told["headline"] == "Both robots share one map"
+    off = f"{pair['error_m']:.2f} m / {pair['error_deg']:.1f} deg off."
+    assert ["good", f"r1 and r2 merged after {pair['accepted_at_s']:.0f} s, {off}"] in [
+        list(row) for row in told["sentences"]
+    ]
+    alone = page_data(RunResults.read(apart))
+    assert alone["headline"] == "No maps were merged: 2 robots, 2 separate maps"
+    assert [("bad", f"{robot} never met anyone.") for robot in ("r1", "r2")] == alone["sentences"][:2]
+
+
+def test_a_wrong_merge_is_called_so(merged: Path, tmp_path: Path) -> None:
+    wrong = tmp_path / "wrong"
+    shutil.copytree(merged, wrong)
+    path = wrong / "r1" / "robot.json"
+    robot = json.loads(path.read_text())
+    robot["pairs"][0]["T_a_b"][1] += 3.0
+    path.write_text(json.dumps(robot))
+    moods = page_data(RunResults.read(wrong))["sentences"]
+    assert any(mood == "bad" and "merged WRONGLY" in text and "3.0" in text for mood, text in moods)
+
+
+def test_curves_end_where_the_assessment_does(merged: Path) -> None:
+    told = page_data(RunResults.read(merged))
+    assert told["coverage"]["unit"] == "%"
+    for robot, curve in told["coverage"]["curves"].items():
+        assert np.all(np.diff(curve["own"]) >= 0) and curve["own"][0] < curve["own"][-1]
+        assert all(team >= own for own, team in zip(curve["own"], curve["team"], strict=True))
+        assert curve["team"][-1] == pytest.approx(
+            100 * told["assessment"]["robots"][robot]["map"]["coverage_team"], abs=6
+        )
+    assert told["traffic"]["curve"][-1][1] == told["traffic"]["exchanges"] > 0
+    assert told["map"]["joined_s"]["r1"] is not None and told["map"]["joined_s"]["r2"] is not None
+
+
+def test_the_page_needs_nothing_else_and_is_the_same_each_time(merged: Path, tmp_path: Path) -> None:
+    named = tmp_path / "named"
+    shutil.copytree(merged, named)
+    metrics = json.loads((named / "metrics.json").read_text())
+    (named / "metrics.json").write_text(json.dumps({**metrics, "name": "<b>two</b></script> robots"}))
+    merged = named
+    page = write_report(merged, tmp_path / "one.html").read_text()
+    assert write_report(merged, tmp_path / "two.html").read_text() == page
+    assert not re.search(r"""(src|href)=["'](?!data:)|@import|url\(|fetch\(|https?://(?!www\.w3\.org/2000/svg)""", page)
+    assert page.count("</script>") == 2 and "{{title}}" not in page and "{{data}}" not in page
+    assert len(page) < 1_000_000
+
+
+def test_runs_without_a_recording_or_a_world_have_a_page_too(merged: Path, tmp_path: Path) -> None:
+    bare = tmp_path / "bare"
+    shutil.copytree(merged, bare)
+    for robot in ("r1", "r2"):
+        (bare / robot / "scans.npz").unlink()
+        (bare / robot / "truth.tum").unlink()
+    told = page_data(RunResults.read(bare))
+    assert told["coverage"]["unit"] == "m²"
+    assert any(pair["verdict"] == "merged, not judged" for pair in told["assessment"]["pairs"])
+
+
+def test_images_are_png_files() -> None:
+    import base64
+
+    import cv2
+
+    image = np.random.default_rng(0).integers(0, 256, (13, 7, 3), dtype=np.uint8)
+    raw = base64.b64decode(png_uri(image).partition(",")[2])
+    back = cv2.imdecode(np.frombuffer(raw, dtype=np.uint8), cv2.IMREAD_COLOR)
+    np.testing.assert_array_equal(back[..., ::-1], image)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    playwright = pytest.importorskip("playwright.sync_api", reason="no playwright: the page is not tried in a browser")
+    path = next(
+        (found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), None
+    )
+    if path is None:
+        pytest.skip("no Chromium on this machine: the page is not tried in a browser")
+    with playwright.sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+@pytest.mark.parametrize("width", [400, 1400])
+@pytest.mark.parametrize("which", ["merged", "apart"])
+def test_a_browser_shows_the_page_without_a_complaint(
+    browser, which: str, width: int, request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
+    page_file = write_report(request.getfixturevalue(which), tmp_path / "report.html")
+    page = browser.new_page(viewport={"width": width, "height": 800})
+    complaints: list[str] = []
+    page.on(
+        "console", lambda message: complaints.append(message.text) if message.type in ("error", "warning") else None
+    )
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.on("request", lambda request: complaints.append(request.url) if request.url.startswith("http") else None)
+    page.goto(page_file.as_uri())
+    page.wait_for_selector("body[data-ready=yes]", timeout=20_000)
+    assert page.evaluate("document.documentElement.scrollWidth") == width  # nothing sticks out
+    small = page.evaluate(
+        "[...document.querySelectorAll('p, li, td, th, svg text')].filter(e => e.textContent.trim())"
+        ".map(e => parseFloat(getComputedStyle(e).fontSize)).sort((a, b) => a - b)[0]"
+    )
+    assert small >= 11
+    assert page.locator("#links path").count() == page.locator("#coverage path").count() / 4 or which == "apart"
+
+    def painted() -> int:
+        """Return how many pixels of the map are walls: dark and coloured."""
+        return page.evaluate(
+            "(() => { const d = pen.getImageData(0, 0, canvas.width, canvas.height).data; let n = 0;"
+            "for (let i = 0; i < d.length; i += 4) n += d[i] + d[i + 1] + d[i + 2] < 620; return n; })()"
+        )
+
+    end = painted()
+    page.evaluate("slider.value = 50; slider.dispatchEvent(new Event('input'))")
+    assert 0 < painted() < end
+    page.evaluate("document.getElementById('play').click()")
+    page.wait_for_function("now > 0.06 * data.end_s", timeout=20_000)
+    assert complaints == []
+    page.close()
