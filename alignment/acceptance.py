@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from alignment import kernels
+from alignment.agreement_kernels import free_overlap
 from alignment.config import AlignmentConfig
 from alignment.prepared import prepare, working_resolution
 from spatial import OccupancyGrid
@@ -21,7 +21,7 @@ def acceptance_index(grid_a: OccupancyGrid, grid_b: OccupancyGrid, T_a_b: ArrayL
     if 0 in a.shape or 0 in b.shape:
         return 0.0
     one, two = prepare(a, res), prepare(b, res)
-    free, occupied, differ, _ = kernels.free_overlap(
+    free, occupied, differ, _ = free_overlap(
         two.state, two.x0, two.y0, 1, np.asarray(T_a_b, dtype=np.float64), one.state, one.x0, one.y0, res
     )
     return (free + occupied) / max(free + occupied + differ, 1)

@@ -9,7 +9,7 @@ import numpy as np
 from alignment.aligners import ALIGNERS
 from alignment.config import AlignmentConfig
 from alignment.decide import decide
-from alignment.prepared import PreparedMap, order_key, prepare, working_resolution
+from alignment.prepared import PreparedMap, main_part, order_key, prepare, working_resolution
 from alignment.result import Alignment, Prior, Rejection
 from spatial import InputError, OccupancyGrid, se2
 
@@ -34,7 +34,7 @@ def align(
     config = config or AlignmentConfig()
     if method not in ALIGNERS:
         raise InputError(f"alignment method must be one of {', '.join(ALIGNERS)}, got {method!r}")
-    a, b = grid_a.cropped(), grid_b.cropped()
+    a, b = main_part(grid_a.cropped()), main_part(grid_b.cropped())
     if order_key(a) < order_key(b):
         swapped = None if prior is None else _inverse_prior(prior)
         return _inverse(_align(b, a, method, swapped, config))

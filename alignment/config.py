@@ -27,6 +27,8 @@ class AlignmentConfig:
     """Wall that the other map shows free, as a share of the agreeing wall (>= 0); higher forgives more bending."""
     max_deep_contradiction: float = 0.1
     """The same, counting only wall far from any wall of the other map (>= 0); not explained by bending."""
+    forgiveness: float = 0.1
+    """Further share of either (>= 0) forgiven as agreeing wall grows from 15 m to 75 m on ten walls or more."""
     min_crosswise_wall_m: float = 0.8
     """Agreeing wall across the weakest direction, metres (>= 0); stops a corridor that slides along itself."""
     min_crosswise: float = 0.05
@@ -57,6 +59,7 @@ class AlignmentConfig:
             "min_walls",
             "max_contradiction",
             "max_deep_contradiction",
+            "forgiveness",
             "min_crosswise_wall_m",
             "margin_per_contradiction",
         ):

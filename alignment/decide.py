@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
 
 from alignment.config import AlignmentConfig
 from alignment.prepared import PreparedMap
+from alignment.reasons import against, matched_m, tests
 from alignment.refine import covariance, refine
 from alignment.result import Alignment, Candidate, Rejection
 from alignment.verify import Agreement, examine
@@ -19,25 +18,10 @@ SAME_M, SAME_RAD = 0.4, math.radians(4.0)
 
 HELD = 0.15
 """Share of the matched wall that runs across, from which a fit is held in every direction."""
-MOST_MARGIN = 0.95
-"""No greater lead is asked for."""
-
-
-@dataclass(frozen=True)
-class Test:
-    """One thing a fit must show."""
-
-    value: float
-    bound: float
-    scale: float
-    """Change of ``value`` that matters; negative where less is better."""
-    words: str
-    """Complaint, with ``{value}`` and ``{bound}``."""
-
-    @property
-    def slack(self) -> float:
-        """Return by how much it is passed, in ``scale``; negative where failed."""
-        return (self.value - self.bound) / self.scale
+RICH_WALL_M, RICH_WALLS, SPOTLESS = 40.0, 8, 0.01
+"""A fit of so much wall, on so many distinct walls and so clean, lets rivals be judged by how clean they are."""
+CLEAN, DIRTY = 0.02, 0.03
+"""So much more contradiction than the best fit's is chance; each further so much makes a rival e times less likely."""
 
 
 def fit_score(evidence: dict[str, float]) -> float:
@@ -53,28 +37,25 @@ def fit_score(evidence: dict[str, float]) -> float:
 
 def standing(score_m: float, evidence: dict[str, float]) -> float:
     """Return the score as a rival's: a fit that can slide along its walls explains little, however much wall it has."""
-    matched = max(min(evidence["matched_a_m"], evidence["matched_b_m"]), 1e-3)
-    return max(score_m, 0.0) * min(1.0, evidence["crosswise_m"] / matched / HELD)
+    return max(score_m, 0.0) * min(1.0, evidence["crosswise_m"] / matched_m(evidence) / HELD)
 
 
-def tests(evidence: dict[str, float], config: AlignmentConfig) -> list[Test]:
-    """Return all that a fit must show to be accepted."""
-    matched = max(min(evidence["matched_a_m"], evidence["matched_b_m"]), 1e-3)
-    against = max(evidence["contradicted_a_m"], evidence["contradicted_b_m"]) / matched
-    deep = max(evidence["deep_a_m"], evidence["deep_b_m"]) / matched
-    across = evidence["crosswise_m"]
-    stained = max(0.0, against + 0.5 * deep - 0.03)
-    lead = min(MOST_MARGIN, config.min_margin + config.margin_per_contradiction * stained)
-    percent: Callable[[str], str] = lambda name: f"{name} {{value:.0%}} of the matched wall > {{bound:.0%}}"  # noqa: E731
-    return [
-        Test(evidence["score_m"], config.min_score_m, 2.0, "wall for less against {value:.1f} m < {bound:.1f} m"),
-        Test(evidence["walls"], config.min_walls, 2.0, "rests on {value:.0f} distinct walls < {bound:.0f}"),
-        Test(against, config.max_contradiction, -0.1, percent("contradicted")),
-        Test(deep, config.max_deep_contradiction, -0.05, percent("clearly contradicted")),
-        Test(across, config.min_crosswise_wall_m, 0.5, "slides along its walls: {value:.1f} m across < {bound:.1f} m"),
-        Test(across / matched, config.min_crosswise, 0.05, "slides along its walls: {value:.0%} across < {bound:.0%}"),
-        Test(evidence["margin"], lead, 0.2, "ambiguous: leads the next fit by {value:.0%} < {bound:.0%}"),
-    ]
+def dirt(evidence: dict[str, float]) -> float:
+    """Return the contradiction of a fit per metre of agreeing wall; clear contradiction counts thrice."""
+    shallow, deep = against(evidence)
+    return 0.5 * shallow + deep
+
+
+def rivalry(best: dict[str, float], score_m: float, evidence: dict[str, float]) -> float:
+    """Return what a distinct other fit's standing is worth beside the best one.
+
+    Maps that contradict each other nowhere at one place would not do so at their true place either: beside a rich fit
+    without stain a rival loses weight with its own stains.
+    """
+    worth = standing(score_m, evidence)
+    if matched_m(best) < RICH_WALL_M or best["walls"] < RICH_WALLS or dirt(best) > SPOTLESS:
+        return worth
+    return worth * math.exp(-max(0.0, dirt(evidence) - dirt(best) - CLEAN) / DIRTY)
 
 
 def same(b: PreparedMap, T_1: se2.Transform, T_2: se2.Transform) -> bool:
@@ -109,22 +90,22 @@ def decide(
 ) -> Alignment | Rejection:
     """Return the best candidate as an alignment where it passes every test, else a rejection that says why."""
     if not candidates:
-        return Rejection("no proposal: the maps share no matching structure", 0.0, {}, method)
+        return Rejection("nothing in the two maps matches", 0.0, {}, method)
     fits = fits_of(a, b, candidates, config)
     score, best, candidate = fits[0]
     own = standing(score, best.evidence)
-    second = max((standing(other, found.evidence) for other, found, _ in fits[1:]), default=0.0)
+    second = max((rivalry(best.evidence, other, found.evidence) for other, found, _ in fits[1:]), default=0.0)
     evidence = {**candidate.evidence, **best.evidence, "score_m": score}
     evidence["margin"] = max(0.0, 1.0 - second / own) if own > 0 else 0.0
     asked = tests(evidence, config)
     confidence = 1.0 / (1.0 + math.exp(-max(-30.0, min(t.slack for t in asked))))
-    failed = [t.words.format(value=t.value, bound=t.bound) for t in asked if t.slack < 0]
+    failed = list(dict.fromkeys(t.complaint for t in asked if t.slack < 0))
     if not failed and confidence >= config.min_confidence:
         C = covariance(best.H, best.pivot, best.T_a_b, 0.5 * config.tolerance_m)
         return Alignment(best.T_a_b, confidence, evidence, C, method)
     if not failed:
-        failed.append(f"confidence {confidence:.2f} < {config.min_confidence:g}")
+        failed.append(f"confidence {confidence:.2f}, at least {config.min_confidence:g} is asked for")
     if "matches" in evidence:
-        failed.insert(0, f"{evidence['matches']:.0f} matches, {evidence['inliers']:.0f} inliers")
-    failed.append(f"overlap {evidence['overlap']:.0%} ({evidence['overlap_m2']:.0f} m2)")
+        failed.append(f"{evidence['inliers']:.0f} of {evidence['matches']:.0f} matched features agree")
+    failed.append(f"the best guess overlaps {evidence['overlap']:.0%} of the smaller map")
     return Rejection("; ".join(failed), confidence, evidence, method, best.T_a_b)

@@ -8,8 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from alignment import kernels
 from alignment.prepared import PreparedMap
+from alignment.wall_kernels import FREE, OCCUPIED
 from spatial import se2
 from spatial.distance import manhattan
 from spatial.se2 import Transform
@@ -65,7 +65,7 @@ class _Coarse:
         ratio = side.res / cell_m
         shape = tuple(int(n * ratio) + 1 for n in side.state.shape)
         masks = []
-        for value in (kernels.FREE, kernels.OCCUPIED):
+        for value in (FREE, OCCUPIED):
             rows, cols = np.nonzero(side.state == value)
             mask = np.zeros(shape, dtype=np.bool_)
             mask[(rows * ratio).astype(np.int64), (cols * ratio).astype(np.int64)] = True

@@ -9,10 +9,11 @@ import scipy.signal
 from numba import njit
 from numpy.typing import NDArray
 
-from alignment import kernels
+from alignment.agreement_kernels import free_overlap
 from alignment.config import AlignmentConfig
 from alignment.prepared import PreparedMap
 from alignment.result import Candidate, Prior
+from alignment.wall_kernels import OCCUPIED
 from spatial import se2
 
 HALF_TURN_BINS = 360
@@ -44,7 +45,7 @@ def hough_spectrum(points: F64, bins: int, cell_m: float) -> F64:  # pragma: no 
 
 def occupied(side: PreparedMap) -> F64:
     """Return ``(N, 2)`` centres of occupied cells, metres."""
-    rows, cols = np.nonzero(side.state == kernels.OCCUPIED)
+    rows, cols = np.nonzero(side.state == OCCUPIED)
     return np.stack([side.x0 + (cols + 0.5) * side.res, side.y0 + (rows + 0.5) * side.res], axis=-1)
 
 
@@ -71,7 +72,7 @@ def hough(a: PreparedMap, b: PreparedMap, config: AlignmentConfig, prior: Prior 
         for theta in (k * math.pi / HALF_TURN_BINS, k * math.pi / HALF_TURN_BINS + math.pi):
             q = se2.apply(np.array([0.0, 0.0, theta]), pb)
             T_a_b = se2.transform(shift(pa[:, 0], q[:, 0], a.res), shift(pa[:, 1], q[:, 1], a.res), theta)
-            free, both, differ, _ = kernels.free_overlap(b.state, b.x0, b.y0, 2, T_a_b, a.state, a.x0, a.y0, a.res)
+            free, both, differ, _ = free_overlap(b.state, b.x0, b.y0, 2, T_a_b, a.state, a.x0, a.y0, a.res)
             index = (free + both) / max(free + both + differ, 1)
             found.append(Candidate(T_a_b, index, {"proposed_acceptance_index": index}))
     found.sort(key=lambda candidate: -candidate.score)

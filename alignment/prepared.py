@@ -7,13 +7,18 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from alignment import kernels
+from alignment import wall_kernels
 from alignment.config import AlignmentConfig
-from spatial import OccupancyGrid
+from spatial import UNKNOWN, OccupancyGrid
 
+SPECK_M = 0.4
+"""Occupied cells that reach no farther than this are people, legs and noise, metres."""
+ISLAND_GAP_M, ISLAND_SHARE = 0.25, 0.2
+"""Known cells farther apart belong to different parts, metres; parts below this share of the largest stay."""
 REACH_M = 0.6
 """How far from a wall its nearest point is known, metres."""
 
@@ -23,7 +28,7 @@ class PreparedMap:
     """One map at the working resolution. Coordinates are metres in the map's own frame."""
 
     state: NDArray[np.uint8]
-    """``(H, W)``: kernels.UNKNOWN, FREE, OCCUPIED, with an unknown border."""
+    """``(H, W)``: wall_kernels.UNKNOWN, FREE, OCCUPIED, with an unknown border."""
     x0: float
     """Left edge of ``state``, metres."""
     y0: float
@@ -33,8 +38,8 @@ class PreparedMap:
 
     @cached_property
     def _walls(self) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-        cells, normals = kernels.wall_points(self.state)
-        thin = -(-len(cells) // kernels.NOTHING)
+        cells, normals = wall_kernels.wall_points(self.state)
+        thin = -(-len(cells) // wall_kernels.NOTHING)
         return (cells, normals) if thin <= 1 else (cells[::thin].copy(), normals[::thin].copy())
 
     @property
@@ -50,9 +55,21 @@ class PreparedMap:
 
     @cached_property
     def label(self) -> NDArray[np.uint16]:
-        """``(4, H, W)`` per quadrant of facing the nearest wall point, see kernels.nearest_labels."""
+        """``(4, H, W)`` per quadrant of facing the nearest wall point, see wall_kernels.nearest_labels."""
         reach = min(max(2, round(REACH_M / self.res)), 15)
-        return kernels.nearest_labels(self.state.shape[0], self.state.shape[1], self._walls[0], self._walls[1], reach)
+        return wall_kernels.nearest_labels(
+            self.state.shape[0], self.state.shape[1], self._walls[0], self._walls[1], reach
+        )
+
+    @cached_property
+    def solid(self) -> NDArray[np.bool_]:
+        """``(N,)``: whether each point is part of something larger than ``SPECK_M``, which does not come and go."""
+        occupied = (self.state == wall_kernels.OCCUPIED).astype(np.uint8)
+        joined = cv2.dilate(occupied, np.ones((3, 3), dtype=np.uint8))  # far walls are dotted lines
+        _, label, stats, _ = cv2.connectedComponentsWithStats(joined, connectivity=8, ltype=cv2.CV_32S)
+        large = (np.maximum(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) - 2) * self.res > SPECK_M
+        cells = self._walls[0]
+        return np.asarray(large[label[cells[:, 0], cells[:, 1]]], dtype=np.bool_)
 
     @property
     def wall_m(self) -> float:
@@ -84,13 +101,13 @@ def working_resolution(a: OccupancyGrid, b: OccupancyGrid, config: AlignmentConf
 
 def prepare(grid: OccupancyGrid, res: float) -> PreparedMap:
     """Bring a cropped grid to the cell ``res``: occupied where any source cell is, else free where any is."""
-    border = max(kernels.REACH, round(REACH_M / res)) + 1
+    border = max(wall_kernels.REACH, round(REACH_M / res)) + 1
     height, width = grid.shape
     if abs(res - grid.resolution_m) < 1e-6 * res:
         state = np.zeros((height + 2 * border, width + 2 * border), dtype=np.uint8)
         inner = state[border : border + height, border : border + width]
-        inner[grid.is_free] = kernels.FREE
-        inner[grid.is_occupied] = kernels.OCCUPIED
+        inner[grid.is_free] = wall_kernels.FREE
+        inner[grid.is_occupied] = wall_kernels.OCCUPIED
     else:
         ratio = grid.resolution_m / res
         rows = np.floor((np.arange(height) + 0.5) * ratio).astype(np.int64) + border
@@ -100,11 +117,34 @@ def prepare(grid: OccupancyGrid, res: float) -> PreparedMap:
             int(cols[-1]) + 1 + border if width else 2 * border,
         )
         state = np.zeros(shape, dtype=np.uint8)
-        for mask, value in ((grid.is_free, kernels.FREE), (grid.is_occupied, kernels.OCCUPIED)):
+        for mask, value in ((grid.is_free, wall_kernels.FREE), (grid.is_occupied, wall_kernels.OCCUPIED)):
             r, c = np.nonzero(mask)
             state[rows[r], cols[c]] = value
     x, y = grid.origin_m
     return PreparedMap(state, x - border * res, y - border * res, res)
+
+
+def main_part(grid: OccupancyGrid) -> OccupancyGrid:
+    """Return the map without the large parts that nothing known joins to its largest one.
+
+    A mapper that loses itself begins anew elsewhere, and shows one place twice; only within a part can it be trusted.
+    """
+    if grid.cells.size == 0:
+        return grid
+    block = max(1, round(ISLAND_GAP_M / grid.resolution_m))
+    rows, cols = (-(-n // block) * block for n in grid.shape)
+    known = np.zeros((rows, cols), dtype=np.bool_)
+    known[: grid.shape[0], : grid.shape[1]] = grid.is_known
+    blocks = known.reshape(rows // block, block, cols // block, block).any(axis=(1, 3))
+    count, label, stats, _ = cv2.connectedComponentsWithStats(
+        np.asarray(blocks, dtype=np.uint8), connectivity=8, ltype=cv2.CV_32S
+    )
+    sizes = stats[1:, cv2.CC_STAT_AREA]
+    if count <= 2 or np.sort(sizes)[-2] < ISLAND_SHARE * sizes.max():
+        return grid
+    inside = np.repeat(np.repeat(label == 1 + int(np.argmax(sizes)), block, axis=0), block, axis=1)
+    kept = np.where(inside[: grid.shape[0], : grid.shape[1]], grid.cells, np.int8(UNKNOWN))
+    return OccupancyGrid(kept, grid.resolution_m, grid.origin_m).cropped()
 
 
 def order_key(grid: OccupancyGrid) -> tuple[int, bytes]:

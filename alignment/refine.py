@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from alignment.kernels import gauss_newton, normal_equations
+from alignment.fit_kernels import gauss_newton, normal_equations
 from alignment.prepared import PreparedMap
 from spatial import se2
 from spatial.se2 import Transform

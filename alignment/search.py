@@ -9,10 +9,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 from alignment.config import AlignmentConfig
-from alignment.correlate import correlate, rotations
+from alignment.correlate import correlate
 from alignment.prepared import PreparedMap
 from alignment.refine import refine
 from alignment.result import Candidate, Prior
+from alignment.rotations import rotations
 from alignment.verify import judge_walls
 from spatial import se2
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from alignment import kernels
+from alignment.agreement_kernels import agreement, free_overlap
 from alignment.prepared import PreparedMap
 from alignment.refine import equations
 from alignment.structure import distinct_walls
@@ -42,8 +42,9 @@ def judge_walls(
 ) -> tuple[NDArray[np.uint8], tuple[int, int, int, int]]:
     """Return a verdict per wall point of ``source`` and the counts (matched, opposed, contradicted, unseen)."""
     verdict = np.empty(len(source.points), dtype=np.uint8)
-    counts = kernels.agreement(
-        source.points, source.normals, step, T_t_s, target.state, target.label, target.points, target.normals,
+    counts = agreement(
+        source.points, source.normals, source.solid, step, T_t_s,
+        target.state, target.label, target.points, target.normals,
         target.x0, target.y0, target.res, tolerance_m, verdict,
     )  # fmt: skip
     return verdict, counts
@@ -65,7 +66,7 @@ def examine(a: PreparedMap, b: PreparedMap, T_a_b: Transform, tolerance_m: float
     res = a.res
     small, large = (a, b) if a.state.size <= b.state.size else (b, a)
     T = T_b_a if small is a else T_a_b
-    free, occupied, differ, _ = kernels.free_overlap(
+    free, occupied, differ, _ = free_overlap(
         small.state, small.x0, small.y0, 2, T, large.state, large.x0, large.y0, res
     )
     cell = 4.0 * res**2

@@ -11,19 +11,17 @@ from __future__ import annotations
 import argparse
 import json
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numba import njit
-from scipy import ndimage
+from surveys import RES, Survey, survey_log, survey_plan
 
-from sim_driver.feeds.carmen import CarmenFeed
 from spatial import se2
 from spatial.traversal import traverse
 
-RES = 0.05
+Warp = Callable[[np.ndarray], np.ndarray]
 BINS = ((0.9, 0.8), (0.7, 0.6), (0.5, 0.4), (0.3, 0.2), (0.15, 0.1))
 PLANS = {
     "stage/SRI-AIC-kwing.png": 0.08, "stage/autolab.png": 0.04, "stage/hospital_section.png": 0.05,
@@ -34,6 +32,10 @@ PLANS = {
     "ipa/lab_c.png": 0.05, "ipa/office_a.png": 0.05,
 }  # fmt: skip
 """Floor plans and the metres per pixel they are read at."""
+REPEATING = ("SRI-AIC-kwing", "office_c", "office_e")
+"""Buildings that repeat themselves: pairs of theirs are tagged, for nobody can know which of several places is right."""
+PATIENCE = 150
+"""Tries after which the next building is taken for a pair."""
 LOGS = (
     "slam/aces",
     "slam/mit-csail",
@@ -42,30 +44,6 @@ LOGS = (
     "slam_sparse/freiburg-101",
     "slam_sparse/acapulco",
 )
-
-
-@dataclass
-class Survey:
-    """Scans of one building in its world frame: poses ``(N, 3)``, end points ``(B, 2)`` m and hit flags per scan."""
-
-    name: str
-    kind: str
-    poses: np.ndarray
-    ends: list[np.ndarray]
-    hits: list[np.ndarray]
-
-
-@njit(nogil=True)
-def cast(wall, x, y, angle, range_cells):  # type: ignore[no-untyped-def]
-    """Return the free range in cells."""
-    dx, dy = math.cos(angle) * 0.25, math.sin(angle) * 0.25
-    for k in range(int(range_cells * 4)):
-        r, c = int(y + dy * k), int(x + dx * k)
-        if r < 0 or c < 0 or r >= wall.shape[0] or c >= wall.shape[1]:
-            return -1.0
-        if wall[r, c]:
-            return 0.25 * k
-    return -1.0
 
 
 @njit(nogil=True)
@@ -81,81 +59,23 @@ def draw(origin, ends, hits, seen, hit, rows, cols):  # type: ignore[no-untyped-
             seen[rows[n - 1], cols[n - 1]] += 1
 
 
-def survey_plan(path: Path, scale: float, rng: np.random.Generator) -> Survey:
-    """Drive about a floor plan at random: a scan about every half metre of free space."""
-    image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-    size = (round(image.shape[1] * scale / RES), round(image.shape[0] * scale / RES))
-    dark = cv2.resize((image < 90).astype(np.uint8) * 255, size, interpolation=cv2.INTER_AREA)[::-1] > 60
-    wall = np.pad(np.ascontiguousarray(dark), 2, constant_values=False)
-    room = ndimage.distance_transform_edt(~wall) * RES
-    inside = (room > 0.35) & (room < 12.0)
-    labels, count = ndimage.label(inside)
-    border = set(np.unique(np.concatenate([labels[3], labels[-4], labels[:, 3], labels[:, -4]])))
-    sizes = [0 if k in border else int((labels == k).sum()) for k in range(count + 1)]
-    sizes[0] = 0
-    best = int(np.argmax(sizes))
-    if sizes[best] * RES**2 < 30.0:
-        sizes = [int((labels == k).sum()) for k in range(count + 1)]
-        sizes[0] = 0
-        best = int(np.argmax(sizes))
-    cells = np.argwhere(labels == best)
-    count = min(600, int(len(cells) * RES**2 / 0.7))
-    picks = cells[rng.choice(len(cells), count, replace=False)]
-    reach = float(rng.choice([5.6, 10.0, 20.0, 30.0]))
-    field = float(rng.choice([math.pi, 1.5 * math.pi, 2 * math.pi]))
-    poses, ends, hits = [], [], []
-    beams = np.linspace(-0.5 * field, 0.5 * field, int(field / math.radians(1.0)))
-    for r, c in picks:
-        heading = rng.uniform(-math.pi, math.pi)
-        ranges = np.array([cast(wall, c + 0.5, r + 0.5, heading + t, reach / RES) for t in beams]) * RES
-        hit = ranges > 0
-        length = np.where(hit, ranges + 0.5 * RES + rng.normal(0, 0.012, len(beams)), reach)
-        keep = hit | (rng.random(len(beams)) < 0.5)
-        poses.append([(c + 0.5) * RES, (r + 0.5) * RES, heading])
-        ends.append(np.stack([length * np.cos(beams), length * np.sin(beams)], axis=-1)[keep])
-        hits.append(hit[keep])
-    return Survey(path.stem, "sim", np.array(poses), ends, hits)
-
-
-def survey_log(stem: Path) -> Survey:
-    """Take a log's scans at its reference poses, at most about one every 0.4 m."""
-    reference = np.loadtxt(f"{stem}.reference.tum")
-    readings = CarmenFeed(Path(f"{stem}.clf.gz")).readings
-    stamps = np.array([r.scan.stamp_ns for r in readings]) * 1e-9
-    poses, ends, hits = [], [], []
-    last = np.full(2, np.inf)
-    for row in reference:
-        k = int(np.argmin(np.abs(stamps - row[0])))
-        pose = np.array([row[1], row[2], 2 * math.atan2(row[6], row[7])])
-        if abs(stamps[k] - row[0]) > 0.02 or np.hypot(*(pose[:2] - last)) < 0.3:
-            continue
-        last = pose[:2]
-        scan = readings[k].scan
-        ranges = np.asarray(scan.ranges_m, dtype=np.float64)
-        hit = np.isfinite(ranges) & (ranges < 40.0)
-        angles = scan.angles_rad[hit]
-        poses.append(pose)
-        ends.append(np.stack([ranges[hit] * np.cos(angles), ranges[hit] * np.sin(angles)], axis=-1))
-        hits.append(np.ones(int(hit.sum()), dtype=bool))
-    return Survey(stem.name, "real", np.array(poses), ends, hits)
-
-
-def render(survey: Survey, chosen: np.ndarray, T_map_world: np.ndarray, bend_m: float, rng: np.random.Generator):  # type: ignore[no-untyped-def]
-    """Return (cells, origin) of the chosen scans' map, with poses bent smoothly by about ``bend_m``."""
-    poses = survey.poses[chosen].copy()
+def bent(poses: np.ndarray, bend_m: float, rng: np.random.Generator) -> Warp:
+    """Return a smooth shift of places ``(N, 2) -> (N, 3)`` (x, y m, heading rad) of about ``bend_m``."""
+    if bend_m <= 0:
+        return lambda at: np.zeros((len(at), 3))
     middle = poses[:, :2].mean(axis=0)
-    if bend_m > 0:
-        span = max(float(np.ptp(poses[:, :2], axis=0).max()), 1.0)
-        for k in range(3):
-            direction, phase = rng.uniform(0, 2 * math.pi, 2)
-            wave = (
-                (poses[:, :2] - middle)
-                @ np.array([math.cos(direction), math.sin(direction)])
-                / span
-                * rng.uniform(2, 6)
-            )
-            amount = bend_m * (1.0 if k < 2 else 2.0 / span * 2)
-            poses[:, k] += amount * np.sin(wave + phase)
+    span = max(float(np.ptp(poses[:, :2], axis=0).max()), 1.0)
+    waves = []
+    for k in range(3):
+        direction, phase = rng.uniform(0, 2 * math.pi, 2)
+        along = np.array([math.cos(direction), math.sin(direction)]) / span * rng.uniform(2, 6)
+        waves.append((bend_m * (1.0 if k < 2 else min(4.0 / span, 0.15)), along, phase))
+    return lambda at: np.stack([m * np.sin((at - middle) @ along + phase) for m, along, phase in waves], axis=-1)
+
+
+def render(survey: Survey, chosen: np.ndarray, T_map_world: np.ndarray, warp: Warp):  # type: ignore[no-untyped-def]
+    """Return (cells, origin) of the chosen scans' map, with poses bent by ``warp``."""
+    poses = survey.poses[chosen] + warp(survey.poses[chosen, :2])
     poses = se2.compose(T_map_world, poses)
     points = [se2.apply(p, survey.ends[i]) for p, i in zip(poses, chosen, strict=True)]
     stacked = np.concatenate([*points, poses[:, :2]])
@@ -190,12 +110,25 @@ def choose(survey: Survey, rng: np.random.Generator) -> tuple[np.ndarray, np.nda
         own = np.flatnonzero(half)
         place = survey.poses[rng.integers(n), :2]
         away = np.hypot(*(survey.poses[own, :2] - place).T)
-        if survey.kind == "real" and rng.random() < 0.7:  # a stretch of the drive
+        if rng.random() < 0.7:  # a stretch of the drive
             start, length = rng.integers(n), int(n * rng.uniform(0.15, 0.6))
             sets.append(own[(own - start) % n < length])
         else:
             sets.append(np.sort(own[np.argsort(away)[: int(len(own) * rng.uniform(0.1, 0.5))]]))
     return sets[0], sets[1]
+
+
+def blocks(pose: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Return which half-metre blocks of the world a scan sees, as numbers."""
+    seen = se2.apply(pose, np.concatenate([ends * share for share in (0.2, 0.4, 0.6, 0.8, 1.0)]))
+    at = np.floor(seen / 0.5).astype(np.int64) + 5000
+    return np.unique(at[:, 0] * 10_000 + at[:, 1])
+
+
+def guessed_overlap(seen: list[np.ndarray], sa: np.ndarray, sb: np.ndarray) -> float:
+    """Return about which share of the smaller map the other one knows, without drawing them."""
+    one, two = (np.unique(np.concatenate([seen[k] for k in chosen])) for chosen in (sa, sb))
+    return len(np.intersect1d(one, two)) / min(len(one), len(two))
 
 
 def frame(rng: np.random.Generator) -> np.ndarray:
@@ -209,25 +142,29 @@ def main() -> None:
     parser.add_argument("--pairs", type=int, default=60)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", nargs="+", help="use only buildings whose file name contains one of these")
+    parser.add_argument("--houses", type=int, default=0, help="which three of the houses, 0..19")
     args = parser.parse_args()
     rng = np.random.default_rng(args.seed)
     (args.out / "pairs").mkdir(parents=True, exist_ok=True)
-    houses = sorted((args.data / "worlds" / "houses").glob("*.jpg"), key=lambda p: -p.stat().st_size)[:20:2]
-    plans = {args.data / "worlds" / plan: scale for plan, scale in PLANS.items()} | dict.fromkeys(houses, 15.0 / 500)
+    houses = sorted((args.data / "worlds" / "houses").glob("*.jpg"))[args.houses :: 20]
+    plans = {args.data / "worlds" / plan: scale for plan, scale in PLANS.items()} | dict.fromkeys(houses, 20.0 / 500)
 
     def chosen(name: str) -> bool:
         return not args.only or any(part in name for part in args.only)
 
     surveys = [survey_log(args.data / log) for log in LOGS if chosen(log)]
     surveys += [survey_plan(plan, scale, rng) for plan, scale in plans.items() if chosen(plan.name)]
+    places = {
+        survey.name: [blocks(pose, ends) for pose, ends in zip(survey.poses, survey.ends, strict=True)]
+        for survey in surveys
+    }
     index: list[dict[str, object]] = []
     wanted = [b for b, _ in BINS] + [0.0]
     tries = 0
-    while len(index) < args.pairs and tries < 60 * args.pairs:
+    while len(index) < args.pairs and tries < 400 * args.pairs:
         tries += 1
         bin_ = wanted[len(index) % len(wanted)]
-        one = surveys[rng.integers(len(surveys))]
-        two = one
+        one = two = surveys[(len(index) // len(wanted) + tries // PATIENCE) % len(surveys)]
         if bin_ == 0.0 and len(index) % (2 * len(wanted)) >= len(wanted):
             two = surveys[rng.integers(len(surveys))]
             if two is one:
@@ -237,10 +174,13 @@ def main() -> None:
             sb = choose(two, rng)[1]
         if min(len(sa), len(sb)) < 8:
             continue
+        if two is one and abs(guessed_overlap(places[one.name], sa, sb) - min(bin_, 0.85)) > 0.15:
+            continue
         bend = float(rng.choice([0.0, rng.uniform(0.02, 0.12)]))
         Ta, Tb = frame(rng), frame(rng)
-        a, oa = render(one, sa, Ta, bend, rng)
-        b, ob = render(two, sb, Tb, bend, rng)
+        warps = bent(one.poses[sa], bend, rng), bent(two.poses[sb], bend, rng)
+        a, oa = render(one, sa, Ta, warps[0])
+        b, ob = render(two, sb, Tb, warps[1])
         area_a, area_b = ((m >= 0).sum() * RES**2 for m in (a, b))
         if min(area_a, area_b) < 60.0:
             continue
@@ -258,13 +198,19 @@ def main() -> None:
                 low_edge = dict(BINS)[bin_]
                 if not low_edge <= overlap < low_edge + (0.1 if bin_ > 0.15 else 0.08):
                     continue
-                T = se2.compose(Ta, se2.inverse(Tb))
+                # Bent maps have no one transform: the truth is what fits best where both know the world.
+                at = lattice[both]
+                in_a, in_b = (se2.apply(T, at + warp(at)[:, :2]) for T, warp in zip((Ta, Tb), warps, strict=True))
+                T = se2.fit_rigid(in_a, in_b)
                 gt = {"tx": float(T[0]), "ty": float(T[1]), "theta": float(T[2])}
                 middle = [float(v) for v in se2.apply(Tb, lattice[both].mean(axis=0))]
         name = f"g{args.seed}_{len(index):03d}"
         np.savez_compressed(args.out / "pairs" / f"{name}.npz", a=a, b=b, origin_a=oa, origin_b=ob, res=RES)
-        tags = (["drift"] if bend > 0 else []) + (
-            [] if gt else ["same_building" if two is one else "different_building"]
+        repeats = one.name in REPEATING or two.name in REPEATING
+        tags = (
+            (["drift"] if bend > 0 else [])
+            + (["aliased"] if repeats else [])
+            + ([] if gt else ["same_building" if two is one else "different_building"])
         )
         index.append(
             {"id": name, "file": f"pairs/{name}.npz", "negative": gt is None, "bin": bin_, "overlap": overlap,

@@ -7,12 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from alignment import correlate, kernels, ransac, structure
+from alignment import agreement_kernels, correlate_kernels, ransac, structure, wall_kernels
 from alignment.config import AlignmentConfig
 from alignment.dissimilarity import Dissimilarity, mean_distance
 from alignment.hough import hough_spectrum
 from alignment.prepared import PreparedMap, prepare, working_resolution
 from alignment.refine import equations, refine
+from alignment.verify import judge_walls
 from spatial import OccupancyGrid, se2
 
 
@@ -25,10 +26,10 @@ def sides(pair):
 
 def test_normals_point_to_the_free_side():
     state = np.zeros((40, 40), dtype=np.uint8)
-    state[10:30, 10:30] = kernels.FREE
-    state[10:30, 10] = kernels.OCCUPIED
-    state[30, 10:30] = kernels.OCCUPIED
-    cells, normals = kernels.wall_points(state)
+    state[10:30, 10:30] = wall_kernels.FREE
+    state[10:30, 10] = wall_kernels.OCCUPIED
+    state[30, 10:30] = wall_kernels.OCCUPIED
+    cells, normals = wall_kernels.wall_points(state)
     left = (cells[:, 1] == 10) & (cells[:, 0] > 13) & (cells[:, 0] < 25)
     np.testing.assert_allclose(normals[left], np.tile([1.0, 0.0], (left.sum(), 1)), atol=1e-6)
     top = (cells[:, 0] == 30) & (cells[:, 1] > 15) & (cells[:, 1] < 25)
@@ -37,11 +38,37 @@ def test_normals_point_to_the_free_side():
 
 def test_thin_wall_seen_from_both_sides_has_two_normals():
     state = np.zeros((40, 40), dtype=np.uint8)
-    state[5:35, 5:35] = kernels.FREE
-    state[5:35, 20] = kernels.OCCUPIED
-    cells, normals = kernels.wall_points(state)
+    state[5:35, 5:35] = wall_kernels.FREE
+    state[5:35, 20] = wall_kernels.OCCUPIED
+    cells, normals = wall_kernels.wall_points(state)
     at = normals[(cells[:, 0] == 20) & (cells[:, 1] == 20)]
     assert sorted(np.round(at[:, 0]).tolist()) == [-1.0, 1.0]
+
+
+def test_specks_are_told_from_walls_and_from_dotted_walls():
+    cells = np.zeros((80, 80), dtype=np.int8)
+    cells[10, 10:70] = 100
+    cells[40, 10:70:2] = 100
+    cells[60:63, 30:33] = 100
+    side = prepare(OccupancyGrid(cells, 0.05), 0.05)
+    rows = np.round((side.points[:, 1] - 0.025) / 0.05).astype(int)
+    assert side.solid[rows == 10].all() and side.solid[rows == 40].all()
+    assert not side.solid[rows >= 60].any() and (rows >= 60).any()
+
+
+def test_what_a_speck_lies_on_speaks_neither_for_nor_against():
+    free = np.zeros((80, 80), dtype=np.int8)
+    free[0], free[-1] = 100, 100
+    person = free.copy()
+    person[40:43, 40:43] = 100
+    table = free.copy()
+    table[40:43, 30:60] = 100
+    target = prepare(OccupancyGrid(free, 0.05), 0.05)
+    against = [
+        judge_walls(prepare(OccupancyGrid(one, 0.05), 0.05), target, se2.IDENTITY, 0.15)[1][2]
+        for one in (person, table)
+    ]
+    assert against[0] == 0 and against[1] >= 30
 
 
 def test_nearest_labels_like_its_twin():
@@ -50,7 +77,7 @@ def test_nearest_labels_like_its_twin():
     angles = rng.uniform(-math.pi, math.pi, 40)
     normals = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     normals[:3] = 0.0
-    label = kernels.nearest_labels(30, 30, cells, normals, 6)
+    label = wall_kernels.nearest_labels(30, 30, cells, normals, 6)
     facing = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
     for q in range(4):
         member = (normals @ facing[q] > 0.42) | (normals == 0).all(axis=1)
@@ -59,7 +86,7 @@ def test_nearest_labels_like_its_twin():
                 d2 = np.where(member, ((cells - (r, c)) ** 2).sum(axis=1), 10_000)
                 expected = d2.min() if d2.min() <= 36 else None
                 got = label[q, r, c]
-                assert (None if got == kernels.NOTHING else d2[got]) == expected
+                assert (None if got == wall_kernels.NOTHING else d2[got]) == expected
 
 
 def agreement_twin(source: PreparedMap, target: PreparedMap, T: se2.Transform, tolerance: float) -> list[int]:
@@ -68,7 +95,7 @@ def agreement_twin(source: PreparedMap, target: PreparedMap, T: se2.Transform, t
     facing = se2.apply(np.array([0, 0, T[2]]), source.normals)
     reach = (round(0.6 / target.res) * target.res) ** 2
     quadrants = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
-    for p, n in zip(at, facing, strict=True):
+    for p, n, solid in zip(at, facing, source.solid, strict=True):
         c, r = np.floor((p - (target.x0, target.y0)) / target.res).astype(int)
         if not (0 < r < target.state.shape[0] - 1 and 0 < c < target.state.shape[1] - 1):
             verdicts.append(0)
@@ -89,14 +116,12 @@ def agreement_twin(source: PreparedMap, target: PreparedMap, T: se2.Transform, t
                 break
         if found == 0:
             block = target.state[r - 1 : r + 2, c - 1 : c + 2]
-            found = 3 if (block == kernels.FREE).sum() >= 6 else 0
+            found = 3 if (block == wall_kernels.FREE).sum() >= 6 and solid else 0
         verdicts.append(found)
     return verdicts
 
 
 def test_agreement_like_its_twin(sides, pair):
-    from alignment.verify import judge_walls
-
     a, b = sides
     T = se2.compose(pair[2], np.array([0.07, -0.04, 0.001]))
     step = 9
@@ -199,7 +224,7 @@ def test_hough_spectrum_like_its_twin():
 
 def test_peaks_like_sorting():
     score = np.random.default_rng(0).normal(0, 1, (40, 50)).astype(np.float32)
-    where, value = correlate.peaks(score, 5, 2)
+    where, value = correlate_kernels.peaks(score, 5, 2)
     assert (np.diff(value) <= 0).all()
     assert value[0] == score.max()
     assert tuple(where[0]) == np.unravel_index(int(score.argmax()), score.shape)
@@ -235,7 +260,7 @@ def test_free_overlap_like_its_twin():
     rng = np.random.default_rng(6)
     s, t = rng.integers(0, 3, (14, 11)).astype(np.uint8), rng.integers(0, 3, (13, 17)).astype(np.uint8)
     T = np.array([0.11, -0.07, 0.4])
-    got = kernels.free_overlap(s, 0.0, 0.0, 1, T, t, -0.1, 0.1, 0.1)
+    got = agreement_kernels.free_overlap(s, 0.0, 0.0, 1, T, t, -0.1, 0.1, 0.1)
     free = both = differ = known = 0
     for r in range(14):
         for c in range(11):

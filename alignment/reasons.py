@@ -1,0 +1,85 @@
+"""What a fit must show to be accepted, and how a failure is told to whoever asked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from alignment.config import AlignmentConfig
+
+MOST_MARGIN = 0.95
+"""No greater lead is asked for."""
+SOME_WALL_M, MUCH_WALL_M = 15.0, 75.0
+"""Agreeing wall from which contradiction begins to be forgiven, and from which it is forgiven most, metres."""
+USUAL_OPPOSED = 0.3
+"""Wall that is seen from opposite sides, per metre of agreeing wall, up to which that means nothing."""
+MANY_WALLS = 10
+"""Distinct walls that go with it."""
+
+
+@dataclass(frozen=True)
+class Test:
+    """One thing a fit must show."""
+
+    value: float
+    bound: float
+    scale: float
+    """Change of ``value`` that matters; negative where less is better."""
+    complaint: str
+    """What is said where it is not shown."""
+
+    @property
+    def slack(self) -> float:
+        """Return by how much it is passed, in ``scale``; negative where failed."""
+        return (self.value - self.bound) / self.scale
+
+
+def matched_m(evidence: dict[str, float]) -> float:
+    """Return the wall that agrees in both directions, metres, never quite 0."""
+    return max(min(evidence["matched_a_m"], evidence["matched_b_m"]), 1e-3)
+
+
+def against(evidence: dict[str, float]) -> tuple[float, float]:
+    """Return contradicted wall and clearly contradicted wall per metre of agreeing wall, the worse direction's."""
+    matched = matched_m(evidence)
+    shallow = max(evidence["contradicted_a_m"], evidence["contradicted_b_m"]) / matched
+    return shallow, max(evidence["deep_a_m"], evidence["deep_b_m"]) / matched
+
+
+def forgiven(evidence: dict[str, float]) -> float:
+    """Return 0..1: how much evidence outweighs contradiction; real maps are bent and changed, chance fits are small."""
+    much = (matched_m(evidence) - SOME_WALL_M) / (MUCH_WALL_M - SOME_WALL_M)
+    return min(max(much, 0.0), 1.0) * min(evidence["walls"] / MANY_WALLS, 1.0)
+
+
+def tests(evidence: dict[str, float], config: AlignmentConfig) -> list[Test]:
+    """Return all that a fit must show to be accepted."""
+    matched, across = matched_m(evidence), evidence["crosswise_m"]
+    shallow, deep = against(evidence)
+    # Walls seen from opposite sides are common where maps are clean, and make a fit odd where they contradict too.
+    odd = max(0.0, max(evidence["opposed_a_m"], evidence["opposed_b_m"]) / matched - USUAL_OPPOSED)
+    stained = max(0.0, shallow + 0.5 * deep - 0.03) * (1.0 + 4.0 * odd)
+    lead = min(MOST_MARGIN, config.min_margin + config.margin_per_contradiction * stained)
+    more = config.forgiveness * forgiven(evidence)
+    most, most_deep = config.max_contradiction + more, config.max_deep_contradiction + more
+    wall = f"{matched:.1f} m of wall agree, {shallow * matched:.1f} m contradict"
+    score, other = evidence["score_m"], 1.0 - evidence["margin"]
+    little = f"too little wall in common: {wall}"
+    slides = f"the maps can slide along each other: only {across:.1f} m of the {matched:.1f} m that agree run across"
+    return [
+        Test(score, config.min_score_m, 2.0, little if score > 0 else f"more speaks against than for it: {wall}"),
+        Test(evidence["walls"], config.min_walls, 2.0,
+             f"only {evidence['walls']:.0f} separate walls agree, {config.min_walls} are needed"),
+        Test(shallow, most, -0.1, f"{_share(shallow)} of the walls compared lie where the other map is free, "
+             f"at most {_share(most)} may"),
+        Test(deep, most_deep, -0.05, f"{_share(deep)} of the walls compared lie clearly where the other map is free, "
+             f"at most {_share(most_deep)} may"),
+        Test(across, config.min_crosswise_wall_m, 0.5, slides),
+        Test(across / matched, config.min_crosswise, 0.05, slides),
+        Test(evidence["margin"], lead, 0.2,
+             f"ambiguous: another place fits {other:.0%} as well, at most {1.0 - lead:.0%} is allowed"),
+    ]  # fmt: skip
+
+
+def _share(per_matched: float) -> str:
+    """Return a length per metre of agreeing wall as a share of all that is compared, which never exceeds 100 %."""
+    return f"{per_matched / (1.0 + per_matched):.0%}"
