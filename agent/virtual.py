@@ -1,8 +1,9 @@
 """The virtual-time shell: any number of agents in one process, seeded, as fast as the processor allows.
 
 One seed gives the same bytes on every run and with any number of threads: within a step no agent sees what another
-does, what they send goes out in a fixed order when all are through, messages arrive in the order of their virtual
-times, and an alignment's outcome arrives a fixed span after it was begun.
+does, what they send goes out when all are through, messages arrive in the order of their virtual times, and an
+alignment, which runs beside the turns, is done a fixed span after it was begun. (Turns side by side in threads were
+tried: handing over the interpreter's lock cost what they won.)
 """
 
 from __future__ import annotations
@@ -10,7 +11,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from functools import partial
 from typing import Protocol
 
 from agent.effects import AlignJob
@@ -130,31 +130,28 @@ def run_virtual(
 ) -> int:
     """Run the robots until ``duration_ns``, or until ``linger_ns`` after all have finished; return the time.
 
-    ``progress`` is told the virtual time at every step; ``threads`` : 0 = as many as there are cores.
+    ``progress`` is told the virtual time at every step; ``threads`` : for alignments, 0 = as
+    many as there are cores.
     """
-    threads = threads or len(os.sched_getaffinity(0))
-    with (
-        ThreadPoolExecutor(threads, thread_name_prefix="robot") as turns,
-        ThreadPoolExecutor(threads, thread_name_prefix="align") as worker,
-    ):
-        return _run(robots, network, step_ns, duration_ns, linger_ns, progress, turns, worker)
+    with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0)), thread_name_prefix="align") as worker:
+        return _run(robots, network, worker, step_ns, duration_ns, linger_ns, progress)
 
 
 def _run(
     robots: Sequence[TakesTurns],
     network: Network,
+    worker: ThreadPoolExecutor,
     step_ns: int,
     duration_ns: int | None,
     linger_ns: int,
     progress: Callable[[int], None],
-    turns: ThreadPoolExecutor,
-    worker: ThreadPoolExecutor,
 ) -> int:
     now_ns = 0
     idle_since_ns: int | None = None
     while duration_ns is None or now_ns < duration_ns:
         network.advance(now_ns)
-        list(turns.map(partial(_step, now_ns, worker), robots))
+        for robot in robots:
+            robot.step(now_ns, worker)
         for robot in robots:
             robot.flush(now_ns)
         progress(now_ns)
@@ -168,7 +165,3 @@ def _run(
     for robot in robots:
         robot.close(now_ns)
     return now_ns
-
-
-def _step(now_ns: int, worker: ThreadPoolExecutor, robot: TakesTurns) -> None:
-    robot.step(now_ns, worker)

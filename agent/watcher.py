@@ -12,10 +12,7 @@ if TYPE_CHECKING:
 
 
 class Watcher(Protocol):
-    """Is told what happens and changes nothing of it; it must return at once and never raise.
-
-    In virtual time robots take their turns in several threads: one watcher a robot, or one with a lock.
-    """
+    """Is told what happens and changes nothing of it; it must return at once and never raise."""
 
     def on_scan(self, agent: Agent, sensed: Sensed, now_ns: int) -> None:
         """Take a scan that the agent has just mapped (``agent.scan`` is what was left of it without teammates)."""
