@@ -25,6 +25,8 @@ from spatial.se2 import Transform
 
 TEAMMATE_NS = 10_000_000_000
 """A teammate heard longer ago than this may be anywhere, nanoseconds."""
+TELL_NS = 10_000_000_000
+"""How often a robot tells how much it knows, nanoseconds."""
 PLACE_NS = 2_000_000_000
 """How often maps that have changed are held against each other, nanoseconds."""
 
@@ -68,6 +70,7 @@ class Agent:
         self._team: TeamMap | None = None
         self._stale = False
         self._placed_ns = 0
+        self._tell_ns = 0
         self._contradicted: dict[tuple[str, str], str] = {}
         self.T_team_map: dict[str, Transform] = {robot_id: se2.IDENTITY}
         """By robot: maps points of its map into the own map, for those whose place is known."""
@@ -148,7 +151,15 @@ class Agent:
         effects = self._follow(self.node.on_tick(now_ns), now_ns)
         if self._stale and now_ns - self._placed_ns >= PLACE_NS:
             self._place(now_ns)
+        if now_ns >= self._tell_ns and self.mode != "mapper":
+            self._tell_ns = now_ns + TELL_NS
+            effects.append(Event(now_ns, "known", self._known()))
         return effects + self._revoke(now_ns)
+
+    def _known(self) -> dict[str, Any]:
+        team = self.team_map()
+        areas = {"own_m2": self.known_area_m2(), "team_m2": team.grid.known_area_m2()}
+        return {**{name: round(area, 2) for name, area in areas.items()}, "placed": sorted(team.T_team_map)}
 
     def set_link_quality(self, peer: str, quality: float, now_ns: int) -> list[Effect]:
         """Tell the quality of a link from outside (a radio model or a trace)."""

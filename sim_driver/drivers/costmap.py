@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from sim_driver.drivers.config import DriverConfig
 from spatial import FREE_MAX, OCCUPIED_MIN, OccupancyGrid
@@ -14,6 +15,8 @@ from spatial.distance import euclidean
 
 WALL_PENALTY = 4.0
 """How much dearer a step right beside a wall is."""
+SPECK_MARGIN_M = 0.1
+"""A robot in a map may be so much larger than its radius."""
 CROWD_PENALTY = 10.0
 """How much dearer a step through a teammate is: it may have gone by then."""
 
@@ -59,16 +62,21 @@ def make_costmap(
     config: DriverConfig,
     obstacles: NDArray[np.float64] | None = None,
     teammates: NDArray[np.float64] | None = None,
+    hopeful: bool = False,
 ) -> Costmap:
     """Return the planning cells of a map.
 
     ``obstacles`` : ``(N, 2)`` points seen now, in the map frame; ``teammates`` : ``(M, 2)`` where teammates are.
+    ``hopeful`` : what is no larger than a robot is taken to be one that has driven on.
     """
     factor = max(1, round(config.plan_resolution_m / grid.resolution_m))
     while grid.cells.size / factor**2 > config.max_plan_cells:
         factor += 1
     occupied, free, unknown = pool(grid.cells, factor, FREE_MAX, OCCUPIED_MIN)
     resolution = grid.resolution_m * factor
+    if hopeful:
+        specks = _specks(occupied, 2.0 * (config.robot_radius_m + SPECK_MARGIN_M) / resolution)
+        occupied, free = occupied & ~specks, free | specks
     height, width = occupied.shape
     body = config.robot_radius_m + config.margin_m
     padded = np.ones((height + 2, width + 2), dtype=np.bool_)
@@ -89,6 +97,15 @@ def make_costmap(
             weight, (x - grid.origin_m[0]) / resolution, (y - grid.origin_m[1]) / resolution, 2.2 * body / resolution
         )
     return Costmap(weight, is_frontier, resolution, grid.origin_m)
+
+
+def _specks(occupied: NDArray[np.bool_], largest: float) -> NDArray[np.bool_]:
+    """Return the groups of occupied cells that extend over at most so many cells."""
+    labels, _ = ndimage.label(occupied, structure=np.ones((3, 3), dtype=np.int8))
+    small = [
+        max(rows.stop - rows.start, cols.stop - cols.start) <= largest for rows, cols in ndimage.find_objects(labels)
+    ]
+    return np.array([False, *small])[labels]
 
 
 def _gap_m(occupied: NDArray[np.bool_], resolution_m: float) -> NDArray[np.float32]:

@@ -157,6 +157,8 @@ class Explorer:
         start, goals = self._goals(make_costmap(grid, self._config, seen, mates), T_map_base, mates)
         if not goals:  # what moves may only be in the way for now
             start, goals = self._goals(make_costmap(grid, self._config, None, mates), T_map_base, mates)
+        if start is not None and not goals:  # as may be what was taken for a wall
+            start, goals = self._goals(make_costmap(grid, self._config, None, mates, hopeful=True), T_map_base, mates)
         if start is None:
             self._walled_in(now_ns)
             return

@@ -80,6 +80,17 @@ LASERS: Mapping[str, LaserModel] = MappingProxyType(
             dropout=0.001,
             T_base_laser=(0.05, 0.0, 0.0),
         ),
+        # The laser of the Stage worlds of Martins 2013: 180 deg, 180 beams, 5 m. Stage adds no noise; a little is real.
+        "stage": LaserModel(
+            beams=180,
+            angle_min_rad=-np.pi / 2,
+            angle_increment_rad=np.radians(1.0),
+            range_min_m=0.02,
+            range_max_m=5.0,
+            noise_m=0.005,
+            dropout=0.0,
+            T_base_laser=(0.05, 0.0, 0.0),
+        ),
         # Slamtec RPLIDAR A2M8 datasheet: 360 deg, 0.9 deg steps at 10 Hz, 0.15..12 m, below 1 % of the distance.
         "lidar-360": LaserModel(
             beams=400,

@@ -13,11 +13,12 @@ OFFICE_SEED = 11
 
 
 def arena1() -> OccupancyGrid:
-    """A pen of 4 x 4 m with a few inner walls, the size of the first arena of Martins 2013 (section 4.1)."""
-    plan = Canvas(4.2, 4.2, resolution_m=0.02)
-    plan.wall(1.4, 0.0, 1.4, 1.5).wall(1.4, 1.5, 0.9, 1.5)
-    plan.wall(2.7, 4.2, 2.7, 2.9).wall(2.7, 2.9, 3.3, 2.9)
-    plan.box(2.3, 1.2, 2.75, 1.6).box(0.1, 3.5, 0.7, 4.1).disc(1.5, 2.9, 0.15)
+    """A pen of about 4 x 4.6 m with a few low walls and boxes, after the first arena of Martins 2013 (section 4.1)."""
+    plan = Canvas(4.1, 4.6, resolution_m=0.02, thickness_m=0.04)
+    plan.box(1.9, 3.95, 4.1, 4.6).box(0.9, 3.5, 1.04, 3.74).box(2.66, 2.34, 2.78, 2.86)
+    plan.wall(0.0, 2.48, 0.74, 2.48).wall(0.74, 2.48, 0.74, 2.64)
+    plan.wall(0.96, 1.66, 1.14, 1.66).wall(1.14, 1.66, 1.14, 1.1)
+    plan.wall(2.06, 1.2, 3.26, 1.2).wall(2.06, 1.2, 2.06, 0.8).wall(3.26, 1.2, 3.26, 0.8)
     return plan.grid()
 
 

@@ -19,7 +19,7 @@ def test_every_world_is_closed_and_has_one_floor(name):
 
 @pytest.mark.parametrize(
     ("name", "width", "height"),
-    [("arena1", 4.2, 4.2), ("arena2", 13.2, 9.2), ("corridor", 40.2, 6.2), ("block", 36.2, 26.2)],
+    [("arena1", 4.1, 4.6), ("arena2", 13.2, 9.2), ("corridor", 40.2, 6.2), ("block", 36.2, 26.2)],
 )
 def test_sizes(name, width, height):
     assert load_world(name).size_m == pytest.approx((width, height), abs=0.05)

@@ -1,0 +1,235 @@
+"""The source's experiments and the office with one to six robots, ten seeds each: figures, a table and a plot.
+
+    python bench/experiments.py --out DIR [--only arena1 office-3 ...] [--seeds 10]
+
+One line a run goes to ``DIR/runs.jsonl``; what is there already is not run again, so that it can be stopped at any
+time. ``DIR/table.md`` sums up; ``DIR/coverage.png`` (with matplotlib) shows how much the best informed robot knows over
+time.
+
+agree : share of the occupied cells of a robot's team map within two cells of a true wall (cells of the robots' own
+maps), the worst robot; the map is laid over the world by its robot's whole path, not by its first pose alone.
+coverage : share of the reachable floor known to be free, the best robot. error : of pairs' transforms against the true
+starts.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+import time
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+HERE = Path(__file__).resolve().parent
+sys.path[:] = [folder for folder in sys.path if Path(folder).resolve() != HERE]  # its comms.py is not the package
+
+from sim_driver.mission import Mission, load_mission, make_mission  # noqa: E402
+from sim_driver.robots import LASERS  # noqa: E402
+from sim_driver.run import run_mission  # noqa: E402
+from sim_driver.simulation import make_world  # noqa: E402
+from sim_driver.worlds import World  # noqa: E402
+from spatial import OccupancyGrid, read_map, se2  # noqa: E402
+from spatial.distance import euclidean  # noqa: E402
+from spatial.se2 import Transform  # noqa: E402
+from spatial.tum import read_tum  # noqa: E402
+
+MISSIONS = HERE.parent / "missions"
+OFFICE = {"mission": {"shell": "virtual", "duration_s": 400.0, "linger_s": 15.0}, "world": {"name": "office"},
+          "comms": {"exchange_timeout_s": 10.0}}  # fmt: skip
+FALSE_M, FALSE_DEG = 0.5, 5.0
+MUST_MERGE = 0.3
+
+
+def mission_of(name: str, seed: int) -> Mission:
+    """Return an experiment's mission: one of the shipped ones, or ``office-N``."""
+    options = [f"mission.seed={seed}", "mission.record=false"]
+    if not name.startswith("office-"):
+        return load_mission(MISSIONS / f"{name}.toml", options)
+    robots = [{"id": f"r{i + 1}"} for i in range(int(name.partition("-")[2]))]
+    tables = {**OFFICE, "mission": {**OFFICE["mission"], "seed": seed, "record": False}, "robots": robots}
+    return make_mission(tables, Path(f"{name}.toml"))
+
+
+EXPERIMENTS = ("arena1", "arena2-two", "arena2-three", *(f"office-{n}" for n in range(1, 7)))
+
+
+def run(name: str, seed: int) -> dict[str, Any]:
+    """Run one experiment with one seed and return its figures."""
+    mission = mission_of(name, seed)
+    cpu = time.process_time()
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        metrics = run_mission(mission, folder, lambda *_: None, lambda text: print(text, file=sys.stderr))
+        figures = judge(mission, folder, metrics)
+    return {"name": name, "seed": seed, **figures, "cpu_s": round(time.process_time() - cpu, 1)}
+
+
+def judge(mission: Mission, folder: Path, metrics: dict[str, Any]) -> dict[str, Any]:
+    """Return what a finished run is worth."""
+    world = make_world(mission)
+    near_m = 2.0 * mission.settings.rbpf.resolution_m
+    frames, own, agree, coverage = {}, {}, {}, {}
+    for robot in mission.robots:
+        frames[robot.id] = frame(folder / robot.id, LASERS[robot.laser].T_base_laser)
+        own[robot.id] = read_map(folder / robot.id / "map.yaml")
+        team = read_map(folder / robot.id / "team_map.yaml")
+        agree[robot.id], coverage[robot.id] = against(world, team, frames[robot.id], near_m)
+    pairs, false, missed = [], 0, 0
+    accepted = {(pair["a"], pair["b"]): pair for pair in metrics["pairs"] if pair["status"] == "accepted"}
+    for a, b in combinations(sorted(own), 2):
+        pair = accepted.get((a, b))
+        shared = overlap(own[a], own[b], se2.between(frames[a], frames[b]))
+        if pair is None:
+            missed += shared >= MUST_MERGE
+            continue
+        off_m, off_deg = pair["error_m"], pair["error_deg"]
+        false += off_m > FALSE_M or off_deg > FALSE_DEG
+        pairs.append([a, b, off_m, off_deg, pair["accepted_at_s"]])
+    rejected = [[p["a"], p["b"], p["reason"]] for p in metrics["pairs"] if p["status"] != "accepted"]
+    return {
+        "mission_s": metrics["mission_s"], "agree": round(min(agree.values()), 4),
+        "coverage": round(max(coverage.values()), 4), "pairs": pairs, "rejected": rejected,
+        "false_merges": false, "missed_merges": missed, "known": known_over_time(folder),
+    }  # fmt: skip
+
+
+def frame(folder: Path, T_base_laser: tuple[float, float, float]) -> Transform:
+    """Return ``T_world_map`` that lays a robot's mapped path over the true one."""
+    (stamps, poses), (true_stamps, true_poses) = read_tum(folder / "trajectory.tum"), read_tum(folder / "truth.tum")
+    _, i, k = np.intersect1d(stamps, true_stamps, return_indices=True)
+    true_laser = se2.compose(true_poses[k], np.array(T_base_laser))
+    fitted = se2.fit_rigid(true_laser[:, :2], poses[i][:, :2])
+    path_m = float(np.hypot(*np.ptp(true_laser[:, :2], axis=0)))
+    return fitted if path_m > 1.0 else true_poses[0]
+
+
+def against(world: World, team: OccupancyGrid, T_world_map: Transform, near_m: float) -> tuple[float, float]:
+    """Return which share of a map's walls is near true ones, and which share of the floor it knows."""
+    # A laser's noise puts walls outside the world, too.
+    rim = round(1.0 / world.resolution_m)
+    far_m = euclidean(np.pad(world.is_wall, rim)) * world.resolution_m
+    x0, y0 = world.grid.origin_m
+    around = OccupancyGrid(np.pad(world.grid.cells, rim), world.resolution_m, (x0 - 1.0, y0 - 1.0))
+    walls = se2.apply(T_world_map, team.centres(team.is_occupied))
+    floor = se2.apply(se2.inverse(T_world_map), world.grid.centres(world.reachable))
+    near = at(around, far_m, walls, np.inf) <= near_m + 1e-6
+    known = at(team, team.cells.astype(np.float64), floor, -1.0)
+    return float(near.mean()) if len(near) else 1.0, float(((known >= 0) & (known <= 35)).mean())
+
+
+def at(grid: OccupancyGrid, field: np.ndarray, points_m: np.ndarray, outside: float) -> np.ndarray:
+    """Return a field of a grid's shape at points of its frame."""
+    col, row = np.floor((points_m - np.asarray(grid.origin_m)) / grid.resolution_m).astype(int).T
+    inside = (row >= 0) & (row < grid.shape[0]) & (col >= 0) & (col < grid.shape[1])
+    values = np.full(len(points_m), outside)
+    values[inside] = field[row[inside], col[inside]]
+    return values
+
+
+def overlap(a: OccupancyGrid, b: OccupancyGrid, T_a_b: Transform) -> float:
+    """Return how much of the smaller map's known area the other knows too."""
+    if a.known_area_m2() < b.known_area_m2():
+        a, b, T_a_b = b, a, se2.inverse(T_a_b)
+    points = se2.apply(T_a_b, b.centres(b.is_known))
+    return float((at(a, a.cells.astype(np.float64), points, -1.0) >= 0).mean()) if len(points) else 0.0
+
+
+def known_over_time(folder: Path) -> list[list[float]]:
+    """Return [mission s, m2] of the largest team map, every ten seconds."""
+    best: dict[float, float] = {}
+    for path in folder.glob("*/events.jsonl"):
+        for line in path.read_text().splitlines():
+            event = json.loads(line)
+            if event["event"] == "known":
+                t = round(event["t"], -1)
+                best[t] = max(best.get(t, 0.0), event["team_m2"])
+    return [[t, best[t]] for t in sorted(best)]
+
+
+def table(rows: list[dict[str, Any]]) -> str:
+    """Return the summary as Markdown."""
+    lines = [
+        "| experiment | seeds | agree, worst | coverage, worst | pairs merged | false | missed "
+        "| error m, median / worst | error deg, median / worst | first merge s | finished s | CPU s |",
+        "|" + "---|" * 12,
+    ]
+    for name in EXPERIMENTS:
+        runs = [row for row in rows if row["name"] == name]
+        if not runs:
+            continue
+        pairs = [pair for row in runs for pair in row["pairs"]]
+        total = len(pairs) + sum(len(row["rejected"]) for row in runs)
+        errors = np.array([pair[2:4] for pair in pairs] or [[np.nan, np.nan]])
+        first = [min(pair[4] for pair in row["pairs"]) for row in runs if row["pairs"]]
+        middle, worst = np.median(errors, axis=0), errors.max(axis=0)
+        lines.append(
+            f"| {name} | {len(runs)} | {min(r['agree'] for r in runs):.4f} | {min(r['coverage'] for r in runs):.4f} "
+            f"| {len(pairs)}/{total} "
+            f"| {sum(r['false_merges'] for r in runs)} | {sum(r['missed_merges'] for r in runs)} "
+            f"| {middle[0]:.3f} / {worst[0]:.3f} | {middle[1]:.2f} / {worst[1]:.2f} "
+            f"| {np.median(first) if first else np.nan:.0f} | {np.median([r['mission_s'] for r in runs]):.0f} "
+            f"| {np.median([r['cpu_s'] for r in runs]):.0f} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def plot(rows: list[dict[str, Any]], path: Path) -> None:
+    """Draw the known area over time, the mean over seeds, for every number of robots."""
+    try:
+        import matplotlib
+
+        matplotlib.use("Agg")
+        from matplotlib import pyplot as plt
+    except ImportError:
+        print("no matplotlib (pip install 'mrslam[plots]'): no plot", file=sys.stderr)
+        return
+    figure, axes = plt.subplots(figsize=(7.0, 4.0), dpi=110)
+    for n in (1, 2, 3, 6):
+        runs = [row["known"] for row in rows if row["name"] == f"office-{n}"]
+        if not runs:
+            continue
+        times = np.arange(0.0, 401.0, 10.0)
+        curves = np.array([np.interp(times, *np.array(known).T) for known in runs])
+        axes.plot(times, curves.mean(axis=0), label=f"{n} robot{'s' if n > 1 else ''} ({len(runs)} seeds)")
+    axes.set_xlabel("mission time, s")
+    axes.set_ylabel("known by the best informed robot, m²")
+    axes.set_xlim(0.0, 400.0)
+    axes.set_ylim(bottom=0.0)
+    axes.grid(alpha=0.3)
+    if axes.lines:
+        axes.legend()
+    figure.tight_layout()
+    figure.savefig(path)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--only", nargs="+", default=list(EXPERIMENTS), choices=EXPERIMENTS)
+    parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--show", action="store_true", help="only sum up what is there")
+    args = parser.parse_args()
+    args.out.mkdir(parents=True, exist_ok=True)
+    log = args.out / "runs.jsonl"
+    rows = [json.loads(line) for line in log.read_text().splitlines()] if log.exists() else []
+    done = {(row["name"], row["seed"]) for row in rows}
+    for seed in range(1, args.seeds + 1):
+        for name in args.only:
+            if (name, seed) in done or args.show:
+                continue
+            rows.append(run(name, seed))
+            with log.open("a") as file:
+                file.write(json.dumps(rows[-1]) + "\n")
+            print(json.dumps({key: value for key, value in rows[-1].items() if key != "known"}), flush=True)
+    (args.out / "table.md").write_text(table(rows))
+    plot(rows, args.out / "coverage.png")
+    print(table(rows))
+
+
+if __name__ == "__main__":
+    main()
