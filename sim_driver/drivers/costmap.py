@@ -74,9 +74,6 @@ def make_costmap(
         factor += 1
     occupied, free, unknown = pool(grid.cells, factor, FREE_MAX, OCCUPIED_MIN)
     resolution = grid.resolution_m * factor
-    if hopeful:
-        specks = _specks(occupied, 2.0 * (config.robot_radius_m + SPECK_MARGIN_M) / resolution)
-        occupied, free = occupied & ~specks, free | specks
     height, width = occupied.shape
     body = config.robot_radius_m + config.margin_m
     padded = np.ones((height + 2, width + 2), dtype=np.bool_)
@@ -84,6 +81,10 @@ def make_costmap(
     beside = padded[:-2, 1:-1] | padded[2:, 1:-1] | padded[1:-1, :-2] | padded[1:-1, 2:]
     gap_m = _gap_m(occupied, resolution)
     is_frontier = free & beside & (gap_m >= min(body, 0.15))
+    if hopeful:
+        specks = _specks(occupied, 2.0 * (config.robot_radius_m + SPECK_MARGIN_M) / resolution)
+        occupied, free = occupied & ~specks, free | specks
+        gap_m = _gap_m(occupied, resolution)
     if obstacles is not None and len(obstacles):
         cols, rows = np.floor((obstacles - np.asarray(grid.origin_m)) / resolution).astype(np.int64).T
         inside = (rows >= 0) & (rows < height) & (cols >= 0) & (cols < width)

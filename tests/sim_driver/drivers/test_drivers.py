@@ -2,7 +2,9 @@ import numpy as np
 import pytest
 
 from sim_driver.drivers import DRIVERS, DriverConfig, Explorer, IdleDriver, TrajectoryDriver, WaypointDriver
+from sim_driver.drivers.costmap import make_costmap
 from sim_driver.drivers.follow import slow_for_obstacles, steer
+from sim_driver.drivers.plan import path_between
 from sim_driver.worlds import World, load_world
 from sim_driver.worlds.canvas import Canvas
 from spatial import InputError, OccupancyGrid, Scan, se2
@@ -188,3 +190,34 @@ def test_one_seed_one_run():
         return np.concatenate([np.array(t).ravel() for t in outcome.tracks.values()]).tobytes()
 
     assert run() == run()
+
+
+def test_a_robot_in_a_map_does_not_close_a_room_for_good():
+    cells = np.full((60, 120), -1, dtype=np.int8)
+    cells[:, :70] = 0
+    cells[[0, -1], :] = 100
+    cells[:, 0] = 100
+    cells[:, 60] = 100
+    cells[22:38, 60] = 0  # a door of 0.8 m
+    cells[26:34, 57:60] = 100  # in which a teammate stood when it was last seen
+    grid = OccupancyGrid(cells, 0.05)
+    closed = make_costmap(grid, DriverConfig())
+    hopeful = make_costmap(grid, DriverConfig(), hopeful=True)
+    here, there = np.array([1.0, 1.5]), np.array([3.3, 1.5])
+    assert path_between(closed, here, there, 0.3) is None
+    path = path_between(hopeful, here, there, 0.3)
+    assert path is not None and abs(path[-1][0] - 3.3) < 0.2
+    assert not hopeful.is_frontier[:, 50:60].any()  # what a speck hides is not worth a visit
+    driver = Explorer()
+    driver.command(0, np.array([1.0, 1.5, 0.0]), grid, {})
+    assert driver.goal_m is not None and driver.goal_m[0] > 3.0
+
+
+def test_a_robot_that_sees_nothing_left_looks_around_before_it_stops():
+    cells = np.zeros((60, 60), dtype=np.int8)
+    cells[[0, -1], :] = 100
+    cells[:, [0, -1]] = 100
+    driver, grid = Explorer(), OccupancyGrid(cells, 0.05)
+    commands = [driver.command(round(t * 1e8), np.array([1.5, 1.5, 0.0]), grid, {}) for t in range(100)]
+    assert commands[0][1] != 0.0 and commands[0][0] == 0.0
+    assert driver.finished and commands[-1] == (0.0, 0.0)
