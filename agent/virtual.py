@@ -130,8 +130,8 @@ def run_virtual(
 ) -> int:
     """Run the robots until ``duration_ns``, or until ``linger_ns`` after all have finished; return the time.
 
-    ``progress`` is told the virtual time at every step; ``threads`` : for alignments, 0 = as
-    many as there are cores.
+    ``progress`` is told the virtual time at every step; ``threads`` : for alignments, 0 = as many as
+    there are cores.
     """
     with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0)), thread_name_prefix="align") as worker:
         return _run(robots, network, worker, step_ns, duration_ns, linger_ns, progress)
