@@ -17,7 +17,6 @@ from spatial.files import write_text
 from spatial.images import write_image
 from spatial.tum import write_tum
 
-
 log = logging.getLogger(__name__)
 
 
