@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import logging
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from agent.core import Agent
 from agent.effects import Event
@@ -15,21 +17,35 @@ from spatial.files import write_text
 from spatial.images import write_image
 from spatial.tum import write_tum
 
+log = logging.getLogger(__name__)
+
 
 class EventLog:
-    """Writes events as JSON lines, each flushed: what is written survives a crash."""
+    """Writes events as JSON lines, each at once: what is written survives a crash.
+
+    While the disk is full events are lost, and counted; the robot goes on.
+    """
 
     def __init__(self, folder: Path, robot_id: str) -> None:
         """Begin ``events.jsonl`` in the folder, or go on with it: a robot that starts again has a past."""
         folder.mkdir(parents=True, exist_ok=True)
-        self._file: IO[str] = (folder / "events.jsonl").open("a", encoding="utf-8")
+        self._file = (folder / "events.jsonl").open("ab", buffering=0)
         self._robot_id = robot_id
+        self.lost = 0
+        """Events that could not be written."""
+        self._torn = False
 
     def write(self, event: Event) -> None:
         """Append one event: ``t`` (mission seconds), ``robot``, ``event`` and its own fields."""
         line = {"t": round(event.t_ns / 1e9, 3), "robot": self._robot_id, "event": event.kind, **event.fields}
-        self._file.write(json.dumps(line, allow_nan=False) + "\n")
-        self._file.flush()
+        raw = json.dumps(line, allow_nan=False).encode() + b"\n"
+        try:
+            written = self._file.write(b"\n" + raw if self._torn else raw)
+            self._torn = written is not None and written < len(raw)
+        except OSError as error:
+            if self.lost == 0:
+                log.warning("%s: events cannot be written (%s)", self._robot_id, error.strerror)
+            self.lost += 1
 
     def close(self) -> None:
         """Close the file."""
@@ -37,16 +53,22 @@ class EventLog:
 
 
 def write_robot(agent: Agent, folder: Path, sent_bytes: Mapping[str, int]) -> None:
-    """Write everything a robot knows at its end into its folder."""
+    """Write everything a robot knows at its end into its folder; what cannot be written is told, and the rest is."""
     folder.mkdir(parents=True, exist_ok=True)
-    write_map(folder / "map.yaml", agent.own_map())
-    team = agent.team_map()
-    write_map(folder / "team_map.yaml", team.grid)
-    trajectory = agent.trajectory_laser()
+    team, trajectory = agent.team_map(), agent.trajectory_laser()
     layers = {robot_id: local.map.to_grid() for robot_id, local in sorted(agent.node.store.maps.items())}
-    write_image(folder / "team_map.png", draw_team(team, layers))
-    write_tum(folder / "trajectory.tum", trajectory.stamps_ns, trajectory.T_map_base)
-    write_text(folder / "robot.json", json.dumps(summary(agent, sent_bytes), indent=1, allow_nan=False) + "\n")
+    text = json.dumps(summary(agent, sent_bytes), indent=1, allow_nan=False) + "\n"
+    for what in (
+        partial(write_text, folder / "robot.json", text),
+        partial(write_map, folder / "map.yaml", agent.own_map()),
+        partial(write_map, folder / "team_map.yaml", team.grid),
+        partial(write_tum, folder / "trajectory.tum", trajectory.stamps_ns, trajectory.T_map_base),
+        partial(write_image, folder / "team_map.png", draw_team(team, layers)),
+    ):
+        try:
+            what()
+        except OSError as error:
+            log.warning("%s: %s cannot be written (%s)", agent.robot_id, what.args[0], error.strerror)
 
 
 def summary(agent: Agent, sent_bytes: Mapping[str, int]) -> dict[str, Any]:
@@ -62,7 +84,7 @@ def summary(agent: Agent, sent_bytes: Mapping[str, int]) -> dict[str, Any]:
         "masked_beams": agent.masked_beams,
         "loops_closed": agent.mapper.stats.loops_closed,
         "placed": {robot: [float(value) for value in T] for robot, T in sorted(team.T_team_map.items())},
-        "unplaced": dict(sorted(team.unplaced.items())),
+        "unplaced": dict(sorted({**team.unplaced, **agent.doubted}.items())),
         "pairs": [status.row(a, b) for (a, b), status in sorted(agent.pairs.pairs.items())],
         "sent_bytes": dict(sent_bytes),
         "links": [{"peer": peer, **stats.row()} for peer, stats in sorted(agent.links.items())],

@@ -1,0 +1,18 @@
+"""A share of the chaos missions; ``bench/chaos.py`` plays as many as one likes, and a broken one again by its seed."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from sim_driver.faults.chaos import run_chaos
+
+MISSIONS = int(os.environ.get("MRSLAM_CHAOS", "6"))
+
+
+@pytest.mark.parametrize("seed", range(MISSIONS))
+def test_nothing_breaks(seed: int, tmp_path: Path) -> None:
+    outcome = run_chaos(seed, tmp_path)
+    assert outcome.violations == []

@@ -1,0 +1,201 @@
+"""Each fault does what it says, and the invariants notice what they are there for."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from agent import Sensed
+from comms import LinkConditions, MemoryNetwork, Send
+from sim_driver.evaluate.truth import Judge
+from sim_driver.faults import KINDS, FaultConfig
+from sim_driver.faults.invariants import Invariants
+from sim_driver.faults.liar import WAYS
+from sim_driver.faults.links import CUT, CorruptingTransport, faulty_conditions
+from sim_driver.faults.robot import FaultyDisk
+from sim_driver.faults.schedule import LENGTH_S, chaos_tables
+from sim_driver.faults.senses import FaultySenses
+from sim_driver.mission import Mission, make_mission
+from sim_driver.run_virtual import VirtualTeam, run_in_virtual_time
+from sim_driver.simulation import make_world
+from spatial import InputError, Scan
+
+S = 1_000_000_000
+
+
+class Body:
+    """Ten scans, one each second, from wheels that turn evenly."""
+
+    next_ns = None
+    finished = False
+
+    def __init__(self) -> None:
+        self.k = -1
+
+    def sense(self, now_ns: int) -> Sensed | None:
+        if now_ns < (self.k + 1) * S or self.k == 9:
+            return None
+        self.k += 1
+        ranges = np.full(20, 1.0 + self.k, dtype=np.float32)
+        scan = Scan(stamp_ns=self.k * S, ranges_m=ranges, angle_min_rad=0.0, angle_increment_rad=0.1, range_max_m=30.0)
+        return Sensed(self.k * S, scan, np.array([float(self.k), 0.0, 0.0]))
+
+    def act(self, agent: Any, now_ns: int) -> None:
+        """Nothing to drive."""
+
+
+def sensed(**fault: Any) -> list[Sensed]:
+    faults = [FaultConfig(robot="r1", **fault)]
+    senses = FaultySenses(Body(), faults, np.random.default_rng(0))
+    return [one for t in range(10) if (one := senses.sense(t * S)) is not None]
+
+
+def test_a_stuck_laser_repeats_itself() -> None:
+    seen = sensed(kind="laser_stuck", at_s=3.0, for_s=3.0)
+    assert [float(one.scan.ranges_m[0]) for one in seen] == [1, 2, 3, 3, 3, 3, 7, 8, 9, 10]
+    assert [one.scan.stamp_ns // S for one in seen] == list(range(10))
+
+
+def test_a_laser_gives_garbage_or_nothing_for_a_while() -> None:
+    seen = sensed(kind="laser_garbage", at_s=3.0, for_s=3.0)
+    kinds = [len(np.unique(one.scan.ranges_m)) > 5 for one in seen]
+    assert kinds == [False] * 3 + [True] * 3 + [False] * 4
+    assert len(sensed(kind="laser_off", at_s=3.0, for_s=3.0)) == 7
+
+
+def test_odometry_leaps_once_and_a_slow_robot_leaves_scans_out() -> None:
+    seen = sensed(kind="odometry_jump", at_s=5.0, amount=2.0)
+    steps = np.diff([one.T_odom_base for one in seen if one.T_odom_base is not None], axis=0)
+    assert (np.abs(steps[:, 1]) > 0.1).tolist().index(True) == 4
+    assert [one.t_ns // S for one in sensed(kind="slow", at_s=4.0, for_s=100.0, amount=3.0)] == [0, 1, 2, 3, 5, 8]
+
+
+def test_partitions_and_flapping_cut_links() -> None:
+    fine = LinkConditions()
+    partition = FaultConfig(kind="partition", robot="r1", at_s=1.0, for_s=2.0)
+    flapping = FaultConfig(kind="flapping", robot="r2", at_s=10.0, for_s=12.0)
+    link = faulty_conditions(lambda a, b, now_ns: fine, [partition, flapping])
+    assert [link("r3", "r1", t * S) is CUT for t in range(4)] == [False, True, True, False]
+    assert [link("r2", "r3", t * S) is CUT for t in (9, 10, 12, 13, 15, 16, 19, 22)] == [
+        False, True, True, False, False, True, False, False,
+    ]  # fmt: skip
+    assert link("r3", "r4", 11 * S) is fine
+
+
+def test_corruption_changes_some_messages() -> None:
+    network = MemoryNetwork()
+    disk = FaultyDisk([])
+    fault = FaultConfig(kind="corrupt", robot="r1", at_s=0.0, for_s=5.0)
+    end = CorruptingTransport(network.attach("r1"), [fault], np.random.default_rng(1), disk)
+    other = network.attach("r2")
+    payload = bytes(range(100))
+    for t in (1, 9):
+        disk.now_ns = t * S
+        for _ in range(50):
+            end.send(Send("r2", payload, "control"))
+        network.advance(t * S)
+        other_got = [item.payload for item in other.poll() if hasattr(item, "payload")]
+        changed = sum(got != payload for got in other_got)
+        assert (5 < changed < 30) if t == 1 else changed == 0
+
+
+def test_a_full_disk_keeps_what_was_there() -> None:
+    disk = FaultyDisk([FaultConfig(kind="disk_full", robot="r1", at_s=1.0, for_s=1.0)])
+    assert disk.submit(lambda: 1).result() == 1
+    disk.now_ns = 1 * S
+    with pytest.raises(OSError, match="No space left"):
+        disk.submit(lambda: 1).result()
+
+
+def small(tmp_path: Path, *faults: dict[str, Any], **mission: Any) -> Mission:
+    tables = {
+        "mission": {"shell": "virtual", "duration_s": 20.0, "seed": 4, **mission},
+        "world": {"name": "arena2"},
+        "robots": [{"id": "r1"}, {"id": "r2"}],
+        "rbpf": {"particles": 3, "threads": 1},
+        "comms": {"exchange_timeout_s": 2.0},
+        "agent": {"checkpoint_interval_s": 2.0},
+        "faults": list(faults),
+    }
+    return make_mission(tables, tmp_path / "small.toml")
+
+
+def events(folder: Path, robot: str) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in (folder / robot / "events.jsonl").read_text().splitlines()]
+
+
+def quiet(*_: Any) -> None:
+    """No progress is shown."""
+
+
+def test_a_crashed_robot_goes_on_and_an_amnesiac_begins_anew(tmp_path: Path) -> None:
+    for kind, resumes in (("crash", True), ("amnesia", False)):
+        folder = tmp_path / kind
+        run_in_virtual_time(small(tmp_path, {"kind": kind, "robot": "r1", "at_s": 8.0, "for_s": 3.0}), folder, quiet)
+        back = [event for event in events(folder, "r1") if event["event"] == "restarted"]
+        assert [event["checkpoint"] for event in back] == [True] * resumes
+        robot = json.loads((folder / "r1" / "robot.json").read_text())
+        assert (robot["scans"] > 130) == resumes
+
+
+def test_two_robots_with_one_id_are_told_and_the_newcomer_stops(tmp_path: Path) -> None:
+    mission = small(tmp_path, {"kind": "twin", "robot": "r1", "at_s": 5.0, "for_s": 10.0})
+    run_in_virtual_time(mission, tmp_path, quiet)
+    told = [event for event in events(tmp_path, "r1") if event["event"] == "duplicate_id"]
+    assert len(told) == 1 and not told[0]["am_newcomer"]
+    twin = [event for event in events(tmp_path / "r1", "twin") if event["event"] == "duplicate_id"]
+    assert len(twin) == 1 and twin[0]["am_newcomer"]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_lie_is_not_believed(tmp_path: Path, seed: int) -> None:
+    mission = small(tmp_path, {"kind": "liar", "robot": "r2", "for_s": 100.0}, duration_s=40.0, seed=seed)
+    world = make_world(mission)
+    invariants = Invariants(mission, Judge(world.grid, world.reachable))
+    run_in_virtual_time(mission, tmp_path, quiet, invariants)
+    assert invariants.violations == []
+    assert len(WAYS) == 3
+
+
+def test_invariants_notice_a_lost_map_a_forgotten_one_and_a_false_merge(tmp_path: Path) -> None:
+    mission = small(tmp_path)
+    world = make_world(mission)
+    invariants = Invariants(mission, Judge(world.grid, world.reachable))
+
+    def spoil(team: VirtualTeam, now_ns: int) -> None:
+        agent = team.robots[0].runner.agent  # type: ignore[attr-defined]
+        if now_ns == 12 * S:
+            agent.T_team_map["r2"] = np.array([50.0, 0.0, 1.0])
+        if now_ns == 15 * S:
+            agent.node.store._newest.pop("r2")
+        invariants(team, now_ns)
+
+    run_in_virtual_time(mission, tmp_path, quiet, spoil)
+    assert any("places r2" in line for line in invariants.violations)
+    assert any("r1 knew r2" in line for line in invariants.violations)
+
+
+def test_schedules_follow_from_their_seed_and_play_every_kind(tmp_path: Path) -> None:
+    assert chaos_tables(5) == chaos_tables(5) != chaos_tables(6)
+    kinds = set()
+    for seed in range(80):
+        mission = make_mission(chaos_tables(seed), tmp_path / "chaos.toml")
+        kinds |= {fault.kind for fault in mission.faults}
+        assert all(fault.end_s <= LENGTH_S or fault.kind in ("liar", "laser_off") for fault in mission.faults)
+    assert kinds == set(KINDS)
+
+
+def test_faults_are_checked() -> None:
+    with pytest.raises(InputError, match=r"faults.kind must be one of crash, .*, got 'flood'"):
+        FaultConfig(kind="flood", robot="r1")
+    with pytest.raises(InputError, match=r"faults\.for_s"):
+        FaultConfig(kind="crash", robot="r1", for_s=0.0)
+
+
+def test_a_fault_names_a_robot_of_the_mission(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="one of r1, r2"):
+        small(tmp_path, {"kind": "crash", "robot": "r9"})
