@@ -33,7 +33,7 @@ PLANS = {
 }  # fmt: skip
 """Floor plans and the metres per pixel they are read at."""
 REPEATING = ("SRI-AIC-kwing", "office_c", "office_e")
-"""Buildings that repeat themselves: pairs of theirs are tagged, for nobody can know which of several places is right."""
+"""Buildings that repeat themselves: pairs of theirs are tagged, for nobody can know which of their places is right."""
 PATIENCE = 150
 """Tries after which the next building is taken for a pair."""
 LOGS = (
