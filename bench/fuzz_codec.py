@@ -2,7 +2,8 @@
 
 Every message of a running team is also delivered mutated, several times, before it is delivered whole. Most mutants are
 framed anew, with a right checksum, so that they reach the decoders behind it. Reports exceptions (there must be none),
-the slowest message, and how far memory grew. The last line is JSON.
+the slowest message, and how far memory grew. Every second team has keys, and signs its maps. Statuses are thrown at a
+watcher likewise. The last line is JSON.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import argparse
 import json
 import resource
 import sys
+import tempfile
 import time
 from collections import Counter
 from dataclasses import dataclass, field
@@ -21,12 +23,26 @@ import numpy as np
 
 sys.path[:] = [folder for folder in sys.path if Path(folder).resolve() != Path(__file__).resolve().parent]
 
-from comms import CommsConfig, CommsNode, Incoming, MemoryNetwork, Send, warm_up  # noqa: E402
+from comms import (  # noqa: E402
+    CommsConfig,
+    CommsNode,
+    Incoming,
+    MapSeal,
+    MemoryNetwork,
+    Send,
+    Sighting,
+    TeamView,
+    load_keys,
+    make_team_keys,
+    status_report,
+    warm_up,
+)
 from comms.frames import HEADER, frame, team_tag  # noqa: E402
 from spatial import Keyframes, LocalMap, Tile, TiledMap  # noqa: E402
 
 STEP_NS = 250_000_000
 TEAM = "fuzz"
+IDS = ["r1", "r2", "r3"]
 CONFIG = CommsConfig(
     exchange_timeout_s=1.0, link_source="model", beacon_period_s=1.0, backoff_s=0.2, window_tiles=5, chunk_bytes=2000
 )
@@ -130,22 +146,29 @@ def fuzz(count: int, seed: int = 0, per_message: int = 20) -> Report:
     warm_up()
     rng = np.random.default_rng(seed)
     report = Report()
+    with tempfile.TemporaryDirectory() as folder:
+        make_team_keys(Path(folder), TEAM, IDS)
+        seals = {r: MapSeal.load(load_keys(Path(folder) / r, r, TEAM), TEAM, r) for r in IDS}
     before_kb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     generation = 0
     while report.mutants < count:
         generation += 1
-        _one_life(count, report, rng, per_message, generation)
+        _one_life(count, report, rng, per_message, generation, seals if generation % 2 else {})
     report.memory_growth_mb = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before_kb) / 1024
     return report
 
 
-def _one_life(count: int, report: Report, rng: np.random.Generator, per_message: int, boot: int) -> None:
+def _one_life(
+    count: int, report: Report, rng: np.random.Generator, per_message: int, boot: int, seals: dict[str, MapSeal]
+) -> None:
     """Run a fresh team of three for a while; mutants that look right may spoil its knowledge, not its working."""
     network = MemoryNetwork(boot)
-    ids = ["r1", "r2", "r3"]
-    nodes = {robot: CommsNode(robot, TEAM, boot, CONFIG, seed=boot) for robot in ids}
-    ends = {robot: network.attach(robot) for robot in ids}
-    maps: dict[str, LocalMap | None] = dict.fromkeys(ids)
+    nodes = {robot: CommsNode(robot, TEAM, boot, CONFIG, seed=boot) for robot in IDS}
+    for robot, seal in seals.items():
+        nodes[robot].seal_maps(seal)
+    ends = {robot: network.attach(robot) for robot in IDS}
+    maps: dict[str, LocalMap | None] = dict.fromkeys(IDS)
+    view = TeamView()
     last = b"\0" * 40
     now_ns = 0
     while now_ns < 30_000_000_000 and report.mutants < count:
@@ -172,7 +195,11 @@ def _one_life(count: int, report: Report, rng: np.random.Generator, per_message:
                     report.mutants += 1
                 effects += node.on_message(item.payload, now_ns, item.sender)
                 last = item.payload
-            for peer in ids:
+            status = status_report(node, now_ns, [("r1", "r2", "not merged")])
+            for _ in range(per_message if rng.random() < 0.05 else 0):
+                view.take([Sighting(TEAM, robot, mutated(status.payload, last, rng))], 0.0)
+                report.mutants += 1
+            for peer in IDS:
                 if peer != robot:
                     effects += node.set_link_quality(peer, 1.0, now_ns)
             effects += node.on_tick(now_ns)
@@ -181,6 +208,8 @@ def _one_life(count: int, report: Report, rng: np.random.Generator, per_message:
                     ends[robot].send(effect)
                 elif type(effect).__name__ == "ExchangeDone":
                     report.exchanges += 1
+    json.dumps(view.snapshot(0.0))
+    report.dropped.update(view.dropped)
     for node in nodes.values():
         report.dropped.update(node.dropped)
 
