@@ -90,7 +90,7 @@ def grown(meetings: int, seed: int) -> Iterator[LocalMap]:
 
 def mission(maps: dict[str, Iterator[LocalMap]], every_s: float) -> dict[str, object]:
     """Let the robots meet every so many seconds until all have finished; return sums over all exchanges."""
-    config = CommsConfig(exchange_timeout_s=0.9 * every_s, link_source="trace")
+    config = CommsConfig(exchange_timeout_s=0.5 * every_s, link_source="trace")
     network = MemoryNetwork(0)
     nodes = {robot: CommsNode(robot, "bench", k + 1, config) for k, robot in enumerate(maps)}
     ends = {robot: network.attach(robot) for robot in maps}
@@ -128,7 +128,7 @@ def mission(maps: dict[str, Iterator[LocalMap]], every_s: float) -> dict[str, ob
                         effects += node.on_peer_joined(item.peer, now_ns)
                 for peer in nodes:
                     if peer != robot:
-                        effects += node.set_link_quality(peer, 1.0, now_ns)
+                        effects += node.set_link_quality(peer, float(step_ns == STEP_NS), now_ns)
                 effects += node.on_tick(now_ns)
                 for effect in effects:
                     if isinstance(effect, Send):
@@ -136,8 +136,9 @@ def mission(maps: dict[str, Iterator[LocalMap]], every_s: float) -> dict[str, ob
                     elif isinstance(effect, ExchangeDone):
                         done.append(effect)
                         met.add(robot)
-            step_ns = STEP_NS if len(met) < len(nodes) else IDLE_STEP_NS
-        cpu_s += time.process_time() - begun
+            if step_ns == STEP_NS and len(met) == len(nodes):
+                step_ns = IDLE_STEP_NS
+                cpu_s += time.process_time() - begun
         if len(met) < len(nodes):
             raise SystemExit(f"an exchange was not completed at {now_ns / SECOND:.0f} s")
     whole, packed = sum(row[0] for row in rows), sum(row[1] for row in rows)

@@ -167,7 +167,7 @@ class Neighbourhood:
     def set_link_quality(self, peer: str, quality: float, now_ns: int) -> None:
         """Take a link's quality (0..1) from a radio model or a trace; nothing happens where links are measured."""
         if self._station.config.link_source != "measured":
-            self._outside[peer] = float(np.clip(np.nan_to_num(quality), 0.0, 1.0))
+            self._outside[peer] = min(max(float(quality), 0.0), 1.0) if quality == quality else 0.0  # NaN: no link
             if peer in self.peers:
                 self._set_link(peer, self._outside[peer], now_ns)
 

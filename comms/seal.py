@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from hashlib import blake2b
 
 from cryptography import x509
-from cryptography.exceptions import InvalidSignature
+from cryptography.exceptions import InvalidSignature, UnsupportedAlgorithm
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
@@ -82,7 +82,7 @@ class MapSeal:
                 parsed.verify_directly_issued_by(self.authority)
                 name = str(parsed.subject.get_attributes_for_oid(NameOID.COMMON_NAME)[0].value)
                 public_key = parsed.public_key()
-            except (ValueError, TypeError, IndexError, InvalidSignature) as error:
+            except (ValueError, TypeError, IndexError, InvalidSignature, UnsupportedAlgorithm) as error:
                 raise WireError("forged", "a map signed by a stranger") from error
             if not isinstance(public_key, ec.EllipticCurvePublicKey):
                 raise WireError("forged", "a map signed with another kind of key")

@@ -81,10 +81,10 @@ def know_all(robots: list[Robot], lossless: dict[str, bytes], deadline_s: float)
 
 
 CASES = {
-    "clean": (0.0, 0.0, 1e9, False),
     "30 % lost": (0.3, 0.0, 1e9, False),
-    "1 Mbit/s": (0.0, 0.02, 1e6, False),
     "30 % lost, keys": (0.3, 0.0, 1e9, True),
+    "clean": (0.0, 0.0, 1e9, False),
+    "1 Mbit/s": (0.0, 0.02, 1e6, False),
     "10 % lost": (0.1, 0.0, 1e9, False),
     "50 % lost": (0.5, 0.0, 1e9, False),
     "200 ms": (0.0, 0.2, 1e9, False),
@@ -95,14 +95,15 @@ CASES = {
     "1 Mbit/s, keys": (0.0, 0.02, 1e6, True),
 }
 if "MRSLAM_SLOW" not in os.environ:
-    CASES = dict(list(CASES.items())[1:4])
+    CASES = dict(list(CASES.items())[:2])
 
 
 @pytest.mark.parametrize(("loss", "delay_s", "rate_bps", "closed"), CASES.values(), ids=list(CASES))
 def test_link_quality_is_measured_and_maps_come_through(link, lossless, keys, loss, delay_s, rate_bps, closed):
     # QUIC paces its datagrams by what it believes the link can carry: at half lost it holds back twenty a second, which
-    # then look lost, but not five. The default is two.
-    config = replace(CONFIG, beacon_period_s=0.2) if closed else CONFIG
+    # then go together and are lost together, but not four. The default is two.
+    config = replace(CONFIG, beacon_period_s=0.25, beacon_window=64) if closed else CONFIG
+    window_s = config.beacon_window * config.beacon_period_s
     robots = two_robots(link, config, keys if closed else None)
     try:
         for robot in robots:  # both sessions are up
@@ -110,9 +111,9 @@ def test_link_quality_is_measured_and_maps_come_through(link, lossless, keys, lo
         link.loss, link.delay_s, link.rate_bps = loss, delay_s, rate_bps
         know_all(robots, lossless, 90)
         for robot in robots:
-            robot.drain(config.beacon_window * config.beacon_period_s)
+            robot.drain(window_s)
         for robot in robots:
-            quality = mean_quality(robot, 4.0)
+            quality = mean_quality(robot, window_s)
             print(f"{robot.robot}: quality {quality:.3f}, truth {(1 - loss) ** 2:.3f}")
             assert quality == pytest.approx((1 - loss) ** 2, abs=0.1)
             ended = [r[2] for r in robot.heard if r[0] == "effect" and isinstance(r[2], ExchangeDone | ExchangeFailed)]
