@@ -30,10 +30,8 @@ from comms import (  # noqa: E402
     CommsConfig,
     CommsNode,
     ExchangeDone,
-    Incoming,
     MapSeal,
     MemoryNetwork,
-    PeerJoined,
     Send,
     ZenohTransport,
     load_keys,
@@ -122,10 +120,7 @@ def mission(maps: dict[str, Iterator[LocalMap]], every_s: float) -> dict[str, ob
             for robot, node in nodes.items():
                 effects = []
                 for item in ends[robot].poll():
-                    if isinstance(item, Incoming):
-                        effects += node.on_message(item.payload, now_ns, item.sender)
-                    else:
-                        effects += node.on_peer_joined(item.peer, now_ns)
+                    effects += node.on_arrival(item, now_ns)
                 for peer in nodes:
                     if peer != robot:
                         effects += node.set_link_quality(peer, float(step_ns == STEP_NS), now_ns)
@@ -195,10 +190,7 @@ def loopback(keys: Path | None) -> dict[str, object]:
         while time.monotonic() < until and len(done) < 12:
             effects = []
             for item in end.poll(0.01):
-                if isinstance(item, Incoming):
-                    effects += node.on_message(item.payload, time.monotonic_ns(), item.sender)
-                elif isinstance(item, PeerJoined):
-                    effects += node.on_peer_joined(item.peer, time.monotonic_ns())
+                effects += node.on_arrival(item, time.monotonic_ns())
             effects += node.set_link_quality(peer, 1.0, time.monotonic_ns()) + node.on_tick(time.monotonic_ns())
             for effect in effects:
                 if isinstance(effect, Send):
@@ -252,10 +244,7 @@ def crowd(count: int) -> dict[str, object]:
         for robot, node in nodes.items():
             effects = []
             for item in ends[robot].poll():
-                if isinstance(item, Incoming):
-                    effects += node.on_message(item.payload, now_ns, item.sender)
-                else:
-                    effects += node.on_peer_joined(item.peer, now_ns)
+                effects += node.on_arrival(item, now_ns)
             begun = time.process_time()
             effects += node.on_tick(now_ns)
             ticks_ms.append(1e3 * (time.process_time() - begun))

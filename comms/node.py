@@ -18,6 +18,7 @@ from comms.rendezvous import Rendezvous
 from comms.seal import MapSeal
 from comms.station import Station
 from comms.store import MapStore
+from comms.transport import Arrival, Incoming, PeerJoined, PeerLeft
 from spatial import LocalMap
 from spatial.errors import require
 from spatial.se2 import Transform
@@ -151,6 +152,16 @@ class CommsNode:
         except WireError as error:
             self._count_drop(error.kind, claimed)
         return self._flush()
+
+    def on_arrival(self, arrival: Arrival, now_ns: int) -> list[fx.Effect]:
+        """Take whatever a transport brings."""
+        match arrival:
+            case Incoming():
+                return self.on_message(arrival.payload, now_ns, arrival.sender)
+            case PeerJoined():
+                return self.on_peer_joined(arrival.peer, now_ns)
+            case PeerLeft():
+                return self.on_peer_left(arrival.peer, now_ns)
 
     def leave(self) -> list[fx.Effect]:
         """Say goodbye to all."""

@@ -13,10 +13,7 @@ from pathlib import Path
 from comms import (
     CommsConfig,
     CommsNode,
-    Incoming,
     MapSeal,
-    PeerJoined,
-    PeerLeft,
     Send,
     ZenohTransport,
     load_keys,
@@ -51,12 +48,7 @@ def run_robot(pipe, robot, team, boot, config, local_map, endpoints, keys, names
     while True:
         effects = []
         for item in transport.poll(0.02):
-            if isinstance(item, Incoming):
-                effects += node.on_message(item.payload, now(), item.sender)
-            elif isinstance(item, PeerJoined):
-                effects += node.on_peer_joined(item.peer, now())
-            elif isinstance(item, PeerLeft):
-                effects += node.on_peer_left(item.peer, now())
+            effects += node.on_arrival(item, now())
         effects += node.on_tick(now())
         for effect in effects:
             if isinstance(effect, Send):

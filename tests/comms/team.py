@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from hashlib import blake2b
 
 import numpy as np
@@ -17,7 +18,6 @@ from comms import (
     LinkConditions,
     MapUpdated,
     MemoryNetwork,
-    PeerJoined,
     Send,
 )
 from comms.memory_transport import PERFECT
@@ -159,11 +159,8 @@ class Team:
             effects: list[Effect] = []
             for item in self.ends[robot].poll():
                 if isinstance(item, Incoming):
-                    effects += node.on_message(self._maybe_broken(item.payload), self.now_ns, item.sender)
-                elif isinstance(item, PeerJoined):
-                    effects += node.on_peer_joined(item.peer, self.now_ns)
-                else:
-                    effects += node.on_peer_left(item.peer, self.now_ns)
+                    item = replace(item, payload=self._maybe_broken(item.payload))
+                effects += node.on_arrival(item, self.now_ns)
             if self.config.link_source != "measured":
                 for peer in self.nodes:
                     if peer != robot:
