@@ -201,7 +201,7 @@ def exchange_and_leave(a: Robot, b: Robot) -> None:
     left_s = time.monotonic()
     a.stop()
     took_s, reason = gone(b, left_s)
-    assert took_s <= 2.0  # with the process's own end in it
+    assert took_s <= 3.0  # with the process's own end in it
     assert reason == "left"
 
 
