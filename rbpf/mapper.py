@@ -122,6 +122,13 @@ class Mapper:
         return self._T_out.copy()
 
     @property
+    def particles(self) -> Transform:
+        """``(N, 3)`` where each particle has the robot now."""
+        if self._keys == 0:
+            return np.zeros((self.config.particles, 3))
+        return se2.compose(self._poses[:, self._keys - 1], self._T_key_base)
+
+    @property
     def covariance(self) -> NDArray[np.float64]:
         """``(3, 3)`` of the pose over the particles, and of the motion since the last update."""
         if self._keys == 0:

@@ -16,6 +16,7 @@ from sim_driver.faults import FaultConfig
 from sim_driver.locate import locate
 from sim_driver.radio import RadioConfig
 from sim_driver.settings import build, check_keys, read_toml, with_overrides
+from sim_driver.view.options import ViewOptions
 from spatial import InputError
 from spatial.errors import require
 
@@ -151,6 +152,8 @@ class Mission:
     """Where the mission's file lies: names in it are looked for there first."""
     replay: Path | None = None
     """Folder of the run whose drive and radio are played again; its simulated robots do not drive anew."""
+    view: ViewOptions = field(default_factory=ViewOptions)
+    """Who looks on; changes nothing of what happens."""
 
     def find(self, name: str) -> Path:
         """Return a file the mission names."""

@@ -81,6 +81,7 @@ def prepare_folder(mission: Mission, out: Path) -> None:
         "world": as_table(mission.world),
         "driver": as_table(mission.driver),
         "radio": as_table(mission.radio),
+        "faults": as_table(mission.faults),
         "settings": as_table(mission.settings),
         "versions": {
             "python": platform.python_version(),

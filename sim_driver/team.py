@@ -19,6 +19,7 @@ from sim_driver.seeds import seed_for
 from sim_driver.simulated import Port, SimulatedBody
 from sim_driver.simulation import LINKS_FILE, is_simulated
 from sim_driver.traces import LinkTrace, TracedLinks
+from sim_driver.view import watch_robot
 from spatial import InputError, se2
 
 CHECKPOINT = "checkpoint"
@@ -113,7 +114,10 @@ def radio_of(mission: Mission, robot: RobotConfig, trace: LinkTrace | None, port
 def watchers_of(mission: Mission, robot: RobotConfig, folder: Path) -> list[Watcher]:
     """Return those who look on while the robot runs."""
     records = mission.mission.record and mission.replay is None and is_simulated(mission, robot)
-    return [Recorder(folder)] if records else []
+    watchers: list[Watcher] = [Recorder(folder)] if records else []
+    if mission.view:
+        watchers.append(watch_robot(robot.id, folder, mission.view))
+    return watchers
 
 
 def told_links(mission: Mission, radio: LinkSource | None) -> LinkSource | None:

@@ -22,6 +22,8 @@ app = typer.Typer(
 Out = Annotated[Path, typer.Option("--out", help="Folder for everything the command leaves.")]
 Seed = Annotated[int | None, typer.Option("--seed", help="Everything random follows from it.")]
 Set = Annotated[list[str] | None, typer.Option("--set", help="A setting, section.key=value; may be given often.")]
+Rrd = Annotated[Path | None, typer.Option("--rrd", help="Also write a recording for the viewer (mrslam view).")]
+View = Annotated[bool, typer.Option("--view", help="Open a viewer and watch.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 
 
@@ -47,6 +49,8 @@ def map(
     seed: Annotated[int, typer.Option("--seed", help="One seed gives the same bytes.")] = 0,
     out: Out = Path("out/map"),
     no_odometry: Annotated[bool, typer.Option("--no-odometry", help="Do without the log's odometry.")] = False,
+    rrd: Rrd = None,
+    view: View = False,
     set_: Set = None,
     json: Json = False,
 ) -> None:
@@ -56,7 +60,7 @@ def map(
     """
     from sim_driver.cli.map_log import map_log
 
-    map_log(log, particles, seed, out, no_odometry, set_ or [], json)
+    map_log(log, particles, seed, out, no_odometry, set_ or [], json, rrd, view)
 
 
 @app.command()
@@ -72,6 +76,8 @@ def run(
     ] = None,
     speed: Annotated[float | None, typer.Option("--speed", help="Mission seconds in a second (process shell).")] = None,
     seed: Seed = None,
+    rrd: Rrd = None,
+    view: View = False,
     set_: Set = None,
     json: Json = False,
 ) -> None:
@@ -83,7 +89,7 @@ def run(
     """
     from sim_driver.cli.run import run_file
 
-    run_file(mission, from_, out, shell, speed, seed, set_ or [], json)
+    run_file(mission, from_, out, shell, speed, seed, set_ or [], json, rrd, view)
 
 
 @app.command()
@@ -132,11 +138,28 @@ def demo(
     out: Out = Path("out/demo"),
     seed: Annotated[int, typer.Option("--seed", help="Another seed, another story.")] = 1,
     robots: Annotated[int, typer.Option("--robots", help="How many robots.", min=1, max=8)] = 3,
+    rrd: Rrd = None,
+    view: View = False,
 ) -> None:
     """Robots explore a small building from unknown starts, meet, and merge their maps. Takes about two minutes."""
     from sim_driver.cli.demo import demo as run_demo
 
-    run_demo(out, seed, robots)
+    run_demo(out, seed, robots, rrd, view)
+
+
+@app.command(name="view")
+def view_(
+    run: Annotated[Path, typer.Argument(help="Folder of a run that was recorded with --rrd, or an .rrd file.")],
+) -> None:
+    """Open a run's recording in the viewer.
+
+    mrslam demo --out out/demo --rrd out/demo/run.rrd
+
+    mrslam view out/demo
+    """
+    from sim_driver.view.files import open_recording
+
+    open_recording(run)
 
 
 @app.command()

@@ -14,7 +14,7 @@ from sim_driver.settings import read_toml
 MISSION = Path(sim_driver.__file__).parent / "demo.toml"
 
 
-def demo(out: Path, seed: int, robots: int) -> None:
+def demo(out: Path, seed: int, robots: int, rrd: Path | None, view: bool) -> None:
     """Run the demo's mission with so many robots."""
     tables = read_toml(MISSION)
     tables["mission"]["seed"] = seed
@@ -23,5 +23,5 @@ def demo(out: Path, seed: int, robots: int) -> None:
         f"{robots} robots explore an office from unknown starts, each in a process of its own.", highlight=False
     )
     start = time.monotonic()
-    metrics = run_with_progress(make_mission(tables, MISSION), out)
+    metrics = run_with_progress(make_mission(tables, MISSION), out, rrd, view)
     report(metrics, out, time.monotonic() - start)

@@ -18,6 +18,8 @@ from sim_driver.feeds import Reading, open_feed
 from sim_driver.kernels import ensure_compiled
 from sim_driver.locate import locate
 from sim_driver.settings import build, with_overrides
+from sim_driver.view import watch_mapper
+from sim_driver.view.files import start_viewer
 from spatial import se2, write_map
 from spatial.files import write_text
 from spatial.images import write_image
@@ -26,7 +28,15 @@ from spatial.tum import write_tum
 
 
 def map_log(
-    log: Path, particles: int, seed: int, out: Path, no_odometry: bool, assignments: list[str], as_json: bool
+    log: Path,
+    particles: int,
+    seed: int,
+    out: Path,
+    no_odometry: bool,
+    assignments: list[str],
+    as_json: bool,
+    rrd: Path | None,
+    view: bool,
 ) -> None:
     """Map the log and write ``trajectory.tum``, ``trajectory_online.tum``, ``map.*`` and ``metrics.json``."""
     table = {"particles": particles, **({"use_odometry": False} if no_odometry else {})}
@@ -39,6 +49,7 @@ def map_log(
     mapper = rbpf.Mapper(config, seed=seed)
     processed_ms: list[float] = []
     accepted: list[int] = []
+    show = watch_mapper(mapper, rrd, start_viewer() if view else None, log.stem) if rrd is not None or view else None
     with progress_bar(f"mapping {log.name}", len(feed.readings)) as advance:
         for index, reading in enumerate(feed.readings):
             start = time.perf_counter()
@@ -47,7 +58,11 @@ def map_log(
                 processed_ms.append((time.perf_counter() - start) * 1e3)
             if info.reason is None:
                 accepted.append(index)
+            if show is not None:
+                show.on_scan(reading.scan)
             advance()
+    if show is not None:
+        show.close()
     grid = mapper.snapshot().map.to_grid()
     trajectory, online = mapper.trajectory(), mapper.online_trajectory()
     metrics = {

@@ -6,6 +6,7 @@ import json
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,8 @@ from sim_driver.cli.console import console
 from sim_driver.mission import Mission, load_mission
 from sim_driver.replay.again import replay_mission
 from sim_driver.report import REPORT_FILE, write_report
+from sim_driver.view import ViewOptions
+from sim_driver.view.files import join_recordings, start_viewer
 
 
 def run_file(
@@ -28,6 +31,8 @@ def run_file(
     seed: int | None,
     assignments: list[str],
     as_json: bool,
+    rrd: Path | None,
+    view: bool,
 ) -> None:
     """Run the mission file, command-line options above what it says; or play a recorded run again."""
     if (path is None) == (recorded is None):
@@ -44,19 +49,29 @@ def run_file(
     else:
         assert recorded is not None
         mission = replay_mission(recorded, [*overrides, *assignments])
-    metrics = run_with_progress(mission, out)
+    metrics = run_with_progress(mission, out, rrd, view)
     if as_json:
         print(json.dumps(metrics))
     else:
         report(metrics, out, time.monotonic() - start)
 
 
-def run_with_progress(mission: Mission, out: Path) -> dict[str, Any]:
-    """Run a mission with a progress bar, and write its report."""
+def run_with_progress(mission: Mission, out: Path, rrd: Path | None = None, view: bool = False) -> dict[str, Any]:
+    """Run a mission with a progress bar, and write its report and, if asked for, its recording."""
+    if rrd is not None or view:
+        options = ViewOptions(
+            record=rrd is not None,
+            address=start_viewer() if view else None,
+            run_id=f"{mission.mission.name}-{mission.mission.seed}",
+            robots=tuple(robot.id for robot in mission.robots),
+        )
+        mission = replace(mission, view=options)
     with mission_progress(mission.mission.name) as progress:
         metrics = runs.run_mission(mission, out, progress, lambda text: console.print(text, highlight=False))
     if len(metrics["robots_lost"]) < len(mission.robots):
         write_report(out)
+    if rrd is not None:
+        join_recordings([mission.view.file_of(out / robot.id) for robot in mission.robots], rrd)
     return metrics
 
 

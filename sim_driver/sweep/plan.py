@@ -114,6 +114,8 @@ def make_plan(
     first = make_mission(tables, path).mission.seed
     sections = {key.split(".")[0] for key in keys}
     needs_drive = sorted(sections - set(REPLAYABLE))
+    if tables.get("faults"):
+        needs_drive.append("faults")  # what a dead robot did not sense cannot be played again
     if drive == "recorded" and needs_drive:
         raise InputError(f"--drive recorded: {', '.join(needs_drive)} changes where robots drive or what they hear")
     recorded = drive != "anew" and not needs_drive

@@ -1,0 +1,49 @@
+"""Recordings as files: the robots' parts joined to one, and opened in the viewer."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from spatial import InputError
+
+VIEWER_MEMORY = "1GB"
+"""Most memory the viewer takes; it then forgets what is oldest."""
+PORT = 9876
+
+
+def join_recordings(parts: Sequence[Path | None], target: Path) -> None:
+    """Make one recording of the robots' parts, which then go; raise ``InputError`` where that does not work."""
+    there = [part for part in parts if part is not None and part.exists()]
+    if not there:
+        raise InputError(f"{target}: no robot recorded anything")
+    target.parent.mkdir(parents=True, exist_ok=True)
+    command = [sys.executable, "-m", "rerun", "rrd", "merge", *(str(part) for part in there), "-o", str(target)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise InputError(f"{target}: the recordings could not be joined ({done.stderr.strip()[-300:]})")
+    for part in there:
+        part.unlink()
+
+
+def open_recording(run: Path) -> None:
+    """Open a run's recording (or an .rrd file) in the viewer and wait until it is closed."""
+    found = [run] if run.is_file() else sorted(run.glob("*.rrd")) or sorted(run.glob("*/view.rrd"))
+    if not found:
+        raise InputError(
+            f"{run}: holds no recording; make one with mrslam run ... --rrd {run / 'run.rrd'}, "
+            f"or of a run that is over with mrslam run --from {run} --out OTHER --rrd {run / 'run.rrd'}"
+        )
+    command = [sys.executable, "-m", "rerun", "--memory-limit", VIEWER_MEMORY, *(str(path) for path in found)]
+    if subprocess.run(command, check=False).returncode != 0:
+        raise InputError("the viewer could not open a window; copy the .rrd file to a machine that has a screen")
+
+
+def start_viewer() -> str:
+    """Start a viewer beside this process, or take the one that is there; return its address."""
+    import rerun as rr
+
+    rr.spawn(port=PORT, connect=False, memory_limit=VIEWER_MEMORY, hide_welcome_screen=True)
+    return f"rerun+http://127.0.0.1:{PORT}/proxy"
