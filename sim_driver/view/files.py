@@ -45,5 +45,10 @@ def start_viewer() -> str:
     """Start a viewer beside this process, or take the one that is there; return its address."""
     import rerun as rr
 
-    rr.spawn(port=PORT, connect=False, memory_limit=VIEWER_MEMORY, hide_welcome_screen=True)
+    beside = Path(sys.executable).with_name("rerun")  # mrslam may run without its environment on the path
+    path = str(beside) if beside.exists() else None
+    try:
+        rr.spawn(port=PORT, connect=False, memory_limit=VIEWER_MEMORY, hide_welcome_screen=True, executable_path=path)
+    except (RuntimeError, OSError) as error:
+        raise InputError(f"the viewer does not start ({error}); record with --rrd FILE instead") from error
     return f"rerun+http://127.0.0.1:{PORT}/proxy"
