@@ -25,6 +25,7 @@ from comms.status import PeerStatus, status_report, team_status
 from comms.team_view import TeamView
 from comms.transport import Arrival, Incoming, PeerJoined, PeerLeft, Sighting, Transport
 from comms.warm_up import warm_up
+from comms.zenoh_sensors import SensorPublisher, ZenohSensors
 from comms.zenoh_transport import ZenohTransport, ZenohWatcher
 
 __all__ = [
@@ -51,10 +52,12 @@ __all__ = [
     "PeerStatus",
     "RobotKeys",
     "Send",
+    "SensorPublisher",
     "Sighting",
     "TeamView",
     "TeammatePose",
     "Transport",
+    "ZenohSensors",
     "ZenohTransport",
     "ZenohWatcher",
     "load_keys",

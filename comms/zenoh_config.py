@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from comms.security import RobotKeys, access_rules
@@ -101,7 +101,7 @@ def watcher_settings(
     }
 
 
-def as_json(chosen: dict[str, Any]) -> list[tuple[str, str]]:
+def as_json(chosen: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return each setting with its value as JSON text, as Zenoh takes it."""
     return [(key, json.dumps(value)) for key, value in chosen.items()]
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import logging
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import zenoh
@@ -33,7 +33,8 @@ MAX_SIGHTINGS = 4096
 """A watcher that does not look loses the oldest."""
 
 
-def _open(chosen: dict[str, Any]) -> zenoh.Session:
+def open_session(chosen: Mapping[str, Any]) -> zenoh.Session:
+    """Open a session with these settings; raise ``InputError`` where it cannot be."""
     config = zenoh.Config()
     try:
         for key, value in as_json(chosen):
@@ -70,11 +71,13 @@ class ZenohTransport:
         if keys is None:
             log.warning("team %s is open: anyone on this network can read and write its maps (see mrslam keys)", team)
         (listen, listen_datagrams), (connect, connect_datagrams) = split_datagrams(listen), split_datagrams(connect)
-        self._session = _open(settings(team, mode=mode, listen=listen, connect=connect, multicast=multicast, keys=keys))
+        self._session = open_session(
+            settings(team, mode=mode, listen=listen, connect=connect, multicast=multicast, keys=keys)
+        )
         self._datagrams = self._session
         if listen_datagrams or connect_datagrams:
             try:
-                self._datagrams = _open(datagram_settings(team, listen_datagrams, connect_datagrams, keys))
+                self._datagrams = open_session(datagram_settings(team, listen_datagrams, connect_datagrams, keys))
             except InputError:
                 self._session.close()  # type: ignore[no-untyped-call]
                 raise
@@ -205,7 +208,7 @@ class ZenohWatcher:
     ) -> None:
         """Watch one team, or all that can be reached; raises ``InputError`` where an endpoint cannot be used."""
         pattern = "*" if team is None else check_name(team, "team name")
-        self._session = _open(watcher_settings(pattern, listen, connect, multicast, keys))
+        self._session = open_session(watcher_settings(pattern, listen, connect, multicast, keys))
         self._seen: deque[Sighting] = deque(maxlen=MAX_SIGHTINGS)
         liveliness = self._session.liveliness()
         self._subscribers: list[Any] = [

@@ -14,14 +14,14 @@ from spatial import InputError
 class RecordedBody:
     """Plays part of a log, beginning at mission time 0. A stamp that runs backward comes due with the one before it."""
 
-    def __init__(self, readings: Sequence[Reading], first: float = 0.0, last: float = 1.0) -> None:
-        """Take the share ``first``..``last`` of the scans, by count."""
+    def __init__(self, readings: Sequence[Reading], first: float = 0.0, last: float = 1.0, start_ns: int = 0) -> None:
+        """Take the share ``first``..``last`` of the scans, by count; the first comes due at ``start_ns``."""
         count = len(readings)
         self._readings = readings[round(first * count) : round(last * count)]
         if not self._readings:
             raise InputError(f"the share {first}..{last} of a log of {count} scans holds no scan")
         stamps = np.array([reading.scan.stamp_ns for reading in self._readings], dtype=np.int64)
-        self._due_ns = (np.maximum.accumulate(stamps) - stamps[0]).tolist()
+        self._due_ns = (np.maximum.accumulate(stamps) - stamps[0] + start_ns).tolist()
         self._next = 0
 
     def sense(self, now_ns: int) -> Sensed | None:

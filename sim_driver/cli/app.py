@@ -282,6 +282,48 @@ def doctor(
 
 
 @app.command()
+def agent(
+    robot: Annotated[str, typer.Argument(help="The robot's name, unique in its team.")],
+    team: Annotated[str, typer.Option("--team", help="The team's name.")] = "team",
+    listen: Annotated[list[str] | None, typer.Option("--listen", help="tcp/0.0.0.0:7447; several are fine.")] = None,
+    connect: Annotated[list[str] | None, typer.Option("--connect", help="A teammate's or router's address.")] = None,
+    multicast: Annotated[
+        bool | None, typer.Option("--multicast/--no-multicast", help="Find teammates on the local network.")
+    ] = None,
+    keys: Annotated[Path | None, typer.Option("--keys", help="The robot's folder of the team's keys.")] = None,
+    log: Annotated[
+        Path | None, typer.Option("--log", help="Play a recorded log instead of listening to drivers.")
+    ] = None,
+    sensors: Annotated[
+        str, typer.Option("--sensors", help="Where the robot's drivers send scans and odometry to.")
+    ] = "tcp/127.0.0.1:7448",
+    mode: Annotated[
+        str, typer.Option("--mode", help="distributed, mapper (merges nothing) or central.")
+    ] = "distributed",
+    config: Annotated[Path | None, typer.Option("--config", help="TOML file of settings; see mrslam config.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="The robot's folder; out/ROBOT unless given.")] = None,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Begin a new map though there is a checkpoint.")] = False,
+    duration: Annotated[float | None, typer.Option("--duration", help="Stop after so many seconds.")] = None,
+    seed: Annotated[int, typer.Option("--seed", help="Of the particle filter.")] = 0,
+    set_: Set = None,
+) -> None:
+    """Run one robot's agent, on the robot: map, meet teammates, merge, until Ctrl-C. It goes on from its checkpoint.
+
+    mrslam agent r1 --team depot --listen tcp/0.0.0.0:7447 --connect tcp/10.0.0.2:7447
+
+    mrslam agent r1 --team desk --log intel.clf.gz           play a log as if it were the laser
+    """
+    from sim_driver.cli.agent import AgentOptions, run_agent
+
+    options = AgentOptions(
+        robot=robot, team=team, mode=mode, listen=listen or [], connect=connect or [],
+        multicast=not connect if multicast is None else multicast, keys=keys, log=log, sensors=sensors, config=config,
+        assignments=set_ or [], out=out or Path("out") / robot, fresh=fresh, duration_s=duration, seed=seed,
+    )  # fmt: skip
+    run_agent(options)
+
+
+@app.command()
 def top(
     team: Annotated[str | None, typer.Option("--team", help="Show this team only (mission.name).")] = None,
     listen: Annotated[

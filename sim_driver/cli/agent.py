@@ -1,0 +1,138 @@
+"""``mrslam agent``: one robot's agent on the robot itself, fed by its drivers or by a log, until it is told to stop."""
+
+from __future__ import annotations
+
+import math
+import signal
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.status import Status
+
+from agent import Agent, Body, Keeper, ProcessShell, Runner, Settings, WallClock
+from agent.sensors import SensorBody
+from comms import RobotKeys, ZenohSensors, ZenohTransport, load_keys
+from sim_driver.cli.console import console
+from sim_driver.feeds import open_feed
+from sim_driver.kernels import ensure_compiled, load_kernels
+from sim_driver.mission import make_settings
+from sim_driver.recorded import RecordedBody
+from sim_driver.settings import check_keys, read_toml, with_overrides
+from sim_driver.team import CHECKPOINT, NoBody, take_up
+
+SHOW_S = 1.0
+"""How often the line of status is renewed, seconds."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AgentOptions:
+    """What the command line says."""
+
+    robot: str
+    team: str
+    mode: str
+    listen: list[str]
+    connect: list[str]
+    multicast: bool
+    keys: Path | None
+    log: Path | None
+    sensors: str
+    config: Path | None
+    assignments: list[str]
+    out: Path
+    fresh: bool
+    duration_s: float | None
+    seed: int
+
+
+def run_agent(options: AgentOptions) -> None:
+    """Run until SIGINT or SIGTERM, or until the log has ended and the time is over; then leave the robot's files."""
+    settings = _settings(options)
+    keys = None if options.keys is None else load_keys(options.keys, options.robot, options.team)
+    ensure_compiled(lambda text: console.print(text, highlight=False))
+    load_kernels()
+    clock = WallClock(time.monotonic_ns() - time.time_ns())  # the world's time, so that robots' events can be compared
+    boot_id = time.time_ns() // 1_000_000
+    name = {"team": options.team, "mode": options.mode}
+    agent = Agent(options.robot, settings, **name, seed=options.seed, boot_id=boot_id)
+    past = []
+    if options.fresh:
+        (options.out / CHECKPOINT).unlink(missing_ok=True)
+    elif (options.out / CHECKPOINT).exists():
+        past = take_up(agent, options.out / CHECKPOINT, clock.now_ns())
+    with _body(options, clock) as (body, words), _until_told(options, agent, words) as over:
+        transport = _transport(options, keys)
+        keeper = Keeper(options.out / CHECKPOINT, settings.agent.checkpoint_interval_s)
+        runner = Runner(agent, body, transport, options.out, keeper=keeper)
+        runner.perform(past)
+        console.print(f"{options.robot} of team {options.team} is up; Ctrl-C ends it", highlight=False)
+        ProcessShell(runner, clock).run(over)
+    console.print(f"everything is in {options.out}", highlight=False)
+
+
+def _settings(options: AgentOptions) -> Settings:
+    tables = {} if options.config is None else read_toml(options.config)
+    tables = with_overrides(tables, options.assignments)
+    where = "options" if options.config is None else str(options.config)
+    check_keys(tables, list(Settings.__dataclass_fields__), where)
+    return make_settings(tables, where)
+
+
+def _transport(options: AgentOptions, keys: RobotKeys | None) -> ZenohTransport:
+    return ZenohTransport(
+        options.robot,
+        options.team,
+        listen=options.listen,
+        connect=options.connect,
+        multicast=options.multicast,
+        keys=keys,
+    )
+
+
+@contextmanager
+def _body(options: AgentOptions, clock: WallClock) -> Iterator[tuple[Body, Callable[[], str]]]:
+    """Yield where scans come from, and what says in a few words how that goes."""
+    if options.mode == "central":
+        yield NoBody(), lambda: "no laser"
+    elif options.log is not None:
+        played = RecordedBody(open_feed(options.log).readings, start_ns=clock.now_ns())
+        yield played, lambda: "the log has ended" if played.finished else "playing the log"
+    else:
+        body = SensorBody(clock)
+        sensors = ZenohSensors(options.robot, options.team, options.sensors, body.on_scan, body.on_odometry)
+        try:
+            yield body, lambda: f"{body.scans_lost} scans lost" if body.scans_lost else f"drivers: {options.sensors}"
+        finally:
+            sensors.close()
+
+
+@contextmanager
+def _until_told(options: AgentOptions, agent: Agent, words: Callable[[], str]) -> Iterator[Callable[[], bool]]:
+    """Yield what says whether it is over: a signal came, or the time is up; meanwhile it shows how things go."""
+    told: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda number, frame: told.append(number))
+    end_s = math.inf if options.duration_s is None else time.monotonic() + options.duration_s
+    shown_s = 0.0
+    with Status("", console=console) as line:
+
+        def over() -> bool:
+            nonlocal shown_s
+            now_s = time.monotonic()
+            if now_s - shown_s > SHOW_S:
+                shown_s = now_s
+                line.update(_words(agent, words()))
+            return bool(told) or now_s >= end_s
+
+        yield over
+
+
+def _words(agent: Agent, more: str) -> str:
+    merged = ", ".join(sorted(agent.T_team_map.keys() - {agent.robot_id})) or "nobody yet"
+    return (
+        f"{agent.mapper.stats.scans} scans, {agent.known_area_m2():.0f} m2; "
+        f"{len(agent.node.peers)} teammates here, merged with {merged}; {more}"
+    )

@@ -1,0 +1,101 @@
+"""``mrslam agent``: real processes, a driver that sends scans, a log played as a laser, a restart."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from comms import SensorPublisher
+from sim_driver.feeds import Reading, open_feed
+
+
+def address() -> str:
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{one.getsockname()[1]}"
+
+
+def start(*arguments: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-c", "from sim_driver.cli import main; main()", "agent", *arguments]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+
+def stop(process: subprocess.Popen[str]) -> str:
+    process.send_signal(signal.SIGTERM)
+    words, _ = process.communicate(timeout=60)
+    assert process.returncode == 0, words
+    return words
+
+
+def count(out: Path, event: str) -> int:
+    path = out / "events.jsonl"
+    return path.read_text().count(f'"event": "{event}"') if path.exists() else 0
+
+
+def wait_for(true: Callable[[], bool], process: subprocess.Popen[str]) -> None:
+    """Wait until it is true; the process must live."""
+    deadline = time.monotonic() + 300
+    while not true():
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < deadline
+        time.sleep(0.1)
+
+
+@contextmanager
+def driver(robot: str, team: str, sensors: str, readings: Sequence[Reading]) -> Iterator[None]:
+    """A laser that runs on and on, whether anyone listens or not."""
+    publisher, over = SensorPublisher(robot, team, sensors), threading.Event()
+
+    def drive() -> None:
+        for reading in itertools.cycle(readings):
+            publisher.scan(reading.scan, reading.T_odom_base)
+            if over.wait(0.03):
+                return
+
+    thread = threading.Thread(target=drive)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
+        publisher.close()
+
+
+def test_drivers_feed_an_agent_and_it_goes_on_after_a_kill(data_dir: Path, tmp_path: Path) -> None:
+    readings = open_feed(data_dir / "slam" / "mit-csail.clf.gz").readings[:300]
+    sensors, out = address(), tmp_path / "r1"
+    options = ("r1", "--team", "drivers", "--no-multicast", "--sensors", sensors, "--out", str(out))
+    options += ("--set", "rbpf.particles=3", "--set", "agent.checkpoint_interval_s=0.5")
+    with driver("r1", "drivers", sensors, readings):
+        process = start(*options)
+        wait_for(lambda: count(out, "mapped") >= 5 and (out / "checkpoint").exists(), process)
+        process.kill()
+        process.communicate()
+        process = start(*options)
+        wait_for(lambda: count(out, "restarted") == 1, process)
+        words = stop(process)
+    assert "everything is in" in words
+    events = map(json.loads, (out / "events.jsonl").read_text().splitlines())
+    back = next(event for event in events if event["event"] == "restarted")
+    assert back["checkpoint"] and back["scans"] > 0
+    assert json.loads((out / "robot.json").read_text())["scans"] >= back["scans"]
+
+
+@pytest.mark.parametrize("option", [("--log", "nowhere.clf"), ("--listen", "nonsense"), ("--set", "rbpf.particle=3")])
+def test_mistakes_are_one_line(option: tuple[str, str], tmp_path: Path) -> None:
+    process = start("r1", "--no-multicast", "--sensors", address(), "--out", str(tmp_path), *option)
+    words, _ = process.communicate(timeout=300)
+    assert process.returncode == 1
+    assert "mrslam: " in words and "Traceback" not in words
