@@ -26,6 +26,8 @@ class AgentConfig:
     """A pair not merged is tried again when the known area of either map has grown by this share since, > 0."""
     realign_growth: float = 0.25
     """A merged pair is aligned anew, to follow its maps, when the area of either has grown by this share, > 0."""
+    realign_interval_s: float = 30.0
+    """... and after this time in any case where either has changed at all: maps are corrected, too. Seconds, > 0."""
     checkpoint_interval_s: float = 5.0
     """How old a robot's state on disk may get where it is kept (process shell), seconds, > 0."""
     min_health: float = 0.4

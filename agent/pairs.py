@@ -148,6 +148,8 @@ class PairBook:
         if status.tried_versions == (self._maps[a][0], self._maps[b][0]):
             return False
         is_merged = status.status == "accepted"
+        if is_merged and now_ns - status.tried_ns >= self.config.realign_interval_s * 1e9:
+            return True
         growth = 1.0 + (self.config.realign_growth if is_merged else self.config.align_growth)
         areas = (self._grid(a)[2], self._grid(b)[2])
         return any(area >= growth * tried for area, tried in zip(areas, status.tried_area_m2, strict=True))

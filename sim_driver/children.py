@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing as mp
+import os
 import signal
 import socket
 import time
@@ -106,6 +107,7 @@ class Launcher:
         here, there = self._context.Pipe()
         sim_here, sim_there = self._context.Pipe()
         arguments = (task, there, sim_there, self.stop, self.now)
+        os.environ.setdefault("MALLOC_ARENA_MAX", "2")  # inherited: a heap a thread makes robots 10 MB larger
         process = self._context.Process(target=run_robot, args=arguments, name=f"mrslam-{task.robot.id}")
         on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)  # inherited: Ctrl-C is for the parent alone
         process.start()

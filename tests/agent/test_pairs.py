@@ -94,3 +94,17 @@ def test_a_robot_that_starts_a_new_map_is_a_new_robot() -> None:
     assert pairs.settle(job, found(), 1).reason.startswith("a map was started anew")
     assert pairs.pairs["r1", "r2"].alignment is None
     assert next_pair(pairs, 100) == ("r1", "r2")
+
+
+def test_a_merged_pair_is_aligned_anew_when_its_maps_have_changed() -> None:
+    pairs = book("r1", "r2")
+    for t in (0, 10):
+        job = pairs.next_job(t * S, {})
+        assert job is not None
+        pairs.settle(job, found(), t * S)
+    assert next_pair(pairs, 100) is None  # nothing changed
+    pairs.map_changed("r1", (1, 2), tiled(66, 2))
+    assert next_pair(pairs, 25) is None  # hardly grown
+    assert next_pair(pairs, 40) == ("r1", "r2")
+    pairs.map_changed("r1", (1, 3), tiled(90, 3))
+    assert next_pair(pairs, 25) == ("r1", "r2")
