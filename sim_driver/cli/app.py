@@ -141,7 +141,10 @@ def demo(
     rrd: Rrd = None,
     view: View = False,
 ) -> None:
-    """Robots explore a small building from unknown starts, meet, and merge their maps. Takes about two minutes."""
+    """Robots explore a small building from unknown starts, meet, and merge their maps. Takes about two minutes.
+
+    mrslam demo --out out/demo --seed 7 --robots 2
+    """
     from sim_driver.cli.demo import demo as run_demo
 
     run_demo(out, seed, robots, rrd, view)
@@ -174,6 +177,22 @@ def report(
     from sim_driver.cli.report import report_run
 
     report_run(run, out)
+
+
+@app.command()
+def bag(
+    run: Annotated[Path, typer.Argument(help="Folder of a finished run, or of mrslam map.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", help="The .mcap file; run.mcap in the folder unless given.")
+    ] = None,
+) -> None:
+    """Write maps, ways and scans of a run as a ROS2 recording (mcap) for ROS viewers; needs no ROS.
+
+    mrslam bag out/demo --out demo.mcap
+    """
+    from sim_driver.cli.bag import bag_run
+
+    bag_run(run, out)
 
 
 @app.command()
@@ -351,7 +370,10 @@ def top(
 
 @app.command()
 def config() -> None:
-    """Print every setting with its default and what it does."""
+    """Print every setting with its default and what it does.
+
+    mrslam config | grep -A 1 timeout
+    """
     from sim_driver.cli.config import print_reference
 
     print_reference()

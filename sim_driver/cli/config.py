@@ -9,6 +9,12 @@ from collections.abc import Iterator
 
 from agent import Settings
 from sim_driver import mission
+from sim_driver.drivers import DriverConfig
+from sim_driver.faults import FaultConfig
+from sim_driver.radio import RadioConfig
+
+LISTS = ("robots", "faults")
+"""Sections of which there may be several."""
 
 
 def print_reference() -> None:
@@ -20,12 +26,36 @@ def print_reference() -> None:
         print()
 
 
+def as_markdown() -> str:
+    """Return the reference as a page of the documentation."""
+    lines = [
+        "# Settings",
+        "",
+        "Sections of a mission file. Every key can also be given as `--set section.key=value`. "
+        "The same list: `mrslam config`. This page is made from the code.",
+    ]
+    for section, cls in sections():
+        title = f"[[{section}]]" if section in LISTS else f"[{section}]"
+        lines += ["", f"## `{title}`", "", (cls.__doc__ or "").strip().splitlines()[0], ""]
+        lines += ["| key | default | what it does |", "|---|---|---|"]
+        lines += [
+            f"| `{name}` | `{default}` | {text.replace('``', '`').replace('|', chr(92) + '|')} |"
+            for name, default, text in settings_of(cls)
+        ]
+    return "\n".join(lines) + "\n"
+
+
 def sections() -> Iterator[tuple[str, type]]:
     """Yield every section of a mission file with its dataclass."""
     yield "mission", mission.MissionConfig
     yield "robots", mission.RobotConfig
     yield "links", mission.LinksConfig
     yield "truth", mission.TruthConfig
+    yield "world", mission.WorldConfig
+    yield "driver", DriverConfig
+    yield "radio", RadioConfig
+    yield "faults", FaultConfig
+    yield "sweep", mission.SweepConfig
     default = Settings()
     for field in dataclasses.fields(Settings):
         yield field.name, type(getattr(default, field.name))

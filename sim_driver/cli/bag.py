@@ -1,0 +1,59 @@
+"""``mrslam bag``: a run as a ROS2 recording, for the viewers of that world."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sim_driver.cli.console import console, progress_bar
+from sim_driver.feeds.bag_writer import BagWriter
+from sim_driver.replay import SCANS_FILE, read_recording
+from spatial import InputError, read_map
+from spatial.tum import read_tum
+
+TEAM = "team"
+
+
+def bag_run(run: Path, out: Path | None) -> None:
+    """Write maps, ways and scans of a run, or of one mapped log, as one .mcap file."""
+    out = run / "run.mcap" if out is None else out
+    folders = {path.parent.name: path.parent for path in sorted(run.glob("*/map.yaml"))}
+    if (run / "map.yaml").exists():
+        folders = {run.resolve().name: run}
+    if not folders:
+        raise InputError(f"{run}: holds no map: name the folder of a finished run, or of a mapped log")
+    robots = {name: _summary(folder) for name, folder in folders.items()}
+    anchor = max(sorted(robots), key=lambda name: len(robots[name].get("placed", {})))
+    with BagWriter(out) as bag, progress_bar(f"writing {out.name}", len(folders)) as advance:
+        for name, T_team_map in robots[anchor].get("placed", {}).items():
+            bag.transform(TEAM, f"map_{name}", 0, np.array(T_team_map), is_static=True)
+        for name, folder in folders.items():
+            _write_robot(bag, name, folder)
+            advance()
+    console.print(f"{out}: {out.stat().st_size / 1e6:.1f} MB, {len(folders)} robots", highlight=False)
+
+
+def _summary(folder: Path) -> dict[str, Any]:
+    path = folder / "robot.json"
+    summary: dict[str, Any] = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    return summary
+
+
+def _write_robot(bag: BagWriter, name: str, folder: Path) -> None:
+    """Write what one robot left. Times are the mission's: a recorded robot begins at 0."""
+    frame, laser = f"map_{name}", f"laser_{name}"
+    for kind in ("map", "team_map"):
+        if (folder / f"{kind}.yaml").exists():
+            bag.grid(f"/{name}/{kind}", frame, 0, read_map(folder / f"{kind}.yaml"))
+    stamps_ns, poses = read_tum(folder / "trajectory.tum")
+    is_simulated = (folder / SCANS_FILE).exists()
+    if not is_simulated and len(stamps_ns):
+        stamps_ns = np.maximum.accumulate(stamps_ns) - stamps_ns[0]
+    bag.path(f"/{name}/path", frame, stamps_ns, poses)
+    for stamp_ns, T_map_laser in zip(stamps_ns.tolist(), poses, strict=True):
+        bag.transform(frame, laser, stamp_ns, T_map_laser)
+    for sensed in read_recording(folder / SCANS_FILE) if is_simulated else ():
+        bag.scan(f"/{name}/scan", laser, sensed.scan)

@@ -1,0 +1,121 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from agent import Sensed
+from sim_driver.cli.bag import bag_run
+from sim_driver.feeds import open_feed
+from sim_driver.feeds.bag_writer import BagWriter
+from sim_driver.replay.recording import write_recording
+from spatial import InputError, OccupancyGrid, Scan, read_map, write_map
+from spatial.files import write_text
+from spatial.tum import write_tum
+
+rosbags = pytest.importorskip("rosbags.highlevel")
+
+POSES = np.array([[0.0, 0.0, 0.0], [0.5, 0.1, 0.4], [0.9, 0.4, -3.1]])
+STAMPS_NS = np.array([100_000_000, 1_200_000_000, 2_300_000_000])
+
+
+def scan(stamp_ns: int) -> Scan:
+    return Scan(
+        stamp_ns=stamp_ns,
+        ranges_m=np.array([1.0, np.inf, np.nan, 2.5], dtype=np.float32),
+        angle_min_rad=-0.5,
+        angle_increment_rad=0.25,
+        range_max_m=8.0,
+        range_min_m=0.1,
+    )
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    """A run of two robots: r1 simulated, r2 recorded and alone."""
+    cells = np.arange(-1, 11, dtype=np.int8).reshape(3, 4)
+    for name, offset_ns in (("r1", 0), ("r2", 1_300_000_000_000_000_000)):
+        folder = tmp_path / "run" / name
+        write_map(folder / "map.yaml", OccupancyGrid(np.where(cells > 4, 100, 0).astype(np.int8), 0.05, (-1.0, 0.5)))
+        write_map(folder / "team_map.yaml", OccupancyGrid(np.zeros((2, 2), dtype=np.int8), 0.05))
+        write_tum(folder / "trajectory.tum", STAMPS_NS + offset_ns, POSES)
+    write_text(tmp_path / "run" / "r1" / "robot.json", '{"placed": {"r1": [0, 0, 0], "r2": [3, 2, 0.5]}}')
+    write_text(tmp_path / "run" / "r2" / "robot.json", '{"placed": {"r2": [0, 0, 0]}}')
+    sensed = [Sensed(int(t), scan(int(t)), None) for t in STAMPS_NS]
+    write_recording(tmp_path / "run" / "r1" / "scans.npz", sensed)
+    return tmp_path / "run"
+
+
+def messages(path: Path) -> dict[str, list]:
+    found: dict[str, list] = {}
+    with rosbags.AnyReader([path]) as reader:
+        for connection, stamp_ns, raw in reader.messages():
+            found.setdefault(connection.topic, []).append((stamp_ns, reader.deserialize(raw, connection.msgtype)))
+    return found
+
+
+def test_run_is_read_back(run: Path, tmp_path: Path) -> None:
+    out = tmp_path / "new" / "run.mcap"
+    bag_run(run, out)
+    assert [path.name for path in out.parent.iterdir()] == ["run.mcap"]
+    found = messages(out)
+    names = {f"/{robot}/{kind}" for robot in ("r1", "r2") for kind in ("map", "team_map", "path")}
+    assert set(found) == names | {"/r1/scan", "/tf", "/tf_static"}
+    ((_, message),) = found["/r1/map"]
+    grid = read_map(run / "r1" / "map.yaml")
+    assert message.header.frame_id == "map_r1"
+    assert (message.info.height, message.info.width) == grid.shape
+    assert message.info.resolution == pytest.approx(0.05)
+    assert (message.info.origin.position.x, message.info.origin.position.y) == grid.origin_m
+    assert np.array_equal(message.data.reshape(grid.shape), grid.cells)
+
+
+def test_ways_and_frames_are_read_back(run: Path, tmp_path: Path) -> None:
+    bag_run(run, tmp_path / "run.mcap")
+    found = messages(tmp_path / "run.mcap")
+    for robot, first_ns in (("r1", 100_000_000), ("r2", 0)):
+        ((_, path),) = found[f"/{robot}/path"]
+        read = [(p.pose.position.x, p.pose.position.y, p.pose.orientation) for p in path.poses]
+        assert np.allclose([row[:2] for row in read], POSES[:, :2], atol=1e-5)
+        assert np.allclose([2 * np.arctan2(q.z, q.w) for _, _, q in read], POSES[:, 2], atol=1e-5)
+        assert path.header.stamp.sec * 10**9 + path.header.stamp.nanosec == first_ns
+    placed = {t.child_frame_id: t for _, m in found["/tf_static"] for t in m.transforms}
+    assert set(placed) == {"map_r1", "map_r2"}
+    assert placed["map_r2"].header.frame_id == "team"
+    assert placed["map_r2"].transform.translation.x == 3.0
+    moving = [t.child_frame_id for _, m in found["/tf"] for t in m.transforms]
+    assert sorted(moving) == ["laser_r1"] * 3 + ["laser_r2"] * 3
+
+
+def test_scans_are_read_back_by_the_feed(run: Path, tmp_path: Path) -> None:
+    bag_run(run, tmp_path / "run.mcap")
+    feed = open_feed(tmp_path / "run.mcap")
+    assert [reading.scan.stamp_ns for reading in feed.readings] == STAMPS_NS.tolist()
+    for reading, pose in zip(feed.readings, POSES, strict=True):
+        assert np.array_equal(reading.scan.ranges_m, scan(0).ranges_m, equal_nan=True)
+        assert reading.scan.angle_increment_rad == pytest.approx(0.25)
+        assert np.allclose(reading.T_odom_base, pose, atol=1e-5)
+
+
+def test_mapped_log_is_a_run_of_one(run: Path) -> None:
+    bag_run(run / "r2", None)
+    assert "/r2/map" in messages(run / "r2" / "run.mcap")
+
+
+def test_what_cannot_be_written_is_said(run: Path, tmp_path: Path) -> None:
+    (tmp_path / "old.mcap").write_bytes(b"mine")
+    with pytest.raises(InputError, match="is there already"):
+        bag_run(run, tmp_path / "old.mcap")
+    assert (tmp_path / "old.mcap").read_bytes() == b"mine"
+    with pytest.raises(InputError, match=r"ends in \.mcap"):
+        BagWriter(tmp_path / "run.bag")
+    with pytest.raises(InputError, match="holds no map"):
+        bag_run(tmp_path / "nowhere", None)
+
+
+def test_what_broke_off_leaves_nothing(tmp_path: Path) -> None:
+    with pytest.raises(RuntimeError, match="the disk"), BagWriter(tmp_path / "run.mcap") as bag:
+        bag.scan("/r1/scan", "laser_r1", scan(5))
+        raise RuntimeError("the disk")
+    assert list(tmp_path.iterdir()) == []
