@@ -72,6 +72,8 @@ class RobotConfig:
     """What drives a simulated robot."""
     waypoints: list[list[float]] = field(default_factory=list)
     """World points [x_m, y_m] for the driver "waypoints"."""
+    trajectory: str | None = None
+    """TUM file of poses in the world for the driver "trajectory"; the robot starts at the first unless told."""
 
     def __post_init__(self) -> None:
         ok = bool(self.id) and all(c.isalnum() or c in "-_" for c in self.id) and self.id.isascii()
