@@ -204,7 +204,7 @@ def plot(rows: list[dict[str, Any]], path: Path) -> None:
         matplotlib.use("Agg")
         from matplotlib import pyplot as plt
     except ImportError:
-        print("no matplotlib (pip install 'mrslam[plots]'): no plot", file=sys.stderr)
+        print("no matplotlib (pip install 'mrslam[sweep]'): no plot", file=sys.stderr)
         return
     figure, axes = plt.subplots(figsize=(7.0, 4.0), dpi=110)
     for n in (1, 2, 3, 6):

@@ -4,7 +4,7 @@
 
 One JSON line a seed. ghosts : occupied cells of all robots' final maps farther than 0.2 m from a true wall, with and
 without the filter; walls_lost : share of the true walls that the maps without the filter show and those with it do not;
-walls_gained : the other way round (two maps of one drive differ a little by chance: the filter's share is what is left).
+walls_gained : the other way round (two maps of one drive differ a little by chance: the filter's share is the rest).
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def compare(scratch: Path, robots: int, seed: int, seconds: float) -> dict[str, 
         "seed": seed, "robots": robots, "mission_s": metrics["mission_s"],
         "masked_beams": sum(robot["masked_beams"] for robot in metrics["robots"]),
         "ghosts_with": ghosts["on"], "ghosts_without": ghosts["off"],
-        "ghost_share": round(ghosts["on"] / max(ghosts["off"], 1), 4), 
+        "ghost_share": round(ghosts["on"] / max(ghosts["off"], 1), 4),
         "walls_lost": round(lost / max(total, 1), 5), "walls_gained": round(gained / max(total, 1), 5),
     }  # fmt: skip
 
