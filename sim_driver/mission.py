@@ -39,7 +39,6 @@ class MissionConfig:
     """"process": one operating-system process a robot, over Zenoh; "virtual": all in one, in virtual time."""
     record: bool = True
     """Whether what simulated robots sense is kept (about 15 kB a second and robot), for replays and the report."""
-
     restart: bool = False
     """Whether a robot whose process dies is started again, from its checkpoint; real processes only."""
 
