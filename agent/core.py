@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import comms
 from agent.config import Settings
-from agent.doubt import SelfDoubt, contradicts_itself
+from agent.doubt import SelfDoubt, contradicts_itself, fits_map
 from agent.effects import AlignJob, Effect, Event, as_event
 from agent.link_stats import LinkStats
 from agent.pairs import PairBook, PairStatus
@@ -85,7 +86,7 @@ class Agent:
         self.scan = scan
         info = self.mapper.update(scan, T_odom_base)
         self._T_odom_base, self._T_base_laser = T_odom_base, scan.T_base_laser
-        effects: list[Effect] = self._watch_health(now_ns)
+        effects = self._watch_health(info, scan, now_ns)
         if self._doubt.since_ns is None:
             self.node.set_own_pose(self.mapper.T_map_base, now_ns)
         if masked:
@@ -104,15 +105,23 @@ class Agent:
             self._map_changed(self.robot_id)
         return []
 
-    def _watch_health(self, now_ns: int) -> list[Effect]:
+    def _watch_health(self, info: UpdateInfo, scan: Scan, now_ns: int) -> list[Effect]:
         """Notice that the robot may be anywhere, that it has found itself again, or that it never will."""
-        verdict = self._doubt.look(self.mapper.health, now_ns)
+        if info.reason is not None:
+            return []
+        fits = partial(self._fits_what_was_published, scan, info.T_map_base)
+        verdict = self._doubt.look(info.health, info.match_score, fits, now_ns)
         if verdict is None:
             return []
         if verdict == "given_up":  # teammates see a new epoch: the old map's frame is not this one's
             self.map_number += 1
             self.mapper = Mapper(self.settings.rbpf, seed=self.seed + self.map_number)
-        return [Event(now_ns, verdict, {"health": round(self.mapper.health, 3)})]
+        fields = {"health": round(info.health, 3), "match_score": round(info.match_score, 3)}
+        return [Event(now_ns, verdict, fields)]
+
+    def _fits_what_was_published(self, scan: Scan, T_map_base: Transform) -> bool:
+        own = self.node.store.maps.get(self.robot_id)
+        return own is None or fits_map(scan, T_map_base, own.map.to_grid())
 
     def _publish_due(self, now_ns: int) -> bool:
         interval_ns = self.settings.agent.publish_interval_s * 1e9

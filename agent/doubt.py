@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from spatial import TILE_CELLS, LocalMap
+from spatial import TILE_CELLS, LocalMap, OccupancyGrid, Scan, se2
+from spatial.se2 import Transform
 
 CERTAIN = 0.1
 """Health must pass the threshold by this much before a robot that was lost trusts itself again."""
+SCANS_LEAST, USUAL_MEMORY = 20, 0.05
+"""After so many scans it is known how well scans usually fit; each later one counts by so much."""
+TORN = 0.5
+"""A scan that fits the ones before by less than this share of what is usual was taken elsewhere."""
+FITTING_LEAST = 5
+"""So many scans in a row must fit the map of before."""
+KNOWN_LEAST, FITS = 0.3, 0.7
+"""Of what a scan hits the map must know this share, and this share of that must be walls."""
 PLACES_LEAST = 5
 """So many places of a trajectory say something about a map."""
 ON_FREE = 0.8
@@ -18,27 +28,72 @@ ON_FREE = 0.8
 
 @dataclass
 class SelfDoubt:
-    """Follows the mapper's health: a robot that may be anywhere keeps what it maps to itself."""
+    """Notices that a robot may be anywhere: it then keeps what it maps to itself.
+
+    Either the mapper's health falls, or the view changes at once, as when somebody carries the robot off: then all that
+    the mapper sees afterwards fits well what it saw since, and only the map of before can tell whether it is right.
+    """
 
     min_health: float
     give_up_ns: int
     since_ns: int | None = None
     """Since when the robot doubts where it is; None while it does not."""
+    torn: bool = False
+    """Whether it doubts because its view changed at once."""
+    _usual: float = 1.0
+    _seen: int = 0
+    _fitting: int = 0
 
-    def look(self, health: float, now_ns: int) -> str | None:
-        """Return "doubtful", "recovered" or "given_up" when that has just become so."""
+    def look(self, health: float, match_score: float, fits: Callable[[], bool], now_ns: int) -> str | None:
+        """Return "doubtful", "recovered" or "given_up" when that has just become so.
+
+        ``match_score`` : share of the scan that fits the scans before, 0..1. ``fits()`` says whether it fits the map
+        that was last given out; it is asked only after the view had changed at once.
+        """
+        self._seen += 1
         if self.since_ns is None:
-            if health >= self.min_health:
+            torn = self._seen > SCANS_LEAST and match_score < TORN * self._usual
+            self._usual += USUAL_MEMORY * (match_score - self._usual)
+            if not torn and health >= self.min_health:
                 return None
-            self.since_ns = now_ns
+            self.since_ns, self.torn, self._fitting = now_ns, torn, 0
             return "doubtful"
-        if health >= self.min_health + CERTAIN:
+        if self._has_recovered(health, fits):
             self.since_ns = None
             return "recovered"
         if now_ns - self.since_ns >= self.give_up_ns:
-            self.since_ns = None
+            self.since_ns, self._seen = None, 0
             return "given_up"
         return None
+
+    def _has_recovered(self, health: float, fits: Callable[[], bool]) -> bool:
+        if self.torn:
+            self._fitting = self._fitting + 1 if fits() else 0
+            if self._fitting < FITTING_LEAST:
+                return False
+        return health >= self.min_health + CERTAIN
+
+
+def fits_map(scan: Scan, T_map_base: Transform, grid: OccupancyGrid) -> bool:
+    """Return whether a scan taken at this pose agrees with a map: most of what it hits there are walls.
+
+    Where the map knows too little of what the scan hits, it does not.
+    """
+    hit = np.isfinite(scan.ranges_m)
+    angles = scan.angles_rad[hit]
+    ends = scan.ranges_m[hit, None] * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    points = se2.apply(se2.compose(T_map_base, scan.T_base_laser), ends.astype(np.float64))
+    col, row = np.floor((points - np.asarray(grid.origin_m)) / grid.resolution_m).astype(np.int64).T
+    height, width = grid.shape
+    inside = (row >= 1) & (row < height - 1) & (col >= 1) & (col < width - 1)
+    row, col = row[inside], col[inside]
+    known = grid.cells[row, col] >= 0
+    walls = np.zeros(row.size, dtype=np.bool_)
+    for i in (-1, 0, 1):
+        for j in (-1, 0, 1):
+            walls |= grid.cells[row + i, col + j] >= 50
+    known |= walls
+    return bool(known.sum() >= KNOWN_LEAST * max(hit.sum(), 1) and walls.sum() >= FITS * known.sum())
 
 
 def contradicts_itself(local: LocalMap) -> str | None:

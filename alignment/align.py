@@ -10,13 +10,15 @@ from alignment.aligners import ALIGNERS
 from alignment.config import AlignmentConfig
 from alignment.decide import decide
 from alignment.prepared import PreparedMap, main_part, order_key, prepare, working_resolution
-from alignment.result import Alignment, Prior, Rejection
+from alignment.result import Alignment, Candidate, Prior, Rejection
 from spatial import InputError, OccupancyGrid, se2
 
 MIN_KNOWN_M2 = 2.0
 """A map smaller than this is not compared."""
 MIN_WALL_M = 2.0
 """Nor one with less wall."""
+THOROUGH = "auto"
+"""The method that leaves out no place."""
 
 
 def align(
@@ -46,19 +48,22 @@ def _align(
 ) -> Alignment | Rejection:
     for name, grid in (("larger", grid_a), ("smaller", grid_b)):
         if grid.known_area_m2() < MIN_KNOWN_M2:
-            reason = f"the {name} map shows only {grid.known_area_m2():.1f} m2 < {MIN_KNOWN_M2:.0f} m2"
+            reason = f"the {name} map shows {grid.known_area_m2():.1f} m2, at least {MIN_KNOWN_M2:.0f} m2 are needed"
             return Rejection(reason, 0.0, {}, method)
     res = working_resolution(grid_a, grid_b, config)
     a, b = prepare(grid_a, res), prepare(grid_b, res)
     for name, side in (("larger", a), ("smaller", b)):
         if side.wall_m < MIN_WALL_M:
-            return Rejection(
-                f"the {name} map holds only {side.wall_m:.1f} m of wall < {MIN_WALL_M:.0f} m", 0.0, {}, method
-            )
-    candidates = ALIGNERS[method](a, b, config, prior)
-    if prior is not None:
-        candidates = [c for c in candidates if _within(prior, c.T_a_b, a, b)]
-    return decide(a, b, candidates, method, config)
+            reason = f"the {name} map holds {side.wall_m:.1f} m of wall, at least {MIN_WALL_M:.0f} m are needed"
+            return Rejection(reason, 0.0, {}, method)
+
+    def proposed(by: str) -> list[Candidate]:
+        found = ALIGNERS[by](a, b, config, prior)
+        return [c for c in found if prior is None or _within(prior, c.T_a_b, a, b)]
+
+    # Where one place is found nobody knows how many there are: rivals are looked for by the exhaustive search.
+    rivals = None if method == THOROUGH else lambda: proposed(THOROUGH)
+    return decide(a, b, proposed(method), method, config, rivals)
 
 
 def _within(prior: Prior, T_a_b: se2.Transform, a: PreparedMap, b: PreparedMap) -> bool:

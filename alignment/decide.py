@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from alignment.config import AlignmentConfig
 from alignment.prepared import PreparedMap
-from alignment.reasons import against, matched_m, tests
+from alignment.reasons import Test, against, matched_m, tests
 from alignment.refine import covariance, refine
 from alignment.result import Alignment, Candidate, Rejection
 from alignment.verify import Agreement, examine
 from spatial import se2
 
+Fit = tuple[float, Agreement, Candidate]
+"""A refined candidate: score (m), what the maps say of it, where it came from."""
 SAME_M, SAME_RAD = 0.4, math.radians(4.0)
 """Two fits nearer than this, at the middle of b's walls, are one fit."""
 
@@ -66,11 +69,9 @@ def same(b: PreparedMap, T_1: se2.Transform, T_2: se2.Transform) -> bool:
     return math.hypot(apart[0], apart[1]) < SAME_M
 
 
-def fits_of(
-    a: PreparedMap, b: PreparedMap, candidates: list[Candidate], config: AlignmentConfig
-) -> list[tuple[float, Agreement, Candidate]]:
+def fits_of(a: PreparedMap, b: PreparedMap, candidates: list[Candidate], config: AlignmentConfig) -> list[Fit]:
     """Return the distinct fits the candidates lead to with their scores, best first."""
-    fits: list[tuple[float, Agreement, Candidate]] = []
+    fits: list[Fit] = []
     for candidate in candidates:
         if len(fits) == config.max_candidates:
             break
@@ -86,18 +87,33 @@ def fits_of(
 
 
 def decide(
-    a: PreparedMap, b: PreparedMap, candidates: list[Candidate], method: str, config: AlignmentConfig
+    a: PreparedMap,
+    b: PreparedMap,
+    candidates: list[Candidate],
+    method: str,
+    config: AlignmentConfig,
+    rivals: Callable[[], list[Candidate]] | None = None,
 ) -> Alignment | Rejection:
-    """Return the best candidate as an alignment where it passes every test, else a rejection that says why."""
+    """Return the best candidate as an alignment where it passes every test, else a rejection that says why.
+
+    ``rivals`` is asked for further candidates, to beat the best one but not to be accepted, once it would be accepted.
+    """
     if not candidates:
         return Rejection("nothing in the two maps matches", 0.0, {}, method)
     fits = fits_of(a, b, candidates, config)
     score, best, candidate = fits[0]
     own = standing(score, best.evidence)
-    second = max((rivalry(best.evidence, other, found.evidence) for other, found, _ in fits[1:]), default=0.0)
     evidence = {**candidate.evidence, **best.evidence, "score_m": score}
-    evidence["margin"] = max(0.0, 1.0 - second / own) if own > 0 else 0.0
-    asked = tests(evidence, config)
+
+    def judged(others: list[Fit]) -> list[Test]:
+        second = max((rivalry(best.evidence, other, found.evidence) for other, found, _ in others), default=0.0)
+        evidence["margin"] = max(0.0, 1.0 - second / own) if own > 0 else 0.0
+        return tests(evidence, config)
+
+    asked = judged(fits[1:])
+    if rivals is not None and all(t.slack >= 0 for t in asked):
+        more = [fit for fit in fits_of(a, b, rivals(), config) if not same(b, fit[1].T_a_b, best.T_a_b)]
+        asked = judged(fits[1:] + more)
     confidence = 1.0 / (1.0 + math.exp(-max(-30.0, min(t.slack for t in asked))))
     failed = list(dict.fromkeys(t.complaint for t in asked if t.slack < 0))
     if not failed and confidence >= config.min_confidence:

@@ -14,7 +14,7 @@ from spatial import se2
 from spatial.distance import manhattan
 from spatial.se2 import Transform
 
-CELL_M = 0.2
+CELL_M = 0.4
 """Cell psi is computed at, metres; finer gains nothing but time."""
 
 

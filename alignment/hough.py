@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import scipy.signal
+import scipy.fft
 from numba import njit
 from numpy.typing import NDArray
 
@@ -56,7 +56,10 @@ def shift(one: F64, other: F64, cell_m: float) -> float:
         np.bincount(((v - low) / cell_m).astype(np.int64)).astype(np.float64)
         for v, low in ((one, low_one), (other, low_other))
     ]
-    correlation = scipy.signal.correlate(sums[0], sums[1], method="fft")
+    count = len(sums[0]) + len(sums[1]) - 1
+    size = scipy.fft.next_fast_len(count, real=True)
+    product = scipy.fft.rfft(sums[0], size) * scipy.fft.rfft(sums[1][::-1], size)
+    correlation = scipy.fft.irfft(product, size)[:count]
     return low_one - low_other + (int(np.argmax(correlation)) - (len(sums[1]) - 1)) * cell_m
 
 

@@ -1,9 +1,9 @@
 """Alignment on pairs of partial maps with known transforms, one JSON line per method.
 
-    python bench/alignment.py [--pairs DIR] [--method auto] [--predictions OUT.json]
+    python bench/alignment.py [--pairs DIR] [--method auto] [--every 1] [--predictions OUT.json]
 
-``--method`` may be given several times, or be ``all``. OUT.json maps pair ids to
-``{tx, ty, theta, accepted, confidence, time}``.
+``--method`` may be given several times, or be ``all``; ``--every 3`` takes every third pair, for slow ones.
+OUT.json maps pair ids to ``{tx, ty, theta, accepted, confidence, time}``.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ def default_pairs() -> Path:
     return Path(root) / "pairs"
 
 
-def run(folder: Path, method: str) -> tuple[dict[str, object], dict[str, dict[str, object]]]:
+def run(folder: Path, method: str, every: int = 1) -> tuple[dict[str, object], dict[str, dict[str, object]]]:
     """Align every pair; return the summary and the predictions."""
-    pairs = json.loads((folder / "index.json").read_text())["pairs"]
+    pairs = json.loads((folder / "index.json").read_text())["pairs"][::every]
     rows, predictions, wall_s, cpu_s = [], {}, [], []
     for pair in pairs:
         a, b = (read_map(folder / pair["file"], key) for key in "ab")
@@ -105,12 +105,13 @@ def main() -> None:
         "--pairs", type=Path, default=None, help="folder with index.json and pairs/ (default: the recorded data's)"
     )
     parser.add_argument("--method", action="append", choices=[*alignment.ALIGNERS, "all"], help="default: auto")
+    parser.add_argument("--every", type=int, default=1, help="take every so manieth pair")
     parser.add_argument("--predictions", type=Path, help="write the predictions of the last method here")
     args = parser.parse_args()
     alignment.warm_up()
     methods = args.method or ["auto"]
     for method in list(alignment.ALIGNERS) if "all" in methods else methods:
-        summary, predictions = run(args.pairs or default_pairs(), method)
+        summary, predictions = run(args.pairs or default_pairs(), method, args.every)
         print(json.dumps(summary), flush=True)
         if args.predictions:
             args.predictions.write_text(json.dumps(predictions))

@@ -7,9 +7,9 @@ time. ``DIR/table.md`` sums up; ``DIR/coverage.png`` (with matplotlib) shows how
 time.
 
 agree : share of the occupied cells of a robot's team map within two cells of a true wall (cells of the robots' own
-maps), the worst robot; the map is laid over the world by its robot's whole path, not by its first pose alone.
-coverage : share of the reachable floor known to be free, the best robot. error : of pairs' transforms against the true
-starts.
+maps), the worst robot; the map is laid over the world as a whole, for where its frame lies is judged by the errors.
+coverage : share of the reachable floor known to be free, the best robot; explored : known at all (the rim of the floor,
+half a cell from a wall, often counts as wall). error : of pairs' transforms against the true starts.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 HERE = Path(__file__).resolve().parent
 sys.path[:] = [folder for folder in sys.path if Path(folder).resolve() != HERE]  # its comms.py is not the package
@@ -73,12 +74,13 @@ def judge(mission: Mission, folder: Path, metrics: dict[str, Any]) -> dict[str, 
     """Return what a finished run is worth."""
     world = make_world(mission)
     near_m = 2.0 * mission.settings.rbpf.resolution_m
-    frames, own, agree, coverage = {}, {}, {}, {}
+    frames, own, agree, coverage, explored = {}, {}, {}, {}, {}
     for robot in mission.robots:
         frames[robot.id] = frame(folder / robot.id, LASERS[robot.laser].T_base_laser)
         own[robot.id] = read_map(folder / robot.id / "map.yaml")
         team = read_map(folder / robot.id / "team_map.yaml")
-        agree[robot.id], coverage[robot.id] = against(world, team, frames[robot.id], near_m)
+        T_world_team = laid_over(world, team, frames[robot.id])
+        agree[robot.id], coverage[robot.id], explored[robot.id] = against(world, team, T_world_team, near_m)
     pairs, false, missed = [], 0, 0
     accepted = {(pair["a"], pair["b"]): pair for pair in metrics["pairs"] if pair["status"] == "accepted"}
     for a, b in combinations(sorted(own), 2):
@@ -93,8 +95,9 @@ def judge(mission: Mission, folder: Path, metrics: dict[str, Any]) -> dict[str, 
     rejected = [[p["a"], p["b"], p["reason"]] for p in metrics["pairs"] if p["status"] != "accepted"]
     return {
         "mission_s": metrics["mission_s"], "agree": round(min(agree.values()), 4),
-        "coverage": round(max(coverage.values()), 4), "pairs": pairs, "rejected": rejected,
-        "false_merges": false, "missed_merges": missed, "known": known_over_time(folder),
+        "coverage": round(max(coverage.values()), 4), "explored": round(max(explored.values()), 4),
+        "pairs": pairs, "rejected": rejected, "false_merges": false, "missed_merges": missed,
+        "known": known_over_time(folder),
     }  # fmt: skip
 
 
@@ -108,8 +111,21 @@ def frame(folder: Path, T_base_laser: tuple[float, float, float]) -> Transform:
     return fitted if path_m > 1.0 else true_poses[0]
 
 
-def against(world: World, team: OccupancyGrid, T_world_map: Transform, near_m: float) -> tuple[float, float]:
-    """Return which share of a map's walls is near true ones, and which share of the floor it knows."""
+def laid_over(world: World, team: OccupancyGrid, T_world_map: Transform) -> Transform:
+    """Return the place of a map where its walls are nearest to the true ones: a few steps from where its robot was."""
+    true_walls = world.grid.centres(world.is_wall)
+    tree, points = cKDTree(true_walls), team.centres(team.is_occupied)
+    for _ in range(10):
+        away_m, nearest = tree.query(se2.apply(T_world_map, points))
+        close = away_m < 0.4
+        if close.sum() < 10:
+            break
+        T_world_map = se2.fit_rigid(true_walls[nearest[close]], points[close])
+    return T_world_map
+
+
+def against(world: World, team: OccupancyGrid, T_world_map: Transform, near_m: float) -> tuple[float, float, float]:
+    """Return which share of a map's walls is near true ones, of the floor is known to be free, and is known at all."""
     # A laser's noise puts walls outside the world, too.
     rim = round(1.0 / world.resolution_m)
     far_m = euclidean(np.pad(world.is_wall, rim)) * world.resolution_m
@@ -119,7 +135,8 @@ def against(world: World, team: OccupancyGrid, T_world_map: Transform, near_m: f
     floor = se2.apply(se2.inverse(T_world_map), world.grid.centres(world.reachable))
     near = at(around, far_m, walls, np.inf) <= near_m + 1e-6
     known = at(team, team.cells.astype(np.float64), floor, -1.0)
-    return float(near.mean()) if len(near) else 1.0, float(((known >= 0) & (known <= 35)).mean())
+    free = (known >= 0) & (known <= 35)
+    return float(near.mean()) if len(near) else 1.0, float(free.mean()), float((known >= 0).mean())
 
 
 def at(grid: OccupancyGrid, field: np.ndarray, points_m: np.ndarray, outside: float) -> np.ndarray:
@@ -154,9 +171,9 @@ def known_over_time(folder: Path) -> list[list[float]]:
 def table(rows: list[dict[str, Any]]) -> str:
     """Return the summary as Markdown."""
     lines = [
-        "| experiment | seeds | agree, worst | coverage, worst | pairs merged | false | missed "
+        "| experiment | seeds | agree, worst | coverage, worst | explored, worst | pairs merged | false | missed "
         "| error m, median / worst | error deg, median / worst | first merge s | finished s | CPU s |",
-        "|" + "---|" * 12,
+        "|" + "---|" * 13,
     ]
     for name in EXPERIMENTS:
         runs = [row for row in rows if row["name"] == name]
@@ -169,6 +186,7 @@ def table(rows: list[dict[str, Any]]) -> str:
         middle, worst = np.median(errors, axis=0), errors.max(axis=0)
         lines.append(
             f"| {name} | {len(runs)} | {min(r['agree'] for r in runs):.4f} | {min(r['coverage'] for r in runs):.4f} "
+            f"| {min(r['explored'] for r in runs):.4f} "
             f"| {len(pairs)}/{total} "
             f"| {sum(r['false_merges'] for r in runs)} | {sum(r['missed_merges'] for r in runs)} "
             f"| {middle[0]:.3f} / {worst[0]:.3f} | {middle[1]:.2f} / {worst[1]:.2f} "
@@ -186,7 +204,7 @@ def plot(rows: list[dict[str, Any]], path: Path) -> None:
         matplotlib.use("Agg")
         from matplotlib import pyplot as plt
     except ImportError:
-        print("no matplotlib (pip install 'mrslam[plots]'): no plot", file=sys.stderr)
+        print("no matplotlib (pip install 'mrslam[sweep]'): no plot", file=sys.stderr)
         return
     figure, axes = plt.subplots(figsize=(7.0, 4.0), dpi=110)
     for n in (1, 2, 3, 6):

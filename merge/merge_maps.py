@@ -11,11 +11,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from alignment import Alignment, Rejection
+from merge.all_pairs import try_every_pair
+from merge.cluster_search import ClusterSearch
 from merge.config import MergeConfig
 from merge.edges import Pair
-from merge.pair_search import ALL_PAIRS_UP_TO, PairSearch, Progress
+from merge.pair_aligner import PairAligner, Progress
 from merge.team import TeamMap, TeamMapper
 from spatial import InputError, OccupancyGrid
+
+ALL_PAIRS_UP_TO = 9
+"""Up to so many maps every pair is tried."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -58,26 +63,26 @@ def merge_maps(
         mapper.set_map(name, grids[name])
     mapper.graph.set_known_poses(poses)
     with ThreadPoolExecutor(workers or min(8, os.cpu_count() or 1)) as pool:
-        search = PairSearch(grids, method, pool, config, progress)
+        pairs = PairAligner(grids, method, pool, config, progress)
         if len(grids) <= ALL_PAIRS_UP_TO or len(poses) == len(grids):
-            search.every_pair(poses)
+            try_every_pair(pairs, poses)
         else:
-            search.by_clusters()
-    for pair, edge in sorted(search.edges.items()):
+            ClusterSearch(pairs).run()
+    for pair, edge in sorted(pairs.edges.items()):
         mapper.set_edge(*pair, edge)
     team_map = mapper.team_map()
-    unplaced = {name: _why(name, reason, search) for name, reason in team_map.unplaced.items()}
+    unplaced = {name: _why(name, reason, pairs) for name, reason in team_map.unplaced.items()}
     return MergeResult(
         team_map=replace(team_map, unplaced=unplaced),
-        edges=dict(sorted(search.edges.items())),
-        rejections=dict(sorted(search.rejections.items())),
-        tried=search.tried,
+        edges=dict(sorted(pairs.edges.items())),
+        rejections=dict(sorted(pairs.rejections.items())),
+        tried=pairs.tried,
     )
 
 
-def _why(name: str, reason: str, search: PairSearch) -> str:
+def _why(name: str, reason: str, pairs: PairAligner) -> str:
     """Return why a map is not placed, with its best try in numbers."""
-    tries = {pair: found for pair, found in search.rejections.items() if name in pair}
+    tries = {pair: found for pair, found in pairs.rejections.items() if name in pair}
     if reason != "no accepted alignment" or not tries:
         return reason
     best = max(sorted(tries), key=lambda pair: tries[pair].confidence)

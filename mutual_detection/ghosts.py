@@ -21,6 +21,8 @@ INSIDE_M = 0.05
 """Cells deeper than this in the body's way are ghosts even where they touch a wall."""
 LONGEST_STEP_M = 1.5
 """Path points farther apart than this are not joined: nobody knows the way between them."""
+GAP_CELLS = 2
+"""Cells so near to each other are one speck: what continues a wall is wall, though a beam's width of it is missing."""
 NEAR, INSIDE = 1, 2
 """Marks of cells: near a path, and in the body's way."""
 
@@ -42,7 +44,7 @@ def clear_ghosts(
         cells = (path - np.asarray(grid.origin_m)) / grid.resolution_m
         mark(marks, cells, LONGEST_STEP_M / grid.resolution_m, *disc)
     cells = grid.cells.copy()
-    cleared = free(cells, marks, OCCUPIED_MIN)
+    cleared = free(cells, marks, OCCUPIED_MIN, GAP_CELLS)
     return (OccupancyGrid(cells, grid.resolution_m, grid.origin_m), cleared) if cleared else (grid, 0)
 
 
@@ -89,10 +91,13 @@ def mark(
 
 
 @njit(cache=True, nogil=True)
-def free(cells: NDArray[np.int8], marks: NDArray[np.uint8], occupied_min: int) -> int:  # pragma: no cover - compiled
+def free(
+    cells: NDArray[np.int8], marks: NDArray[np.uint8], occupied_min: int, gap: int
+) -> int:  # pragma: no cover - compiled
     """Free the ghosts in ``cells`` ``(H, W)`` by their marks; return how many cells that were.
 
-    A group of occupied cells (eight neighbours) that are all marked goes; of others only the cells marked ``INSIDE``.
+    A group of occupied cells, each at most ``gap`` rows and columns from another, goes where all of it is marked; of
+    other groups only the cells marked ``INSIDE`` do.
     """
     height, width = cells.shape
     seen = np.zeros((height, width), dtype=np.bool_)
@@ -109,8 +114,8 @@ def free(cells: NDArray[np.int8], marks: NDArray[np.uint8], occupied_min: int) -
                 r, c = group[i] // width, group[i] % width
                 i += 1
                 all_near &= marks[r, c] > 0
-                for nr in range(max(r - 1, 0), min(r + 2, height)):
-                    for nc in range(max(c - 1, 0), min(c + 2, width)):
+                for nr in range(max(r - gap, 0), min(r + gap + 1, height)):
+                    for nc in range(max(c - gap, 0), min(c + gap + 1, width)):
                         if not seen[nr, nc] and cells[nr, nc] >= occupied_min:
                             seen[nr, nc] = True
                             group[size] = nr * width + nc

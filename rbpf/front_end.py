@@ -28,10 +28,12 @@ GOOD_INLIERS = 0.85
 TURN_SEARCHED_RAD = 0.1
 """Turns larger than this between two scans are searched, not only descended."""
 BAD_INLIERS = 0.6
-WORSE, BETTER, USUAL_MEMORY = 0.15, 0.05, 0.05
-"""A match whose score is so much worse than usual is doubted; another has to be so much better to replace it."""
+WORSE, BETTER, USUAL_MEMORY = 0.15, 0.08, 0.05
+"""A match whose score is so much worse than usual is doubted. Another, far from the prediction, replaces it only if it
+is as good as usual again, or much better: where everything fits badly, self-similar places are everywhere."""
 NEAR_M, FAR_M = 0.1, 0.4
 """How far to either side a better match is looked for: when in slight doubt, and in serious doubt, metres."""
+FAR_TURN_RAD = 0.45
 FAR_PRIOR = np.diag([1.0 / 0.3**2, 1.0 / 0.3**2, 1.0 / 0.1**2])
 CORRELATED = 1.0
 """Beams are not independent of each other: their information counts by this share beside the prediction's."""
@@ -79,16 +81,21 @@ class FrontEnd:
             return Step(np.zeros(3), 0.0, 1.0, np.zeros(2))
         predicted, spread, slip = self.predictor.predict(T_before_odom)
         out = self._match(points, compose(before, predicted), predicted, spread)
-        if out[INLIERS] < BAD_INLIERS and T_before_odom is not None and _apart(predicted, self.predictor.velocity):
-            # Odometry may have jumped: without it the motion before is the best guess.
-            doubted = out.copy()
-            predicted, spread, slip = self.predictor.predict(None)
-            out = self._match(points, compose(before, predicted), predicted, spread)
-            if doubted[SCORE] >= out[SCORE]:
-                out[:] = doubted
+        unseen = out[BLIND] > 0.0 and not self._doubtful(out)
+        if unseen or self._doubtful(out):
+            other = self.predictor.otherwise(T_before_odom, predicted)
+            # Odometry may have jumped: where walls do not tell, the motion before is the better guess.
+            if other is not None:
+                first, least = out.copy(), out[SCORE] - BETTER if unseen else self._least(out)
+                out = self._match(points, compose(before, other[0]), other[0], other[1])
+                if out[SCORE] <= least:
+                    out[:] = first
+                else:
+                    predicted, spread, slip = other
         self.T_local_base = out[:3].copy()
         motion = between(before, self.T_local_base)
-        self.predictor.learn(motion, T_before_odom, out)
+        missed = between(predicted, motion)
+        self.predictor.learn(motion, T_before_odom, out, refuted=math.hypot(missed[0], missed[1]) > NEAR_M)
         since = between(self.keys[-1][0], self.T_local_base)
         if math.hypot(since[0], since[1]) > KEY_DISTANCE_M or abs(since[2]) > KEY_TURN_RAD:
             self._add_key(self.T_local_base, all_points)
@@ -106,23 +113,33 @@ class FrontEnd:
         match(*place, start, start, self._prior, self.sigma_m, 12, COS, SIN, out)
         half_turn = min(0.05 + 3.0 * spread[2], 0.6)
         if out[INLIERS] < GOOD_INLIERS or abs(motion[2]) > TURN_SEARCHED_RAD:
-            self._search(place, start, half_turn, NEAR_M, self._prior, 0.0)
-        if out[INLIERS] < BAD_INLIERS or out[SCORE] < self.usual - WORSE:
+            self._search(place, start, half_turn, NEAR_M, out[SCORE])
+        if self._doubtful(out):
             # The prediction may be far off, and wrong about how far: look around, and let the scan alone decide.
-            self._search(place, start, half_turn, FAR_M, FAR_PRIOR, BETTER)
+            self._search(place, start, max(half_turn, FAR_TURN_RAD), FAR_M, self._least(out))
         if out[INLIERS] > GOOD_INLIERS:
             self.usual += USUAL_MEMORY * (float(out[SCORE]) - self.usual)
         return out
 
-    def _search(
-        self, place: Any, start: Transform, half_turn: float, half_shift_m: float, prior: NDArray[np.float64],
-        margin: float,
-    ) -> None:  # fmt: skip
-        """Match from the best place around ``start``, and keep what comes out if its score is better by the margin."""
-        first = self._out.copy()
-        search(*place, 60, start, half_turn, 0.015, half_shift_m, 0.1, COS, SIN, self._start)  # type: ignore[call-arg]
-        match(*place, self._start, start, prior, self.sigma_m, 12, COS, SIN, self._out)  # type: ignore[call-arg]
-        if first[SCORE] + margin >= self._out[SCORE]:
+    def _doubtful(self, out: NDArray[np.float64]) -> bool:
+        return bool(out[INLIERS] < BAD_INLIERS or out[SCORE] < self.usual - WORSE)
+
+    def _least(self, out: NDArray[np.float64]) -> float:
+        """Return the score that a match must have to be believed against the prediction."""
+        better = float(out[SCORE]) + BETTER
+        return better + min(max(self.usual - WORSE / 2.0 - better, 0.0), 2.0 * BETTER)
+
+    def _search(self, place: Any, start: Transform, half_turn: float, half_shift_m: float, least: float) -> None:
+        """Match from the best place around ``start``, and keep what comes out if its score is above ``least``.
+
+        Near by, the prediction still counts; far off, what the search found takes its place.
+        """
+        first, found = self._out.copy(), self._start
+        step_rad = 0.015 if half_shift_m == NEAR_M else 0.03
+        search(*place, 60, start, half_turn, step_rad, half_shift_m, 0.1, COS, SIN, found)  # type: ignore[call-arg]
+        prior, centre = (FAR_PRIOR, found) if half_shift_m > NEAR_M else (self._prior, start)
+        match(*place, found, centre, prior, self.sigma_m, 12, COS, SIN, self._out)  # type: ignore[call-arg]
+        if self._out[SCORE] <= least:
             self._out[:] = first
 
     def _blind(self, motion: Transform, slip: float, out: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -157,13 +174,6 @@ class FrontEnd:
         self.predictor.restore(state["predictor"])
         self.usual = state["usual"]
         self.keys = [(pose, points) for pose, points in state["keys"]]
-
-
-def _apart(one: Transform, two: Transform) -> bool:
-    return (
-        math.hypot(one[0] - two[0], one[1] - two[1]) > 0.15
-        or abs(math.remainder(one[2] - two[2], 2.0 * math.pi)) > 0.15
-    )
 
 
 def information(out: NDArray[np.float64]) -> NDArray[np.float64]:

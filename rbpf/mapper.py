@@ -30,7 +30,7 @@ from spatial.se2 import Transform
 
 POINTS_LEAST = 10
 """A scan with fewer usable returns is dropped."""
-SPACING_M = 0.03
+SPACING_M = 0.02
 HEALTH_MEMORY = 0.2
 ANCHOR_M, ANCHOR_RAD = 0.05, 0.02
 """How far smoothing may take a keyframe from where its particle has it (standard deviations)."""
@@ -98,7 +98,6 @@ class Mapper:
         self._T_out: Transform = np.zeros(3)
         self._way = 0.0
         self._blind_m = np.zeros(2)  # in the last keyframe's frame: error of motion along what could not be seen
-        self._key_cov = np.zeros((3, 3))
         self._key_stamp_ns = 0
         self._T_odom_base: Transform | None = None
         self._stamp_ns: int | None = None
@@ -137,7 +136,7 @@ class Mapper:
         error = poses - self.T_map_base
         error[:, 2] = se2.wrap(error[:, 2])
         weights = normalised(self._log_weights)
-        return np.einsum("i,ij,ik->jk", weights, error, error) + self._key_cov
+        return np.einsum("i,ij,ik->jk", weights, error, error) + self._motion_cov(self._T_key_base, self._blind_m)
 
     @property
     def neff(self) -> float:
@@ -372,17 +371,19 @@ class Mapper:
     def _motion_cov(self, motion: Transform, blind_m: NDArray[np.float64]) -> NDArray[np.float64]:
         config, length, turn = self.config, float(np.hypot(motion[0], motion[1])), abs(float(motion[2]))
         sigma_xy = 0.01 + config.srr * length + config.str * turn
-        sigma_t = 0.0015 + config.srt * length + config.stt * turn
+        sigma_t = 0.0007 + config.srt * length + config.stt * turn
         cov = np.diag([sigma_xy**2, sigma_xy**2, sigma_t**2])
         cov[:2, :2] += np.outer(blind_m, blind_m)
         return cov
 
     def _judge(self, results: NDArray[np.float64], step: Step) -> None:
-        """Follow how well the best particle's map foretells the scans."""
+        """Follow how well the best particle's map foretells the scans, and how much way was covered unseen."""
         best = results[self.best]
         seen = best[INLIERS] + best[CONFLICTS]
         now = best[INLIERS] / seen if seen > 0.2 else step.inliers
-        self._health += HEALTH_MEMORY * (float(np.clip((now - 0.3) / 0.5, 0.0, 1.0)) - self._health)
+        fit = float(np.clip((now - 0.3) / 0.5, 0.0, 1.0))
+        lost = math.hypot(self._blind_m[0], self._blind_m[1]) / max(self._way, 1e-9)
+        self._health += HEALTH_MEMORY * (fit * (1.0 - min(2.0 * lost, 1.0)) - self._health)
 
     def _resample(self, weights: NDArray[np.float64]) -> None:
         parents = systematic(weights, float(self._rng.random()))

@@ -20,8 +20,12 @@ RESULT_SIZE = 16
 POINT_WEIGHT = 0.2
 """Weight of a correspondence without a normal beside one with."""
 DIRECTIONS = 256
-SPURIOUS = 0.01
-"""Along a bare corridor the information is not zero: errors of normals feign this share of that across it."""
+CORRIDOR = 0.05
+"""Where the beams tell less than this share along one direction of that across, they are looked at closer."""
+SLANT = 0.25
+"""Normals that look along a corridor by less than this (radians) are those of its walls, with their errors."""
+CREDIBLE = 1.0
+"""Beams that look along a corridor and are worth less than this many, all together, may be chance."""
 
 
 @njit(cache=True, nogil=True)
@@ -113,9 +117,9 @@ def match(
     Minimises the robust sum of squared point-to-line distances over ``sigma_m``, plus the prior
     ``(x - prior)^T prior_info (x - prior)``. ``SCORE`` is the mean log-likelihood of a beam relative to a perfect fit;
     ``INLIERS``, ``CONFLICTS`` and ``KNOWN`` are shares of beams: within 2.5 sigma of the map, ending in known free
-    space, either. The information is of the matching alone, without the prior. Along a direction of which the beams
-    tell no more than errors of their normals would feign, only the prior counts (solution remapping, Zhang, Kaess and
-    Singh 2016).
+    space, either. The information is of the matching alone, without the prior. Errors of normals feign knowledge along
+    a corridor; it is taken out, and if hardly anything is left, only the prior counts there (solution remapping, Zhang,
+    Kaess and Singh 2016).
     """
     inv = 1.0 / resolution_m
     n = points.shape[0]
@@ -125,6 +129,7 @@ def match(
     it = 0
     settled = False
     blind, ex_, ey_ = 0.0, 1.0, 0.0
+    corridor = False
     while True:
         final = settled or it >= iterations
         hxx = hxy = hxt = hyy = hyt = htt = 0.0
@@ -171,6 +176,13 @@ def match(
             else:
                 mx, my = 0.0, 0.0
             if line:
+                if corridor:
+                    slant = mx * ex_ + my * ey_
+                    if abs(slant) < SLANT:
+                        mx, my = mx - slant * ex_, my - slant * ey_
+                        norm = 1.0 / math.sqrt(mx * mx + my * my)
+                        mx *= norm
+                        my *= norm
                 r = mx * dx + my * dy  # map minus scan along the normal
                 r2 = r * r
                 w = scale2 / (scale2 + r2)
@@ -204,10 +216,14 @@ def match(
             if r2 * weight0 < 6.25:
                 inliers += 1.0
         middle, half = 0.5 * (hxx + hyy), math.hypot(0.5 * (hxx - hyy), hxy)
-        blind = min(max(2.0 - (middle - half) / (SPURIOUS * (middle + half) + 1e-9), 0.0), 1.0)
-        if blind > 0.0:
+        blind = 0.0
+        if corridor:
+            blind = min(max(2.0 - (middle - half) / (CREDIBLE * weight0), 0.0), 1.0)
+        corridor = middle - half < CORRIDOR * (middle + half)
+        if corridor:
             angle = 0.5 * math.atan2(2.0 * hxy, hxx - hyy) + 0.5 * math.pi
             ex_, ey_ = math.cos(angle), math.sin(angle)
+        if blind > 0.0:
             along = blind * (ex_ * bx + ey_ * by)
             bx -= along * ex_
             by -= along * ey_
@@ -307,30 +323,38 @@ def search(
     out[0], out[1], out[2] = centre[0], centre[1], centre[2]
     if used == 0:
         return 0.0
-    for a in range(-turns, turns + 1):
+    turned = np.empty((used, 5))
+    # From the middle outward: a good score early spares most of the others.
+    for ka in range(2 * turns + 1):
+        a = (ka + 1) // 2 if ka % 2 else -(ka // 2)
         theta = centre[2] + a * turn_step
         c, s = math.cos(theta), math.sin(theta)
-        for iy in range(-shifts, shifts + 1):
-            for ix in range(-shifts, shifts + 1):
-                x, y = centre[0] + ix * shift_step_m, centre[1] + iy * shift_step_m
-                score = 0.0
-                left = used
-                for i in range(0, points.shape[0], stride):
-                    px = (x + c * points[i, 0] - s * points[i, 1]) * inv
-                    py = (y + s * points[i, 0] + c * points[i, 1]) * inv
-                    nx = c * points[i, 2] - s * points[i, 3]
-                    ny = s * points[i, 2] + c * points[i, 3]
+        for k in range(used):
+            i = k * stride
+            turned[k, 0] = (centre[0] + c * points[i, 0] - s * points[i, 1]) * inv
+            turned[k, 1] = (centre[1] + s * points[i, 0] + c * points[i, 1]) * inv
+            turned[k, 2] = c * points[i, 2] - s * points[i, 3]
+            turned[k, 3] = s * points[i, 2] + c * points[i, 3]
+            turned[k, 4] = points[i, 4]
+        for ky in range(2 * shifts + 1):
+            iy = (ky + 1) // 2 if ky % 2 else -(ky // 2)
+            y = iy * shift_step_m
+            for kx in range(2 * shifts + 1):
+                ix = (kx + 1) // 2 if kx % 2 else -(kx // 2)
+                x = ix * shift_step_m
+                # Of two equal poses the one nearer to the prediction.
+                far = 1e-3 * used * (abs(a) / (turns + 1.0) + (abs(ix) + abs(iy)) / (shifts + 1.0))
+                score = -far
+                for k in range(used):
                     word, _, _, d2 = nearest(
-                        pool, table, row0, col0, px, py, nx, ny, points[i, 4], 1, cos_table, sin_table
-                    )
+                        pool, table, row0, col0, turned[k, 0] + x * inv, turned[k, 1] + y * inv, turned[k, 2],
+                        turned[k, 3], turned[k, 4], 1, cos_table, sin_table,
+                    )  # fmt: skip
                     if word != 0:
                         score += 1.0 / (1.0 + d2)
-                    left -= 1
-                    if score + left <= best:
+                    if score + (used - 1 - k) <= best:
                         break
-                # Of two equal poses the one nearer to the prediction.
-                score -= 1e-3 * used * (abs(a) / (turns + 1.0) + (abs(ix) + abs(iy)) / (shifts + 1.0))
                 if score > best:
                     best = score
-                    out[0], out[1], out[2] = x, y, theta
+                    out[0], out[1], out[2] = centre[0] + x, centre[1] + y, theta
     return best / used

@@ -33,6 +33,17 @@ DISBELIEVED = 0.6
 LEAST_M, LEAST_RAD = 0.03, 0.03
 """Motions smaller than this tell nothing about errors that grow with motion."""
 
+JUMP_M, JUMP_RAD = 0.3, 0.3
+"""Odometry that changes its mind by more than this from one scan to the next may have jumped."""
+APART_M, APART_RAD = 0.15, 0.15
+"""Guesses farther apart than this lead to different matches."""
+
+Guess = tuple[Transform, tuple[float, float, float], float]
+"""A motion, its deviations (x, y, theta) from scan to scan, and its error per metre of way.
+
+The last is what adds up over many scans; the deviations hold jitter, too, that does not.
+"""
+
 
 class Predictor:
     """Guesses the motion from scan to scan, and how far off the guess may be."""
@@ -49,40 +60,69 @@ class Predictor:
         """Error of corrected odometry over longer stretches, as a share of the way."""
         self._told, self._found = np.zeros(3), np.zeros(3)
         self._seen = True
+        self._step = np.zeros(3)
 
     def corrected(self, T_before_odom: Transform) -> Transform:
         """Return the motion that odometry means, judging by what matching found so far."""
         gain, turn = self.gains
         return np.array([gain * T_before_odom[0], gain * T_before_odom[1], turn * T_before_odom[2]])
 
-    def predict(self, T_before_odom: Transform | None) -> tuple[Transform, tuple[float, float, float], float]:
-        """Return the motion expected, its deviations (x, y, theta) from scan to scan, and its error per metre of way.
-
-        The last is what adds up over many scans; the deviations hold jitter, too, that does not.
-        """
-        steady = self.velocity
+    def predict(self, T_before_odom: Transform | None) -> Guess:
+        """Return the motion expected."""
         if T_before_odom is None or math.hypot(T_before_odom[0], T_before_odom[1]) > MAX_STEP_M:
-            length, turn = math.hypot(steady[0], steady[1]), abs(steady[2])
-            return steady, (0.05 + 0.5 * length, 0.05 + 0.5 * length, 0.05 + 0.5 * turn), 1.0
-        told = self.corrected(T_before_odom)
+            return self._steadily()
         errors = self.errors
         along = 0 if self.slip < DISBELIEVED or errors[0, 0] <= errors[1, 0] else 1
         turning = 0 if errors[0, 1] <= errors[1, 1] else 1
-        choice = (told, steady)
+        return self._guess(self.corrected(T_before_odom), along, turning)
+
+    def otherwise(self, T_before_odom: Transform | None, predicted: Transform) -> Guess | None:
+        """Return another motion, where the one predicted fits badly or cannot be seen; None where there is none.
+
+        That is what odometry says if the motion before was preferred to it, or else the motion before if odometry may
+        have jumped.
+        """
+        if T_before_odom is None or math.hypot(T_before_odom[0], T_before_odom[1]) > MAX_STEP_M:
+            return None
+        told = self.corrected(T_before_odom)
+        if _apart(told, predicted):
+            return self._guess(told, 0, 0)
+        return self._steadily() if self._jumped(T_before_odom) else None
+
+    def _steadily(self) -> Guess:
+        length, turn = math.hypot(self.velocity[0], self.velocity[1]), abs(self.velocity[2])
+        return self.velocity, (0.05 + 0.5 * length, 0.05 + 0.5 * length, 0.05 + 0.5 * turn), 1.0
+
+    def _guess(self, told: Transform, along: int, turning: int) -> Guess:
+        choice = (told, self.velocity)
         motion = np.array([choice[along][0], choice[along][1], choice[turning][2]])
         length, turn = math.hypot(motion[0], motion[1]), abs(motion[2])
-        sigma_xy = 0.008 + min(errors[along, 0], 1.0) * length + 0.02 * turn
-        sigma_t = 0.005 + min(errors[turning, 1], 1.0) * turn + 0.05 * length
+        sigma_xy = 0.008 + min(self.errors[along, 0], 1.0) * length + 0.02 * turn
+        sigma_t = 0.005 + min(self.errors[turning, 1], 1.0) * turn + 0.05 * length
         return motion, (sigma_xy, sigma_xy, sigma_t), min(self.slip, 1.0) if along == 0 else 1.0
 
-    def learn(self, motion: Transform, T_before_odom: Transform | None, match: NDArray[np.float64]) -> None:
-        """Follow how well each guess foretold the motion, where the match was good enough to tell."""
+    def _jumped(self, T_before_odom: Transform) -> bool:
+        before, way = self._step, math.hypot(self._step[0], self._step[1])
+        gap = math.hypot(T_before_odom[0] - before[0], T_before_odom[1] - before[1])
+        turn = abs(math.remainder(T_before_odom[2] - before[2], 2.0 * math.pi))
+        return gap > max(JUMP_M, 2.0 * way) or turn > max(JUMP_RAD, 2.0 * abs(before[2]))
+
+    def learn(
+        self, motion: Transform, T_before_odom: Transform | None, match: NDArray[np.float64], *, refuted: bool = False
+    ) -> None:
+        """Follow how well each guess foretold the motion, where the match was good enough to tell.
+
+        ``refuted`` : the scan fits a place that the prediction excluded.
+        """
+        if refuted and T_before_odom is not None and match[INLIERS] >= GOOD_INLIERS:
+            self.slip += LEARN_STRETCH * (1.0 - self.slip)
         if T_before_odom is None or match[INLIERS] < GOOD_INLIERS:
             self._new_stretch()
         else:
             self._judge_stretch(motion, T_before_odom, match)
             self._judge_step(motion, T_before_odom, match)
         self.velocity = motion
+        self._step = np.zeros(3) if T_before_odom is None else T_before_odom
 
     def _judge_step(self, motion: Transform, T_before_odom: Transform, match: NDArray[np.float64]) -> None:
         length, turn = math.hypot(motion[0], motion[1]), abs(motion[2])
@@ -118,7 +158,7 @@ class Predictor:
         """Return everything that a resumed predictor needs."""
         return {
             "velocity": self.velocity, "errors": self.errors, "gains": self.gains, "slip": self.slip,
-            "stretch": [self._told, self._found, bool(self._seen)],
+            "stretch": [self._told, self._found, bool(self._seen)], "step": self._step,
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -126,6 +166,12 @@ class Predictor:
         self.velocity, self.errors, self.gains = (state[k] for k in ("velocity", "errors", "gains"))
         self.slip = state["slip"]
         self._told, self._found, self._seen = state["stretch"]
+        self._step = state["step"]
+
+
+def _apart(one: Transform, two: Transform) -> bool:
+    turn = abs(math.remainder(one[2] - two[2], 2.0 * math.pi))
+    return math.hypot(one[0] - two[0], one[1] - two[1]) > APART_M or turn > APART_RAD
 
 
 def _bounded(gain: float) -> float:

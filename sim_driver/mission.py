@@ -39,7 +39,6 @@ class MissionConfig:
     """"process": one operating-system process a robot, over Zenoh; "virtual": all in one, in virtual time."""
     record: bool = True
     """Whether what simulated robots sense is kept (about 15 kB a second and robot), for replays and the report."""
-
     restart: bool = False
     """Whether a robot whose process dies is started again, from its checkpoint; real processes only."""
 
@@ -72,6 +71,8 @@ class RobotConfig:
     """What drives a simulated robot."""
     waypoints: list[list[float]] = field(default_factory=list)
     """World points [x_m, y_m] for the driver "waypoints"."""
+    trajectory: str | None = None
+    """TUM file of poses in the world for the driver "trajectory"; the robot starts at the first unless told."""
 
     def __post_init__(self) -> None:
         ok = bool(self.id) and all(c.isalnum() or c in "-_" for c in self.id) and self.id.isascii()

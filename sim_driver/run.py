@@ -56,7 +56,10 @@ def run_mission(mission: Mission, out: Path, progress: Progress, say: Callable[[
 
 def check_files(mission: Mission) -> None:
     """Raise ``InputError`` for a file that the mission names and that is not there, before anything is started."""
-    named = [robot.log for robot in mission.robots] + [mission.links.trace, mission.truth.relations]
+    named = [name for robot in mission.robots for name in (robot.log, robot.trajectory)] + [
+        mission.links.trace,
+        mission.truth.relations,
+    ]
     for name in named:
         if name is not None:
             mission.find(name)

@@ -48,7 +48,7 @@ def build(cls: type[T], table: Mapping[str, Any], where: str) -> T:
         try:
             values[key] = msgspec.convert(raw, hints[key], strict=not isinstance(raw, str))
         except msgspec.ValidationError as error:
-            raise InputError(f"{where}.{key}: {error}, got {raw!r}") from error
+            raise InputError(f"{where}.{key} = {raw!r}: {error}") from error
     try:
         return cls(**values)
     except TypeError as error:

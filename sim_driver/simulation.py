@@ -18,7 +18,7 @@ from sim_driver.worlds import World, load_world
 from spatial import InputError
 from spatial.files import write_text
 from spatial.se2 import Transform
-from spatial.tum import write_tum
+from spatial.tum import read_tum, write_tum
 
 LINKS_FILE = "links.csv"
 """True link qualities of a simulated mission, in the format of a trace."""
@@ -36,7 +36,7 @@ class Simulation:
         self.world = make_world(mission)
         self.radio = Radio(self.world, mission.radio, seed_for(mission, "radio"))
         rng = np.random.default_rng(seed_for(mission, "simulation"))
-        self.fleet = Fleet(self._placed(rng))
+        self.fleet = Fleet(self._placed(mission, rng))
         self.starts = self.fleet.T_world_base()
         self._commands: dict[str, tuple[float, float]] = {}
         self._sensed: dict[str, list[Sensed]] = defaultdict(list)
@@ -45,11 +45,12 @@ class Simulation:
         self._heard: list[str] = ["t_s,a,b,quality"]
         self._next_ns = 0
 
-    def _placed(self, rng: np.random.Generator) -> dict[str, SimulatedRobot]:
+    def _placed(self, mission: Mission, rng: np.random.Generator) -> dict[str, SimulatedRobot]:
         placed: dict[str, SimulatedRobot] = {}
         for robot in self.robots:
             taken = np.array([other.T_world_base[:2] for other in placed.values()]).reshape(-1, 2)
-            start = self.world.free_start(rng, apart_from=taken) if robot.start is None else np.array(robot.start)
+            told = start_of(mission, robot)
+            start = self.world.free_start(rng, apart_from=taken) if told is None else told
             placed[robot.id] = SimulatedRobot(self.world, start, _laser(robot), rng.spawn(1)[0])
         return placed
 
@@ -104,6 +105,15 @@ class Simulation:
 def is_simulated(mission: Mission, robot: RobotConfig) -> bool:
     """Return whether a robot drives in the mission's world."""
     return mission.world is not None and robot.log is None and robot.mode != "central"
+
+
+def start_of(mission: Mission, robot: RobotConfig) -> Transform | None:
+    """Return where the mission says that a robot starts, ``T_world_base``; None where chance decides."""
+    if robot.start is not None:
+        return np.array(robot.start, dtype=np.float64)
+    if robot.driver == "trajectory" and robot.trajectory is not None:
+        return read_tum(mission.find(robot.trajectory))[1][0]
+    return None
 
 
 def make_world(mission: Mission) -> World:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from agent import Agent, Body, Event, LinkSource, Sensed, Watcher, resume
-from sim_driver.drivers import DRIVERS, Driver, Explorer, IdleDriver, WaypointDriver
+from sim_driver.drivers import DRIVERS, Driver, Explorer, IdleDriver, TrajectoryDriver, WaypointDriver
 from sim_driver.faults.liar import WAYS, Liar
 from sim_driver.feeds import open_feed
 from sim_driver.mission import Mission, RobotConfig
@@ -17,10 +17,11 @@ from sim_driver.recorded import RecordedBody
 from sim_driver.replay import SCANS_FILE, Recorder, ReplayedBody, read_recording
 from sim_driver.seeds import seed_for
 from sim_driver.simulated import Port, SimulatedBody
-from sim_driver.simulation import LINKS_FILE, is_simulated
+from sim_driver.simulation import LINKS_FILE, is_simulated, start_of
 from sim_driver.traces import LinkTrace, TracedLinks
 from sim_driver.view import watch_robot
 from spatial import InputError, se2
+from spatial.tum import read_tum
 
 CHECKPOINT = "checkpoint"
 """A robot's state on disk, in its folder."""
@@ -82,12 +83,18 @@ def _driver(mission: Mission, robot: RobotConfig) -> Driver:
         return Explorer(mission.driver, seed)
     if robot.driver == "idle":
         return IdleDriver()
-    if robot.driver == "waypoints" and robot.waypoints and robot.start is not None:
-        # Waypoints are places of the world; the robot drives in its own map, whose origin is its start.
-        points = se2.apply(se2.inverse(np.array(robot.start)), np.array(robot.waypoints, dtype=np.float64))
+    start = start_of(mission, robot)
+    # Waypoints and trajectories are of the world; the robot drives in its own map, whose origin is its start.
+    if robot.driver == "waypoints" and robot.waypoints and start is not None:
+        points = se2.apply(se2.inverse(start), np.array(robot.waypoints, dtype=np.float64))
         return WaypointDriver(points, mission.driver, seed)
-    known = ", ".join(name for name in DRIVERS if name != "trajectory")
-    raise InputError(f"robot {robot.id}: driver {robot.driver!r} must be one of {known}; waypoints need a start")
+    if robot.driver == "trajectory" and robot.trajectory is not None and start is not None:
+        stamps_ns, T_world_base = read_tum(mission.find(robot.trajectory))
+        return TrajectoryDriver(stamps_ns, se2.between(start, T_world_base), mission.driver)
+    raise InputError(
+        f"robot {robot.id}: driver {robot.driver!r} must be one of {', '.join(DRIVERS)}; "
+        "waypoints need waypoints and a start, a trajectory needs its file"
+    )
 
 
 def read_trace(mission: Mission) -> LinkTrace | None:

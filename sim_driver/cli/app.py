@@ -25,6 +25,7 @@ Set = Annotated[list[str] | None, typer.Option("--set", help="A setting, section
 Rrd = Annotated[Path | None, typer.Option("--rrd", help="Also write a recording for the viewer (mrslam view).")]
 View = Annotated[bool, typer.Option("--view", help="Open a viewer and watch.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+Salvage = Annotated[bool, typer.Option("--salvage", help="Use the scans before the place where a log was cut off.")]
 
 
 def _print_version(wanted: bool) -> None:
@@ -49,18 +50,22 @@ def map(
     seed: Annotated[int, typer.Option("--seed", help="One seed gives the same bytes.")] = 0,
     out: Out = Path("out/map"),
     no_odometry: Annotated[bool, typer.Option("--no-odometry", help="Do without the log's odometry.")] = False,
+    relations: Annotated[
+        Path | None, typer.Option("--relations", help="Relations file (t1 t2 x y z roll pitch yaw): print the errors.")
+    ] = None,
+    salvage: Salvage = False,
     rrd: Rrd = None,
     view: View = False,
     set_: Set = None,
     json: Json = False,
 ) -> None:
-    """Map one recorded log and write map, trajectory and metrics.
+    """Map one recorded log and write map, trajectory and metrics; interrupted, it writes what it has.
 
     mrslam map intel.clf.gz --particles 30 --seed 1 --out out/intel
     """
     from sim_driver.cli.map_log import map_log
 
-    map_log(log, particles, seed, out, no_odometry, set_ or [], json, rrd, view)
+    map_log(log, particles, seed, out, no_odometry, set_ or [], json, rrd, view, relations, salvage)
 
 
 @app.command()
@@ -101,7 +106,7 @@ def align(
     set_: Set = None,
     json: Json = False,
 ) -> None:
-    """Find how two maps fit together, or say why they do not.
+    """Find how two maps fit together, or say why they do not. Both are answers: the exit code is 0 either way.
 
     mrslam align a/map.yaml b/map.yaml --json
     """
@@ -124,7 +129,7 @@ def merge(
     set_: Set = None,
     json: Json = False,
 ) -> None:
-    """Merge map files of any SLAM system; maps that do not fit are named with the reason.
+    """Merge map files of any SLAM system; maps that do not fit are named with the reason (the exit code stays 0).
 
     mrslam merge a/map.yaml b/map.yaml -o out/merged
     """
@@ -256,14 +261,16 @@ def eval_(
 
 
 @app.command()
-def feed(log: Annotated[Path, typer.Argument(help="Recorded log.")], json: Json = False) -> None:
+def feed(
+    log: Annotated[Path, typer.Argument(help="Recorded log.")], salvage: Salvage = False, json: Json = False
+) -> None:
     """Say what is in a recorded log, and what is missing.
 
     mrslam feed intel.clf.gz
     """
     from sim_driver.cli.feed import inspect_file
 
-    inspect_file(log, json)
+    inspect_file(log, json, salvage)
 
 
 @app.command()

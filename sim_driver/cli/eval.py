@@ -15,7 +15,7 @@ from sim_driver.kernels import ensure_compiled
 from spatial import InputError, read_map
 from spatial.tum import read_tum
 
-ROBOT_COLUMNS = {
+ROBOT_ROWS = {
     "ATE m": ("trajectory", "ate_rmse_m"),
     "RPE m/s": ("trajectory", "rpe_rmse_m"),
     "relations m": ("relations", "mean_m"),
@@ -29,7 +29,7 @@ ROBOT_COLUMNS = {
     "CPU s": ("usage", "cpu_s"),
     "MB": ("usage", "peak_rss_mb"),
 }
-"""Column -> where its value stands in a robot's row."""
+"""Measure -> where its value stands in a robot's row."""
 
 
 def eval_run(run: Path, relations: Path | None, reference: list[str], true_map: Path | None, as_json: bool) -> None:
@@ -56,7 +56,7 @@ def _reference(text: str) -> tuple[str, Trajectory]:
 
 
 def print_tables(assessment: dict[str, Any], console: Console) -> None:
-    """Print the assessment for people; columns without a single value are left out."""
+    """Print the assessment for people; measures that no robot has are left out."""
     _print_robots(assessment["robots"], console)
     _print_pairs(assessment["pairs"], console)
     mission = assessment["mission"]
@@ -76,29 +76,35 @@ def print_tables(assessment: dict[str, Any], console: Console) -> None:
         lines.append("by kind: " + ", ".join(f"{lane} {count / 1e3:.1f} kB" for lane, count in lanes.items()))
     lines += [f"not judged: {reason}" for reason in assessment["not_judged"]]
     for line in lines:
-        console.print(line, highlight=False, soft_wrap=True, markup=False)
+        _say(line, console)
 
 
 def _print_robots(robots: dict[str, Any], console: Console) -> None:
-    cells = {
-        robot: {title: (row[part] or {}).get(key) for title, (part, key) in ROBOT_COLUMNS.items()}
-        for robot, row in robots.items()
-    }
-    used = [title for title in ROBOT_COLUMNS if any(row[title] is not None for row in cells.values())]
-    table = Table("robot", *used, box=None)
-    for robot, row in cells.items():
-        table.add_row(robot, *("-" if row[title] is None else f"{row[title]:g}" for title in used))
+    """A line a measure, a column a robot."""
+    table = Table("", *robots, box=None)
+    for title, (part, key) in ROBOT_ROWS.items():
+        values = [(row[part] or {}).get(key) for row in robots.values()]
+        if any(value is not None for value in values):
+            table.add_row(title, *("-" if value is None else f"{value:g}" for value in values))
     console.print(table)
 
 
 def _print_pairs(pairs: list[dict[str, Any]], console: Console) -> None:
-    table = Table("pair", "verdict", "after s", "off m", "off deg", "judged by", "overlap", box=None)
     for pair in pairs:
-        values = [pair["accepted_at_s"], pair["error_m"], pair["error_deg"], pair["true_overlap"]]
-        after, off_m, off_deg, shared = ("-" if value is None else f"{value:g}" for value in values)
-        by = pair["judged_by"] or pair["reason"] or "-"
-        table.add_row(f"{pair['a']}-{pair['b']}", pair["verdict"], after, off_m, off_deg, by, shared)
+        text = f"{pair['a']}-{pair['b']}: {pair['verdict']}"
+        if pair["accepted_at_s"] is not None:
+            text += f" after {pair['accepted_at_s']:.0f} s"
+        if pair["error_m"] is not None:
+            text += f", {pair['error_m']:.3f} m / {pair['error_deg']:.2f} deg off by {pair['judged_by']}"
+        elif pair["status"] != "accepted" and pair["reason"]:
+            text += f" ({pair['reason']})"
+        if pair["true_overlap"] is not None:
+            text += f"; the maps share {100 * pair['true_overlap']:.0f} %"
+        _say(text, console)
         for robot, view in pair["views"].items():
-            error = "" if view["error_m"] is None else f": {view['error_m']:g} m, {view['error_deg']:g} deg off"
-            table.add_row("", f"  {robot}: {view['status']}{error}", "", "", "", "", "")
-    console.print(table)
+            off = "" if view["error_m"] is None else f", {view['error_m']:.3f} m / {view['error_deg']:.2f} deg off"
+            _say(f"  by {robot}: {view['status']}{off}", console)
+
+
+def _say(text: str, console: Console) -> None:
+    console.print(text, highlight=False, soft_wrap=True, markup=False)

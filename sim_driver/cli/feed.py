@@ -9,7 +9,7 @@ from sim_driver.feeds.inspect import describe, inspect
 from sim_driver.locate import locate
 
 
-def inspect_file(log: Path, as_json: bool) -> None:
-    """Print what the log holds and what it lacks."""
-    found = inspect(locate(str(log)))
+def inspect_file(log: Path, as_json: bool, salvage: bool = False) -> None:
+    """Print what the log holds, what is odd in it, and what it lacks."""
+    found = inspect(locate(str(log)), salvage=salvage)
     print(json.dumps(found) if as_json else describe(found))

@@ -6,14 +6,17 @@ import json
 import resource
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import typer
 from numpy.typing import NDArray
 
 import rbpf
 from sim_driver.cli.console import console, progress_bar
+from sim_driver.evaluate.relations import Relations, own_errors, read_relations
 from sim_driver.feeds import Reading, open_feed
 from sim_driver.kernels import ensure_compiled
 from sim_driver.locate import locate
@@ -37,11 +40,17 @@ def map_log(
     as_json: bool,
     rrd: Path | None,
     view: bool,
+    relations: Path | None = None,
+    salvage: bool = False,
 ) -> None:
-    """Map the log and write ``trajectory.tum``, ``trajectory_online.tum``, ``map.*`` and ``metrics.json``."""
+    """Map the log and write ``trajectory.tum``, ``trajectory_online.tum``, ``map.*`` and ``metrics.json``.
+
+    Interrupted, it writes what it has by then.
+    """
     table = {"particles": particles, **({"use_odometry": False} if no_odometry else {})}
     config = build(rbpf.MapperConfig, with_overrides({"rbpf": table}, assignments)["rbpf"], "rbpf")
-    feed = open_feed(locate(str(log)))
+    truth = None if relations is None else read_relations(locate(str(relations)))
+    feed = open_feed(locate(str(log)), salvage=salvage)
     for note in feed.notes:
         console.print(f"{log.name}: {note}", highlight=False)
     compile_s = ensure_compiled(console.print, ("rbpf",))
@@ -50,10 +59,12 @@ def map_log(
     processed_ms: list[float] = []
     accepted: list[int] = []
     show = watch_mapper(mapper, rrd, start_viewer() if view else None, log.stem) if rrd is not None or view else None
-    with progress_bar(f"mapping {log.name}", len(feed.readings)) as advance:
+    fed = 0
+    with suppress(KeyboardInterrupt), progress_bar(f"mapping {log.name}", len(feed.readings)) as advance:
         for index, reading in enumerate(feed.readings):
             start = time.perf_counter()
             info = mapper.update(reading.scan, reading.T_odom_base)
+            fed = index + 1
             if info.processed:
                 processed_ms.append((time.perf_counter() - start) * 1e3)
             if info.reason is None:
@@ -65,15 +76,15 @@ def map_log(
         show.close()
     grid = mapper.snapshot().map.to_grid()
     trajectory, online = mapper.trajectory(), mapper.online_trajectory()
-    metrics = {
+    metrics: dict[str, Any] = {
         "log": log.name,
         "seed": seed,
         "particles": config.particles,
         "wall_s": round(time.monotonic() - wall, 3),
         "cpu_s": round(time.process_time() - cpu, 3),
         "compile_s": round(compile_s, 3),
-        "scans": len(feed.readings),
-        "scans_dropped": len(feed.readings) - len(accepted),
+        "scans": fed,
+        "scans_dropped": fed - len(accepted),
         "scans_processed": mapper.stats.processed,
         "ms_per_processed_p50": _percentile(processed_ms, 50),
         "ms_per_processed_p95": _percentile(processed_ms, 95),
@@ -82,13 +93,30 @@ def map_log(
         "resamplings": mapper.stats.resamplings,
         "known_area_m2": round(grid.known_area_m2(), 1),
     }
+    if fed < len(feed.readings):
+        metrics["interrupted_after_scans"] = fed
     for name, known in (("trajectory", trajectory), ("trajectory_online", online)):
-        write_tum(out / f"{name}.tum", *_laser_poses(feed.readings, accepted, known.T_map_base))
+        poses = _laser_poses(feed.readings[:fed], accepted, known.T_map_base)
+        write_tum(out / f"{name}.tum", *poses)
+        if truth is not None:
+            metrics.setdefault("relations", {})[name] = _relation_errors(truth, *poses)
     write_map(out / "map.yaml", grid)
     if grid.cells.size:
         write_image(out / "map.png", pixels(grid))
     write_text(out / "metrics.json", json.dumps(metrics, indent=1, allow_nan=False) + "\n")
     _report(metrics, out, as_json)
+    if fed < len(feed.readings):
+        console.print(f"interrupted after {fed} of {len(feed.readings)} scans: these are the results so far")
+        raise typer.Exit(130)
+
+
+def _relation_errors(
+    truth: Relations, stamps_ns: NDArray[np.int64], poses: NDArray[np.float64]
+) -> dict[str, float | int | None]:
+    """Return mean errors over the relations whose two stamps are in the trajectory (Kuemmerle et al. 2009)."""
+    errors = own_errors(truth, stamps_ns, poses)
+    mean_m, mean_deg = errors.mean(axis=0).tolist() if len(errors) else (None, None)
+    return {"relations": len(errors), "mean_m": mean_m, "mean_deg": mean_deg}
 
 
 def _percentile(values: list[float], share: float) -> float:
@@ -122,4 +150,9 @@ def _report(metrics: dict[str, Any], out: Path, as_json: bool) -> None:
         f"{metrics['wall_s']:.1f} s ({metrics['cpu_s']:.1f} s of CPU, {metrics['peak_rss_mb']:.0f} MB)",
         highlight=False,
     )
+    for name, found in metrics.get("relations", {}).items():
+        text = "no relation lies within it"
+        if found["relations"]:
+            text = f"{found['mean_m']:.4f} m, {found['mean_deg']:.3f} deg over {found['relations']} relations"
+        console.print(f"{name}: {text}", highlight=False)
     console.print(f"{out}/map.png, map.yaml, trajectory.tum, metrics.json", highlight=False)

@@ -40,13 +40,16 @@ def guess_format(path: Path) -> str:
     return SUFFIXES[suffix]
 
 
-def open_feed(path: Path | str, format: str | None = None) -> Feed:
-    """Open a recorded log; the format is guessed from its name unless given."""
+def open_feed(path: Path | str, format: str | None = None, salvage: bool = False) -> Feed:
+    """Open a recorded log; the format is guessed from its name unless given.
+
+    ``salvage`` : use what is whole of a CARMEN log that was cut off; its notes say so.
+    """
     path = Path(path)
     name = format or guess_format(path)
     if name not in FEEDS:
         raise InputError(f"unknown log format {name!r}; known are {', '.join(FEEDS)}")
-    return FEEDS[name](path)
+    return CarmenFeed(path, salvage=True) if salvage and name == "carmen" else FEEDS[name](path)
 
 
 __all__ = ["FEEDS", "Feed", "Reading", "guess_format", "open_feed"]

@@ -6,7 +6,8 @@
 laser_x laser_y laser_theta robot_x robot_y robot_theta tv rv forward side turn ipc_time host log_time``
 
 Other messages and comments are passed over. A scan line that cannot be read is dropped and counted; a file that ends in
-the middle of a line or of its gzip stream raises, for then nobody knows how much is missing.
+the middle of a line or of its gzip stream raises, for then nobody knows how much is missing, unless what is whole is to
+be salvaged.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from sim_driver.feeds.base import Reading
 from spatial import InputError, Scan, se2
 
 MAX_BEAMS = 100_000
+SALVAGE = "; --salvage uses the scans before"
 ENDLESS_M = 1.0e4
 """Range limit of lasers whose log tells none, metres."""
 
@@ -41,10 +43,13 @@ class _Line:
 class CarmenFeed:
     """A CARMEN log in memory, in file order."""
 
-    def __init__(self, path: Path) -> None:
-        """Read the whole log; raise ``InputError`` naming file and line where it holds no scan or was cut off."""
+    def __init__(self, path: Path, salvage: bool = False) -> None:
+        """Read the whole log; raise ``InputError`` naming file and line where it holds no scan or was cut off.
+
+        ``salvage`` : use what is whole of a log that was cut off, and note it.
+        """
         self.notes: list[str] = []
-        lines = _parse(path, self.notes)
+        lines = _parse(path, self.notes, salvage)
         T_base_laser = _laser_mounting(lines)
         no_return_m = _no_return_value(lines)
         if no_return_m < ENDLESS_M:
@@ -71,7 +76,7 @@ class CarmenFeed:
             self.notes.append(f"{int((steps == 0).sum())} stamps repeat the one before")
 
 
-def _parse(path: Path, notes: list[str]) -> list[_Line]:
+def _parse(path: Path, notes: list[str], salvage: bool) -> list[_Line]:
     lines: list[_Line] = []
     bad: list[str] = []
     number, text = 0, "\n"
@@ -86,11 +91,16 @@ def _parse(path: Path, notes: list[str]) -> list[_Line]:
                 except ValueError as error:
                     bad.append(f"line {number}: {error}")
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
-        raise InputError(f"{path}: the gzip stream is cut off or broken after line {number} ({error})") from error
+        if not (salvage and lines):
+            reason = f"the gzip stream is cut off or broken after line {number} ({error})"
+            raise InputError(f"{path}: {reason}{SALVAGE if lines else ''}") from error
+        notes.append(f"the gzip stream is cut off or broken after line {number}: {len(lines)} scans before it are used")
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from error
     if not text.endswith("\n") and bad and bad[-1].startswith(f"line {number}:"):
-        raise InputError(f"{path}: the log is cut off in its last line, {bad[-1]}; delete that line to use the rest")
+        if not (salvage and lines):
+            raise InputError(f"{path}: the log is cut off in its last line, {bad[-1]}{SALVAGE if lines else ''}")
+        notes.append(f"the log is cut off in its last line: {len(lines)} scans before it are used")
     if not lines:
         what = f" (first bad one: {bad[0]})" if bad else ": is it a CARMEN log?"
         raise InputError(f"{path}: no FLASER or ROBOTLASER1 line could be read among {number} lines{what}")

@@ -15,14 +15,14 @@ from spatial import se2
 FAST_M_S, LONG_GAP_S, SPARSE_M = 3.0, 2.0, 0.5
 
 
-def inspect(path: Path | str, format: str | None = None) -> dict[str, Any]:
+def inspect(path: Path | str, format: str | None = None, salvage: bool = False) -> dict[str, Any]:
     """Return the facts about a log as JSON values; raise ``InputError`` where it cannot be read."""
     path = Path(path)
-    feed = open_feed(path, format)
+    feed = open_feed(path, format, salvage)
     facts: dict[str, Any] = {"file": str(path), "format": format or guess_format(path), "scans": len(feed.readings)}
     facts |= _time(feed) | _laser(feed) | _odometry(feed)
     facts["notes"] = list(feed.notes)
-    facts["missing"] = _missing(facts)
+    facts["missing"], facts["odd"] = _missing(facts), _odd(facts)
     return facts
 
 
@@ -90,13 +90,24 @@ def _odometry(feed: Feed) -> dict[str, Any]:
 
 
 def _missing(facts: dict[str, Any]) -> list[str]:
-    """Return what is missing or looks wrong, one plain sentence each."""
-    laser_at = facts["laser_on_robot"]
+    """Return what is not there, one plain sentence each."""
     found = [
         (facts["odometry_share"] == 0.0, "no odometry: the mapper has scan matching alone, keep the motion slow"),
         (0.0 < facts["odometry_share"] < 1.0, f"only {facts['odometry_share']:.1%} of the scans have odometry"),
-        (facts["path_m"] == 0.0 and facts["turned_deg"] == 0.0, "the odometry never moves"),
         (facts["duration_s"] == 0.0 and facts["scans"] > 1, "no time stamps: scans are taken in the file's order"),
+        (not facts["range_max_known"], "no maximum range: beams without return cannot be told from far walls"),
+        (
+            not any(facts["laser_on_robot"]),
+            "the laser's place on the robot is not told (or is the centre): turns may smear the map",
+        ),
+    ]
+    return [sentence for applies, sentence in found if applies]
+
+
+def _odd(facts: dict[str, Any]) -> list[str]:
+    """Return what is there but looks wrong, one plain sentence each."""
+    found = [
+        (facts["path_m"] == 0.0 and facts["turned_deg"] == 0.0, "the odometry never moves"),
         (facts["stamps_even"], "stamps are evenly spaced to the microsecond: numbers, not measured times"),
         (facts["gaps"] > 0, f"{facts['gaps']} long gaps between scans, the longest {facts['longest_gap_s']:g} s"),
         ((facts["step_m"] or 0.0) > SPARSE_M, f"scans are {facts['step_m']} m apart: matching has little overlap"),
@@ -106,9 +117,7 @@ def _missing(facts: dict[str, Any]) -> list[str]:
         ),
         (facts["beams_vary"], "the number of beams varies from scan to scan"),
         (facts["first_beam_varies"], "the direction of the first beam varies from scan to scan"),
-        (not facts["range_max_known"], "no maximum range: beams without return cannot be told from far walls"),
         (facts["returns_share"] < 0.3, f"only {facts['returns_share']:.0%} of the beams hit anything"),
-        (not any(laser_at), "the laser's place on the robot is not told (or is the centre): turns may smear the map"),
     ]
     return [sentence for applies, sentence in found if applies]
 
@@ -133,5 +142,6 @@ def describe(facts: dict[str, Any]) -> str:
         f"  odometry   {odometry}",
     ]
     lines += [f"  note       {note}" for note in facts["notes"]]
+    lines += [f"  odd        {sentence}" for sentence in facts["odd"]]
     lines += [f"  missing    {sentence}" for sentence in facts["missing"]]
     return "\n".join(lines if facts["missing"] else [*lines, "  nothing is missing"])

@@ -53,9 +53,9 @@ def replay_mission(run: Path, assignments: Sequence[str] = ()) -> Mission:
         (section, key), _ = parse_assignment(text)
         if section not in REPLAYABLE and (section, key) != ("mission", "seed"):
             raise InputError(f"--set {text}: a replay keeps the drive and the radio; {section}.{key} needs a new run")
-    virtually = ['mission.shell="virtual"', f"mission.duration_s={_mission_s(run)!r}"]
     if read_config(run).get("faults"):
         raise InputError(f"{run}: robots died in this run; what they did not sense cannot be played again")
+    virtually = ['mission.shell="virtual"', f"mission.duration_s={_mission_s(run)!r}"]
     mission = mission_of(run, [*assignments, *virtually])
     source = run.resolve() if mission.replay is None else mission.replay
     for robot in mission.robots:

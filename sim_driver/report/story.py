@@ -100,7 +100,7 @@ def event_words(event: dict[str, Any]) -> tuple[str, str] | None:
             return "good", f"{event['robot']}: the maps of {event['a']} and {event['b']} fit, merged"
         case "unmerged":
             return "bad", f"{event['robot']}: {event['a']} and {event['b']} taken apart: {event['reason']}"
-        case "exchange_done":
+        case "exchange_done" if event["robot"] < event["peer"]:  # the other end tells the same
             sent = (event["bytes_sent"] + event["bytes_received"]) / 1e3
             return "plain", f"{event['robot']} and {event['peer']} exchanged maps, {sent:.1f} kB"
         case "exchange_failed":

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from sim_driver.sweep.advice import Summary, merge_s, pareto, recommend
+from sim_driver.sweep.advice import Summary, mean_merge_s, merge_s, pareto, recommend
 from sim_driver.sweep.plan import Knob
 from sim_driver.sweep.table import Rows
 from spatial import InputError
@@ -26,6 +26,8 @@ OUTCOMES: dict[str, Value] = {
     "missed merges": lambda row: row["missed_merges"],
 }
 """Title -> value of a run; None: nothing to show, inf: never."""
+SUMMED = {"merges": ", in all runs", "time": ", mean"}
+"""How a heat map sums up runs where that is not their median, by the first or the last word of the title."""
 INKS = ("#1f77b4", "#e66101", "#2c9646", "#c82850", "#7854be", "#009eaa", "#cd8c00", "#6e6e6e")
 
 
@@ -90,12 +92,11 @@ def _draw_heat(plt: Any, rows: Rows, down: Knob, across: Knob, out: Path) -> Pat
         table = np.full((len(down.values), len(across.values)), np.nan)
         for i, first in enumerate(down.values):
             for j, second in enumerate(across.values):
-                values = [
-                    v
-                    for row in rows
-                    if str(row[down.key]) == first and str(row[across.key]) == second and (v := value(row)) is not None
-                ]
-                if values:
+                here = [row for row in rows if (str(row[down.key]), str(row[across.key])) == (first, second)]
+                values = [v for row in here if (v := value(row)) is not None]
+                if values and title.startswith("time"):
+                    table[i, j] = mean_merge_s(here)
+                elif values:
                     table[i, j] = np.sum(values) if title.endswith("merges") else np.median(values)
         shown = np.where(np.isfinite(table), table, np.nan)
         good_high = title.startswith("coverage")
@@ -110,7 +111,7 @@ def _draw_heat(plt: Any, rows: Rows, down: Knob, across: Knob, out: Path) -> Pat
         axis.set_yticks(range(len(down.values)), down.values)
         axis.set_xlabel(across.key)
         axis.set_ylabel(down.key)
-        axis.set_title(title + (", in all runs" if title.endswith("merges") else ", median"), fontsize=9)
+        axis.set_title(title + SUMMED.get(title.split()[0], SUMMED.get(title.split()[-1], ", median")), fontsize=9)
     return _save(plt, figure, out / "heatmap.png")
 
 
@@ -135,7 +136,7 @@ def _draw_pareto(plt: Any, summaries: list[Summary], knobs: tuple[Knob, ...], ou
     if best is not None:
         axis.plot([best.kilobytes], [best.merge_s], "*", color="#e66101", markersize=16, label="recommended", zorder=5)
     axis.set_xlabel("exchanged in the mission, kB (median over seeds)")
-    axis.set_ylabel("time to the first right merge, s (median)")
+    axis.set_ylabel("time to the first right merge, s (mean over seeds)")
     axis.set_title("labels: " + " / ".join(knob.key for knob in knobs), fontsize=9)
     axis.legend(frameon=False, fontsize=8)
     return _save(plt, figure, out / "pareto.png")

@@ -12,7 +12,7 @@ from rbpf import Mapper
 from sim_driver.view.frame import Frame
 from spatial import Scan
 
-FRAME_NS = 300_000_000
+FRAME_NS = 400_000_000
 """Least mission time between two frames, nanoseconds."""
 EVENTS_MOST = 5_000
 """Events that wait for the thread; older ones are lost first."""

@@ -4,21 +4,58 @@ from __future__ import annotations
 
 import numpy as np
 
-from agent.doubt import SelfDoubt, contradicts_itself
-from spatial import Keyframes, LocalMap, OccupancyGrid, TiledMap
+from agent.doubt import SelfDoubt, contradicts_itself, fits_map
+from spatial import Keyframes, LocalMap, OccupancyGrid, Scan, TiledMap
 
 S = 1_000_000_000
+
+
+def never() -> bool:
+    """No scan fits the map of before."""
+    return False
 
 
 def test_a_robot_doubts_recovers_and_gives_up() -> None:
     doubt = SelfDoubt(0.4, 10 * S)
     health = [0.9, 0.39, 0.45, 0.49, 0.5, 0.3, 0.3]
-    assert [doubt.look(value, t * S) for t, value in enumerate(health)] == [
+    assert [doubt.look(value, 1.0, never, t * S) for t, value in enumerate(health)] == [
         None, "doubtful", None, None, "recovered", "doubtful", None,
     ]  # fmt: skip
-    assert doubt.look(0.3, 14 * S) is None
-    assert doubt.look(0.3, 15 * S) == "given_up"
+    assert doubt.look(0.3, 1.0, never, 14 * S) is None
+    assert doubt.look(0.3, 1.0, never, 15 * S) == "given_up"
     assert doubt.since_ns is None
+
+
+def test_a_view_that_changes_at_once_is_doubted_until_the_old_map_fits_again() -> None:
+    doubt = SelfDoubt(0.4, 100 * S)
+    scores = [0.9] * 30 + [0.3] + [0.9] * 10
+    told = [doubt.look(1.0, score, never, t * S) for t, score in enumerate(scores)]
+    assert told == [None] * 30 + ["doubtful"] + [None] * 10
+    fits = [True, True, False, True, True, True, True, True]
+    told = [doubt.look(1.0, 0.9, lambda one=one: one, (50 + t) * S) for t, one in enumerate(fits)]
+    assert told == [None] * 7 + ["recovered"]
+
+
+def test_a_young_robot_and_one_in_the_dark_do_not_tear() -> None:
+    doubt = SelfDoubt(0.4, 100 * S)
+    assert [doubt.look(1.0, 0.2, never, t) for t in range(10)] == [None] * 10
+
+
+def test_a_scan_fits_the_map_where_it_was_taken_and_not_elsewhere() -> None:
+    cells = np.zeros((120, 160), dtype=np.int8)
+    cells[[0, 1, -2, -1]] = cells[:, [0, 1, -2, -1]] = 100
+    cells[40:44, 90:100] = 100
+    grid = OccupancyGrid(cells, 0.05, (-4.0, -3.0))
+    angles = np.linspace(-np.pi, np.pi, 180, endpoint=False)
+    with np.errstate(divide="ignore"):
+        ranges = np.minimum(np.abs(3.95 / np.cos(angles)), np.abs(2.95 / np.sin(angles)))
+    scan = Scan(
+        stamp_ns=0, ranges_m=ranges.astype(np.float32), angle_min_rad=-np.pi, angle_increment_rad=2 * np.pi / 180,
+        range_max_m=20.0,
+    )  # fmt: skip
+    assert fits_map(scan, np.zeros(3), grid)
+    assert not fits_map(scan, np.array([1.0, 0.5, 0.6]), grid)
+    assert not fits_map(scan, np.array([30.0, 0.0, 0.0]), grid)
 
 
 def told(turn: float) -> LocalMap:

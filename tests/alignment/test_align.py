@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import alignment
-from alignment import Alignment, AlignmentConfig, Prior, Rejection, align
+from alignment import Alignment, AlignmentConfig, Candidate, Prior, Rejection, align
 from spatial import InputError, OccupancyGrid, se2
 from tests.alignment.conftest import T_A, House
 
@@ -149,6 +149,25 @@ def test_reasons_hold_no_shares_beyond_the_whole_and_no_negative_lengths(pair, s
         assert isinstance(found, Rejection)
         assert all(0.0 <= share <= 100.0 for share in numbers_of(found.reason)), found.reason
         assert "-" not in re.sub("[a-z]-[a-z]", "", found.reason), found.reason
+
+
+@pytest.mark.parametrize("method", ["orb", "surf", "hough"])
+def test_no_method_alone_overlooks_the_other_place(monkeypatch, method):
+    """Two rooms alike: a method that proposes only one of them must not be believed."""
+    room = np.zeros((90, 110), dtype=np.int8)
+    room[0], room[-1], room[:, 0], room[:, -1], room[20:32, 30:60], room[60:63, 10:40] = (100,) * 6
+    gap = np.full((90, 30), -1, dtype=np.int8)
+    gap[40:52] = 0
+    both = np.concatenate([room, gap, room], axis=1)
+    a, b = OccupancyGrid(both, 0.05), OccupancyGrid(room, 0.05)
+
+    def one_place(a, b, config, prior):
+        return [Candidate(se2.transform(0.0, 0.0, 0.0), 1.0)]
+
+    monkeypatch.setitem(alignment.ALIGNERS, method, one_place)
+    found = align(a, b, method=method)
+    assert isinstance(found, Rejection)
+    assert "ambiguous" in found.reason
 
 
 EMPTY = OccupancyGrid(np.empty((0, 0), dtype=np.int8), 0.05)

@@ -19,6 +19,8 @@ from sim_driver.settings import parse_assignment
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
 GROUP = typer.main.get_command(app)
+MADE = ("settings.md", "examples.md", "changelog.md")
+"""Pages that are made when the site is built."""
 SOMEBODY = {"robots": [{"id": "r1"}, {"id": "r2"}, {"id": "r3"}], "world": {"name": "arena1"}}
 """Stands in for the rest of the mission that a fragment belongs to."""
 
@@ -56,8 +58,10 @@ def inline_calls() -> Iterator[tuple[str, list[str]]]:
 
 def check_call(words: list[str], *, whole: bool) -> None:
     """Raise unless sub-command and options exist, and, for a whole call, all that is required is there."""
-    if words in (["--help"], ["--version"]) or words[0].startswith("--"):
-        assert words[0] in {name for option in GROUP.params for name in [*option.opts, "--help"]}, words
+    if words[0].startswith("--"):
+        assert words[0] in {
+            name for option in GROUP.params for name in [*option.opts, "--help", "--install-completion"]
+        }, words
         return
     assert words[0] in GROUP.commands, f"there is no sub-command {words[0]!r}"
     command = GROUP.commands[words[0]]
@@ -110,7 +114,7 @@ def test_what_comes_with_the_project_is_there(words: list[str]) -> None:
 def test_links_and_scripts_are_there(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
     for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", text):
-        if "://" not in target and target not in ("settings.md", "../settings.md", "changelog.md"):  # made at the build
+        if "://" not in target and Path(target).name not in MADE:
             assert (page.parent / target).exists(), target
     for script in re.findall(r"\bpython ((?:bench|examples)/\w+\.py)", text):
         assert (ROOT / script).exists(), script

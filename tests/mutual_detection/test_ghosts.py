@@ -84,22 +84,30 @@ def naive(grid, paths, radius):
                 if 0 <= row < grid.shape[0] and 0 <= col < grid.shape[1]:
                     swept[row, col] = True
     away = ndimage.distance_transform_edt(~swept) * grid.resolution_m if swept.any() else np.full(grid.shape, np.inf)
-    specks, count = ndimage.label(grid.is_occupied, structure=np.ones((3, 3)))
     gone = grid.is_occupied & (away <= radius - ghosts.INSIDE_M)
-    for speck in range(1, count + 1):
-        if away[specks == speck].max() <= radius + ghosts.AROUND_M:
-            gone |= specks == speck
+    left = {tuple(cell) for cell in np.argwhere(grid.is_occupied)}
+    while left:
+        speck, todo = set(), [left.pop()]
+        while todo:
+            cell = todo.pop()
+            speck.add(cell)
+            beside = {c for c in left if max(abs(c[0] - cell[0]), abs(c[1] - cell[1])) <= ghosts.GAP_CELLS}
+            left -= beside
+            todo += beside
+        if max(away[cell] for cell in speck) <= radius + ghosts.AROUND_M:
+            for cell in speck:
+                gone[cell] = True
     return np.where(gone, 0, grid.cells)
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_clears_what_the_slow_twin_clears(seed):
     rng = np.random.default_rng(seed)
-    cells = np.where(rng.random((70, 90)) < 0.06, 100, room()[:70, :90]).astype(np.int8)
+    cells = np.where(rng.random((70, 90)) < 0.01, 100, room()[:70, :90]).astype(np.int8)
     grid = OccupancyGrid(cells, 0.05, (-1.0, 0.5))
     paths = [np.cumsum(rng.normal(0, 0.3, (12, 2)), axis=0) + np.array([1.0, 2.0]) for _ in range(2)]
     cleared, count = clear_ghosts(grid, paths, 0.18)
     expected = naive(grid, paths, 0.18)
     # The paths are sampled once a cell here and finely there: cells whose corner alone is passed may differ.
     assert np.count_nonzero(cleared.cells != expected) <= 0.1 * np.count_nonzero(expected != cells)
-    assert count == np.count_nonzero(cleared.cells != cells) > 5
+    assert count == np.count_nonzero(cleared.cells != cells) > 2

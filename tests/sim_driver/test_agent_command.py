@@ -26,9 +26,21 @@ def address() -> str:
         return f"tcp/127.0.0.1:{one.getsockname()[1]}"
 
 
+STARTED: list[subprocess.Popen[str]] = []
+
+
+@pytest.fixture(autouse=True)
+def nobody_is_left() -> Iterator[None]:
+    """End what a failed test left running."""
+    yield
+    while STARTED:
+        STARTED.pop().kill()
+
+
 def start(*arguments: str) -> subprocess.Popen[str]:
     command = [sys.executable, "-c", "from sim_driver.cli import main; main()", "agent", *arguments]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    STARTED.append(subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True))
+    return STARTED[-1]
 
 
 def stop(process: subprocess.Popen[str]) -> str:

@@ -127,3 +127,25 @@ def test_map_writes_what_it_promises_and_the_same_bytes_for_one_seed(tmp_path: P
     promised = "wall_s cpu_s scans scans_processed ms_per_processed_p50 ms_per_processed_p95 peak_rss_mb neff_min"
     assert {*promised.split(), "resamplings", "compile_s"} <= metrics.keys()
     assert len((tmp_path / "one" / "trajectory.tum").read_text().splitlines()) == metrics["scans"] == 551
+
+
+def test_map_interrupted_keeps_what_it_has_and_relations_are_judged(tmp_path: Path, data_dir: Path) -> None:
+    code = (
+        "import sys, rbpf\n"
+        "update, left = rbpf.Mapper.update, [120]\n"
+        "def interrupted(self, *scan):\n"
+        "    left[0] -= 1\n"
+        "    if left[0] < 0: raise KeyboardInterrupt\n"
+        "    return update(self, *scan)\n"
+        "rbpf.Mapper.update = interrupted\n"
+        "from sim_driver.cli import main; main()"
+    )
+    log = data_dir / "slam" / "aces.clf.gz"
+    relations = data_dir / "slam" / "aces.relations"
+    command = [sys.executable, "-c", code, "map", log, "--relations", relations, "--out", tmp_path]
+    result = subprocess.run([*map(str, command)], capture_output=True, text=True, timeout=300, check=False)
+    assert result.returncode == 130 and "interrupted after" in result.stderr, result.stderr
+    metrics = json.loads((tmp_path / "metrics.json").read_text())
+    assert metrics["interrupted_after_scans"] == metrics["scans"]
+    assert metrics["relations"].keys() == {"trajectory", "trajectory_online"}
+    assert len((tmp_path / "trajectory.tum").read_text().splitlines()) == metrics["scans"]

@@ -5,10 +5,13 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from sim_driver.mission import Mission, make_mission
 from sim_driver.run import run_mission
+from spatial import InputError
+from spatial.tum import read_tum, write_tum
 
 TABLES = {
     "mission": {"seed": 2, "duration_s": 40.0, "speed": 3.0},
@@ -70,3 +73,29 @@ def test_real_processes_meet_and_merge(tmp_path: Path) -> None:
     metrics = run(mission("process", duration_s=60.0), tmp_path / "out")
     check(metrics, tmp_path / "out")
     assert metrics["exit_codes"] == {"r1": 0, "r2": 0}
+
+
+def test_a_robot_follows_a_recorded_trajectory(tmp_path: Path) -> None:
+    stamps = np.arange(0, 12) * 1_000_000_000
+    poses = np.stack([np.linspace(1.0, 3.4, 12), np.full(12, 3.3), np.zeros(12)], axis=-1)
+    write_tum(tmp_path / "drive.tum", stamps, poses)
+    robots = [{"id": "r1", "driver": "trajectory", "trajectory": "drive.tum"}]
+    tables = {
+        "mission": {"shell": "virtual", "duration_s": 14.0},
+        "world": {"name": "arena1"},
+        "robots": robots,
+        "rbpf": {"particles": 4},
+    }
+    run(make_mission(tables, tmp_path / "drive.toml"), tmp_path / "out")
+    driven = read_tum(tmp_path / "out" / "r1" / "truth.tum")[1]
+    assert np.allclose(driven[0], poses[0])
+    assert np.hypot(*(driven[-1] - poses[-1])[:2]) < 0.4
+    robots[0]["trajectory"] = "no.tum"
+    with pytest.raises(InputError, match=r"no\.tum: not found"):
+        run(make_mission(tables, tmp_path / "drive.toml"), tmp_path / "out2")
+
+
+def test_a_trajectory_driver_needs_its_file(tmp_path: Path) -> None:
+    tables = {**TABLES, "robots": [{"id": "r1", "driver": "trajectory"}]}
+    with pytest.raises(InputError, match="a trajectory needs its file"):
+        run(make_mission({**tables, "mission": {"shell": "virtual"}}, Path("m.toml")), tmp_path / "out")

@@ -169,3 +169,15 @@ def test_references_and_a_true_map_stand_in_for_the_simulator(folder: Path, tmp_
 def test_a_folder_without_a_run_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="not a run's folder"):
         assess(tmp_path)
+
+
+def test_the_command_prints_tables_or_json(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from sim_driver.cli.eval import eval_run
+
+    eval_run(folder, None, [], None, as_json=True)
+    assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(assess(folder)))
+    eval_run(folder, None, [f"r1={folder / 'r1' / 'truth.tum'}"], None, as_json=False)
+    printed = capsys.readouterr().out
+    assert "r1-r2: correct merge after" in printed and "team coverage" in printed and "not judged: r1, CPU" in printed
+    with pytest.raises(InputError, match="ROBOT=FILE"):
+        eval_run(folder, None, ["=x"], None, as_json=True)

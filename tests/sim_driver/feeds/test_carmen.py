@@ -122,8 +122,19 @@ def test_gzip_is_known_by_its_content(tmp_path):
 
 
 def test_cut_off_in_a_line(tmp_path):
-    with pytest.raises(InputError, match=r"cut off in its last line, line 2: .*delete that line"):
+    with pytest.raises(InputError, match=r"cut off in its last line, line 2: .*--salvage uses the scans before"):
         CarmenFeed(write(tmp_path, flaser([1.0, 2.0]), flaser([1.0, 2.0])[:14]))
+
+
+def test_what_is_whole_of_a_cut_log_can_be_used(tmp_path):
+    feed = open_feed(write(tmp_path, flaser([1.0, 2.0]), flaser([1.0, 2.0])[:14]), salvage=True)
+    assert len(feed.readings) == 1 and any("cut off in its last line: 1 scans" in note for note in feed.notes)
+    path = tmp_path / "a.clf.gz"
+    lines = "".join(flaser(np.random.default_rng(i).uniform(1, 9, 50)) for i in range(200))
+    path.write_bytes(gzip.compress(lines.encode())[:-400])
+    feed = open_feed(path, salvage=True)
+    assert 100 < len(feed.readings) < 200 and any("cut off or broken after line" in note for note in feed.notes)
+    assert np.array_equal(feed.readings[0].scan.ranges_m, CarmenFeed(write(tmp_path, lines)).readings[0].scan.ranges_m)
 
 
 def test_cut_off_gzip_stream(tmp_path):

@@ -14,7 +14,7 @@ def test_a_good_log(data_dir):
     assert facts["rate_hz"] == pytest.approx(9.9, abs=0.1)
     assert facts["path_m"] == pytest.approx(26.7, abs=0.1)
     assert facts["dropped_share"] == pytest.approx(0.10, abs=0.01)
-    assert facts["missing"] == []
+    assert facts["missing"] == facts["odd"] == []
     assert "nothing is missing" in describe(facts)
     json.dumps(facts)
 
@@ -39,8 +39,9 @@ def test_what_is_wrong_is_said(tmp_path):
 
 def test_a_robot_that_never_moves_and_counted_stamps(tmp_path):
     facts = inspect(write(tmp_path, *[flaser([1.0] * 10, stamp=i) for i in range(20)]))
-    assert "the odometry never moves" in facts["missing"]
-    assert any("evenly spaced" in sentence for sentence in facts["missing"])
+    assert "the odometry never moves" in facts["odd"]
+    assert any("evenly spaced" in sentence for sentence in facts["odd"])
+    assert "odd        the odometry never moves" in describe(facts)
 
 
 def test_a_log_without_odometry(tmp_path):
@@ -50,5 +51,5 @@ def test_a_log_without_odometry(tmp_path):
     facts = inspect(tmp_path / "run.bag")
     assert facts["path_m"] is None
     assert any("no odometry" in sentence for sentence in facts["missing"])
-    assert any("number of beams varies" in sentence for sentence in facts["missing"])
+    assert any("number of beams varies" in sentence for sentence in facts["odd"])
     assert "odometry   none" in describe(facts)
