@@ -28,11 +28,11 @@ class MapperConfig:
     """Beams without a return clear the map up to here, metres; 0 = they are ignored."""
     srr: float = 0.03
     """Motion noise: metres of error for each metre driven, after scan matching."""
-    srt: float = 0.0015
+    srt: float = 0.003
     """Motion noise: radians of error for each metre driven, after scan matching."""
     str: float = 0.01
     """Motion noise: metres of error for each radian turned, after scan matching."""
-    stt: float = 0.004
+    stt: float = 0.01
     """Motion noise: radians of error for each radian turned, after scan matching."""
     odometry_noise: float = 0.1
     """Odometry's error to begin with, as a share of the motion; later it is learnt from the scans."""

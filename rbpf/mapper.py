@@ -371,7 +371,7 @@ class Mapper:
     def _motion_cov(self, motion: Transform, blind_m: NDArray[np.float64]) -> NDArray[np.float64]:
         config, length, turn = self.config, float(np.hypot(motion[0], motion[1])), abs(float(motion[2]))
         sigma_xy = 0.01 + config.srr * length + config.str * turn
-        sigma_t = 0.0007 + config.srt * length + config.stt * turn
+        sigma_t = 0.0015 + config.srt * length + config.stt * turn
         cov = np.diag([sigma_xy**2, sigma_xy**2, sigma_t**2])
         cov[:2, :2] += np.outer(blind_m, blind_m)
         return cov
