@@ -17,7 +17,7 @@ from sim_driver.worlds import load_world
 from spatial import InputError
 
 TABLES = {
-    "mission": {"seed": 2, "duration_s": 40.0, "shell": "virtual"},
+    "mission": {"seed": 4, "duration_s": 40.0, "shell": "virtual"},
     "world": {"name": "arena2"},
     "robots": [{"id": "r1"}, {"id": "r2", "laser": "urg-04lx"}],
     "rbpf": {"particles": 6},
