@@ -13,6 +13,7 @@ from agent.link_stats import LinkStats
 from agent.pairs import PairStatus
 from alignment import Alignment
 from comms import restore_store, store_state
+from rbpf import Mapper
 from spatial import InputError
 from spatial.state_file import Packed, pack, read_state, write_state
 
@@ -48,7 +49,7 @@ def write(frozen: Packed, path: Path) -> None:
 
 
 def restore(agent: Agent, path: Path) -> None:
-    """Let a robot that has just been made go on as the one that was saved.
+    """Let a robot that has just been made go on as the one that was saved, or leave it as it is where that fails.
 
     Its map keeps its frame and epoch, so that alignments with teammates stay true. Raises ``InputError`` where the file
     is damaged, is another robot's, or was made with other mapper settings.
@@ -58,14 +59,17 @@ def restore(agent: Agent, path: Path) -> None:
         if state["robot"] != agent.robot_id:
             raise InputError(f"{path}: the checkpoint of {state['robot']!r}, not of {agent.robot_id!r}")
         _same_settings(state["rbpf"], asdict(agent.settings.rbpf), path)
-        agent.mapper.restore(state["mapper"])
-        agent.mapper.skip_revisions(REVISIONS_LOST)
+        mapper = Mapper(agent.settings.rbpf, seed=agent.mapper.seed)
+        mapper.restore(state["mapper"])
+        mapper.skip_revisions(REVISIONS_LOST)
+        links = {peer: LinkStats(**sums) for peer, sums in state["links"].items()}
+        pairs = {(a, b): _pair(status) for a, b, status in state["pairs"]}
+        masked_beams, map_number = state["masked_beams"], state["map_number"]
         restore_store(agent.node.store, state["store"], REVISIONS_LOST)
-        agent.links = {peer: LinkStats(**sums) for peer, sums in state["links"].items()}
-        agent.masked_beams, agent.map_number = state["masked_beams"], state["map_number"]
-        agent.take_up({(a, b): _pair(status) for a, b, status in state["pairs"]})
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: the checkpoint does not fit this program ({error})") from error
+    agent.mapper, agent.links, agent.masked_beams, agent.map_number = mapper, links, masked_beams, map_number
+    agent.take_up(pairs)
 
 
 def resume(agent: Agent, path: Path) -> None:

@@ -39,9 +39,10 @@ class AgentConfig:
 
     def __post_init__(self) -> None:
         require(self.align_method in ALIGNERS, "agent.align_method", f"one of {', '.join(ALIGNERS)}", self.align_method)
-        names = ("publish_interval_s", "align_interval_s", "align_growth", "realign_growth", "checkpoint_interval_s")
-        for name in (*names, "give_up_s", "tick_s"):
-            require(getattr(self, name) > 0, f"agent.{name}", "> 0", getattr(self, name))
+        for name, value in vars(self).items():
+            if name not in ("align_method", "min_health"):
+                require(value > 0, f"agent.{name}", "> 0", value)
+        require(0 <= self.min_health <= 1, "agent.min_health", "0..1", self.min_health)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -65,6 +65,7 @@ class Agent:
         self.scan: Scan | None = None
         """The newest scan, without the beams that hit teammates."""
         self._published_ns: int | None = None
+        self._published_grid: OccupancyGrid | None = None  # the map last published, made when it is asked for
         self._T_odom_base: Transform | None = None
         self._T_base_laser: Transform = se2.IDENTITY
         self._heard: dict[str, tuple[int, Transform]] = {}
@@ -95,15 +96,14 @@ class Agent:
         if info.processed:
             effects.append(Event(now_ns, "mapped", _mapped_fields(info)))
         if info.processed and self._doubt.since_ns is None and self._publish_due(now_ns):
-            effects += self.publish(now_ns)
+            self.publish(now_ns)
         return effects
 
-    def publish(self, now_ns: int) -> list[Effect]:
+    def publish(self, now_ns: int) -> None:
         """Make the own map, as it is now, what teammates get."""
-        self._published_ns = now_ns
+        self._published_ns, self._published_grid = now_ns, None
         if self.node.publish(self.local_map(), now_ns):
             self._map_changed(self.robot_id)
-        return []
 
     def _watch_health(self, info: UpdateInfo, scan: Scan, now_ns: int) -> list[Effect]:
         """Notice that the robot may be anywhere, that it has found itself again, or that it never will."""
@@ -121,7 +121,11 @@ class Agent:
 
     def _fits_what_was_published(self, scan: Scan, T_map_base: Transform) -> bool:
         own = self.node.store.maps.get(self.robot_id)
-        return own is None or fits_map(scan, T_map_base, own.map.to_grid())
+        if own is None:
+            return True
+        if self._published_grid is None:
+            self._published_grid = own.map.to_grid()
+        return fits_map(scan, T_map_base, self._published_grid)
 
     def _publish_due(self, now_ns: int) -> bool:
         interval_ns = self.settings.agent.publish_interval_s * 1e9

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from filterpy.kalman import KalmanFilter
 from numpy.typing import ArrayLike, NDArray
 
 from mutual_detection.config import MutualDetectionConfig
+
+if TYPE_CHECKING:
+    from filterpy.kalman import KalmanFilter
 
 NS = 1_000_000_000
 SPEED_SIGMA_M_S = 0.4
@@ -83,6 +86,8 @@ class TeammateTracker:
 
 
 def _new_filter(xy: NDArray[np.float64], noise: NDArray[np.float64]) -> KalmanFilter:
+    from filterpy.kalman import KalmanFilter  # half a second and 40 MB of scipy, which a robot alone need not spend
+
     kalman = KalmanFilter(dim_x=4, dim_z=2)
     kalman.x = np.array([xy[0], 0.0, xy[1], 0.0])
     kalman.P = np.diag([0.0, SPEED_SIGMA_M_S**2, 0.0, SPEED_SIGMA_M_S**2])

@@ -14,13 +14,23 @@ from pathlib import Path
 
 from agent import Body, Keeper, ProcessShell, Runner, Sensed, SharedClock
 from agent.clock import Counter
-from comms import MapSeal, Transport, ZenohTransport, load_keys
+from comms import Transport, load_keys
 from sim_driver.kernels import load_kernels
 from sim_driver.mission import Mission, RobotConfig
 from sim_driver.recorded import RecordedBody
 from sim_driver.seeds import seed_for
 from sim_driver.shaping import ShapedTransport
-from sim_driver.team import CHECKPOINT, make_agent, make_body, radio_of, read_trace, take_up, told_links, watchers_of
+from sim_driver.team import (
+    CHECKPOINT,
+    go_online,
+    make_agent,
+    make_body,
+    radio_of,
+    read_trace,
+    take_up,
+    told_links,
+    watchers_of,
+)
 from spatial import InputError
 from spatial.files import write_text
 
@@ -163,12 +173,9 @@ def _come_up(task: RobotTask, pipe: Connection, simulator: Connection, now: Coun
     port = PipePort(simulator) if task.is_simulated else None
     body = make_body(mission, robot, port)
     agent = make_agent(mission, robot, boot_id=time.time_ns() // 1_000_000 % 2**31 + os.getpid() % 1000)
-    team = mission.mission.name
     folder = mission.links.keys
-    keys = None if folder is None else load_keys(mission.find(folder) / robot.id, robot.id, team)
-    if keys is not None:
-        agent.node.seal_maps(MapSeal.load(keys, team, robot.id))
-    transport: Transport = ZenohTransport(robot.id, team, listen=[task.listen], connect=task.connect, keys=keys)
+    keys = None if folder is None else load_keys(mission.find(folder) / robot.id, robot.id, mission.mission.name)
+    transport: Transport = go_online(agent, listen=[task.listen], connect=task.connect, keys=keys)
     out = task.out / robot.id
     past = take_up(agent, out / CHECKPOINT, now.value) if task.resumed else []
     pipe.send(Ready(getattr(body, "duration_ns", 0) / 1e9))

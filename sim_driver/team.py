@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from agent import Agent, Body, Event, LinkSource, Sensed, Watcher, resume
+from comms import MapSeal, RobotKeys, ZenohTransport
 from sim_driver.drivers import DRIVERS, Driver, Explorer, IdleDriver, TrajectoryDriver, WaypointDriver
 from sim_driver.faults.liar import WAYS, Liar
 from sim_driver.feeds import open_feed
@@ -95,6 +96,16 @@ def _driver(mission: Mission, robot: RobotConfig) -> Driver:
         f"robot {robot.id}: driver {robot.driver!r} must be one of {', '.join(DRIVERS)}; "
         "waypoints need waypoints and a start, a trajectory needs its file"
     )
+
+
+def go_online(
+    agent: Agent, *, listen: list[str], connect: list[str], multicast: bool = False, keys: RobotKeys | None = None
+) -> ZenohTransport:
+    """Return the agent's end of the real network; with keys its links are encrypted and its maps signed."""
+    robot_id, team = agent.robot_id, agent.node.team
+    if keys is not None:
+        agent.node.seal_maps(MapSeal.load(keys, team, robot_id))
+    return ZenohTransport(robot_id, team, listen=listen, connect=connect, multicast=multicast, keys=keys)
 
 
 def read_trace(mission: Mission) -> LinkTrace | None:

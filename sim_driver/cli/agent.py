@@ -14,14 +14,14 @@ from rich.status import Status
 
 from agent import Agent, Body, Keeper, ProcessShell, Runner, Settings, WallClock
 from agent.sensors import SensorBody
-from comms import RobotKeys, ZenohSensors, ZenohTransport, load_keys
+from comms import ZenohSensors, load_keys
 from sim_driver.cli.console import console
 from sim_driver.feeds import open_feed
 from sim_driver.kernels import ensure_compiled, load_kernels
 from sim_driver.mission import make_settings
 from sim_driver.recorded import RecordedBody
 from sim_driver.settings import check_keys, read_toml, with_overrides
-from sim_driver.team import CHECKPOINT, NoBody, take_up
+from sim_driver.team import CHECKPOINT, NoBody, go_online, take_up
 
 SHOW_S = 1.0
 """How often the line of status is renewed, seconds."""
@@ -58,13 +58,15 @@ def run_agent(options: AgentOptions) -> None:
     boot_id = time.time_ns() // 1_000_000
     name = {"team": options.team, "mode": options.mode}
     agent = Agent(options.robot, settings, **name, seed=options.seed, boot_id=boot_id)
-    past = []
-    if options.fresh:
-        (options.out / CHECKPOINT).unlink(missing_ok=True)
-    elif (options.out / CHECKPOINT).exists():
-        past = take_up(agent, options.out / CHECKPOINT, clock.now_ns())
     with _body(options, clock) as (body, words), _until_told(options, agent, words) as over:
-        transport = _transport(options, keys)
+        transport = go_online(
+            agent, listen=options.listen, connect=options.connect, multicast=options.multicast, keys=keys
+        )
+        past = []
+        if options.fresh:
+            (options.out / CHECKPOINT).unlink(missing_ok=True)
+        elif (options.out / CHECKPOINT).exists():
+            past = take_up(agent, options.out / CHECKPOINT, clock.now_ns())
         keeper = Keeper(options.out / CHECKPOINT, settings.agent.checkpoint_interval_s)
         runner = Runner(agent, body, transport, options.out, keeper=keeper)
         runner.perform(past)
@@ -79,17 +81,6 @@ def _settings(options: AgentOptions) -> Settings:
     where = "options" if options.config is None else str(options.config)
     check_keys(tables, list(Settings.__dataclass_fields__), where)
     return make_settings(tables, where)
-
-
-def _transport(options: AgentOptions, keys: RobotKeys | None) -> ZenohTransport:
-    return ZenohTransport(
-        options.robot,
-        options.team,
-        listen=options.listen,
-        connect=options.connect,
-        multicast=options.multicast,
-        keys=keys,
-    )
 
 
 @contextmanager

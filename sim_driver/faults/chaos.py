@@ -29,11 +29,9 @@ def run_chaos(seed: int, folder: Path) -> Outcome:
     mission = make_mission(chaos_tables(seed), folder / "chaos.toml")
     world = make_world(mission)
     invariants = Invariants(mission, Judge(world.grid, world.reachable))
-    last: list[VirtualTeam] = []
 
     def watch(team: VirtualTeam, now_ns: int) -> None:
         invariants(team, now_ns)
-        last[:] = [team]
         if now_ns / 1e9 >= (mission.mission.duration_s or 0.0) - 0.15:
             invariants.at_end(team)
 

@@ -1,4 +1,4 @@
-"""A body whose laser, wheels and clock fail as told; what is beneath stays as it was."""
+"""A body whose laser and wheels fail as told; what is beneath stays as it was."""
 
 from __future__ import annotations
 

@@ -16,14 +16,14 @@ from pathlib import Path
 
 import pytest
 
-from comms import SensorPublisher
+from comms import SensorPublisher, make_team_keys
 from sim_driver.feeds import Reading, open_feed
 
 
-def address() -> str:
+def address(kind: str = "tcp") -> str:
     with socket.socket() as one:
         one.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{one.getsockname()[1]}"
+        return f"{kind}/127.0.0.1:{one.getsockname()[1]}"
 
 
 STARTED: list[subprocess.Popen[str]] = []
@@ -93,6 +93,8 @@ def test_drivers_feed_an_agent_and_it_goes_on_after_a_kill(data_dir: Path, tmp_p
     with driver("r1", "drivers", sensors, readings):
         process = start(*options)
         wait_for(lambda: count(out, "mapped") >= 5 and (out / "checkpoint").exists(), process)
+        first_ns = (out / "checkpoint").stat().st_mtime_ns  # it may have been begun before the first scan
+        wait_for(lambda: (out / "checkpoint").stat().st_mtime_ns > first_ns, process)
         process.kill()
         process.communicate()
         process = start(*options)
@@ -103,6 +105,22 @@ def test_drivers_feed_an_agent_and_it_goes_on_after_a_kill(data_dir: Path, tmp_p
     back = next(event for event in events if event["event"] == "restarted")
     assert back["checkpoint"] and back["scans"] > 0
     assert json.loads((out / "robot.json").read_text())["scans"] >= back["scans"]
+
+
+def test_agents_with_keys_take_each_others_maps(data_dir: Path, tmp_path: Path) -> None:
+    make_team_keys(tmp_path / "keys", "locked", ["base", "r1"])
+    sensors, meeting = address(), address("tls")
+    common = ("--team", "locked", "--no-multicast", "--set", "rbpf.particles=3", "--set", "comms.exchange_timeout_s=1")
+    base = ("base", *common, "--mode", "central", "--keys", str(tmp_path / "keys" / "base"), "--listen", meeting)
+    r1 = ("r1", *common, "--sensors", sensors, "--keys", str(tmp_path / "keys" / "r1"), "--connect", meeting)
+    readings = open_feed(data_dir / "slam" / "mit-csail.clf.gz").readings[:300]
+    with driver("r1", "locked", sensors, readings):
+        station = start(*base, "--out", str(tmp_path / "base"))
+        robot = start(*r1, "--out", str(tmp_path / "r1"))
+        wait_for(lambda: count(tmp_path / "base", "map_updated") > 0, robot)
+        stop(robot)
+        stop(station)
+    assert count(tmp_path / "base", "dropped") == 0
 
 
 @pytest.mark.parametrize("option", [("--log", "nowhere.clf"), ("--listen", "nonsense"), ("--set", "rbpf.particle=3")])
