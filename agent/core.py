@@ -88,15 +88,15 @@ class Agent:
         info = self.mapper.update(scan, T_odom_base)
         self._T_odom_base, self._T_base_laser = T_odom_base, scan.T_base_laser
         effects = self._watch_health(info, scan, now_ns)
-        if self._doubt.since_ns is None:
-            self.node.set_own_pose(self.mapper.T_map_base, now_ns)
         if masked:
             self.masked_beams += masked
             effects.append(Event(now_ns, "masked", {"beams": masked}))
         if info.processed:
             effects.append(Event(now_ns, "mapped", _mapped_fields(info)))
-        if info.processed and self._doubt.since_ns is None and self._publish_due(now_ns):
-            self.publish(now_ns)
+        if self._doubt.since_ns is None and self.mapper.stats.scans:
+            if info.processed and self._publish_due(now_ns):
+                self.publish(now_ns)
+            self.node.set_own_pose(self.mapper.T_map_base, now_ns)
         return effects
 
     def publish(self, now_ns: int) -> None:
@@ -116,6 +116,8 @@ class Agent:
         if verdict == "given_up":  # teammates see a new epoch: the old map's frame is not this one's
             self.map_number += 1
             self.mapper = Mapper(self.settings.rbpf, seed=self.seed + self.map_number)
+            self._published_ns = None
+            self._displace(self.robot_id)
         fields = {"health": round(info.health, 3), "match_score": round(info.match_score, 3)}
         return [Event(now_ns, verdict, fields)]
 
@@ -202,6 +204,8 @@ class Agent:
         return out
 
     def _observe(self, seen: comms.TeammatePose) -> None:
+        if seen.epoch != self.node.store.version(seen.peer)[0]:
+            return  # a place on a map that is not the one known here says nothing
         self._heard[seen.peer] = (seen.stamp_ns, seen.T_map_base)
         T_own_peer = self.T_team_map.get(seen.peer)
         if T_own_peer is not None and seen.peer != self.robot_id:
@@ -216,7 +220,7 @@ class Agent:
         if robot_id != self.robot_id and self._doubts(robot_id, local):
             return
         if self.pairs.map_changed(robot_id, self.node.store.version(robot_id), local.map):
-            self.team.remove_map(robot_id)  # with the alignments of its old map
+            self._displace(robot_id)
         self.team.set_map(robot_id, local.map, local.map.revision)
         self._team, self._stale = None, True
 
@@ -228,9 +232,16 @@ class Agent:
             return False
         self.doubted[robot_id] = reason
         self.pairs.forget(robot_id)
-        self.team.remove_map(robot_id)
-        self._team, self._stale = None, True
+        self._displace(robot_id)
+        self._team = None
         return True
+
+    def _displace(self, robot_id: str) -> None:
+        """Forget at once where a robot's old map lay; where it was the own one, that was everyone's frame."""
+        self.team.remove_map(robot_id)
+        lost = self.T_team_map.keys() - {self.robot_id} if robot_id == self.robot_id else {robot_id}
+        self._adopt({one: T for one, T in self.T_team_map.items() if one not in lost}, self._contradicted)
+        self._stale = True
 
     def take_up(self, pairs: Mapping[tuple[str, str], PairStatus]) -> None:
         """Go on with the maps in the store and these alignments of an earlier life."""
