@@ -91,8 +91,9 @@ class Neighbourhood:
                 raise WireError("too many robots")
             known = self._see(peer, Peer(boot=beacon.boot, mode=beacon.mode), now_ns)
         elif known.boot != beacon.boot:
-            if beacon.boot in known.past_boots:
-                return  # a late echo of its past life
+            silent_ns = now_ns - known.heard_ns
+            if beacon.boot in known.past_boots and silent_ns <= self._station.config.peer_timeout_s * 1e9:
+                return  # a late echo of its past life; it is none when nothing else is heard for so long
             if known.boot:
                 known = self._meet_again(known, beacon, now_ns)
             known.boot = beacon.boot
@@ -107,7 +108,7 @@ class Neighbourhood:
 
     def _meet_again(self, known: Peer, beacon: Beacon, now_ns: int) -> Peer:
         """A teammate started anew: what was known of its last life no longer holds."""
-        past = (*known.past_boots[-3:], known.boot)
+        past = (*[boot for boot in known.past_boots if boot != beacon.boot][-3:], known.boot)
         self.lose(beacon.sender, "restarted", now_ns)
         self._station.rendezvous.on_restart(beacon.sender)
         return self._see(beacon.sender, Peer(boot=beacon.boot, past_boots=past, has_token=known.has_token), now_ns)

@@ -12,6 +12,7 @@ import numpy as np
 from sim_driver.evaluate.relations import cross_errors, read_relations
 from sim_driver.evaluate.truth import pair_error, team_figures, true_starts
 from sim_driver.mission import Mission
+from sim_driver.usage import USAGE
 from spatial.files import write_text
 from spatial.tum import read_tum
 
@@ -21,6 +22,9 @@ NEVER_MET = "never exchanged maps"
 def write_metrics(mission: Mission, folder: Path, *, wall_s: float, mission_s: float, **more: Any) -> dict[str, Any]:
     """Write ``metrics.json`` into the run's folder and return it."""
     robots = {path.parent.name: json.loads(path.read_text()) for path in sorted(folder.glob("*/robot.json"))}
+    for robot_id, robot in robots.items():
+        if (usage := folder / robot_id / USAGE).exists():
+            robot["usage"] = json.loads(usage.read_text())
     missing = [robot.id for robot in mission.robots if robot.id not in robots]
     pairs = [_pair(mission, folder, robots, a, b) for a, b in combinations(sorted(robots), 2)]
     team = team_figures(mission, folder, pairs)

@@ -71,6 +71,8 @@ class RobotConfig:
     """What drives a simulated robot."""
     waypoints: list[list[float]] = field(default_factory=list)
     """World points [x_m, y_m] for the driver "waypoints"."""
+    patrol: bool = False
+    """Whether the driver "waypoints" begins again at the first when it has reached the last."""
     trajectory: str | None = None
     """TUM file of poses in the world for the driver "trajectory"; the robot starts at the first unless told."""
 

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
-import json
 import os
-import resource
 import time
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -31,8 +28,8 @@ from sim_driver.team import (
     told_links,
     watchers_of,
 )
+from sim_driver.usage import write_usage
 from spatial import InputError
-from spatial.files import write_text
 
 STATUS_S = 0.1
 """How often a robot tells the parent how it fares, seconds."""
@@ -149,21 +146,7 @@ def run_robot(task: RobotTask, pipe: Connection, simulator: Connection, stop: St
         return stop.is_set()
 
     shell.run(stopped)
-    usage = {
-        "cpu_s": round(time.process_time(), 3),
-        "peak_rss_mb": round(_peak_kb() / 1024, 1),
-        "scan_age_ms": shell.scan_age_ms(),
-    }
-    write_text(task.out / task.robot.id / "usage.json", json.dumps(usage) + "\n")
-
-
-def _peak_kb() -> int:
-    """Return this process's peak memory; the resource module's figure counts what its parent held when it started."""
-    with contextlib.suppress(OSError, ValueError):
-        for line in Path("/proc/self/status").read_text().splitlines():
-            if line.startswith("VmHWM:"):
-                return int(line.split()[1])
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    write_usage(shell, task.out / task.robot.id)
 
 
 def _come_up(task: RobotTask, pipe: Connection, simulator: Connection, now: Counter) -> tuple[ProcessShell, Body]:

@@ -36,6 +36,9 @@ from sim_driver.team import (
     watchers_of,
 )
 
+BOOTS_APART = 1000
+"""Between the boot ids of two lives of a robot, as between start times in milliseconds: maps are counted on from one."""
+
 
 class Hands:
     """Carries kidnapped robots to where they do not know they are."""
@@ -128,7 +131,8 @@ class VirtualTeam:
         elif port is not None and start.life:
             port.take()
         radio = self._radios[robot.id] = radio_of(mission, robot, self._trace, port)
-        agent = make_agent(self._settled, robot, boot_id=seed_for(mission, f"boot/{robot.id}") + start.life)
+        boot_id = seed_for(mission, f"boot/{robot.id}") + BOOTS_APART * start.life
+        agent = make_agent(self._settled, robot, boot_id)
         transport: Transport = self.network.attach(robot.id)
         keeper = None
         if disk is not None:

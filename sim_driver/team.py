@@ -88,7 +88,7 @@ def _driver(mission: Mission, robot: RobotConfig) -> Driver:
     # Waypoints and trajectories are of the world; the robot drives in its own map, whose origin is its start.
     if robot.driver == "waypoints" and robot.waypoints and start is not None:
         points = se2.apply(se2.inverse(start), np.array(robot.waypoints, dtype=np.float64))
-        return WaypointDriver(points, mission.driver, seed)
+        return WaypointDriver(points, mission.driver, seed, loop=robot.patrol)
     if robot.driver == "trajectory" and robot.trajectory is not None and start is not None:
         stamps_ns, T_world_base = read_tum(mission.find(robot.trajectory))
         return TrajectoryDriver(stamps_ns, se2.between(start, T_world_base), mission.driver)

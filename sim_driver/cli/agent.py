@@ -22,6 +22,7 @@ from sim_driver.mission import make_settings
 from sim_driver.recorded import RecordedBody
 from sim_driver.settings import check_keys, read_toml, with_overrides
 from sim_driver.team import CHECKPOINT, NoBody, go_online, take_up
+from sim_driver.usage import write_usage
 
 SHOW_S = 1.0
 """How often the line of status is renewed, seconds."""
@@ -71,7 +72,9 @@ def run_agent(options: AgentOptions) -> None:
         runner = Runner(agent, body, transport, options.out, keeper=keeper)
         runner.perform(past)
         console.print(f"{options.robot} of team {options.team} is up; Ctrl-C ends it", highlight=False)
-        ProcessShell(runner, clock).run(over)
+        shell = ProcessShell(runner, clock)
+        shell.run(over)
+        write_usage(shell, options.out)
     console.print(f"everything is in {options.out}", highlight=False)
 
 

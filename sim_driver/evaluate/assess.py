@@ -15,6 +15,7 @@ from sim_driver.evaluate.relations import own_errors
 from sim_driver.evaluate.results import RunResults
 from sim_driver.evaluate.trajectories import errors
 from sim_driver.evaluate.truth import MUST_MERGE, overlap
+from sim_driver.usage import USAGE
 
 ACCURATE = ((0.5, 5.0), (0.15, 1.0))
 """Alignments within (m, deg) are counted as successes, coarse and fine."""
@@ -67,7 +68,7 @@ def _robots(run: RunResults, references: References, not_judged: list[str]) -> d
             not_judged.append(f"{robot_id}, map: its place in the true map was not found")
         else:
             row["map"] = _map_row(run, robot_id, *against)
-        usage = run.folder / robot_id / "usage.json"
+        usage = run.folder / robot_id / USAGE
         row["usage"] = json.loads(usage.read_text()) if usage.exists() else None
         if row["usage"] is None:
             not_judged.append(f"{robot_id}, CPU and memory: robots of a virtual run share one process")

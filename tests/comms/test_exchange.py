@@ -244,6 +244,28 @@ def test_a_late_echo_of_ones_own_past_is_no_twin():
     assert not [e for e in effects if isinstance(e, DuplicateId)]
 
 
+def test_a_twin_that_leaves_unheard_does_not_hide_the_robot_for_ever():
+    listener = CommsNode("b", "team", 1, QUICK)
+    robot, twin = CommsNode("a", "team", 5, QUICK), CommsNode("a", "team", 9, QUICK)
+    seen: list[tuple[float, int]] = []
+
+    def speak(node: CommsNode, now_ns: int) -> None:
+        for effect in node.on_tick(now_ns):
+            if isinstance(effect, Send):
+                told = listener.on_message(effect.payload, now_ns, "a")
+                seen.extend((now_ns / SECOND, e.boot_id) for e in told if isinstance(e, PeerSeen))
+
+    listener.on_peer_joined("a", 0)
+    for k in range(3):
+        speak(robot, k * SECOND)
+    speak(twin, 3 * SECOND)
+    assert [boot for _, boot in seen] == [9]
+    for k in range(3, 40):
+        speak(robot, k * SECOND)
+    (back,) = seen[1:]
+    assert back[1] == 5 and back[0] > 3 + QUICK.peer_timeout_s
+
+
 def test_where_a_teammate_is_arrives_with_its_age_not_its_clock():
     team = Team("ab", config=_replace({"beacon_period_s": 0.25}))
     team.run(2)
