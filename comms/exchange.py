@@ -13,7 +13,7 @@ from comms.keyframe_codec import BLOCK
 from comms.messages import Chunk, Get, Manifest, Version
 from comms.snapshots import Snapshot
 from comms.store import MapStore
-from spatial.tiles import TileIndex
+from spatial.tiles import MOST_CELLS, TileIndex, box_cells
 
 MAX_OFFERED = 1024
 """Manifests one exchange remembers."""
@@ -99,6 +99,12 @@ def check_manifest(manifest: Manifest, config: CommsConfig) -> None:
         or (manifest.blocks and max(manifest.blocks) >= blocks)
     ):
         raise WireError("bad manifest", "keyframes")
+
+
+def check_extent(manifest: Manifest, base: Snapshot) -> None:
+    """Raise :class:`WireError` where the map would span more cells than any memory holds."""
+    if box_cells([*base.map.tiles, *zip(manifest.rows, manifest.cols, strict=True)]) > MOST_CELLS:
+        raise WireError("bad manifest", "the map is too wide")
 
 
 def next_get(pull: Pull, store: MapStore, sender: str, xid: int, config: CommsConfig) -> Get | None:

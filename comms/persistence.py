@@ -11,6 +11,7 @@ from comms.keyframe_codec import BLOCK, KeyframeBlock
 from comms.snapshots import Proof, Snapshot
 from comms.store import MapStore
 from spatial import TILE_CELLS, Tile, TiledMap
+from spatial.tiles import MOST_CELLS, box_cells
 
 
 def store_state(store: MapStore) -> dict[str, Any]:
@@ -64,6 +65,8 @@ def _snapshot(state: dict[str, Any]) -> Snapshot:
     ):
         cells.flags.writeable = False
         tiles[row, col] = Tile(revision, cells)
+    if box_cells(tiles) > MOST_CELLS:
+        raise ValueError("a map is too wide")
     stamps, poses = state["stamps_ns"], state["poses"]
     blocks = tuple(
         KeyframeBlock(revision, stamps[k * BLOCK : (k + 1) * BLOCK], poses[k * BLOCK : (k + 1) * BLOCK])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from comms.effects import MapUpdated
-from comms.exchange import Exchange, Pull, check_manifest, next_get, take_chunk
+from comms.exchange import Exchange, Pull, check_extent, check_manifest, next_get, take_chunk
 from comms.frames import WireError
 from comms.messages import Ask, Chunk, Manifest, Version
 from comms.station import Station
@@ -43,10 +43,12 @@ class Taking:
         if self._is_at_work(pull, message):
             return  # heard twice; or two questions crossed, and following both answers would never end
         self._source[message.robot] = exchange.peer
-        if store.base_of(message) is None:
+        base = store.base_of(message)
+        if base is None:
             pull.manifest = None
             self._ask(exchange, message.robot)
             return
+        check_extent(message, base)
         pull.manifest = message
         self._go_on(exchange, pull)
 

@@ -37,7 +37,7 @@ from sim_driver.team import (
 )
 
 BOOTS_APART = 1000
-"""Between the boot ids of two lives of a robot, as between start times in milliseconds: maps are counted on from one."""
+"""Between the boot ids of two lives of a robot, as between start times in ms: its maps are counted on from one."""
 
 
 class Hands:

@@ -6,7 +6,7 @@ A tile is a fixed square of the map's lattice. Its revision is the map's revisio
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,6 +16,9 @@ from spatial.grid import UNKNOWN, OccupancyGrid
 
 TILE_CELLS = 64
 """Edge of a tile, cells."""
+
+MOST_CELLS = 1 << 28
+"""No map's bounding box is larger: 800 x 800 m at 5 cm."""
 
 TileIndex = tuple[int, int]
 """(row, col) of a tile: it holds lattice rows ``64 * row ..  64 * row + 63``, and columns likewise."""
@@ -29,6 +32,12 @@ class Tile:
     """Map revision at which ``cells`` last changed."""
     cells: NDArray[np.int8]
     """``(64, 64) int8``, -1 or 0..100; not to be written to."""
+
+
+def box_cells(indices: Collection[TileIndex]) -> int:
+    """Return how many cells the smallest grid has that holds these tiles."""
+    rows, cols = zip(*indices, strict=True) if indices else ((0,), (0,))
+    return (max(rows) - min(rows) + 1) * (max(cols) - min(cols) + 1) * TILE_CELLS**2
 
 
 @dataclass(frozen=True, eq=False)
