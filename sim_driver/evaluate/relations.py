@@ -13,6 +13,9 @@ from spatial.se2 import Transform
 Relations = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]
 """Stamps (us) of the two poses of each relation, and the second pose in the frame of the first, ``(N, 3)``."""
 
+LAST_S = 1e10
+"""No log is from after this time, seconds since 1970."""
+
 
 def read_relations(path: Path) -> Relations:
     """Read ``t1 t2 x y z roll pitch yaw`` lines (Kuemmerle et al. 2009)."""
@@ -22,6 +25,8 @@ def read_relations(path: Path) -> Relations:
         raise InputError(f"{path}: not a relations file ({error})") from error
     if values.shape[1] != 8:
         raise InputError(f"{path}: a relation has 8 numbers, got {values.shape[1]}")
+    if not (np.isfinite(values).all() and (np.abs(values[:, :2]) < LAST_S).all()):
+        raise InputError(f"{path}: relations need finite numbers, and times in seconds")
     return _us(values[:, 0] * 1e9), _us(values[:, 1] * 1e9), values[:, [2, 3, 7]]
 
 

@@ -20,7 +20,7 @@ def test_whole_files_are_read(reader: Reader, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("reader", READERS, ids=lambda reader: reader.name)
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(seed=st.integers(0, 2**32 - 1), sealed=st.booleans())
 def test_broken_files_give_a_clear_line(
     reader: Reader, seed: int, sealed: bool, tmp_path_factory: pytest.TempPathFactory
