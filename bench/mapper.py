@@ -32,7 +32,8 @@ def run(log: Path, particles: int, seed: int, threads: int, odometry: bool, out:
     wall, cpu = time.perf_counter(), time.process_time()
     readings = open_feed(log).readings
     parsed = time.process_time()
-    mapper = rbpf.Mapper(rbpf.MapperConfig(particles=particles, threads=threads, use_odometry=odometry), seed=seed)
+    config = rbpf.MapperConfig(particles=particles, threads=threads, use_odometry=odometry)
+    mapper = rbpf.Mapper(config, seed=seed, clock=time.thread_time if threads == 1 else time.perf_counter)
     lasers, each = [], []
     for reading in readings:
         begin = time.perf_counter()
@@ -52,7 +53,7 @@ def run(log: Path, particles: int, seed: int, threads: int, odometry: bool, out:
         "peak_rss_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024,
         "neff_min": round(mapper.stats.neff_min, 1), "resamplings": mapper.stats.resamplings,
         "loops_closed": mapper.stats.loops_closed,
-        "stages_cpu_s": {stage: round(value, 2) for stage, value in mapper.stats.cpu_s.items()},
+        "stages_s": {stage: round(value, 2) for stage, value in mapper.stopwatch.seconds.items()},
     }  # fmt: skip
     relations = log.with_name(log.name.split(".")[0] + ".relations")
     for name, keyframes in (("finished", finished), ("online", online)):

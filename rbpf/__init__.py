@@ -3,7 +3,8 @@
 import spatial  # noqa: F401  (points numba's cache at the right folder before any kernel is defined)
 from rbpf.checkpoint import load_checkpoint, save_checkpoint
 from rbpf.config import MapperConfig
-from rbpf.mapper import Mapper, Stats, UpdateInfo
+from rbpf.mapper import Mapper
+from rbpf.outcome import Stats, UpdateInfo
 from rbpf.warm_up import warm_up
 
 __all__ = ["Mapper", "MapperConfig", "Stats", "UpdateInfo", "load_checkpoint", "save_checkpoint", "warm_up"]

@@ -11,7 +11,7 @@ from spatial import InputError
 from spatial.state_file import pack, read_state, write_state
 
 KIND = "mrslam-mapper"
-VERSION = 1
+VERSION = 2
 
 
 def save_checkpoint(mapper: Mapper, path: Path | str) -> None:

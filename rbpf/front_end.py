@@ -14,9 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbpf.config import MapperConfig
-from rbpf.matching import BLIND, CONFLICTS, INFO, INLIERS, RESULT_SIZE, SCORE, direction_tables, match, search
+from rbpf.matching import BLIND, CONFLICTS, INFO, INLIERS, RESULT_SIZE, SCORE, match
+from rbpf.nearest import COS, SIN
 from rbpf.poses import between, compose
 from rbpf.prediction import Predictor
+from rbpf.search import search
 from rbpf.tile_store import TileStore
 from spatial.se2 import Transform
 
@@ -37,8 +39,6 @@ FAR_TURN_RAD = 0.45
 FAR_PRIOR = np.diag([1.0 / 0.3**2, 1.0 / 0.3**2, 1.0 / 0.1**2])
 CORRELATED = 1.0
 """Beams are not independent of each other: their information counts by this share beside the prediction's."""
-
-COS, SIN = direction_tables()
 
 
 @dataclass(frozen=True, eq=False)

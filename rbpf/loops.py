@@ -12,10 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbpf.config import MapperConfig
-from rbpf.front_end import COS, SIN, information
+from rbpf.front_end import information
 from rbpf.graph import relax, residuals
-from rbpf.matching import CONFLICTS, INLIERS, RESULT_SIZE, SCORE, match, search
+from rbpf.matching import CONFLICTS, INLIERS, RESULT_SIZE, SCORE, match
+from rbpf.nearest import COS, SIN
 from rbpf.scan_points import POINT_COLUMNS, spaced
+from rbpf.search import search
 from rbpf.tile_store import NO_ENDS, TileStore
 from spatial import se2
 from spatial.se2 import Transform

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from rbpf.cells import MASK, TILE_BITS
+from rbpf.nearest import nearest
 
 # Layout of the result row written by `match`.
 X, Y, THETA, SCORE, INLIERS, CONFLICTS, KNOWN = 0, 1, 2, 3, 4, 5, 6
@@ -19,80 +18,12 @@ RESULT_SIZE = 16
 
 POINT_WEIGHT = 0.2
 """Weight of a correspondence without a normal beside one with."""
-DIRECTIONS = 256
 CORRIDOR = 0.05
 """Where the beams tell less than this share along one direction of that across, they are looked at closer."""
 SLANT = 0.25
 """Normals that look along a corridor by less than this (radians) are those of its walls, with their errors."""
 CREDIBLE = 1.0
 """Beams that look along a corridor and are worth less than this many, all together, may be chance."""
-
-
-@njit(cache=True, nogil=True)
-def nearest(
-    pool: NDArray[np.uint32],
-    table: NDArray[np.int32],
-    row0: int,
-    col0: int,
-    x: float,
-    y: float,
-    nx: float,
-    ny: float,
-    quality: float,
-    radius: int,
-    cos_table: NDArray[np.float64],
-    sin_table: NDArray[np.float64],
-) -> tuple[Any, float, float, float]:  # pragma: no cover - compiled
-    """Return the nearest occupied cell's word (0: none), its mean point minus (x, y) in cells, and their distance^2.
-
-    Cells whose normal looks the other way belong to another surface. The second value of a miss is the visits of the
-    cell at (x, y): positive where the map knows that there is nothing.
-    """
-    height, width = table.shape
-    col, row = int(math.floor(x)), int(math.floor(y))
-    best: Any = np.int64(0)
-    best_dx, best_dy, best_d2 = 0.0, 0.0, 1e30
-    tr, tc = (row >> TILE_BITS) - row0, (col >> TILE_BITS) - col0
-    if not (1 <= tr < height - 1 and 1 <= tc < width - 1):
-        return best, 0.0, 0.0, best_d2
-    here: Any = 0
-    inside = radius <= (row & MASK) <= MASK - radius and radius <= (col & MASK) <= MASK - radius
-    tile = table[tr, tc]
-    if inside and tile == 0:
-        return best, 0.0, 0.0, best_d2
-    if tile != 0:
-        word = np.int64(pool[tile, ((row & MASK) << TILE_BITS) | (col & MASK)])
-        hits = word & 0x1F
-        if hits != 0 and hits * 5 >= (word >> 5) & 0x3F:
-            dx = col + (((word >> 11) & 0x3F) + 0.5) * (1.0 / 64.0) - x
-            dy = row + (((word >> 17) & 0x3F) + 0.5) * (1.0 / 64.0) - y
-            d2 = dx * dx + dy * dy
-            if d2 < 0.25:  # half a cell away: another cell's mean is hardly nearer
-                k = (word >> 23) & 0xFF
-                if quality == 0.0 or (word >> 31) & 1 == 0 or nx * cos_table[k] + ny * sin_table[k] >= 0.35:
-                    return word, dx, dy, d2
-    for r in range(row - radius, row + radius + 1):
-        for q in range(col - radius, col + radius + 1):
-            if not inside:
-                tile = table[(r >> TILE_BITS) - row0, (q >> TILE_BITS) - col0]
-            word = np.int64(pool[tile, ((r & MASK) << TILE_BITS) | (q & MASK)])
-            if r == row and q == col:
-                here = (word >> 5) & 0x3F
-            hits = word & 0x1F
-            if hits == 0 or hits * 5 < (word >> 5) & 0x3F:
-                continue
-            dx = q + (((word >> 11) & 0x3F) + 0.5) * (1.0 / 64.0) - x
-            dy = r + (((word >> 17) & 0x3F) + 0.5) * (1.0 / 64.0) - y
-            d2 = dx * dx + dy * dy
-            if d2 < best_d2:
-                if quality > 0.0 and (word >> 31) & 1 > 0:
-                    k = (word >> 23) & 0xFF
-                    if nx * cos_table[k] + ny * sin_table[k] < 0.35:
-                        continue
-                best, best_dx, best_dy, best_d2 = word, dx, dy, d2
-    if best == 0:
-        return np.int64(0), float(here), 0.0, 1e30
-    return best, best_dx, best_dy, best_d2
 
 
 @njit(cache=True, nogil=True)
@@ -284,77 +215,3 @@ def match(
     out[BLIND] = blind
     out[BLIND + 1] = ex_
     out[BLIND + 2] = ey_
-
-
-def direction_tables() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return cos and sin of the 256 directions a cell's normal can have."""
-    angles = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
-    return np.cos(angles), np.sin(angles)
-
-
-@njit(cache=True, nogil=True)
-def search(
-    pool: NDArray[np.uint32],
-    table: NDArray[np.int32],
-    row0: int,
-    col0: int,
-    resolution_m: float,
-    points: NDArray[np.float64],
-    most_points: int,
-    centre: NDArray[np.float64],
-    half_turn: float,
-    turn_step: float,
-    half_shift_m: float,
-    shift_step_m: float,
-    cos_table: NDArray[np.float64],
-    sin_table: NDArray[np.float64],
-    out: NDArray[np.float64],
-) -> float:  # pragma: no cover - compiled
-    """Write the best pose of a lattice around ``centre`` into ``out (3,)`` and return its score per point, 0..1.
-
-    Correlative matching (Olson 2009) on a subset of the points; gives :func:`match` a start where prediction is poor.
-    """
-    inv = 1.0 / resolution_m
-    stride = max(1, points.shape[0] // most_points)
-    turns = int(half_turn / turn_step)
-    shifts = int(half_shift_m / shift_step_m + 0.5)
-    used = (points.shape[0] + stride - 1) // stride
-    best = -1.0
-    out[0], out[1], out[2] = centre[0], centre[1], centre[2]
-    if used == 0:
-        return 0.0
-    turned = np.empty((used, 5))
-    # From the middle outward: a good score early spares most of the others.
-    for ka in range(2 * turns + 1):
-        a = (ka + 1) // 2 if ka % 2 else -(ka // 2)
-        theta = centre[2] + a * turn_step
-        c, s = math.cos(theta), math.sin(theta)
-        for k in range(used):
-            i = k * stride
-            turned[k, 0] = (centre[0] + c * points[i, 0] - s * points[i, 1]) * inv
-            turned[k, 1] = (centre[1] + s * points[i, 0] + c * points[i, 1]) * inv
-            turned[k, 2] = c * points[i, 2] - s * points[i, 3]
-            turned[k, 3] = s * points[i, 2] + c * points[i, 3]
-            turned[k, 4] = points[i, 4]
-        for ky in range(2 * shifts + 1):
-            iy = (ky + 1) // 2 if ky % 2 else -(ky // 2)
-            y = iy * shift_step_m
-            for kx in range(2 * shifts + 1):
-                ix = (kx + 1) // 2 if kx % 2 else -(kx // 2)
-                x = ix * shift_step_m
-                # Of two equal poses the one nearer to the prediction.
-                far = 1e-3 * used * (abs(a) / (turns + 1.0) + (abs(ix) + abs(iy)) / (shifts + 1.0))
-                score = -far
-                for k in range(used):
-                    word, _, _, d2 = nearest(
-                        pool, table, row0, col0, turned[k, 0] + x * inv, turned[k, 1] + y * inv, turned[k, 2],
-                        turned[k, 3], turned[k, 4], 1, cos_table, sin_table,
-                    )  # fmt: skip
-                    if word != 0:
-                        score += 1.0 / (1.0 + d2)
-                    if score + (used - 1 - k) <= best:
-                        break
-                if score > best:
-                    best = score
-                    out[0], out[1], out[2] = centre[0] + x, centre[1] + y, theta
-    return best / used

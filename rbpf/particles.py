@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from rbpf.cells import insert_scan
+from rbpf.drawing import insert_scan
 from rbpf.matching import INFO, RESULT_SIZE, SCORE, match
 
 CORRELATED = 0.8

@@ -5,79 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from rbpf.cells import TILE, TILE_WORDS, insert_hits, insert_scan, mark_tiles
+from rbpf.cells import TILE, TILE_WORDS
+from rbpf.drawing import insert_hits, insert_scan, mark_tiles
+from rbpf.tile_sharing import copy_tables, own_tiles
 
 GROWTH_TILES = 8
 """Spare tiles laid around the window whenever it has to grow."""
 NO_ENDS = np.empty((0, 2))
-
-
-@njit(cache=True, nogil=True)
-def own_tiles(
-    pool: NDArray[np.uint32],
-    refs: NDArray[np.int32],
-    free: NDArray[np.int32],
-    free_count: int,
-    table: NDArray[np.int32],
-    rows: NDArray[np.int32],
-    cols: NDArray[np.int32],
-    count: int,
-    stamps: NDArray[np.int64],
-    stamp: int,
-) -> int:  # pragma: no cover - compiled
-    """Make the listed tiles the table's own (new and empty, or copied where shared); return how many are free then.
-
-    ``free`` must hold at least ``count`` tiles. ``stamps[t]`` becomes ``stamp``: the tile is about to change.
-    """
-    for i in range(count):
-        old = table[rows[i], cols[i]]
-        if old != 0 and refs[old] == 1:
-            stamps[old] = stamp
-            continue
-        free_count -= 1
-        new = free[free_count]
-        if old == 0:
-            pool[new, :] = 0
-        else:
-            pool[new, :] = pool[old, :]
-            refs[old] -= 1
-        refs[new] = 1
-        stamps[new] = stamp
-        table[rows[i], cols[i]] = new
-    return free_count
-
-
-@njit(cache=True, nogil=True)
-def copy_tables(
-    tables: NDArray[np.int32],
-    refs: NDArray[np.int32],
-    free: NDArray[np.int32],
-    free_count: int,
-    parents: NDArray[np.int64],
-    out: NDArray[np.int32],
-) -> int:  # pragma: no cover - compiled
-    """Write table ``parents[i]`` to ``out[i]``, recount references, and return how many tiles are free then."""
-    maps, height, width = tables.shape
-    for i in range(parents.size):
-        for r in range(height):
-            for c in range(width):
-                t = tables[parents[i], r, c]
-                out[i, r, c] = t
-                if t != 0:
-                    refs[t] += 1
-    for i in range(maps):
-        for r in range(height):
-            for c in range(width):
-                t = tables[i, r, c]
-                if t != 0:
-                    refs[t] -= 1
-                    if refs[t] == 0:
-                        free[free_count] = t
-                        free_count += 1
-    return free_count
 
 
 class TileStore:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from rbpf.config import MapperConfig
-from rbpf.front_end import COS, SIN
 from rbpf.mapper import Mapper
-from rbpf.matching import search
+from rbpf.nearest import COS, SIN
 from rbpf.resampling import systematic
+from rbpf.search import search
 from rbpf.tile_store import TileStore
 from spatial import Scan
 
@@ -28,7 +28,7 @@ def warm_up() -> None:
     mapper.snapshot()
     mapper.trajectory()
     systematic(np.ones(2), 0.5)
-    mapper._store.resample(np.zeros(3, dtype=np.int64))
+    mapper._back.filter.store.resample(np.zeros(3, dtype=np.int64))
     store = TileStore(1, 0.05)
     place = (store.pool, store.tables[0], store.row0, store.col0, store.resolution_m, np.zeros((20, 5)))
     search(*place, 10, np.zeros(3), 0.1, 0.05, 0.1, 0.1, COS, SIN, np.zeros(3))

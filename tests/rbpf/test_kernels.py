@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from rbpf.cells import add_hit, add_pass, hits_of, visits_of
-from rbpf.front_end import COS, SIN, information
+from rbpf.front_end import information
 from rbpf.graph import relax
-from rbpf.matching import BLIND, CONFLICTS, INLIERS, RESULT_SIZE, match, nearest, search
+from rbpf.matching import BLIND, CONFLICTS, INLIERS, RESULT_SIZE, match
+from rbpf.nearest import COS, SIN, nearest
 from rbpf.poses import between, compose
 from rbpf.publisher import EDGES, LEVELS, quantise
 from rbpf.scan_points import UNSURE, scan_points, spaced
+from rbpf.search import search
 from rbpf.tile_store import NO_ENDS, TileStore
 from rbpf.trajectory import spread
 from spatial import se2

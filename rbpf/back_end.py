@@ -1,0 +1,97 @@
+"""What happens to a keyframe: particles, their maps, loops. Nothing of it is needed to match the next scan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rbpf.config import MapperConfig
+from rbpf.crew import Crew
+from rbpf.health import health_after
+from rbpf.loops import MOVED_M, LoopCloser
+from rbpf.motion import ARRIVAL_COLUMNS, WAY, Keyframe, chain_cov
+from rbpf.outcome import Stopwatch
+from rbpf.particle_filter import ParticleFilter
+from rbpf.trajectory import Rows, smoothed
+from spatial.se2 import Transform
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Verdict:
+    """What is known after a keyframe."""
+
+    T_map_key: Transform
+    """``(3,)``, where the best particle has it."""
+    neff: float
+    resampled: bool
+    loop_closed: bool
+    health: float
+
+
+class BackEnd:
+    """Takes one keyframe after the other."""
+
+    def __init__(self, config: MapperConfig, seed: int, crew: Crew, watch: Stopwatch) -> None:
+        self.config = config
+        self.filter = ParticleFilter(config, seed, crew, watch)
+        self.loops = LoopCloser(config)
+        self._watch = watch
+        self._arrivals = Rows(ARRIVAL_COLUMNS)
+        self._health = 1.0
+
+    @property
+    def arrivals(self) -> NDArray[np.float64]:
+        """``(K, 6)``: local motion from keyframe to keyframe, see ``rbpf.motion``."""
+        return self._arrivals.rows
+
+    @property
+    def T_map_key(self) -> Transform:
+        """``(K, 3)``: keyframes as the best particle remembers them."""
+        return self.filter.poses[self.filter.best]
+
+    def take(self, key: Keyframe) -> Verdict:
+        """Update every particle, and see whether the robot is back where it has been."""
+        resamplings = self.filter.resamplings
+        result = self.filter.update(key)
+        if result is not None:
+            self._health = health_after(self._health, result, key)
+        self._arrivals.add(key.arrival)
+        self.loops.add_key(key.points, key.origin, float(key.arrival[WAY]))
+        closed = self.config.close_loops and self._close_loop()
+        self._watch.lap("loops")
+        return Verdict(
+            T_map_key=self.T_map_key[-1].copy(), neff=self.filter.neff, health=self._health,
+            resampled=self.filter.resamplings > resamplings, loop_closed=closed,
+        )  # fmt: skip
+
+    def _close_loop(self) -> bool:
+        """Where the best particle comes to a place it has been, see whether its trajectory agrees; relax it if not."""
+        poses = self.T_map_key
+        if not self.loops.look(poses):
+            return False
+        relaxed = self.loops.relaxed(poses, chain_cov(self.config, self.arrivals))
+        if np.hypot(*(relaxed - poses)[:, :2].T).max() < MOVED_M:
+            return False
+        self.filter.adopt(relaxed, self.loops.scans, self.loops.origins)
+        return True
+
+    def smoothed(self) -> Transform:
+        """Return the best particle's keyframes ``(K, 3)`` without the jitter of sampling."""
+        return smoothed(self.T_map_key, self.arrivals, self.config)
+
+    def state(self) -> dict[str, Any]:
+        """Return everything that a resumed mapper needs."""
+        return {
+            "filter": self.filter.state(), "loops": self.loops.state(), "arrivals": self.arrivals,
+            "health": self._health,
+        }  # fmt: skip
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Become what was saved."""
+        self.filter.restore(state["filter"])
+        self.loops.restore(state["loops"])
+        self._arrivals = Rows.of(state["arrivals"])
+        self._health = state["health"]

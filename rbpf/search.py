@@ -1,0 +1,79 @@
+"""Correlative search: the best of a lattice of poses, where the prediction is too poor to descend from."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from rbpf.nearest import nearest
+
+
+@njit(cache=True, nogil=True)
+def search(
+    pool: NDArray[np.uint32],
+    table: NDArray[np.int32],
+    row0: int,
+    col0: int,
+    resolution_m: float,
+    points: NDArray[np.float64],
+    most_points: int,
+    centre: NDArray[np.float64],
+    half_turn: float,
+    turn_step: float,
+    half_shift_m: float,
+    shift_step_m: float,
+    cos_table: NDArray[np.float64],
+    sin_table: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> float:  # pragma: no cover - compiled
+    """Write the best pose of a lattice around ``centre`` into ``out (3,)`` and return its score per point, 0..1.
+
+    Correlative matching (Olson 2009) on a subset of the points; gives :func:`match` a start where prediction is poor.
+    """
+    inv = 1.0 / resolution_m
+    stride = max(1, points.shape[0] // most_points)
+    turns = int(half_turn / turn_step)
+    shifts = int(half_shift_m / shift_step_m + 0.5)
+    used = (points.shape[0] + stride - 1) // stride
+    best = -1.0
+    out[0], out[1], out[2] = centre[0], centre[1], centre[2]
+    if used == 0:
+        return 0.0
+    turned = np.empty((used, 5))
+    # From the middle outward: a good score early spares most of the others.
+    for ka in range(2 * turns + 1):
+        a = (ka + 1) // 2 if ka % 2 else -(ka // 2)
+        theta = centre[2] + a * turn_step
+        c, s = math.cos(theta), math.sin(theta)
+        for k in range(used):
+            i = k * stride
+            turned[k, 0] = (centre[0] + c * points[i, 0] - s * points[i, 1]) * inv
+            turned[k, 1] = (centre[1] + s * points[i, 0] + c * points[i, 1]) * inv
+            turned[k, 2] = c * points[i, 2] - s * points[i, 3]
+            turned[k, 3] = s * points[i, 2] + c * points[i, 3]
+            turned[k, 4] = points[i, 4]
+        for ky in range(2 * shifts + 1):
+            iy = (ky + 1) // 2 if ky % 2 else -(ky // 2)
+            y = iy * shift_step_m
+            for kx in range(2 * shifts + 1):
+                ix = (kx + 1) // 2 if kx % 2 else -(kx // 2)
+                x = ix * shift_step_m
+                # Of two equal poses the one nearer to the prediction.
+                far = 1e-3 * used * (abs(a) / (turns + 1.0) + (abs(ix) + abs(iy)) / (shifts + 1.0))
+                score = -far
+                for k in range(used):
+                    word, _, _, d2 = nearest(
+                        pool, table, row0, col0, turned[k, 0] + x * inv, turned[k, 1] + y * inv, turned[k, 2],
+                        turned[k, 3], turned[k, 4], 1, cos_table, sin_table,
+                    )  # fmt: skip
+                    if word != 0:
+                        score += 1.0 / (1.0 + d2)
+                    if score + (used - 1 - k) <= best:
+                        break
+                if score > best:
+                    best = score
+                    out[0], out[1], out[2] = centre[0] + x, centre[1] + y, theta
+    return best / used
