@@ -27,8 +27,17 @@ class Verdict:
     """``(3,)``, where the best particle has it."""
     neff: float
     resampled: bool
-    loop_closed: bool
     health: float
+
+    def state(self) -> list[Any]:
+        """Return it as a list."""
+        return [self.T_map_key, self.neff, self.resampled, self.health]
+
+    @classmethod
+    def of(cls, state: list[Any]) -> Verdict:
+        """Return what :meth:`state` was taken of."""
+        T_map_key, neff, resampled, health = state
+        return cls(T_map_key=T_map_key, neff=neff, resampled=resampled, health=health)
 
 
 class BackEnd:
@@ -36,6 +45,8 @@ class BackEnd:
 
     def __init__(self, config: MapperConfig, seed: int, crew: Crew, watch: Stopwatch) -> None:
         self.config = config
+        self.neff_min = np.inf
+        self.loops_closed = 0
         self.filter = ParticleFilter(config, seed, crew, watch)
         self.loops = LoopCloser(config)
         self._watch = watch
@@ -54,29 +65,32 @@ class BackEnd:
 
     def take(self, key: Keyframe) -> Verdict:
         """Update every particle, and see whether the robot is back where it has been."""
+        self._watch.start()
         resamplings = self.filter.resamplings
         result = self.filter.update(key)
         if result is not None:
             self._health = health_after(self._health, result, key)
         self._arrivals.add(key.arrival)
         self.loops.add_key(key.points, key.origin, float(key.arrival[WAY]))
-        closed = self.config.close_loops and self._close_loop()
+        if self.config.close_loops:
+            self._close_loop()
+        self.neff_min = min(self.neff_min, self.filter.neff)
         self._watch.lap("loops")
         return Verdict(
             T_map_key=self.T_map_key[-1].copy(), neff=self.filter.neff, health=self._health,
-            resampled=self.filter.resamplings > resamplings, loop_closed=closed,
+            resampled=self.filter.resamplings > resamplings,
         )  # fmt: skip
 
-    def _close_loop(self) -> bool:
+    def _close_loop(self) -> None:
         """Where the best particle comes to a place it has been, see whether its trajectory agrees; relax it if not."""
         poses = self.T_map_key
         if not self.loops.look(poses):
-            return False
+            return
         relaxed = self.loops.relaxed(poses, chain_cov(self.config, self.arrivals))
         if np.hypot(*(relaxed - poses)[:, :2].T).max() < MOVED_M:
-            return False
+            return
         self.filter.adopt(relaxed, self.loops.scans, self.loops.origins)
-        return True
+        self.loops_closed += 1
 
     def smoothed(self) -> Transform:
         """Return the best particle's keyframes ``(K, 3)`` without the jitter of sampling."""
@@ -86,7 +100,7 @@ class BackEnd:
         """Return everything that a resumed mapper needs."""
         return {
             "filter": self.filter.state(), "loops": self.loops.state(), "arrivals": self.arrivals,
-            "health": self._health,
+            "health": self._health, "neff_min": float(self.neff_min), "loops_closed": self.loops_closed,
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -94,4 +108,4 @@ class BackEnd:
         self.filter.restore(state["filter"])
         self.loops.restore(state["loops"])
         self._arrivals = Rows.of(state["arrivals"])
-        self._health = state["health"]
+        self._health, self.neff_min, self.loops_closed = state["health"], state["neff_min"], state["loops_closed"]

@@ -1,25 +1,123 @@
-"""Threads that share the particles among them."""
+"""Threads of one mapper: one task in the background, and particles shared among whoever has nothing else to do."""
 
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
+from itertools import pairwise
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+
+PARTS = 4
+"""A shared job is cut into so many parts for each thread: who comes late still finds some."""
+
+
+class Pending(Generic[T]):
+    """What a background task will return, or has returned."""
+
+    def __init__(self, crew: Crew | None, future: Future[T]) -> None:
+        self._crew, self._future = crew, future
+
+    @classmethod
+    def done(cls, value: T) -> Pending[T]:
+        """Return one that is there already."""
+        future: Future[T] = Future()
+        future.set_result(value)
+        return cls(None, future)
+
+    def result(self) -> T:
+        """Return it; meanwhile this thread takes its share of the work. Raises what the task raised."""
+        if self._crew is not None:
+            self._crew.help_until_done(self._future)
+        return self._future.result()
 
 
 class Crew:
-    """Does a job for a range of particles at a time; results must not depend on how they are shared."""
+    """Does one task at a time beside the thread that asked for it; results must not depend on who does what."""
 
-    def __init__(self, threads: int, particles: int) -> None:
-        """Start ``threads`` threads, or as many as there are cores if 0, but no more than there are particles."""
-        threads = min(threads or len(os.sched_getaffinity(0)), particles)
-        self._threads = threads
-        self._pool = ThreadPoolExecutor(threads, thread_name_prefix="rbpf") if threads > 1 else None
+    def __init__(self, threads: int) -> None:
+        """Use ``threads`` threads with the caller's, or as many as there are cores if 0; alone, do all at once."""
+        self.threads = threads or len(os.sched_getaffinity(0))
+        self._pool = ThreadPoolExecutor(self.threads - 1, thread_name_prefix="rbpf") if self.threads > 1 else None
+        self._news = threading.Condition()
+        self._shared: _Shared | None = None
+
+    def begin(self, task: Callable[[], T]) -> Pending[T]:
+        """Begin a task; the one before must be done."""
+        if self._pool is None:
+            return Pending.done(task())
+        future = self._pool.submit(task)
+        future.add_done_callback(self._tell)
+        return Pending(self, future)
 
     def share(self, job: Callable[[int, int], None], count: int) -> None:
         """Call ``job(first, last)`` for ranges that together are ``0 .. count - 1``, and wait for all of them."""
-        if self._pool is None:
+        if self._pool is None or count < 2:
             job(0, count)
             return
-        bounds = [count * k // self._threads for k in range(self._threads + 1)]
-        list(self._pool.map(job, bounds[:-1], bounds[1:]))
+        shared = _Shared(job, count, min(PARTS * self.threads, count))
+        with self._news:
+            self._shared = shared
+            self._news.notify_all()
+        for _ in range(self.threads - 2):  # one is here, and the caller's comes when it waits
+            self._pool.submit(shared.work)
+        shared.work()
+        shared.wait()
+        self._shared = None
+
+    def help_until_done(self, task: Future[T]) -> None:
+        """Work on what is shared until the task is done."""
+        while True:
+            with self._news:
+                self._news.wait_for(lambda: task.done() or (self._shared is not None and self._shared.is_left))
+                shared = self._shared
+            if task.done():
+                return
+            if shared is not None:
+                shared.work()
+
+    def _tell(self, _: Future[T]) -> None:
+        with self._news:
+            self._news.notify_all()
+
+
+class _Shared:
+    """A job in parts."""
+
+    def __init__(self, job: Callable[[int, int], None], count: int, parts: int) -> None:
+        self._job = job
+        bounds = [count * k // parts for k in range(parts + 1)]
+        self._ranges = list(pairwise(bounds))
+        self._undone = parts
+        self._errors: list[BaseException] = []
+        self._news = threading.Condition()
+
+    @property
+    def is_left(self) -> bool:
+        """Whether there is a part that nobody has taken."""
+        return bool(self._ranges)
+
+    def work(self) -> None:
+        """Do parts until none is left."""
+        while True:
+            with self._news:
+                if not self._ranges:
+                    return
+                first, last = self._ranges.pop(0)
+            try:
+                self._job(first, last)
+            except BaseException as error:  # noqa: BLE001 - told by `wait` to who shared the job
+                self._errors.append(error)
+            with self._news:
+                self._undone -= 1
+                self._news.notify_all()
+
+    def wait(self) -> None:
+        """Wait for all parts; raise what one of them raised."""
+        with self._news:
+            self._news.wait_for(lambda: self._undone == 0)
+        if self._errors:
+            raise self._errors[0]

@@ -1,7 +1,9 @@
 """One robot's mapper: a Rao-Blackwellised particle filter behind a dense local matcher.
 
 Every scan is matched to the last few metres (front end); every half metre or so one of them becomes a keyframe, which
-the particles take (back end).
+the particles take (back end). The front end never waits for the particles: they work beside it, on another thread if
+there is one, and what they find is told at the next keyframe, or a few scans later if that comes first. It is so with
+any number of threads, and however fast they are; so results do not depend on them.
 """
 
 from __future__ import annotations
@@ -14,9 +16,9 @@ from numpy.typing import NDArray
 
 from rbpf.back_end import BackEnd, Verdict
 from rbpf.config import MapperConfig
-from rbpf.crew import Crew
+from rbpf.crew import Crew, Pending
 from rbpf.front_end import FrontEnd
-from rbpf.motion import Keyframe, Since, motion_cov
+from rbpf.motion import MOTION, Keyframe, Since, motion_cov
 from rbpf.outcome import Stats, Stopwatch, UpdateInfo
 from rbpf.poses import between
 from rbpf.publisher import Publisher
@@ -26,8 +28,10 @@ from rbpf.trajectory import Rows, spread
 from spatial import InputError, Keyframes, LocalMap, Scan, se2
 from spatial.se2 import Transform
 
-LAYOUT = 2
+LAYOUT = 3
 """Of :meth:`Mapper.state`; raised whenever its content changes."""
+SETTLE_SCANS = 10
+"""What the particles make of a keyframe is told after so many scans at the latest."""
 POINTS_LEAST = 10
 """A scan with fewer usable returns is dropped."""
 
@@ -41,18 +45,20 @@ class Mapper:
         """Start with an empty map; a ``clock`` such as ``time.thread_time`` is read to tell what each stage takes."""
         self.config = config or MapperConfig()
         self.seed = seed
-        self.stats = Stats()
         self.stopwatch = Stopwatch(clock)
         self._sight = Sight(self.config)
         self._front = FrontEnd(self.config)
         self._since = Since()
-        self._back = BackEnd(self.config, seed, Crew(self.config.threads, self.config.particles), self.stopwatch)
+        self._crew = Crew(self.config.threads)
+        self._busy_back = BackEnd(self.config, seed, self._crew, Stopwatch(clock, self.stopwatch.seconds))
+        self._verdict: Pending[Verdict] | None = None  # on the newest keyframe, until it is told
+        self._patience = 0  # scans until then
         self._told = ToldPose()
         self._publisher = Publisher()
         self._scan_place = Rows(2, np.int64)  # per scan: stamp, keyframe
         self._scan_motion = Rows(4)  # per scan: local motion since that keyframe, and its way
         self._online = Rows(3)
-        self._keys = 0
+        self._scans = self._dropped = self._keys = 0
         self._neff, self._health = float(self.config.particles), 1.0
         self._T_odom_base: Transform | None = None
         self._stamp_ns: int | None = None
@@ -64,7 +70,7 @@ class Mapper:
         """Take one scan, and what the wheels said when it was taken; bad data is dropped and counted, never raised."""
         watch = self.stopwatch
         watch.start()
-        self.stats.scans += 1
+        self._scans += 1
         points = self._sight.points(scan)
         dropped = scan.ranges_m.size - points.shape[0]
         if self._stamp_ns is not None and scan.stamp_ns == self._stamp_ns and self._same(scan):
@@ -77,23 +83,18 @@ class Mapper:
         watch.lap("points")
         step = self._front.step(few, points, T_before_odom)
         self._since.add(step)
-        self._told.move(step.T_before_base)
         watch.lap("front end")
-        verdict: Verdict | None = None
-        if self._keys == 0 or self._since.is_due(self.config, scan.stamp_ns):
-            verdict = self._back.take(
-                Keyframe(
-                    points=points.copy(), ends=self._sight.clearing_ends(scan), origin=scan.T_base_laser[:2].copy(),
-                    arrival=self._since.restart(scan.stamp_ns), inliers=step.inliers,
-                )
-            )  # fmt: skip
-            self._learn(verdict)
+        due = self._keys == 0 or self._since.is_due(self.config, scan.stamp_ns)
+        self._patience -= 1
+        resampled = self._settle() if due or self._patience == 0 else False
+        if due:
+            self._hand_on(scan, points, step.inliers)
+        watch.start()  # what the back end took is told by its own watch
         self._record(scan.stamp_ns)
         watch.lap("record")
         return UpdateInfo(
-            processed=verdict is not None, T_map_base=self.T_map_base, neff=self._neff,
-            resampled=verdict is not None and verdict.resampled, match_score=step.inliers, health=self._health,
-            dropped_beams=dropped,
+            processed=due, T_map_base=self.T_map_base, neff=self._neff, resampled=resampled, match_score=step.inliers,
+            health=self._health, dropped_beams=dropped,
         )  # fmt: skip
 
     def _same(self, scan: Scan) -> bool:
@@ -102,7 +103,7 @@ class Mapper:
         )
 
     def _drop(self, reason: str, dropped: int) -> UpdateInfo:
-        self.stats.dropped += 1
+        self._dropped += 1
         return UpdateInfo(
             processed=False, T_map_base=self.T_map_base, neff=self._neff, health=self._health,
             dropped_beams=dropped, reason=reason,
@@ -119,26 +120,55 @@ class Mapper:
         self._T_odom_base = now.copy()
         return None if before is None else between(before, now)
 
-    def _learn(self, verdict: Verdict) -> None:
-        self._keys += 1
+    def _settle(self) -> bool:
+        """Tell what the particles made of the newest keyframe; return whether they were resampled."""
+        if self._verdict is None:
+            return False
+        verdict, self._verdict = self._verdict.result(), None
         self._told.follow(verdict.T_map_key)
         self._neff, self._health = verdict.neff, verdict.health
-        self.stats.processed += 1
-        self.stats.resamplings += verdict.resampled
-        self.stats.loops_closed += verdict.loop_closed
-        self.stats.neff_min = min(self.stats.neff_min, verdict.neff)
+        return verdict.resampled
+
+    def _hand_on(self, scan: Scan, points: NDArray[np.float64], inliers: float) -> None:
+        """Let the particles begin with this scan, while the next ones are matched."""
+        back = self._back
+        arrival = self._since.restart(scan.stamp_ns)
+        key = Keyframe(
+            points=points.copy(), ends=self._sight.clearing_ends(scan), origin=scan.T_base_laser[:2].copy(),
+            arrival=arrival, inliers=inliers,
+        )  # fmt: skip
+        self._told.go_on(arrival[MOTION])
+        self._verdict = self._crew.begin(lambda: back.take(key))
+        self._keys += 1
+        self._patience = SETTLE_SCANS
 
     def _record(self, stamp_ns: int) -> None:
         self._scan_place.add((stamp_ns, self._keys - 1))
         self._scan_motion.add((*self._since.T_key_base, self._since.way_m))
-        self._online.add(self._told.T_map_base)
+        self._online.add(self.T_map_base)
 
     # -- what it knows -------------------------------------------------------------------------------------------------
 
     @property
+    def _back(self) -> BackEnd:
+        """The back end, once it has done what it was given."""
+        if self._verdict is not None:
+            self._verdict.result()
+        return self._busy_back
+
+    @property
+    def stats(self) -> Stats:
+        """What was counted since the start."""
+        back = self._back
+        return Stats(
+            scans=self._scans, dropped=self._dropped, processed=self._keys, resamplings=back.filter.resamplings,
+            neff_min=back.neff_min, loops_closed=back.loops_closed,
+        )  # fmt: skip
+
+    @property
     def T_map_base(self) -> Transform:
         """``(3,)``, the best pose known now."""
-        return self._told.T_map_base.copy()
+        return self._told.at(self._since.T_key_base)
 
     @property
     def particles(self) -> Transform:
@@ -179,9 +209,10 @@ class Mapper:
 
     def snapshot(self) -> LocalMap:
         """Return the best particle's map as tiles with revisions, and its keyframes."""
-        place, particles = self._scan_place.rows, self._back.filter
+        place, back = self._scan_place.rows, self._back
+        particles = back.filter
         first = np.searchsorted(place[:, 1], np.arange(self._keys))
-        keyframes = Keyframes(place[first, 0].copy(), self._back.T_map_key.copy())
+        keyframes = Keyframes(place[first, 0].copy(), back.T_map_key.copy())
         return LocalMap(self._publisher.publish(particles.store, particles.best), keyframes)
 
     def skip_revisions(self, count: int) -> None:
@@ -194,10 +225,11 @@ class Mapper:
         """Return everything that a resumed mapper needs, as numbers, text, arrays, lists and dicts of them."""
         return {
             "layout": LAYOUT, "front": self._front.state(), "back": self._back.state(),
-            "publisher": self._publisher.state(), "since": self._since.state(), "T_map_base": self._told.T_map_base, "neff": self._neff,
-            "health": self._health, "scan_place": self._scan_place.rows, "scan_motion": self._scan_motion.rows,
-            "online": self._online.rows, "T_odom_base": self._T_odom_base, "stamp_ns": self._stamp_ns,
-            "ranges": self._ranges, "stats": self.stats.state(),
+            "publisher": self._publisher.state(), "since": self._since.state(), "T_map_key": self._told.T_map_key,
+            "neff": self._neff, "health": self._health, "scan_place": self._scan_place.rows,
+            "scan_motion": self._scan_motion.rows, "online": self._online.rows, "T_odom_base": self._T_odom_base,
+            "stamp_ns": self._stamp_ns, "ranges": self._ranges, "counts": [self._scans, self._dropped],
+            "patience": self._patience, "verdict": None if self._verdict is None else self._verdict.result().state(),
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -208,13 +240,14 @@ class Mapper:
         if state.get("layout", 1) != LAYOUT:
             raise InputError(f"the mapper's state has layout {state.get('layout', 1)}, this program reads {LAYOUT}")
         self._front.restore(state["front"])
-        self._back.restore(state["back"])
-        self._keys = self._back.filter.keys
+        self._verdict = None if state["verdict"] is None else Pending.done(Verdict.of(state["verdict"]))
+        self._busy_back.restore(state["back"])
+        self._keys, self._patience = self._busy_back.filter.keys, state["patience"]
         self._publisher.restore(state["publisher"])
         self._since.restore(state["since"])
-        self._told.T_map_base = state["T_map_base"]
+        self._told.T_map_key = state["T_map_key"]
         self._neff, self._health = state["neff"], state["health"]
         self._scan_place, self._scan_motion = Rows.of(state["scan_place"]), Rows.of(state["scan_motion"])
         self._online = Rows.of(state["online"])
         self._T_odom_base, self._stamp_ns, self._ranges = state["T_odom_base"], state["stamp_ns"], state["ranges"]
-        self.stats.restore(state["stats"])
+        self._scans, self._dropped = state["counts"]

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-
-import numpy as np
 
 from spatial.se2 import Transform
 
@@ -21,7 +20,7 @@ class UpdateInfo:
     neff: float
     """Effective number of particles."""
     resampled: bool = False
-    """Whether particles were resampled."""
+    """Whether particles were resampled, as far as it is told with this scan: the filter works while more scans come."""
     match_score: float = 0.0
     """Share of beams that fit the local map, 0..1."""
     health: float = 1.0
@@ -32,7 +31,7 @@ class UpdateInfo:
     """Why the scan was not used; None where it was."""
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, kw_only=True)
 class Stats:
     """Counts since the start."""
 
@@ -40,19 +39,8 @@ class Stats:
     dropped: int = 0
     processed: int = 0
     resamplings: int = 0
-    neff_min: float = np.inf
+    neff_min: float = math.inf
     loops_closed: int = 0
-
-    def state(self) -> list[float]:
-        """Return all counts."""
-        return [
-            self.scans, self.dropped, self.processed, self.resamplings, self.loops_closed, float(self.neff_min),
-        ]  # fmt: skip
-
-    def restore(self, state: list[float]) -> None:
-        """Go on counting from what :meth:`state` returned."""
-        self.scans, self.dropped, self.processed, self.resamplings, self.loops_closed = map(int, state[:5])
-        self.neff_min = state[5]
 
 
 @dataclass(eq=False)

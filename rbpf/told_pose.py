@@ -21,16 +21,21 @@ class ToldPose:
     """
 
     def __init__(self) -> None:
-        self.T_map_base: Transform = np.zeros(3)
+        self.T_map_key: Transform = np.zeros(3)
+        """Where the newest keyframe is told to be."""
 
-    def move(self, T_before_base: Transform) -> None:
-        """Go on by one scan."""
-        self.T_map_base = compose(self.T_map_base, T_before_base)
+    def at(self, T_key_base: Transform) -> Transform:
+        """Return the pose ``(3,)`` after this local motion since the newest keyframe."""
+        return compose(self.T_map_key, T_key_base)
 
     def follow(self, T_map_key: Transform) -> None:
-        """Draw the pose towards the best particle's."""
-        missed = between(self.T_map_base, T_map_key)
+        """Draw the newest keyframe towards where the best particle has it."""
+        missed = between(self.T_map_key, T_map_key)
         if math.hypot(missed[0], missed[1]) > JUMP_M or abs(missed[2]) > JUMP_RAD:
-            self.T_map_base = T_map_key.copy()
+            self.T_map_key = T_map_key.copy()
         else:
-            self.T_map_base = compose(self.T_map_base, FOLLOW * missed)
+            self.T_map_key = compose(self.T_map_key, FOLLOW * missed)
+
+    def go_on(self, T_key_next: Transform) -> None:
+        """Begin the next keyframe."""
+        self.T_map_key = compose(self.T_map_key, T_key_next)
