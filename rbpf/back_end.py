@@ -27,17 +27,12 @@ class Verdict:
     """``(3,)``, where the best particle has it."""
     neff: float
     resampled: bool
+    loop_closed: bool
     health: float
 
-    def state(self) -> list[Any]:
-        """Return it as a list."""
-        return [self.T_map_key, self.neff, self.resampled, self.health]
-
-    @classmethod
-    def of(cls, state: list[Any]) -> Verdict:
-        """Return what :meth:`state` was taken of."""
-        T_map_key, neff, resampled, health = state
-        return cls(T_map_key=T_map_key, neff=neff, resampled=resampled, health=health)
+    def state(self) -> dict[str, Any]:
+        """Return its fields."""
+        return dict(vars(self))
 
 
 class BackEnd:
@@ -45,8 +40,6 @@ class BackEnd:
 
     def __init__(self, config: MapperConfig, seed: int, crew: Crew, watch: Stopwatch) -> None:
         self.config = config
-        self.neff_min = np.inf
-        self.loops_closed = 0
         self.filter = ParticleFilter(config, seed, crew, watch)
         self.loops = LoopCloser(config)
         self._watch = watch
@@ -72,25 +65,23 @@ class BackEnd:
             self._health = health_after(self._health, result, key)
         self._arrivals.add(key.arrival)
         self.loops.add_key(key.points, key.origin, float(key.arrival[WAY]))
-        if self.config.close_loops:
-            self._close_loop()
-        self.neff_min = min(self.neff_min, self.filter.neff)
+        closed = self.config.close_loops and self._close_loop()
         self._watch.lap("loops")
         return Verdict(
             T_map_key=self.T_map_key[-1].copy(), neff=self.filter.neff, health=self._health,
-            resampled=self.filter.resamplings > resamplings,
+            resampled=self.filter.resamplings > resamplings, loop_closed=closed,
         )  # fmt: skip
 
-    def _close_loop(self) -> None:
+    def _close_loop(self) -> bool:
         """Where the best particle comes to a place it has been, see whether its trajectory agrees; relax it if not."""
         poses = self.T_map_key
         if not self.loops.look(poses):
-            return
+            return False
         relaxed = self.loops.relaxed(poses, chain_cov(self.config, self.arrivals))
         if np.hypot(*(relaxed - poses)[:, :2].T).max() < MOVED_M:
-            return
+            return False
         self.filter.adopt(relaxed, self.loops.scans, self.loops.origins)
-        self.loops_closed += 1
+        return True
 
     def smoothed(self) -> Transform:
         """Return the best particle's keyframes ``(K, 3)`` without the jitter of sampling."""
@@ -100,7 +91,7 @@ class BackEnd:
         """Return everything that a resumed mapper needs."""
         return {
             "filter": self.filter.state(), "loops": self.loops.state(), "arrivals": self.arrivals,
-            "health": self._health, "neff_min": float(self.neff_min), "loops_closed": self.loops_closed,
+            "health": self._health,
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -108,4 +99,4 @@ class BackEnd:
         self.filter.restore(state["filter"])
         self.loops.restore(state["loops"])
         self._arrivals = Rows.of(state["arrivals"])
-        self._health, self.neff_min, self.loops_closed = state["health"], state["neff_min"], state["loops_closed"]
+        self._health = state["health"]

@@ -45,6 +45,7 @@ class Mapper:
         """Start with an empty map; a ``clock`` such as ``time.thread_time`` is read to tell what each stage takes."""
         self.config = config or MapperConfig()
         self.seed = seed
+        self.stats = Stats()
         self.stopwatch = Stopwatch(clock)
         self._sight = Sight(self.config)
         self._front = FrontEnd(self.config)
@@ -58,7 +59,7 @@ class Mapper:
         self._scan_place = Rows(2, np.int64)  # per scan: stamp, keyframe
         self._scan_motion = Rows(4)  # per scan: local motion since that keyframe, and its way
         self._online = Rows(3)
-        self._scans = self._dropped = self._keys = 0
+        self._keys = 0
         self._neff, self._health = float(self.config.particles), 1.0
         self._T_odom_base: Transform | None = None
         self._stamp_ns: int | None = None
@@ -70,7 +71,7 @@ class Mapper:
         """Take one scan, and what the wheels said when it was taken; bad data is dropped and counted, never raised."""
         watch = self.stopwatch
         watch.start()
-        self._scans += 1
+        self.stats.scans += 1
         points = self._sight.points(scan)
         dropped = scan.ranges_m.size - points.shape[0]
         if self._stamp_ns is not None and scan.stamp_ns == self._stamp_ns and self._same(scan):
@@ -103,7 +104,7 @@ class Mapper:
         )
 
     def _drop(self, reason: str, dropped: int) -> UpdateInfo:
-        self._dropped += 1
+        self.stats.dropped += 1
         return UpdateInfo(
             processed=False, T_map_base=self.T_map_base, neff=self._neff, health=self._health,
             dropped_beams=dropped, reason=reason,
@@ -127,6 +128,9 @@ class Mapper:
         verdict, self._verdict = self._verdict.result(), None
         self._told.follow(verdict.T_map_key)
         self._neff, self._health = verdict.neff, verdict.health
+        self.stats.resamplings += verdict.resampled
+        self.stats.loops_closed += verdict.loop_closed
+        self.stats.neff_min = min(self.stats.neff_min, verdict.neff)
         return verdict.resampled
 
     def _hand_on(self, scan: Scan, points: NDArray[np.float64], inliers: float) -> None:
@@ -140,6 +144,7 @@ class Mapper:
         self._told.go_on(arrival[MOTION])
         self._verdict = self._crew.begin(lambda: back.take(key))
         self._keys += 1
+        self.stats.processed += 1
         self._patience = SETTLE_SCANS
 
     def _record(self, stamp_ns: int) -> None:
@@ -155,15 +160,6 @@ class Mapper:
         if self._verdict is not None:
             self._verdict.result()
         return self._busy_back
-
-    @property
-    def stats(self) -> Stats:
-        """What was counted since the start."""
-        back = self._back
-        return Stats(
-            scans=self._scans, dropped=self._dropped, processed=self._keys, resamplings=back.filter.resamplings,
-            neff_min=back.neff_min, loops_closed=back.loops_closed,
-        )  # fmt: skip
 
     @property
     def T_map_base(self) -> Transform:
@@ -228,7 +224,7 @@ class Mapper:
             "publisher": self._publisher.state(), "since": self._since.state(), "T_map_key": self._told.T_map_key,
             "neff": self._neff, "health": self._health, "scan_place": self._scan_place.rows,
             "scan_motion": self._scan_motion.rows, "online": self._online.rows, "T_odom_base": self._T_odom_base,
-            "stamp_ns": self._stamp_ns, "ranges": self._ranges, "counts": [self._scans, self._dropped],
+            "stamp_ns": self._stamp_ns, "ranges": self._ranges, "stats": dict(vars(self.stats)),
             "patience": self._patience, "verdict": None if self._verdict is None else self._verdict.result().state(),
         }  # fmt: skip
 
@@ -240,7 +236,7 @@ class Mapper:
         if state.get("layout", 1) != LAYOUT:
             raise InputError(f"the mapper's state has layout {state.get('layout', 1)}, this program reads {LAYOUT}")
         self._front.restore(state["front"])
-        self._verdict = None if state["verdict"] is None else Pending.done(Verdict.of(state["verdict"]))
+        self._verdict = None if state["verdict"] is None else Pending.done(Verdict(**state["verdict"]))
         self._busy_back.restore(state["back"])
         self._keys, self._patience = self._busy_back.filter.keys, state["patience"]
         self._publisher.restore(state["publisher"])
@@ -250,4 +246,4 @@ class Mapper:
         self._scan_place, self._scan_motion = Rows.of(state["scan_place"]), Rows.of(state["scan_motion"])
         self._online = Rows.of(state["online"])
         self._T_odom_base, self._stamp_ns, self._ranges = state["T_odom_base"], state["stamp_ns"], state["ranges"]
-        self._scans, self._dropped = state["counts"]
+        self.stats = Stats(**state["stats"])

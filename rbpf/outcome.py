@@ -31,9 +31,9 @@ class UpdateInfo:
     """Why the scan was not used; None where it was."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(eq=False)
 class Stats:
-    """Counts since the start."""
+    """Counts since the start, as far as they have been told."""
 
     scans: int = 0
     dropped: int = 0
