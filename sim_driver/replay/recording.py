@@ -78,5 +78,5 @@ def read_recording(path: Path) -> list[Sensed]:
         ]
     except FileNotFoundError as error:
         raise InputError(f"{path}: no such file; the run kept no scans (mission.record = false?)") from error
-    except (OSError, ValueError, KeyError, BadZipFile) as error:
+    except (OSError, EOFError, ValueError, KeyError, BadZipFile) as error:
         raise InputError(f"{path}: not a recording of scans ({error})") from error
