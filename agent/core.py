@@ -117,6 +117,7 @@ class Agent:
             self.map_number += 1
             self.mapper = Mapper(self.settings.rbpf, seed=self.seed + self.map_number)
             self._published_ns = None
+            self.node.begin_map()
             self._displace(self.robot_id)
         fields = {"health": round(info.health, 3), "match_score": round(info.match_score, 3)}
         return [Event(now_ns, verdict, fields)]

@@ -110,6 +110,10 @@ class CommsNode:
         """Take the own newest map; return whether it is news. It is in ``store.maps`` under the own id at once."""
         return self.store.publish(local_map)
 
+    def begin_map(self) -> None:
+        """Say that what is published next is another map, whose frame has nothing to do with the last one's."""
+        self.store.begin_map()
+
     def set_own_pose(self, T_map_base: Transform, stamp_ns: int) -> None:
         """Tell where the robot is in its own map, and when it was (same clock as ``now_ns``); beacons carry it."""
         self._around.set_own_pose(T_map_base, stamp_ns)

@@ -86,13 +86,12 @@ class MapStore:
     def publish(self, local_map: LocalMap) -> bool:
         """Take the own newest map; return whether it is news."""
         before = self._newest.get(self.own_id)
-        restarted = before is not None and (
+        if before is not None and (
             local_map.map.revision < before.map.revision or local_map.map.resolution_m != before.map.resolution_m
-        )
-        if restarted:
-            self.own_epoch += 1
+        ):
+            self.begin_map()
+        if before is not None and before.epoch != self.own_epoch:
             before = None
-            self._history.pop(self.own_id, None)
         snapshot = published(local_map, before, self.own_epoch)
         if snapshot is None:
             return False
@@ -103,20 +102,26 @@ class MapStore:
         """Put a snapshot of an earlier life in place."""
         self._set(robot_id, snapshot)
 
+    def begin_map(self) -> None:
+        """What is published next is another map, not the last one gone on, whatever its revision."""
+        if self.version(self.own_id)[0] == self.own_epoch:
+            self.own_epoch += 1
+            self._history.pop(self.own_id, None)
+
     def outrank(self, version: Version) -> bool:
         """Relabel the own map above a version that a teammate holds of my earlier life; return whether needed."""
-        own = self._newest.get(self.own_id)
-        if version <= ((self.own_epoch, 0) if own is None else own.version) or version[0] > LAST_EPOCH:
+        if version <= max(self.version(self.own_id), (self.own_epoch, 0)) or version[0] > LAST_EPOCH:
             return False
         self.new_epoch(version[0] + 1)
         return True
 
     def new_epoch(self, epoch: int | None = None) -> None:
         """Give the own map a new label, by default the next: whoever holds it takes it for another map."""
+        own = self._newest.get(self.own_id)
+        goes_on = own is not None and own.epoch == self.own_epoch
         self.own_epoch = self.own_epoch + 1 if epoch is None else epoch
         self._history.pop(self.own_id, None)
-        own = self._newest.get(self.own_id)
-        if own is not None:
+        if own is not None and goes_on:
             self._set(self.own_id, relabelled(own, self.own_epoch))
 
     def may_take(self, robot_id: str) -> bool:

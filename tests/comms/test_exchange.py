@@ -194,6 +194,23 @@ def test_a_restarted_robots_new_map_takes_the_place_of_its_old_one_even_with_a_l
     assert new == team.nodes["a"].store.version("a")
 
 
+def test_a_map_begun_anew_is_another_whatever_its_revision():
+    team = Team("ab")
+    a, b = team.nodes["a"].store, team.nodes["b"].store
+    team.nodes["a"].publish(big_map(400, seed=0, revision=1), team.now_ns)
+    assert _run_until(team, lambda: b.version("a") == a.version("a"), 20)
+    old = a.version("a")
+    team.nodes["a"].begin_map()
+    team.nodes["a"].begin_map()  # said twice, it is still one
+    assert a.version("a") == old
+    team.nodes["a"].publish(big_map(400, seed=1, revision=3), team.now_ns)
+    assert a.version("a") == (old[0] + 1, 3)
+    assert _run_until(team, lambda: b.version("a") == a.version("a"), 20)
+    here, there = (store.maps["a"].map.to_grid().cells for store in (a, b))
+    assert np.array_equal(here, there)
+    assert np.array_equal(here, big_map(400, seed=1, revision=3).map.to_grid().cells)
+
+
 def test_a_robot_that_comes_back_gets_all_it_had_known():
     team = Team("ab")
     team.publish("b")
