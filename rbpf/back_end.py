@@ -54,7 +54,7 @@ class BackEnd:
     @property
     def T_map_key(self) -> Transform:
         """``(K, 3)``: keyframes as the best particle remembers them."""
-        return self.filter.poses[self.filter.best]
+        return self.filter.ancestry(self.filter.best)
 
     def take(self, key: Keyframe) -> Verdict:
         """Update every particle, and see whether the robot is back where it has been."""
@@ -65,10 +65,11 @@ class BackEnd:
             self._health = health_after(self._health, result, key)
         self._arrivals.add(key.arrival)
         self.loops.add_key(key.points, key.origin, float(key.arrival[WAY]))
+        self.loops.forget(self.T_map_key)
         closed = self.config.close_loops and self._close_loop()
         self._watch.lap("loops")
         return Verdict(
-            T_map_key=self.T_map_key[-1].copy(), neff=self.filter.neff, health=self._health,
+            T_map_key=self.filter.ends[self.filter.best].copy(), neff=self.filter.neff, health=self._health,
             resampled=self.filter.resamplings > resamplings, loop_closed=closed,
         )  # fmt: skip
 
@@ -80,7 +81,7 @@ class BackEnd:
         relaxed = self.loops.relaxed(poses, chain_cov(self.config, self.arrivals))
         if np.hypot(*(relaxed - poses)[:, :2].T).max() < MOVED_M:
             return False
-        self.filter.adopt(relaxed, self.loops.scans, self.loops.origins)
+        self.filter.adopt(relaxed, self.loops.kept, self.loops.scans, self.loops.origins)
         return True
 
     def smoothed(self) -> Transform:

@@ -52,6 +52,9 @@ EDGE_WAY_M = 2.5
 """Places that agreed are compared again after this much way."""
 MOVED_M = 0.05
 """The map is made anew when relaxation moves a keyframe by more than this."""
+SEEN_MOST, SEEN_M, SEEN_RAD = 12, 0.7, 0.5
+"""Of scans taken within this of each other so many are kept, the newest: memory grows with the area, not with time."""
+NO_POINTS = np.empty((0, POINT_COLUMNS), dtype=np.float32)
 SHARE = 0.02
 """Beams of many scans on one wall are far from independent: share of the matcher's information that an edge gets."""
 
@@ -62,7 +65,9 @@ class LoopCloser:
     def __init__(self, config: MapperConfig) -> None:
         self.config = config
         self.scans: list[NDArray[np.float32]] = []
-        """Per keyframe: points ``(N, 5)`` in its base frame."""
+        """Per keyframe: points ``(N, 5)`` in its base frame; none where enough were seen from there since."""
+        self.kept: list[int] = []
+        """Keyframes whose scans are still there, in the order of time."""
         self.origins: list[NDArray[np.float64]] = []
         """Per keyframe: where the laser is on the base, ``(2,)``."""
         self.way: list[float] = []
@@ -79,8 +84,19 @@ class LoopCloser:
     def add_key(self, points: NDArray[np.float64], origin: NDArray[np.float64], way_m: float) -> None:
         """Remember a scan taken from ``origin`` on the base, ``way_m`` after the keyframe before."""
         self.origins.append(origin.copy())
+        self.kept.append(len(self.scans))
         self.scans.append(points.astype(np.float32))
         self.way.append(way_m + (self.way[-1] if self.way else 0.0))
+
+    def forget(self, T_map_key: Transform) -> None:
+        """Let the oldest scan go that was taken where the newest was, if there are enough newer ones."""
+        kept = np.array(self.kept)
+        away = np.hypot(*(T_map_key[kept, :2] - T_map_key[-1, :2]).T)
+        turned = np.abs(se2.wrap(T_map_key[kept, 2] - T_map_key[-1, 2]))
+        here = kept[(away < SEEN_M) & (turned < SEEN_RAD)]
+        if here.size > SEEN_MOST:
+            self.scans[here[0]] = NO_POINTS
+            self.kept.remove(here[0])
 
     def look(self, T_map_key: Transform) -> bool:
         """Compare the newest place with old ones near it; return whether a new edge contradicts the trajectory."""
@@ -96,15 +112,15 @@ class LoopCloser:
 
     def _candidate(self, T_map_key: Transform, now: int, lost_m: float) -> int | None:
         """Return the old keyframe that most likely saw what the newest sees."""
-        way = np.asarray(self.way)
-        since = way[now] - way
-        away = np.hypot(*(T_map_key[: now + 1, :2] - T_map_key[now, :2]).T)
-        turned = np.abs(se2.wrap(T_map_key[: now + 1, 2] - T_map_key[now, 2]))
+        kept = np.array(self.kept)
+        since = self.way[now] - np.array([self.way[k] for k in self.kept])
+        away = np.hypot(*(T_map_key[kept, :2] - T_map_key[now, :2]).T)
+        turned = np.abs(se2.wrap(T_map_key[kept, 2] - T_map_key[now, 2]))
         fits = (since > OLD_WAY_M) & (away < min(NEAR_M + DRIFT * lost_m, FAR_MOST_M))
         if not fits.any():
             return None
         cost = np.where(fits, away + 0.7 * turned, np.inf)
-        return int(np.argmin(cost))
+        return int(kept[np.argmin(cost)])
 
     def _compare(self, T_map_key: Transform, old: int, now: int, lost_m: float) -> bool:
         T_old_now = se2.between(T_map_key[old], T_map_key[now])
@@ -221,6 +237,7 @@ class LoopCloser:
     def restore(self, state: dict[str, Any]) -> None:
         """Become the search that was saved."""
         self.scans, self.origins, self.way = state["scans"], state["origins"], state["way"]
+        self.kept = [k for k, scan in enumerate(self.scans) if scan.shape[0] > 0]
         self.first, self.second = state["first"], state["second"]
         self.T_first_second, self.information = state["T"], state["information"]
         self._pending = None if state["pending"] is None else (state["pending"][0], state["pending"][1])

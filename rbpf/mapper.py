@@ -9,6 +9,7 @@ any number of threads, and however fast they are; so results do not depend on th
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,7 @@ from rbpf.trajectory import Rows, spread
 from spatial import InputError, Keyframes, LocalMap, Scan, se2
 from spatial.se2 import Transform
 
-LAYOUT = 3
+LAYOUT = 4
 """Of :meth:`Mapper.state`; raised whenever its content changes."""
 SETTLE_SCANS = 10
 """What the particles make of a keyframe is told after so many scans at the latest."""
@@ -170,8 +171,8 @@ class Mapper:
     def particles(self) -> Transform:
         """``(N, 3)`` where each particle has the robot now."""
         if self._keys == 0:
-            return np.zeros((self.config.particles, 3))
-        return se2.compose(self._back.filter.poses[:, -1], self._since.T_key_base)
+            return np.zeros((self._back.filter.count, 3))
+        return se2.compose(self._back.filter.ends, self._since.T_key_base)
 
     @property
     def covariance(self) -> NDArray[np.float64]:
@@ -210,6 +211,15 @@ class Mapper:
         first = np.searchsorted(place[:, 1], np.arange(self._keys))
         keyframes = Keyframes(place[first, 0].copy(), back.T_map_key.copy())
         return LocalMap(self._publisher.publish(particles.store, particles.best), keyframes)
+
+    def use_particles(self, count: int) -> None:
+        """Go on with so many particles, drawn by their weights: fewer cost less, and close fewer loops.
+
+        Raises ``InputError`` where there cannot be so many.
+        """
+        replace(self.config, particles=count)  # checks it
+        if count != self._back.filter.count:
+            self._back.filter.resize(count)
 
     def skip_revisions(self, count: int) -> None:
         """Leave out map revisions: a mapper resumed from disk may have published some that it does not remember."""

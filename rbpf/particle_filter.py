@@ -19,6 +19,7 @@ from rbpf.resampling import effective, normalised, systematic
 from rbpf.scan_points import spaced
 from rbpf.sight import SPACING_M
 from rbpf.tile_store import NO_ENDS, TileStore
+from rbpf.trajectory import Rows
 from spatial import se2
 from spatial.se2 import Transform
 
@@ -42,14 +43,29 @@ class ParticleFilter:
         """Index of the particle that speaks for all."""
         self.neff = float(n)
         self.resamplings = 0
-        self._poses = np.zeros((n, 64, 3))  # (particle, keyframe): every particle's whole ancestry
+        self._shared = Rows(3)  # keyframes on which all particles agree, from the first on
+        self._poses = np.zeros((n, 64, 3))  # (particle, keyframe) of those after
         self._rng = np.random.default_rng(seed)
         self._reach_m = config.usable_range_m + BEYOND_M
 
     @property
-    def poses(self) -> Transform:
-        """``(N, K, 3)``, where each particle has the keyframes."""
-        return self._poses[:, : self.keys]
+    def count(self) -> int:
+        """How many particles there are."""
+        return self._poses.shape[0]
+
+    @property
+    def ends(self) -> Transform:
+        """``(N, 3)``, where each particle has the newest keyframe."""
+        return self._own[:, -1]
+
+    def ancestry(self, index: int) -> Transform:
+        """Return ``(K, 3)``, where a particle has all keyframes."""
+        return np.concatenate([self._shared.rows, self._own[index]])
+
+    @property
+    def _own(self) -> Transform:
+        """``(N, k, 3)``, the keyframes on which particles differ, and always the newest."""
+        return self._poses[:, : self.keys - self._shared.size]
 
     @property
     def weights(self) -> NDArray[np.float64]:
@@ -62,23 +78,24 @@ class ParticleFilter:
         if self.keys == 0:
             self.store.cover(np.full(2, -self._reach_m), np.full(2, self._reach_m))
         else:
-            if self.keys == self._poses.shape[1]:
+            if self._own.shape[1] == self._poses.shape[1]:
                 self._poses = np.concatenate([self._poses, np.zeros_like(self._poses)], axis=1)
             result = self._propose(key)
         self.keys += 1
         weights = self.weights
         self.neff = effective(weights)
-        if self.neff < self.config.neff_fraction * self.config.particles:
-            self._resample(weights)
+        if self.neff < self.config.neff_fraction * self.count:
+            self._replace(systematic(weights, self.count, float(self._rng.random())), weights)
+            self.resamplings += 1
         self.watch.lap("resample")
         self._insert(key)
         self.watch.lap("map update")
         return result
 
     def _propose(self, key: Keyframe) -> NDArray[np.float64]:
-        n, config, store = self.config.particles, self.config, self.store
+        n, config, store = self.count, self.config, self.store
         motion = key.arrival[MOTION].copy()
-        before = self._poses[:, self.keys - 1]
+        before = self.ends
         noise = self._rng.standard_normal((n, 3))
         centres = se2.compose(before, motion)[:, :2]
         store.cover(centres.min(axis=0) - self._reach_m, centres.max(axis=0) + self._reach_m)
@@ -98,47 +115,65 @@ class ParticleFilter:
         self.log_weights -= self.log_weights.max()
         if self.log_weights[self.best] < -LOYALTY:
             self.best = int(np.argmax(self.log_weights))
-        self._poses[:, self.keys] = poses
+        self._poses[:, self._own.shape[1]] = poses
         return results[self.best]
 
-    def _resample(self, weights: NDArray[np.float64]) -> None:
-        parents = systematic(weights, float(self._rng.random()))
+    def resize(self, count: int) -> None:
+        """Go on with more or fewer particles, drawn by their weights; the one that speaks for all is among them."""
+        weights = self.weights
+        parents = systematic(weights, count, float(self._rng.random()))
+        if self.best not in parents:
+            parents[0] = self.best
+        self._replace(parents, weights)
+        self.neff = float(count)
+
+    def _replace(self, parents: NDArray[np.int64], weights: NDArray[np.float64]) -> None:
+        """Let ``parents[i]`` live on as particle ``i``; what all then have in common is kept once."""
         heir = int(np.argmax(np.where(parents == self.best, 1.0, weights[parents])))
-        self._poses[:, : self.keys] = self._poses[parents, : self.keys]
+        own = self._own[parents]
+        differ = (own != own[:1]).any(axis=(0, 2))[:-1]
+        common = int(np.argmax(differ)) if differ.any() else differ.size
+        for pose in own[0, :common]:
+            self._shared.add(pose)
+        rest = own[:, common:]
+        self._poses = np.zeros((parents.size, max(64, 2 * rest.shape[1]), 3))
+        self._poses[:, : rest.shape[1]] = rest
         self.store.resample(parents)
-        self.log_weights[:] = 0.0
+        self.log_weights = np.zeros(parents.size)
         self.best = heir
-        self.resamplings += 1
 
     def _insert(self, key: Keyframe) -> None:
         store, points, ends = self.store, key.points, key.ends
-        poses = np.ascontiguousarray(self._poses[:, self.keys - 1])
-        for i in range(self.config.particles):
+        poses = np.ascontiguousarray(self.ends)
+        for i in range(self.count):
             store.own(i, key.origin, poses[i], points, ends, True)
         place = (store.pool, store.refs, store.tables, store.row0, store.col0, store.resolution_m, key.origin, poses)
-        self.crew.share(
-            lambda first, last: insert_range(*place, points, ends, SKIP_M, first, last), self.config.particles
-        )
+        self.crew.share(lambda first, last: insert_range(*place, points, ends, SKIP_M, first, last), self.count)
 
-    def adopt(self, poses: Transform, scans: list[NDArray[np.float32]], origins: list[NDArray[np.float64]]) -> None:
-        """Let all go on from this trajectory ``(K, 3)`` and the map it makes: a loop's closing leaves one history."""
+    def adopt(
+        self, poses: Transform, kept: list[int], scans: list[NDArray[np.float32]], origins: list[NDArray[np.float64]]
+    ) -> None:
+        """Let all go on from this trajectory ``(K, 3)`` and the map that the kept scans make on it: one history."""
         store = self.store
         store.cover(poses[:, :2].min(axis=0) - self._reach_m, poses[:, :2].max(axis=0) + self._reach_m)
-        for i in range(self.config.particles):
+        for i in range(self.count):
             store.clear(i)
-        for pose, scan, origin in zip(poses, scans, origins, strict=True):
-            points = scan.astype(np.float64)
-            store.own(0, origin, pose, points, NO_ENDS, True)
-            store.insert(0, origin, pose, points, NO_ENDS, SKIP_M)
-        store.resample(np.zeros(self.config.particles, dtype=np.int64))
-        self._poses[:, : self.keys] = poses
+        for k in kept:
+            points = scans[k].astype(np.float64)
+            store.own(0, origins[k], poses[k], points, NO_ENDS, True)
+            store.insert(0, origins[k], poses[k], points, NO_ENDS, SKIP_M)
+        store.resample(np.zeros(self.count, dtype=np.int64))
+        self._shared = Rows.of(poses[:-1])
+        self._poses = np.zeros((self.count, 64, 3))
+        self._poses[:, 0] = poses[-1]
         self.log_weights[:] = 0.0
 
     def state(self) -> dict[str, Any]:
         """Return everything that a resumed filter needs."""
         return {
             "store": self.store.state(), "rng": self._rng.bit_generator.state, "log_weights": self.log_weights,
-            "poses": self.poses, "best": self.best, "neff": self.neff, "resamplings": self.resamplings,
+            "shared": self._shared.rows, "poses": self._own, "best": self.best, "neff": self.neff,
+            "resamplings": self.resamplings,
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -146,7 +181,7 @@ class ParticleFilter:
         self.store.restore(state["store"])
         self._rng.bit_generator.state = state["rng"]
         self.log_weights = state["log_weights"]
-        poses = state["poses"]
-        self.keys = poses.shape[1]
-        self._poses = np.concatenate([poses, np.zeros((poses.shape[0], max(64, self.keys), 3))], axis=1)
+        self._shared, poses = Rows.of(state["shared"]), state["poses"]
+        self.keys = self._shared.size + poses.shape[1]
+        self._poses = np.concatenate([poses, np.zeros((poses.shape[0], max(64, poses.shape[1]), 3))], axis=1)
         self.best, self.neff, self.resamplings = state["best"], state["neff"], state["resamplings"]

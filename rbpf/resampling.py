@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 
 
 @njit(cache=True, nogil=True)
-def systematic(weights: NDArray[np.float64], u: float) -> NDArray[np.int64]:  # pragma: no cover - compiled
-    """Return ``(N,)`` ancestors by systematic resampling with one draw ``u`` in [0, 1) (Carpenter et al. 1999).
+def systematic(weights: NDArray[np.float64], count: int, u: float) -> NDArray[np.int64]:  # pragma: no cover - compiled
+    """Return ``count`` ancestors by systematic resampling with one draw ``u`` in [0, 1) (Carpenter et al. 1999).
 
     The walk along the cumulated weights stops at the last particle of positive weight, so that sums that fall short of
-    1 do no harm. Weights need not be normalised; where all are zero everyone survives.
+    1 do no harm. Weights need not be normalised; where all are zero they live on in turn.
     """
     n = weights.size
-    parents = np.arange(n)
+    parents = np.arange(count) % n
     total = 0.0
     last = 0
     for i in range(n):
@@ -25,8 +25,8 @@ def systematic(weights: NDArray[np.float64], u: float) -> NDArray[np.int64]:  # 
     if not total > 0.0:
         return parents
     i, cumulated = 0, weights[0]
-    for k in range(n):
-        target = (k + u) / n * total
+    for k in range(count):
+        target = (k + u) / count * total
         while cumulated <= target and i < last:
             i += 1
             cumulated += weights[i]

@@ -27,7 +27,7 @@ def warm_up() -> None:
         mapper.update(scan, np.array([0.6 * k, 0.0, 0.2 * k]))
     mapper.snapshot()
     mapper.trajectory()
-    systematic(np.ones(2), 0.5)
+    systematic(np.ones(2), 2, 0.5)
     mapper._back.filter.store.resample(np.zeros(3, dtype=np.int64))
     store = TileStore(1, 0.05)
     place = (store.pool, store.tables[0], store.row0, store.col0, store.resolution_m, np.zeros((20, 5)))

@@ -8,37 +8,36 @@ from hypothesis import strategies as st
 from rbpf.resampling import effective, normalised, systematic
 
 
-def naive(weights: np.ndarray, u: float) -> list[int]:
+def naive(weights: np.ndarray, count: int, u: float) -> list[int]:
     cdf = np.cumsum(weights) / np.sum(weights)
-    n = len(weights)
     last = int(np.flatnonzero(weights)[-1])
-    return [min(int(np.searchsorted(cdf, (k + u) / n, side="right")), last) for k in range(n)]
+    return [min(int(np.searchsorted(cdf, (k + u) / count, side="right")), last) for k in range(count)]
 
 
-@given(st.lists(st.integers(0, 100), min_size=1, max_size=40), st.floats(0.01, 0.99))
-def test_as_the_naive_twin(weights: list[int], u: float) -> None:
+@given(st.lists(st.integers(0, 100), min_size=1, max_size=40), st.integers(1, 60), st.floats(0.01, 0.99))
+def test_as_the_naive_twin(weights: list[int], count: int, u: float) -> None:
     w = np.array(weights, dtype=float)
     if w.sum() == 0:
-        assert systematic(w, u).tolist() == list(range(w.size))
+        assert systematic(w, count, u).tolist() == [k % w.size for k in range(count)]
         return
     cdf = np.cumsum(w) / w.sum()
-    if np.abs((np.arange(w.size) + u)[:, None] / w.size - cdf).min() < 1e-9:
+    if np.abs((np.arange(count) + u)[:, None] / count - cdf).min() < 1e-9:
         return  # on an edge either neighbour is right
-    assert systematic(w, u).tolist() == naive(w, u)
+    assert systematic(w, count, u).tolist() == naive(w, count, u)
 
 
 def test_walk_stops_where_sums_fall_short_of_one() -> None:
     for n in (7, 30, 1000):
         w = np.full(n, 0.999 / n)
-        parents = systematic(w, np.nextafter(1.0, 0.0))
+        parents = systematic(w, w.size, np.nextafter(1.0, 0.0))
         assert parents.max() <= n - 1 and parents.min() >= 0
     w = np.array([0.3, 0.7, 0.0, 0.0])
-    assert set(systematic(w, np.nextafter(1.0, 0.0)).tolist()) <= {0, 1}
+    assert set(systematic(w, w.size, np.nextafter(1.0, 0.0)).tolist()) <= {0, 1}
 
 
 def test_every_particle_lives_in_proportion() -> None:
     w = np.array([0.5, 0.25, 0.125, 0.125])
-    counts = np.bincount(systematic(np.repeat(w, 8), 0.3), minlength=32)
+    counts = np.bincount(systematic(np.repeat(w, 8), 32, 0.3), minlength=32)
     assert (np.abs(counts - 32 * np.repeat(w, 8) / 8) < 1.0).all()
 
 
