@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import struct
+import zlib
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -13,6 +15,8 @@ from spatial import InputError, Scan
 from spatial.files import write_bytes
 
 SCANS_FILE = "scans.npz"
+UNPACKING = (zlib.error, struct.error)
+"""What a damaged archive can raise beside its own errors."""
 
 
 class Recorder:
@@ -78,5 +82,15 @@ def read_recording(path: Path) -> list[Sensed]:
         ]
     except FileNotFoundError as error:
         raise InputError(f"{path}: no such file; the run kept no scans (mission.record = false?)") from error
-    except (OSError, EOFError, ValueError, KeyError, BadZipFile) as error:
+    except (
+        OSError,
+        EOFError,
+        ValueError,
+        TypeError,
+        KeyError,
+        MemoryError,
+        BadZipFile,
+        RuntimeError,
+        *UNPACKING,
+    ) as error:
         raise InputError(f"{path}: not a recording of scans ({error})") from error
