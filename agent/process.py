@@ -19,8 +19,9 @@ from concurrent.futures import Future, ThreadPoolExecutor
 import numpy as np
 
 from agent.body import Sensed
-from agent.clock import Clock
-from agent.effects import AlignJob
+from agent.clock import Clock, WallClock
+from agent.effects import AlignJob, Event
+from agent.overload import Overload
 from agent.runner import Runner
 from agent.status import status_of
 from alignment import Alignment, Rejection
@@ -51,6 +52,8 @@ class ProcessShell:
         """How old each scan was when it had been mapped, seconds of wall time."""
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="align", initializer=_step_back)
         self._job: tuple[AlignJob, Future[Alignment | Rejection]] | None = None
+        self._load = Overload(runner.agent.settings.rbpf.particles)
+        self._mapper = runner.agent.mapper
         self._next_tick_ns = 0
         self._next_status_ns = 0
 
@@ -72,6 +75,7 @@ class ProcessShell:
         sensed = self.runner.sense(now_ns)
         if sensed is not None:
             self.scan_ages_s.append(self._age_s(sensed))
+            self._keep_up(self.scan_ages_s[-1])
         if now_ns >= self._next_tick_ns:
             self._next_tick_ns = now_ns + round(self.runner.agent.settings.agent.tick_s * 1e9)
             self.runner.tick(now_ns)
@@ -87,6 +91,21 @@ class ProcessShell:
         if sensed.taken_s is not None:
             return time.monotonic() - sensed.taken_s
         return max(self.clock.wall_s(self.clock.now_ns() - sensed.t_ns), 0.0)
+
+    def _keep_up(self, age_s: float) -> None:
+        """Give particles up where the mapper is slower than the laser; where mission time waits, there is no need."""
+        if not isinstance(self.clock, WallClock):
+            return
+        if self._mapper is not self.runner.agent.mapper:  # begun anew, with all its particles
+            self._mapper, self._load = self.runner.agent.mapper, Overload(self._load.wanted)
+        lost = getattr(self.runner.body, "scans_lost", 0)
+        now_ns, before = self.clock.now_ns(), self._load.count
+        count = self._load.look(age_s, lost, now_ns / 1e9)
+        if count is not None:
+            self._mapper.use_particles(count)
+            name = "overloaded" if count < before else "relieved"
+            fields = {"particles": count, "of": self._load.wanted, "scan_age_s": round(age_s, 3), "scans_lost": lost}
+            self.runner.perform([Event(now_ns, name, fields)])
 
     def scan_age_ms(self) -> dict[str, float]:
         """Return percentiles of the age of scans, milliseconds of wall time; empty where there was none."""

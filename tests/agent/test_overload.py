@@ -1,0 +1,60 @@
+"""A robot whose processor is too slow goes on with fewer particles, and with more again when it has air."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from agent.overload import FLOOR, Overload
+
+LASER_S = 0.1
+
+
+def drive(load: Overload, cost_s: Callable[[float, int], float], until_s: float) -> list[tuple[float, int]]:
+    """Map a laser's scans, two of which may wait, at a cost by time and particles; return when what was changed."""
+    free_s, lost, changes = 0.0, 0, []
+    for k in range(round(until_s / LASER_S)):
+        taken_s = k * LASER_S
+        if free_s - taken_s > 2 * LASER_S:  # a third would wait
+            lost += 1
+            continue
+        free_s = max(free_s, taken_s) + cost_s(taken_s, load.count)
+        count = load.look(free_s - taken_s, lost, free_s)
+        if count is not None:
+            assert count == load.count
+            changes.append((free_s, count))
+    return changes
+
+
+def test_a_mapper_that_keeps_up_is_left_alone() -> None:
+    assert drive(Overload(30), lambda t, n: 0.09, 600.0) == []
+
+
+def test_a_hiccup_changes_nothing() -> None:
+    assert drive(Overload(30), lambda t, n: 0.8 if int(t * 10) % 300 == 0 else 0.02, 600.0) == []
+
+
+def test_particles_are_given_up_until_it_keeps_up_and_not_below_the_floor() -> None:
+    load = Overload(32)
+    drive(load, lambda t, n: 0.006 * n, 60.0)
+    assert load.count == 16
+    drowned = Overload(30)
+    changes = drive(drowned, lambda t, n: 0.5, 60.0)
+    assert [count for _, count in changes] == [15, FLOOR]
+    assert drive(Overload(5), lambda t, n: 0.5, 60.0) == []
+
+
+def test_particles_come_back_when_the_load_is_gone() -> None:
+    load = Overload(30)
+    changes = drive(load, lambda t, n: 0.5 if t < 60.0 else 0.01, 300.0)
+    assert load.count == 30
+    assert [count for _, count in changes] == [15, 8, 16, 30]
+
+
+@pytest.mark.parametrize("particles", [16, 30])
+def test_trying_more_becomes_rare_where_it_fails(particles: int) -> None:
+    changes = drive(Overload(particles), lambda t, n: 0.5 if n == particles else 0.05, 7200.0)
+    tries = [t for t, count in changes if count == particles]
+    assert 3 <= len(tries) <= 15
+    assert tries[-1] - tries[-2] > 5 * (tries[1] - tries[0])
