@@ -52,8 +52,8 @@ class ProcessShell:
         """How old each scan was when it had been mapped, seconds of wall time."""
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="align", initializer=_step_back)
         self._job: tuple[AlignJob, Future[Alignment | Rejection]] | None = None
-        self._load = Overload(runner.agent.settings.rbpf.particles)
         self._mapper = runner.agent.mapper
+        self._load = Overload(runner.agent.settings.rbpf.particles, len(self._mapper.particles))
         self._next_tick_ns = 0
         self._next_status_ns = 0
 

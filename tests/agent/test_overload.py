@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+import json
+import time
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
-from agent.overload import FLOOR, Overload
+from agent import Agent, ProcessShell, Runner, Sensed, Settings, WallClock
+from agent.overload import FLOOR, LATE_S, Overload
+from comms import MemoryNetwork
+from spatial import Scan
 
 LASER_S = 0.1
 
@@ -58,3 +67,36 @@ def test_trying_more_becomes_rare_where_it_fails(particles: int) -> None:
     tries = [t for t, count in changes if count == particles]
     assert 3 <= len(tries) <= 15
     assert tries[-1] - tries[-2] > 5 * (tries[1] - tries[0])
+
+
+class LateBody:
+    """A laser whose scans were all taken a second ago."""
+
+    next_ns = None
+    finished = False
+    scans_lost = 0
+    count = 0
+
+    def sense(self, now_ns: int) -> Sensed | None:
+        self.count += 1
+        ranges = np.full(90, 3.0, dtype=np.float32)
+        stamp_ns = now_ns - 1_000_000_000
+        scan = Scan(stamp_ns=stamp_ns, ranges_m=ranges, angle_min_rad=-1.5, angle_increment_rad=0.03, range_max_m=10.0)
+        return Sensed(stamp_ns, scan, np.zeros(3))
+
+    def act(self, agent: Any, now_ns: int) -> None:
+        """Nothing to drive."""
+
+
+def test_the_mapper_of_a_robot_that_is_late_really_has_fewer_particles(tmp_path: Path) -> None:
+    settings = Settings()
+    agent = Agent("r1", replace(settings, rbpf=replace(settings.rbpf, particles=30, threads=1)))
+    body = LateBody()
+    runner = Runner(agent, body, MemoryNetwork().attach("r1"), tmp_path)
+    shell = ProcessShell(runner, WallClock(start_ns=time.monotonic_ns() - 10_000_000_000))
+    shell.run(lambda: body.count >= 40)
+    assert len(agent.mapper.particles) == 15
+    events = [json.loads(line) for line in (tmp_path / "events.jsonl").read_text().splitlines()]
+    told = [event for event in events if event["event"] == "overloaded"]
+    assert [(event["particles"], event["of"]) for event in told] == [(15, 30)]
+    assert told[0]["scan_age_s"] > LATE_S
