@@ -68,8 +68,6 @@ class ZenohTransport:
         Raises ``InputError`` where an endpoint cannot be used.
         """
         self.robot_id, self.team = check_name(robot_id, "robot id"), check_name(team, "team name")
-        if keys is None:
-            log.warning("team %s is open: anyone on this network can read and write its maps (see mrslam keys)", team)
         (listen, listen_datagrams), (connect, connect_datagrams) = split_datagrams(listen), split_datagrams(connect)
         self._session = open_session(
             settings(team, mode=mode, listen=listen, connect=connect, multicast=multicast, keys=keys)

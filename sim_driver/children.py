@@ -48,6 +48,8 @@ class Child:
     """News of the simulation sent to it, and taken by it."""
     scans_lost: int = 0
     """Simulated scans it was too slow to take, or not there to take."""
+    placed: set[str] = field(default_factory=set)
+    """Teammates whose maps it was told to have placed."""
 
     @property
     def robot_id(self) -> str:
@@ -58,6 +60,12 @@ class Child:
     def alive(self) -> bool:
         """Whether the process still runs."""
         return self.process.is_alive()
+
+    def newly_placed(self) -> list[str]:
+        """Return the teammates whose maps it has placed for the first time since the last call."""
+        new = [other for other in self.status.placed if other not in self.placed]
+        self.placed.update(new)
+        return new
 
     def read_status(self) -> None:
         """Take what the process said since the last call."""

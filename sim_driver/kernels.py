@@ -23,7 +23,7 @@ def ensure_compiled(say: Callable[[str], None], rooms: tuple[str, ...] = ROOMS) 
     start = time.monotonic()
     cold = [room for room in rooms if not is_warm(room)]
     if cold:
-        say("First run: compiling kernels, which takes up to a minute; later runs find them on disk.")
+        say("First run: compiling kernels, which takes up to a minute in all; later runs find them on disk.")
     for room in rooms:
         if room in cold:
             say(f"  compiling {room} ...")

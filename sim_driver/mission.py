@@ -16,6 +16,7 @@ from sim_driver.faults import FaultConfig
 from sim_driver.locate import locate
 from sim_driver.radio import RadioConfig
 from sim_driver.settings import build, check_keys, read_toml, with_overrides
+from sim_driver.shipped import find_mission
 from sim_driver.view.options import ViewOptions
 from spatial import InputError
 from spatial.errors import require
@@ -164,7 +165,11 @@ class Mission:
 
 
 def load_mission(path: Path, assignments: Sequence[str] = ()) -> Mission:
-    """Read a mission file with ``section.key=value`` options laid over it; every mistake is an ``InputError``."""
+    """Read a mission file, or a shipped mission, with ``section.key=value`` options laid over it.
+
+    Every mistake is an ``InputError``.
+    """
+    path = find_mission(path)
     return make_mission(with_overrides(read_toml(path), assignments), path)
 
 

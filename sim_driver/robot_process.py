@@ -73,7 +73,8 @@ class Status:
     """How a robot fares."""
 
     finished: bool = False
-    merged: int = 0
+    placed: tuple[str, ...] = ()
+    """Teammates whose maps lie beside its own."""
     area_m2: float = 0.0
     behind_s: float = 0.0
     """How long the next scan has been due, seconds of mission time."""
@@ -142,7 +143,8 @@ def run_robot(task: RobotTask, pipe: Connection, simulator: Connection, stop: St
         if time.monotonic() - told_s > STATUS_S:
             told_s = time.monotonic()
             behind_s = 0.0 if body.next_ns is None else max(now.value - body.next_ns, 0) / 1e9
-            pipe.send(Status(body.finished, len(agent.T_team_map) - 1, agent.known_area_m2(), behind_s))
+            placed = tuple(robot for robot in agent.T_team_map if robot != agent.robot_id)
+            pipe.send(Status(body.finished, placed, agent.known_area_m2(), behind_s))
         return stop.is_set()
 
     shell.run(stopped)

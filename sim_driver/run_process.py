@@ -66,6 +66,8 @@ def _watch(
     while True:
         for i, child in enumerate(children):
             child.read_status()
+            for other in child.newly_placed():
+                say(f"{now.value / 1e9:.0f} s: {child.robot_id} knows where the map of {other} lies in its own")
             if child.alive or child.mourned:
                 continue
             child.mourned = True
@@ -153,7 +155,7 @@ def _simulate(simulation: Simulation, children: Sequence[Child], now_ns: int) ->
 def _words(children: Sequence[Child]) -> str:
     parts = []
     for child in children:
-        merged = f"+{child.status.merged}" if child.status.merged else ""
+        merged = f"+{len(child.status.placed)}" if child.status.placed else ""
         parts.append(
             f"{child.robot_id}{merged} {child.status.area_m2:.0f} m2" if child.alive else f"{child.robot_id} ended"
         )

@@ -15,7 +15,8 @@ from rich.status import Status
 from agent import Agent, Body, Keeper, ProcessShell, Runner, Settings, WallClock
 from agent.sensors import SensorBody
 from comms import ZenohSensors, load_keys
-from sim_driver.cli.console import console
+from sim_driver.cli.console import console, say
+from sim_driver.cli.progress import Lines
 from sim_driver.feeds import open_feed
 from sim_driver.kernels import ensure_compiled, load_kernels
 from sim_driver.mission import make_settings
@@ -26,6 +27,8 @@ from sim_driver.usage import write_usage
 
 SHOW_S = 1.0
 """How often the line of status is renewed, seconds."""
+LOG_S = 60.0
+"""How often it is told where there is no terminal, as in a service's log, seconds."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +56,7 @@ def run_agent(options: AgentOptions) -> None:
     """Run until SIGINT or SIGTERM, or until the log has ended and the time is over; then leave the robot's files."""
     settings = _settings(options)
     keys = None if options.keys is None else load_keys(options.keys, options.robot, options.team)
-    ensure_compiled(lambda text: console.print(text, highlight=False))
+    ensure_compiled(say)
     load_kernels()
     clock = WallClock(time.monotonic_ns() - time.time_ns())  # the world's time, so that robots' events can be compared
     boot_id = time.time_ns() // 1_000_000
@@ -71,11 +74,13 @@ def run_agent(options: AgentOptions) -> None:
         keeper = Keeper(options.out / CHECKPOINT, settings.agent.checkpoint_interval_s)
         runner = Runner(agent, body, transport, options.out, keeper=keeper)
         runner.perform(past)
-        console.print(f"{options.robot} of team {options.team} is up; Ctrl-C ends it", highlight=False)
+        say(f"{options.robot} of team {options.team} is up; Ctrl-C ends it")
+        if keys is None:
+            say(f"team {options.team} is open: anyone on this network can read and write its maps (see mrslam keys)")
         shell = ProcessShell(runner, clock)
         shell.run(over)
         write_usage(shell, options.out)
-    console.print(f"everything is in {options.out}", highlight=False)
+    say(f"everything is in {options.out}")
 
 
 def _settings(options: AgentOptions) -> Settings:
@@ -111,6 +116,7 @@ def _until_told(options: AgentOptions, agent: Agent, words: Callable[[], str]) -
         signal.signal(number, lambda number, frame: told.append(number))
     end_s = math.inf if options.duration_s is None else time.monotonic() + options.duration_s
     shown_s = 0.0
+    lines = Lines(say, LOG_S)
     with Status("", console=console) as line:
 
         def over() -> bool:
@@ -119,6 +125,8 @@ def _until_told(options: AgentOptions, agent: Agent, words: Callable[[], str]) -
             if now_s - shown_s > SHOW_S:
                 shown_s = now_s
                 line.update(_words(agent, words()))
+                if not console.is_terminal:
+                    lines.tell(_words(agent, words()))
             return bool(told) or now_s >= end_s
 
         yield over

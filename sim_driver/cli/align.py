@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from alignment import ALIGNERS, Alignment, AlignmentConfig, Rejection, align
-from sim_driver.cli.console import console
+from sim_driver.cli.console import say
 from sim_driver.kernels import ensure_compiled
 from sim_driver.settings import build, with_overrides
 from spatial import InputError, read_map
@@ -26,7 +26,7 @@ def align_files(
         raise InputError(f"{a} is one map; name the other one too (only an .npz holds both)")
     grid_a = read_map(a, "a", resolution)
     grid_b = read_map(a if b is None else b, "b" if b is None or b == a else _key(b), resolution)
-    ensure_compiled(console.print, ("alignment",))
+    ensure_compiled(say, ("alignment",))
     start = time.perf_counter()
     outcome = align(grid_a, grid_b, method=method, config=config)
     seconds = time.perf_counter() - start
@@ -38,7 +38,7 @@ def align_files(
         text = f"accepted: b lies in a at x {x:.3f} m, y {y:.3f} m, turned by {np.degrees(theta):.2f} deg"
     else:
         text = f"rejected: {outcome.reason}"
-    console.print(f"{text} (confidence {outcome.confidence:.2f}, {outcome.method}, {seconds:.2f} s)", highlight=False)
+    say(f"{text} (confidence {outcome.confidence:.2f}, {outcome.method}, {seconds:.2f} s)")
 
 
 def _key(path: Path) -> str:

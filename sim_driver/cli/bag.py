@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from sim_driver.cli.console import console, progress_bar
+from sim_driver.cli.console import say
+from sim_driver.cli.progress import progress_bar
 from sim_driver.feeds.bag_writer import BagWriter
 from sim_driver.replay import SCANS_FILE, read_recording
 from spatial import InputError, read_map
@@ -33,7 +34,7 @@ def bag_run(run: Path, out: Path | None) -> None:
         for name, folder in folders.items():
             _write_robot(bag, name, folder)
             advance()
-    console.print(f"{out}: {out.stat().st_size / 1e6:.1f} MB, {len(folders)} robots", highlight=False)
+    say(f"{out}: {out.stat().st_size / 1e6:.1f} MB, {len(folders)} robots")
 
 
 def _summary(folder: Path) -> dict[str, Any]:

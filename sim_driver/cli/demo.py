@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 
 import sim_driver
-from sim_driver.cli.console import console
+from sim_driver.cli.console import say
 from sim_driver.cli.run import report, run_with_progress
 from sim_driver.mission import make_mission
 from sim_driver.settings import read_toml
@@ -19,9 +19,7 @@ def demo(out: Path, seed: int, robots: int, rrd: Path | None, view: bool) -> Non
     tables = read_toml(MISSION)
     tables["mission"]["seed"] = seed
     tables["robots"] = [{"id": f"r{i + 1}"} for i in range(robots)]
-    console.print(
-        f"{robots} robots explore an office from unknown starts, each in a process of its own.", highlight=False
-    )
+    say(f"{robots} robots explore an office from unknown starts, each in a process of its own.")
     start = time.monotonic()
     metrics = run_with_progress(make_mission(tables, MISSION), out, rrd, view)
     report(metrics, out, time.monotonic() - start)

@@ -15,7 +15,8 @@ import typer
 from numpy.typing import NDArray
 
 import rbpf
-from sim_driver.cli.console import console, progress_bar
+from sim_driver.cli.console import say
+from sim_driver.cli.progress import progress_bar
 from sim_driver.evaluate.relations import Relations, own_errors, read_relations
 from sim_driver.feeds import Reading, open_feed
 from sim_driver.kernels import ensure_compiled
@@ -52,8 +53,8 @@ def map_log(
     truth = None if relations is None else read_relations(locate(str(relations)))
     feed = open_feed(locate(str(log)), salvage=salvage)
     for note in feed.notes:
-        console.print(f"{log.name}: {note}", highlight=False)
-    compile_s = ensure_compiled(console.print, ("rbpf",))
+        say(f"{log.name}: {note}")
+    compile_s = ensure_compiled(say, ("rbpf",))
     wall, cpu = time.monotonic(), time.process_time()
     mapper = rbpf.Mapper(config, seed=seed)
     processed_ms: list[float] = []
@@ -106,7 +107,7 @@ def map_log(
     write_text(out / "metrics.json", json.dumps(metrics, indent=1, allow_nan=False) + "\n")
     _report(metrics, out, as_json)
     if fed < len(feed.readings):
-        console.print(f"interrupted after {fed} of {len(feed.readings)} scans: these are the results so far")
+        say(f"interrupted after {fed} of {len(feed.readings)} scans: these are the results so far")
         raise typer.Exit(130)
 
 
@@ -145,14 +146,13 @@ def _report(metrics: dict[str, Any], out: Path, as_json: bool) -> None:
     if as_json:
         print(json.dumps(metrics))
         return
-    console.print(
+    say(
         f"{metrics['scans']} scans, {metrics['scans_processed']} filter updates, {metrics['known_area_m2']:g} m2 in "
-        f"{metrics['wall_s']:.1f} s ({metrics['cpu_s']:.1f} s of CPU, {metrics['peak_rss_mb']:.0f} MB)",
-        highlight=False,
+        f"{metrics['wall_s']:.1f} s ({metrics['cpu_s']:.1f} s of CPU, {metrics['peak_rss_mb']:.0f} MB)"
     )
     for name, found in metrics.get("relations", {}).items():
         text = "no relation lies within it"
         if found["relations"]:
             text = f"{found['mean_m']:.4f} m, {found['mean_deg']:.3f} deg over {found['relations']} relations"
-        console.print(f"{name}: {text}", highlight=False)
-    console.print(f"{out}/map.png, map.yaml, trajectory.tum, metrics.json", highlight=False)
+        say(f"{name}: {text}")
+    say(f"{out}/map.png, map.yaml, trajectory.tum, metrics.json")

@@ -14,7 +14,8 @@ import numpy as np
 from alignment import Alignment, Rejection
 from merge import MergeConfig, MergeResult, Pair, draw_team, merge_maps
 from sim_driver.cli.align import as_row, check_method
-from sim_driver.cli.console import console, counting_bar
+from sim_driver.cli.console import say
+from sim_driver.cli.progress import progress_bar
 from sim_driver.kernels import ensure_compiled
 from sim_driver.settings import build, with_overrides
 from spatial import InputError, OccupancyGrid, read_map, write_map
@@ -39,11 +40,11 @@ def merge_files(
     if len(grids) < 2:
         raise InputError("merging needs two maps or more")
     poses = None if known_poses is None else read_poses(known_poses, list(grids))
-    ensure_compiled(console.print, ("alignment", "merge"))
+    ensure_compiled(say, ("alignment", "merge"))
     start = time.perf_counter()
     pairs = len(grids) * (len(grids) - 1) // 2
-    with counting_bar("aligning pairs", pairs) as progress:
-        result = merge_maps(grids, poses, method, progress, config, workers=os.cpu_count())
+    with progress_bar("aligning pairs", pairs) as advance:
+        result = merge_maps(grids, poses, method, lambda done, in_all: advance(), config, workers=os.cpu_count())
     row = {**as_json_row(result), "seconds": round(time.perf_counter() - start, 3)}
     target = out if out.suffix in (".yaml", ".yml") else out / "team_map.yaml"
     write_map(target, result.team_map.grid)
@@ -54,12 +55,10 @@ def merge_files(
         return
     for name, T_team_map in result.team_map.T_team_map.items():
         x, y, theta = T_team_map
-        console.print(
-            f"{name} placed at x {x:.3f} m, y {y:.3f} m, turned by {np.degrees(theta):.2f} deg", highlight=False
-        )
+        say(f"{name} placed at x {x:.3f} m, y {y:.3f} m, turned by {np.degrees(theta):.2f} deg")
     for name, reason in result.team_map.unplaced.items():
-        console.print(f"{name} not placed: {reason}", highlight=False)
-    console.print(f"{target.with_suffix('.png')}, {target} ({row['seconds']:.1f} s)", highlight=False)
+        say(f"{name} not placed: {reason}")
+    say(f"{target.with_suffix('.png')}, {target} ({row['seconds']:.1f} s)")
 
 
 def read_maps(paths: list[Path], resolution_m: float | None) -> dict[str, OccupancyGrid]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from comms import make_team_keys
 from comms.doctor import examine
-from sim_driver.cli.console import console
+from sim_driver.cli.console import say
 
 MARKS = {"ok": "ok", "warning": "look", "error": "BAD"}
 
@@ -17,10 +17,10 @@ def make_keys(team: str, robots: list[str], routers: list[str], out: Path) -> No
     """Make the keys of robots that have none yet, all signed by the team's one authority."""
     made = make_team_keys(out, team, robots, routers)
     for folder in made:
-        console.print(f"{folder}: copy this folder to {folder.name}", highlight=False)
+        say(f"{folder}: copy this folder to {folder.name}")
     if not made:
-        console.print("all of them have keys already", highlight=False)
-    console.print(f"{out / 'ca'}: the team's authority; keep it, and keep it to yourself", highlight=False)
+        say("all of them have keys already")
+    say(f"{out / 'ca'}: the team's authority; keep it, and keep it to yourself")
 
 
 def diagnose(listen: list[str], connect: list[str], multicast: bool, as_json: bool) -> None:
@@ -30,6 +30,4 @@ def diagnose(listen: list[str], connect: list[str], multicast: bool, as_json: bo
         print(json.dumps([asdict(finding) for finding in findings]))
         return
     for finding in findings:
-        console.print(
-            f"{MARKS.get(finding.level, finding.level):>4}  {finding.topic}: {finding.words}", highlight=False
-        )
+        say(f"{MARKS.get(finding.level, finding.level):>4}  {finding.topic}: {finding.words}")

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from sim_driver.cli.console import console
+from sim_driver.cli.console import say
 from sim_driver.report import write_report
 
 
 def report_run(run: Path, out: Path | None) -> None:
     """Write the run's page and say where it is."""
     path = write_report(run, out)
-    console.print(f"{path}: {path.stat().st_size / 1e3:.0f} kB; open it in any browser", highlight=False)
+    say(f"{path}: {path.stat().st_size / 1e3:.0f} kB; open it in any browser")

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import typer
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from sim_driver import run as runs
-from sim_driver.cli.console import console
+from sim_driver.cli.console import say
+from sim_driver.cli.progress import mission_progress
 from sim_driver.mission import Mission, load_mission
 from sim_driver.replay.again import replay_mission
 from sim_driver.report import REPORT_FILE, write_report
@@ -67,7 +65,7 @@ def run_with_progress(mission: Mission, out: Path, rrd: Path | None = None, view
         )
         mission = replace(mission, view=options)
     with mission_progress(mission.mission.name) as progress:
-        metrics = runs.run_mission(mission, out, progress, lambda text: console.print(text, highlight=False))
+        metrics = runs.run_mission(mission, out, progress, say)
     if len(metrics["robots_lost"]) < len(mission.robots):
         write_report(out)
     if rrd is not None:
@@ -75,50 +73,25 @@ def run_with_progress(mission: Mission, out: Path, rrd: Path | None = None, view
     return metrics
 
 
-@contextmanager
-def mission_progress(name: str) -> Iterator[runs.Progress]:
-    """Show mission time against the whole, and a few words on what the robots do."""
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.fields[words]}"),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(name, total=None, words="starting")
-
-        def show(mission_s: float, total_s: float | None, text: str) -> None:
-            bar.update(task, completed=mission_s, total=total_s, words=f"{mission_s:.0f} s of mission  {text}")
-
-        yield show
-
-
 def report(metrics: dict[str, Any], out: Path, wall_s: float) -> None:
     """Say in plain words what came of the mission; an interrupted one ends the command as Ctrl-C does."""
     for pair in metrics["pairs"]:
         who = f"{pair['a']} and {pair['b']}"
         if pair["status"] != "accepted":
-            console.print(f"{who} not merged: {pair['reason']}", highlight=False)
+            say(f"{who} not merged: {pair['reason']}")
             continue
         error = "" if pair["error_m"] is None else f", {pair['error_m']:.3f} m / {pair['error_deg']:.2f} deg off"
-        console.print(
-            f"{who} merged after {pair['accepted_at_s']:.0f} s (confidence {pair['confidence']:.2f}{error})",
-            highlight=False,
-        )
+        say(f"{who} merged after {pair['accepted_at_s']:.0f} s (confidence {pair['confidence']:.2f}{error})")
     for link in metrics["links"]:
         if link["exchanges"]:
             saved = 1.0 - link["bytes_sent"] / max(link["bytes_full_lz4"], 1)
-            console.print(
+            say(
                 f"{link['a']}-{link['b']}: {link['exchanges']} exchanges, {link['bytes_sent'] / 1e3:.1f} kB "
-                f"({100 * saved:.0f} % less than whole maps with LZ4)",
-                highlight=False,
+                f"({100 * saved:.0f} % less than whole maps with LZ4)"
             )
     for robot in metrics["robots_lost"]:
-        console.print(f"{robot} was lost: see {out / robot}", highlight=False)
-    console.print(
-        f"{metrics['mission_s']:.0f} s of mission in {wall_s:.0f} s; look at {out / REPORT_FILE}", highlight=False
-    )
+        say(f"{robot} was lost: see {out / robot}")
+    say(f"{metrics['mission_s']:.0f} s of mission in {wall_s:.0f} s; look at {out / REPORT_FILE}")
     if metrics.get("interrupted"):
-        console.print("interrupted: these are the results so far", highlight=False)
+        say("interrupted: these are the results so far")
         raise typer.Exit(130)

@@ -8,7 +8,8 @@ import time
 from dataclasses import asdict
 from pathlib import Path
 
-from sim_driver.cli.console import console, progress_bar
+from sim_driver.cli.console import say
+from sim_driver.cli.progress import progress_bar
 from sim_driver.kernels import ensure_compiled
 from sim_driver.sweep import make_plan, parse_knob, run_sweep
 from sim_driver.sweep.advice import advice, pareto, summarise
@@ -35,12 +36,12 @@ def sweep(
     plan = make_plan(mission, [parse_knob(text) for text in vary], seeds, drive, assignments)
     count = workers or len(os.sched_getaffinity(0))
     driven = "each seed's drive is recorded once and played again" if plan.recorded else "every run drives anew"
-    console.print(f"{len(plan.points)} runs ({len(plan.seeds)} seeds); {driven}", highlight=False)
+    say(f"{len(plan.points)} runs ({len(plan.seeds)} seeds); {driven}")
     if scheduler is None:
-        ensure_compiled(lambda text: console.print(text, highlight=False))
+        ensure_compiled(say)
     start = time.monotonic()
     with progress_bar("sweep", steps(plan)) as advance, workers_at(scheduler, count) as where:
-        rows = run_sweep(plan, out, where, advance, lambda text: console.print(text, highlight=False))
+        rows = run_sweep(plan, out, where, advance, say)
     if not rows:
         raise InputError("no run of the sweep succeeded")
     written = write_table(rows, out)
@@ -50,11 +51,11 @@ def sweep(
     try:
         written += draw_all(rows, summaries, plan.knobs, out)
     except InputError as error:
-        console.print(f"no plots: {error}", highlight=False, markup=False)
+        say(f"no plots: {error}")
     if as_json:
         front = [asdict(one) for one in pareto(summaries)]
         print(json.dumps({"advice": sentence, "pareto": front, "rows": rows}, default=str))
         return
     names = ", ".join(path.name for path in written)
-    console.print(f"{len(rows)} of {len(plan.points)} runs in {time.monotonic() - start:.0f} s: {names} in {out}")
-    console.print(sentence, highlight=False, soft_wrap=True)
+    say(f"{len(rows)} of {len(plan.points)} runs in {time.monotonic() - start:.0f} s: {names} in {out}")
+    say(sentence)

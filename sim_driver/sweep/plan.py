@@ -14,6 +14,7 @@ from typing import Any
 from sim_driver.mission import SweepConfig, make_mission
 from sim_driver.replay.again import REPLAYABLE
 from sim_driver.settings import build, parse_assignment, read_toml, with_overrides
+from sim_driver.shipped import find_mission
 from spatial import InputError
 
 DRIVES = ("auto", "recorded", "anew")
@@ -100,6 +101,7 @@ def make_plan(
 
     Knobs and seeds that are not given are those of the mission's section ``[sweep]``.
     """
+    path = find_mission(path)
     tables = with_overrides(read_toml(path), ['mission.shell="virtual"', *assignments])
     planned = build(SweepConfig, tables.pop("sweep", {}), f"{path}: sweep")
     knobs, seeds = knobs or [parse_knob(text) for text in planned.vary], seeds or planned.seeds

@@ -1,0 +1,1 @@
+"""Every sub-command: its arguments, its options and its help."""

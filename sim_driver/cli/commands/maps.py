@@ -1,0 +1,95 @@
+"""Commands on logs and maps. What they do is in the file of their name, loaded when one runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sim_driver.cli.commands.options import Json, Out, Rrd, Salvage, Set, View
+
+
+def map_(
+    log: Annotated[Path, typer.Argument(help="Recorded log; its format is guessed from its name.")],
+    particles: Annotated[int, typer.Option("--particles", help="Particles of the filter.", min=1)] = 30,
+    seed: Annotated[int, typer.Option("--seed", help="One seed gives the same bytes.")] = 0,
+    out: Out = Path("out/map"),
+    no_odometry: Annotated[bool, typer.Option("--no-odometry", help="Do without the log's odometry.")] = False,
+    relations: Annotated[
+        Path | None, typer.Option("--relations", help="Relations file (t1 t2 x y z roll pitch yaw): print the errors.")
+    ] = None,
+    salvage: Salvage = False,
+    rrd: Rrd = None,
+    view: View = False,
+    set_: Set = None,
+    json: Json = False,
+) -> None:
+    """Map one recorded log.
+
+    Writes map, trajectory and metrics; interrupted, it writes what it has.
+
+    mrslam map intel.clf.gz --particles 30 --seed 1 --out out/intel
+    mrslam map monday.bag --no-odometry --out out/monday
+    """
+    from sim_driver.cli.map_log import map_log
+
+    map_log(log, particles, seed, out, no_odometry, set_ or [], json, rrd, view, relations, salvage)
+
+
+def feed(
+    log: Annotated[Path, typer.Argument(help="Recorded log.")], salvage: Salvage = False, json: Json = False
+) -> None:
+    """Say what is in a recorded log, and what is missing.
+
+    mrslam feed intel.clf.gz
+    mrslam feed monday.bag --json
+    """
+    from sim_driver.cli.feed import inspect_file
+
+    inspect_file(log, json, salvage)
+
+
+def align(
+    a: Annotated[Path, typer.Argument(help="Map: .yaml with its image, a bare image, or .npz.")],
+    b: Annotated[Path | None, typer.Argument(help="The other map; left out for an .npz that holds both.")] = None,
+    method: Annotated[str, typer.Option("--method", help="auto, orb, surf, hough, random-walk, ...")] = "auto",
+    resolution: Annotated[float | None, typer.Option("--resolution", help="Metres a cell, for bare images.")] = None,
+    set_: Set = None,
+    json: Json = False,
+) -> None:
+    """Find how two maps fit together, or say why they do not.
+
+    Both are answers: the exit code is 0 either way.
+
+    mrslam align a/map.yaml b/map.yaml --json
+    mrslam align a.png b.png --resolution 0.05 --method surf
+    """
+    from sim_driver.cli.align import align_files
+
+    align_files(a, b, method, resolution, set_ or [], json)
+
+
+def merge(
+    maps: Annotated[list[Path], typer.Argument(help="Two or more maps: .yaml, bare images or .npz.")],
+    out: Annotated[Path, typer.Option("-o", "--out", help="Merged map: a .yaml file, or a folder.")] = Path(
+        "out/merged"
+    ),
+    known_poses: Annotated[
+        Path | None, typer.Option("--known-poses", help="CSV: map, x_m, y_m, theta_rad a line.")
+    ] = None,
+    method: Annotated[str, typer.Option("--method", help="auto, orb, surf, hough, random-walk, ...")] = "auto",
+    resolution: Annotated[float | None, typer.Option("--resolution", help="Metres a cell, for bare images.")] = None,
+    set_: Set = None,
+    json: Json = False,
+) -> None:
+    """Merge map files of any SLAM system.
+
+    Maps that do not fit are named with the reason (the exit code stays 0).
+
+    mrslam merge a/map.yaml b/map.yaml c/map.yaml -o out/merged
+    mrslam merge a/map.yaml b/map.yaml --known-poses poses.csv -o out/merged
+    """
+    from sim_driver.cli.merge import merge_files
+
+    merge_files(maps, out, known_poses, method, resolution, set_ or [], json)

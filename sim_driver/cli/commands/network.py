@@ -1,0 +1,123 @@
+"""Commands on real robots and their network. What they do is in the file of their name, loaded when one runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sim_driver.cli.commands.options import Json, Set
+
+
+def agent(
+    robot: Annotated[str, typer.Argument(help="The robot's name, unique in its team.")],
+    team: Annotated[str, typer.Option("--team", help="The team's name.")] = "team",
+    listen: Annotated[list[str] | None, typer.Option("--listen", help="tcp/0.0.0.0:7447; several are fine.")] = None,
+    connect: Annotated[list[str] | None, typer.Option("--connect", help="A teammate's or router's address.")] = None,
+    multicast: Annotated[
+        bool | None, typer.Option("--multicast/--no-multicast", help="Find teammates on the local network.")
+    ] = None,
+    keys: Annotated[Path | None, typer.Option("--keys", help="The robot's folder of the team's keys.")] = None,
+    log: Annotated[
+        Path | None, typer.Option("--log", help="Play a recorded log instead of listening to drivers.")
+    ] = None,
+    sensors: Annotated[
+        str, typer.Option("--sensors", help="Where the robot's drivers send scans and odometry to.")
+    ] = "tcp/127.0.0.1:7448",
+    mode: Annotated[
+        str, typer.Option("--mode", help="distributed, mapper (merges nothing) or central.")
+    ] = "distributed",
+    config: Annotated[Path | None, typer.Option("--config", help="TOML file of settings; see mrslam config.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="The robot's folder; out/ROBOT unless given.")] = None,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Begin a new map though there is a checkpoint.")] = False,
+    duration: Annotated[float | None, typer.Option("--duration", help="Stop after so many seconds.")] = None,
+    seed: Annotated[int, typer.Option("--seed", help="Of the particle filter.")] = 0,
+    set_: Set = None,
+) -> None:
+    """Run one robot's agent, on the robot, until Ctrl-C.
+
+    It maps, meets teammates and merges; started again, it goes on from its checkpoint.
+
+    mrslam agent r1 --team depot --listen tcp/0.0.0.0:7447 --connect tcp/10.0.0.2:7447
+    mrslam agent r1 --team desk --log intel.clf.gz    play a log as if it were the laser
+    """
+    from sim_driver.cli.agent import AgentOptions, run_agent
+
+    options = AgentOptions(
+        robot=robot, team=team, mode=mode, listen=listen or [], connect=connect or [],
+        multicast=not connect if multicast is None else multicast, keys=keys, log=log, sensors=sensors, config=config,
+        assignments=set_ or [], out=out or Path("out") / robot, fresh=fresh, duration_s=duration, seed=seed,
+    )  # fmt: skip
+    run_agent(options)
+
+
+def top(
+    team: Annotated[str | None, typer.Option("--team", help="Show this team only (mission.name).")] = None,
+    listen: Annotated[
+        list[str] | None, typer.Option("--listen", help="Endpoint to be reached at; none unasked.")
+    ] = None,
+    connect: Annotated[
+        list[str] | None, typer.Option("--connect", help="Endpoint of a robot or router, tcp/192.168.1.5:7447.")
+    ] = None,
+    keys: Annotated[Path | None, typer.Option("--keys", help="A robot's key folder, to see a closed team.")] = None,
+    multicast: Annotated[bool, typer.Option("--multicast/--no-multicast", help="Look around by multicast.")] = True,
+    once: Annotated[bool, typer.Option("--once", help="Show one snapshot and stop.")] = False,
+    wait: Annotated[float, typer.Option("--wait", help="Longest wait for somebody, seconds.", min=0.0)] = 5.0,
+    json: Json = False,
+) -> None:
+    """Show who is here, how good links are, and what is exchanged.
+
+    mrslam top                   in a second terminal, while mrslam demo runs
+    mrslam top --once --json     for scripts; exit code 1 where nobody is here
+    """
+    from sim_driver.cli.top import top as show_top
+
+    show_top(team, listen or [], connect or [], keys, multicast, once, json, wait)
+
+
+def doctor(
+    listen: Annotated[
+        list[str] | None, typer.Option("--listen", help="Endpoint to listen on, tcp/0.0.0.0:7447.")
+    ] = None,
+    connect: Annotated[list[str] | None, typer.Option("--connect", help="Endpoint of a teammate to reach.")] = None,
+    multicast: Annotated[bool, typer.Option("--multicast/--no-multicast", help="Try multicast discovery.")] = True,
+    json: Json = False,
+) -> None:
+    """Look at this machine's network as robots will use it.
+
+    Says plainly what is wrong. Takes up to half a minute.
+
+    mrslam doctor --listen tcp/0.0.0.0:7447 --connect tcp/192.168.1.5:7447
+    """
+    from sim_driver.cli.network import diagnose
+
+    diagnose(listen or [], connect or [], multicast, json)
+
+
+def keys(
+    team: Annotated[str, typer.Argument(help="The team's name, as in mission.name.")],
+    robots: Annotated[list[str], typer.Argument(help="Robots to make keys for.")],
+    router: Annotated[list[str] | None, typer.Option("--router", help="A router; may be given often.")] = None,
+    out: Annotated[Path, typer.Option("--out", help="Folder for the keys; one folder a robot in it.")] = Path("keys"),
+) -> None:
+    """Make a team's certificates.
+
+    With them only the team's own robots are heard, each under its own name.
+
+    mrslam keys demo r1 r2 r3 --out keys
+    mrslam agent r1 --team demo --keys keys/r1
+    """
+    from sim_driver.cli.network import make_keys
+
+    make_keys(team, robots, router or [], out)
+
+
+def config() -> None:
+    """Print every setting with its default and what it does.
+
+    mrslam config | grep -A 1 timeout
+    """
+    from sim_driver.cli.config import print_reference
+
+    print_reference()

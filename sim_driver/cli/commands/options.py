@@ -1,0 +1,16 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Out = Annotated[Path, typer.Option("--out", help="Folder for everything the command leaves.")]
+Seed = Annotated[int | None, typer.Option("--seed", help="Everything random follows from it.")]
+Set = Annotated[list[str] | None, typer.Option("--set", help="A setting, section.key=value; may be given often.")]
+Rrd = Annotated[Path | None, typer.Option("--rrd", help="Also write a recording for the viewer (mrslam view).")]
+View = Annotated[bool, typer.Option("--view", help="Open a viewer and watch.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+Salvage = Annotated[bool, typer.Option("--salvage", help="Use the scans before the place where a log was cut off.")]
