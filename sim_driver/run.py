@@ -8,7 +8,7 @@ import platform
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from sim_driver.kernels import ensure_compiled
 from sim_driver.metrics import write_metrics
@@ -25,11 +25,8 @@ from spatial.files import write_text
 LIBRARIES = ("mrslam", "numpy", "numba", "scipy", "opencv-python-headless", "eclipse-zenoh", "lz4")
 
 
-class Progress(Protocol):
-    """Where a run says how far it is."""
-
-    def __call__(self, mission_s: float, total_s: float | None, text: str) -> None:
-        """Take mission time so far and in all (None: not known), seconds, and a few words."""
+Progress = Callable[[float, float | None, str], None]
+"""Takes how far a run is: mission time so far and in all (None: not known), seconds, and a few words."""
 
 
 def run_mission(mission: Mission, out: Path, progress: Progress, say: Callable[[str], None]) -> dict[str, Any]:

@@ -6,10 +6,10 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from rich import progress as rich
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
+    Progress,
     ProgressColumn,
     TextColumn,
     TimeElapsedColumn,
@@ -17,7 +17,6 @@ from rich.progress import (
 )
 
 from sim_driver.cli.console import console, say
-from sim_driver.run import Progress
 
 LINE_EVERY_S = 10.0
 """How often a line is printed where no bar can be shown, seconds."""
@@ -62,7 +61,7 @@ def progress_bar(title: str, total: int) -> Iterator[Callable[[], None]]:
 
 
 @contextmanager
-def mission_progress(name: str) -> Iterator[Progress]:
+def mission_progress(name: str) -> Iterator[Callable[[float, float | None, str], None]]:
     """Show mission time against the whole, and a few words on what the robots do."""
     lines = Lines(say)
     with _bar(TextColumn("{task.fields[words]}")) as bar:
@@ -77,7 +76,7 @@ def mission_progress(name: str) -> Iterator[Progress]:
         yield show
 
 
-def _bar(middle: ProgressColumn) -> rich.Progress:
+def _bar(middle: ProgressColumn) -> Progress:
     title = TextColumn("{task.description}")
     columns = (title, BarColumn(), middle, TimeElapsedColumn(), TimeRemainingColumn())
-    return rich.Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
+    return Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
