@@ -22,7 +22,7 @@ from comms.local_robots import announce, withdraw
 from comms.outbox import Outbox
 from comms.security import RobotKeys
 from comms.transport import Arrival, Incoming, PeerJoined, PeerLeft, Sighting
-from comms.zenoh_config import as_json, datagram_settings, settings, split_datagrams, watcher_settings
+from comms.zenoh_config import as_json, datagram_settings, settings, split_datagrams, stays_here, watcher_settings
 from spatial import InputError
 
 log = logging.getLogger(__name__)
@@ -68,6 +68,8 @@ class ZenohTransport:
         Raises ``InputError`` where an endpoint cannot be used.
         """
         self.robot_id, self.team = check_name(robot_id, "robot id"), check_name(team, "team name")
+        if keys is None and (multicast or not stays_here([*listen, *connect])):
+            log.warning("team %s is open: anyone on this network can read and write its maps (see mrslam keys)", team)
         (listen, listen_datagrams), (connect, connect_datagrams) = split_datagrams(listen), split_datagrams(connect)
         self._session = open_session(
             settings(team, mode=mode, listen=listen, connect=connect, multicast=multicast, keys=keys)
@@ -206,6 +208,8 @@ class ZenohWatcher:
     ) -> None:
         """Watch one team, or all that can be reached; raises ``InputError`` where an endpoint cannot be used."""
         pattern = "*" if team is None else check_name(team, "team name")
+        if keys is None and (multicast or not stays_here([*listen, *connect])):
+            log.warning("team %s is open: anyone on this network can read and write its maps (see mrslam keys)", team)
         self._session = open_session(watcher_settings(pattern, listen, connect, multicast, keys))
         self._seen: deque[Sighting] = deque(maxlen=MAX_SIGHTINGS)
         liveliness = self._session.liveliness()

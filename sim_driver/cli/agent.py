@@ -75,8 +75,6 @@ def run_agent(options: AgentOptions) -> None:
         runner = Runner(agent, body, transport, options.out, keeper=keeper)
         runner.perform(past)
         say(f"{options.robot} of team {options.team} is up; Ctrl-C ends it")
-        if keys is None:
-            say(f"team {options.team} is open: anyone on this network can read and write its maps (see mrslam keys)")
         shell = ProcessShell(runner, clock)
         shell.run(over)
         write_usage(shell, options.out)

@@ -3,6 +3,7 @@ from __future__ import annotations
 import pytest
 
 from comms import CommsConfig
+from comms.zenoh_config import stays_here
 from spatial import InputError
 
 
@@ -28,3 +29,17 @@ def test_values_out_of_range_say_the_bound(setting, value, words):
 
 def test_zero_timeout_means_all_the_time():
     assert CommsConfig(exchange_timeout_s=0).exchange_timeout_s == 0
+
+
+@pytest.mark.parametrize(
+    ("endpoints", "here"),
+    [
+        ([], True),
+        (["tcp/127.0.0.1:7447", "udp/localhost:7448", "tls/[::1]:7447"], True),
+        (["tcp/127.0.0.1:7447", "tcp/0.0.0.0:7447"], False),
+        (["tcp/10.0.0.2:7447"], False),
+        (["tcp/[fe80::1%eth0]:7447"], False),
+    ],
+)
+def test_endpoints_of_this_machine_are_told_from_others(endpoints, here):
+    assert stays_here(endpoints) is here

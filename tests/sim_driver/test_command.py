@@ -73,7 +73,7 @@ def test_a_broken_mission_is_one_clear_line(tmp_path: Path) -> None:
     assert "unknown key 'sped'; did you mean 'speed'" in one_line_error(mrslam("run", mission, "--out", tmp_path / "o"))
     mission.write_text('[[robots]]\nid = "r1"\nlog = "none.clf"\n')
     assert "none.clf: not found" in one_line_error(mrslam("run", mission, "--out", tmp_path / "o"))
-    assert "no such file" in one_line_error(mrslam("run", tmp_path / "nothing.toml"))
+    assert "no such mission file" in one_line_error(mrslam("run", tmp_path / "nothing.toml"))
     assert "comms.exchange_timeout_s" in one_line_error(
         mrslam("run", mission, "--set", "comms.exchange_timeout_s=-1", "--out", tmp_path / "o")
     )
