@@ -37,7 +37,7 @@ def _fault(raw: bytes) -> str:
     """Return what is wrong with bytes that OpenCV cannot read as an image."""
     if not raw:
         return "the file is empty"
-    header = re.match(rb"P5(?:\s+|#[^\n]*\n)+(\d+)\s+(\d+)\s+(\d+)\s", raw)
+    header = re.match(rb"P5(?:\s|#[^\n]*\n)+(\d{1,9})\s+(\d{1,9})\s+(\d{1,9})\s", raw)
     if header:
         width, height, top = (int(number) for number in header.groups())
         wanted, held = width * height * (1 if top < 256 else 2), len(raw) - header.end()

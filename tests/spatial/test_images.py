@@ -51,3 +51,12 @@ def test_unknown_formats_are_refused(tmp_path, name):
     with pytest.raises(InputError, match="cannot be written as"):
         write_image(tmp_path / name, np.zeros((2, 2), dtype=np.uint8))
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "header", [b"P5" + b" " * 5000, b"P5\t" * 3 + b"\t#" * 3000, b"P5 " + b"9" * 6000 + b" 1 255 "]
+)
+def test_a_header_made_to_take_long_is_refused_at_once(tmp_path, header):
+    (tmp_path / "a.pgm").write_bytes(header + b"\xc9")
+    with pytest.raises(InputError, match="damaged or cut short"):
+        read_grey(tmp_path / "a.pgm")
