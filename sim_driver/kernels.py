@@ -1,10 +1,15 @@
-"""Compiling kernels once, in the parent, before agents start: they find them on disk."""
+"""Compiling kernels once, before agents start: they find them on disk."""
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from importlib import import_module
+from pathlib import Path
 
 from spatial.jit_cache import forget_old, is_warm
 
@@ -12,22 +17,50 @@ ROOMS = ("rbpf", "alignment", "mutual_detection", "merge", "comms", "sim_driver.
 """Packages with kernels; each offers ``warm_up()``, which calls every kernel once."""
 
 
-def load_kernels(rooms: tuple[str, ...] = ROOMS) -> None:
+def load_kernels(rooms: Sequence[str] = ROOMS) -> None:
     """Call every kernel of these packages once: each is loaded from disk, or compiled where it is not there."""
     for room in rooms:
         import_module(room).warm_up()
 
 
-def ensure_compiled(say: Callable[[str], None], rooms: tuple[str, ...] = ROOMS) -> float:
-    """Load the kernels of these packages, saying so where that means compiling; return the seconds it took."""
+def ensure_compiled(say: Callable[[str], None], rooms: Sequence[str] = ROOMS) -> float:
+    """Load the kernels of these packages, saying so where that means compiling; return the seconds it took.
+
+    A second process compiles every other package where there is a second core.
+    """
     start = time.monotonic()
     cold = [room for room in rooms if not is_warm(room)]
     if cold:
         say("First run: compiling kernels, which takes up to a minute in all; later runs find them on disk.")
-    for room in rooms:
-        if room in cold:
-            say(f"  compiling {room} ...")
-        load_kernels((room,))
+    shared = cold[1::2] if len(os.sched_getaffinity(0)) > 1 else []
+    with _compiled_beside(shared) as wait:
+        for room in cold:
+            if room not in shared:
+                say(f"  compiling {room} ...")
+                load_kernels([room])
+        if shared:
+            say(f"  compiling {', '.join(shared)} in a second process ...")
+        wait()
+    load_kernels(rooms)
     if cold:
         forget_old()
     return time.monotonic() - start
+
+
+@contextmanager
+def _compiled_beside(rooms: Sequence[str]) -> Iterator[Callable[[], object]]:
+    """Compile these packages in a process of its own; yield what waits for its end. What it fails at is left to do."""
+    if not rooms:
+        yield lambda: None
+        return
+    top = str(Path(__file__).resolve().parents[1])
+    code = (
+        "import sys; sys.path.insert(0, sys.argv[1]); from sim_driver.kernels import load_kernels as l; l(sys.argv[2:])"
+    )
+    command = [sys.executable, "-c", code, top, *rooms]
+    helper = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        yield helper.wait
+    finally:
+        helper.kill()
+        helper.wait()
