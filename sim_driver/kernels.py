@@ -54,9 +54,7 @@ def _compiled_beside(rooms: Sequence[str]) -> Iterator[Callable[[], object]]:
         yield lambda: None
         return
     top = str(Path(__file__).resolve().parents[1])
-    code = (
-        "import sys; sys.path.insert(0, sys.argv[1]); from sim_driver.kernels import load_kernels as l; l(sys.argv[2:])"
-    )
+    code = "import sys; sys.path.insert(0, sys.argv[1]); import sim_driver.kernels as k; k.load_kernels(sys.argv[2:])"
     command = [sys.executable, "-c", code, top, *rooms]
     helper = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:

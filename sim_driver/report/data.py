@@ -83,13 +83,13 @@ def _map(run: RunResults, layout: Layout, end_s: float) -> tuple[dict[str, Any],
         "cell_m": round(layout.cell_m, 5),
         "levels": TIME_LEVELS,
         "anchor": layout.anchor,
-        "joined_s": _joined_s(run, layout),
+        "joined_s": joined_s(run, layout),
         "paths": {robot: _path(run, layout, robot) for robot in run.robots},
         "meetings": _meetings(run, layout),
     }, seen
 
 
-def _joined_s(run: RunResults, layout: Layout) -> dict[str, float | None]:
+def joined_s(run: RunResults, layout: Layout) -> dict[str, float | None]:
     """Return when each robot's map was first tied to the anchor's, None for never."""
     joined: dict[str, float | None] = {robot.id: None for robot in run.mission.robots}
     joined[layout.anchor] = 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 
@@ -22,3 +23,12 @@ def test_the_diagram_shows_every_package() -> None:
     drawing = (ROOT / "docs" / "images" / "architecture.svg").read_text(encoding="utf-8")
     for package in PACKAGES:
         assert f">{package}</text>" in drawing
+
+
+def test_readme_begins_with_a_moving_picture_that_is_not_too_large() -> None:
+    picture = re.search(r"!\[[^]]+\]\(([^)]+)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
+    assert picture
+    raw = (ROOT / picture[1]).read_bytes()
+    assert raw.startswith(b"GIF89a")
+    assert raw.count(b"\x21\xf9\x04") > 20  # a block before every frame
+    assert len(raw) < 2_000_000
