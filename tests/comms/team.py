@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from hashlib import blake2b
 
@@ -206,11 +206,15 @@ class Team:
         digests = self.digests()
         return all(digest == digests[0] for digest in digests)
 
-    def run_until_agreed(self, limit_s: float) -> bool:
+    def run_until(self, condition: Callable[[], bool], limit_s: float = 60.0) -> bool:
+        """Move time on until it is true, or the limit is over; return whether it is."""
         end_ns = self.now_ns + round(limit_s * SECOND)
-        while self.now_ns < end_ns and not self.agree():
+        while not condition() and self.now_ns < end_ns:
             self.step()
-        return self.agree()
+        return condition()
+
+    def run_until_agreed(self, limit_s: float) -> bool:
+        return self.run_until(self.agree, limit_s)
 
     def exchanges(self) -> tuple[int, int]:
         return len(self.of(ExchangeDone)), len(self.of(ExchangeFailed))

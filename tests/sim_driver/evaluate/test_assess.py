@@ -15,6 +15,7 @@ from sim_driver.mission import make_mission
 from sim_driver.run import run_mission
 from sim_driver.worlds import load_world
 from spatial import InputError
+from tests.sim_driver.runs import with_wrong_merge
 
 TABLES = {
     "mission": {"seed": 4, "duration_s": 40.0, "shell": "virtual"},
@@ -117,14 +118,8 @@ def test_traffic_and_exchanges_are_those_of_the_events(folder: Path) -> None:
     assert mission["false_merges"] == mission["missed_merges"] == 0
 
 
-def test_a_wrong_merge_is_called_so(folder: Path, tmp_path: Path) -> None:
-    wrong = tmp_path / "wrong"
-    shutil.copytree(folder, wrong)
-    path = wrong / "r2" / "robot.json"
-    robot = json.loads(path.read_text())
-    robot["pairs"][0]["T_a_b"][0] += 2.0
-    path.write_text(json.dumps(robot))
-    assessment = assess(wrong)
+def test_a_wrong_merge_is_judged_false(folder: Path, tmp_path: Path) -> None:
+    assessment = assess(with_wrong_merge(folder, tmp_path / "wrong", "r2", 0, 2.0))
     (pair,) = assessment["pairs"]
     assert pair["verdict"] == "false merge"
     assert pair["views"]["r2"]["is_false"] and not pair["views"]["r1"]["is_false"]

@@ -16,6 +16,7 @@ from sim_driver.report import write_report
 from sim_driver.report.data import page_data
 from sim_driver.report.png import png_uri
 from sim_driver.run import run_mission
+from tests.sim_driver.runs import with_wrong_merge
 
 ROBOTS = [{"id": "r1"}, {"id": "r2"}]
 TABLES = {
@@ -56,13 +57,8 @@ def test_the_story_is_told_in_words(merged: Path, apart: Path) -> None:
     assert [("bad", f"{robot} never met anyone.") for robot in ("r1", "r2")] == alone["sentences"][:2]
 
 
-def test_a_wrong_merge_is_called_so(merged: Path, tmp_path: Path) -> None:
-    wrong = tmp_path / "wrong"
-    shutil.copytree(merged, wrong)
-    path = wrong / "r1" / "robot.json"
-    robot = json.loads(path.read_text())
-    robot["pairs"][0]["T_a_b"][1] += 3.0
-    path.write_text(json.dumps(robot))
+def test_the_page_calls_a_wrong_merge_wrong(merged: Path, tmp_path: Path) -> None:
+    wrong = with_wrong_merge(merged, tmp_path / "wrong", "r1", 1, 3.0)
     moods = page_data(RunResults.read(wrong))["sentences"]
     assert any(mood == "bad" and "merged WRONGLY" in text and "3.0" in text for mood, text in moods)
 

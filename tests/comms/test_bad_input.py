@@ -1,0 +1,131 @@
+"""What a robot hears that no honest teammate says: counted, dropped, and nothing changed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+
+from comms import (
+    CommsNode,
+    Dropped,
+    Incoming,
+    Send,
+)
+from comms import messages as m
+from comms.frames import team_tag
+from spatial import Tile, TiledMap
+from tests.comms.team import QUICK, Team, big_map
+
+TAG = team_tag("team")
+
+
+def test_bad_input_is_counted_told_now_and_then_and_changes_nothing():
+    node = CommsNode("a", "team", 1, QUICK)
+    node.publish(big_map(200), 0)
+    before = node.store.digest()
+    told = []
+    for k in range(100):
+        told += node.on_message(b"rubbish" * k, 0, "b")
+    assert [e.count for e in told if isinstance(e, Dropped) and e.kind == "foreign protocol"] == [
+        1,
+        2,
+        4,
+        8,
+        16,
+        32,
+        64,
+    ]
+    assert node.dropped["truncated"] == 2
+    assert node.store.digest() == before
+    assert not node.peers
+
+
+def test_a_message_under_anothers_name_is_dropped():
+    node = CommsNode("a", "team", 1, QUICK)
+    told = node.on_message(m.encode(m.Bye("b", 1), TAG), 0, "c")
+    assert [(e.kind, e.sender) for e in told] == [("misattributed", "c")]
+
+
+def test_another_team_is_not_heard():
+    node = CommsNode("a", "team", 1, QUICK)
+    other = CommsNode("b", "rivals", 1, QUICK)
+    for effect in other.on_tick(0):
+        if isinstance(effect, Send):
+            node.on_message(effect.payload, 0, "b")
+    assert node.dropped == {"foreign team": 1}
+    assert not node.peers
+
+
+def test_a_chunk_that_lies_about_its_content_is_refused():
+    team = Team("ab", config=replace(QUICK, window_tiles=1))
+    team.nodes["a"].publish(big_map(200), 0)
+    refused = 0
+    original = team.nodes["b"].on_message
+
+    def tampered(payload, now_ns, sender=None):
+        nonlocal refused
+        message = m.decode(payload, TAG, 1 << 20)
+        if isinstance(message, m.Chunk) and refused < 3:
+            refused += 1
+            payload = m.encode(msgspec.structs.replace(message, content_hash=b"x" * 8), TAG)
+        return original(payload, now_ns, sender)
+
+    team.nodes["b"].on_message = tampered
+    assert team.run_until_agreed(30)
+    assert team.nodes["b"].dropped["bad hash"] == 3
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"target": 0},
+        {"ages": [0]},
+        {"rows": [0, 0], "cols": [0, 0], "ages": [0, 0]},
+        {"ages": [99, 0]},
+        {"blocks": [1], "block_ages": [0]},
+        {"blocks": [0, 0], "block_ages": [0, 0]},
+        {"keyframes": 2**40},
+    ],
+)
+def test_manifests_that_contradict_themselves_are_refused(change):
+    from comms.exchange import check_manifest
+    from comms.frames import WireError
+
+    good = m.Manifest("b", 1, "b", 1, 0, 5, 0.05, 10, [0], [0], [0, 1], [0, 0], [0, 1])
+    check_manifest(good, QUICK)
+    with pytest.raises(WireError, match="bad manifest"):
+        check_manifest(msgspec.structs.replace(good, **change), QUICK)
+
+
+def test_a_map_too_wide_for_any_memory_is_refused():
+    from comms.exchange import check_extent
+    from comms.frames import WireError
+    from comms.snapshots import Snapshot
+
+    near = m.Manifest("b", 1, "b", 1, 0, 5, 0.05, 10, [0], [0], [0, 100], [0, 100], [0, 1])
+    cells = np.zeros((64, 64), dtype=np.int8)
+    check_extent(near, Snapshot(1, TiledMap(0.05), ()))
+    for far, base in (
+        (msgspec.structs.replace(near, rows=[0, 2**19], cols=[0, 2**19]), {}),
+        (near, {(2**19, -(2**19)): Tile(1, cells)}),
+    ):
+        with pytest.raises(WireError, match="too wide"):
+            check_extent(far, Snapshot(1, TiledMap(0.05, base), ()))
+
+
+def test_messages_of_an_exchange_may_come_from_nowhere():
+    node = CommsNode("a", "team", 1, QUICK)
+    for message in (
+        m.Accept("b", 1, 7, [], []),
+        m.Ask("b", 7, "a", 1, 0),
+        m.Get("b", 7, "a", 1, 0, 1, b"\1"),
+        m.Done("b", 7, 0),
+        m.Refuse("b", 7, "no"),
+        m.Chunk("b", 7, "a", 1, 0, 1, b"\1", False, 1, b"x", b"12345678"),
+    ):
+        for effect in node.on_message(m.encode(message, TAG), 0, "b"):
+            assert isinstance(m.decode(effect.payload, TAG, 1 << 20), m.Refuse)
+    assert isinstance(Incoming(b"", None, "bulk"), Incoming)

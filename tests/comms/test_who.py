@@ -1,0 +1,171 @@
+"""Who is who: arrivals, departures, restarts, twins, and where teammates are."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from comms import (
+    CommsNode,
+    DuplicateId,
+    ExchangeDone,
+    ExchangeStarted,
+    PeerGone,
+    PeerSeen,
+    Send,
+    TeammatePose,
+)
+from comms.frames import team_tag
+from spatial import InputError
+from tests.comms.team import QUICK, SECOND, Team, big_map
+
+TAG = team_tag("team")
+
+
+def test_a_restarted_robots_new_map_takes_the_place_of_its_old_one_even_with_a_lesser_boot_id():
+    team = Team("b")
+    team.start("a", boot_id=50)
+    for _ in range(5):
+        team.publish("a")
+    assert team.run_until_agreed(10)
+    old = team.nodes["b"].store.version("a")
+    team.crash("a")
+    team.run(5)
+    assert [event.peer for event in team.of(PeerGone, "b")] == ["a"]
+    team.start("a", boot_id=7)
+    team.publish("a")
+    assert team.run_until_agreed(20)
+    new = team.nodes["b"].store.version("a")
+    assert new[0] > old[0]
+    assert new == team.nodes["a"].store.version("a")
+
+
+def test_a_map_begun_anew_is_another_whatever_its_revision():
+    team = Team("ab")
+    a, b = team.nodes["a"].store, team.nodes["b"].store
+    team.nodes["a"].publish(big_map(400, seed=0, revision=1), team.now_ns)
+    assert team.run_until(lambda: b.version("a") == a.version("a"), 20)
+    old = a.version("a")
+    team.nodes["a"].begin_map()
+    team.nodes["a"].begin_map()  # said twice, it is still one
+    assert a.version("a") == old
+    team.nodes["a"].publish(big_map(400, seed=1, revision=3), team.now_ns)
+    assert a.version("a") == (old[0] + 1, 3)
+    assert team.run_until(lambda: b.version("a") == a.version("a"), 20)
+    here, there = (store.maps["a"].map.to_grid().cells for store in (a, b))
+    assert np.array_equal(here, there)
+    assert np.array_equal(here, big_map(400, seed=1, revision=3).map.to_grid().cells)
+
+
+def test_a_robot_that_comes_back_gets_all_it_had_known():
+    team = Team("ab")
+    team.publish("b")
+    assert team.run_until_agreed(10)
+    team.crash("a")
+    team.run(1)
+    team.start("a")
+    assert team.run_until(lambda: "b" in team.nodes["a"].store.maps, 15)
+
+
+def test_modes_can_be_mixed():
+    team = Team(["m1", "m2", "hub", "d"], modes={"m1": "mapper", "m2": "mapper", "hub": "central"})
+    for robot in ("m1", "m2", "d"):
+        team.publish(robot)
+    team.run(20)
+    assert sorted(team.nodes["hub"].store.maps) == ["d", "m1", "m2"]
+    assert sorted(team.nodes["d"].store.maps) == ["d", "m1", "m2"]
+    assert sorted(team.nodes["m1"].store.maps) == ["m1"]
+    assert not [e for e in team.of(ExchangeStarted, "m1") if e.peer == "m2"]
+    # Nothing is offered that it does not take.
+    assert max(e.bytes_received for e in team.of(ExchangeDone, "m1")) < 250
+
+
+def test_two_processes_with_one_name_are_both_told_and_the_newcomer_stops():
+    old, new = (CommsNode("r", "team", boot, QUICK) for boot in (5, 9))
+    found = {}
+    now = 0
+    for k in range(40):
+        now = k * SECOND // 2
+        for node, other, name in ((old, new, "old"), (new, old, "new")):
+            if name == "new" and k < 10:
+                continue
+            for effect in node.on_tick(now):
+                if isinstance(effect, Send):
+                    for told in other.on_message(effect.payload, now, "r"):
+                        if isinstance(told, DuplicateId):
+                            found.setdefault("new" if other is new else "old", []).append(told)
+    assert [(d.own_boot_id, d.other_boot_id, d.am_newcomer) for d in found["old"]] == [(5, 9, False)]
+    assert [(d.own_boot_id, d.other_boot_id, d.am_newcomer) for d in found["new"]] == [(9, 5, True)]
+    assert new.must_stop
+    assert not old.must_stop
+
+
+def test_a_late_echo_of_ones_own_past_is_no_twin():
+    past, now_node = CommsNode("r", "team", 1, QUICK), CommsNode("r", "team", 2, QUICK)
+    beacons = [e.payload for e in past.on_tick(0) + past.on_tick(SECOND) if isinstance(e, Send)]
+    effects = [e for payload in beacons * 5 for e in now_node.on_message(payload, 10, "r")]
+    assert not [e for e in effects if isinstance(e, DuplicateId)]
+
+
+def test_a_twin_that_leaves_unheard_does_not_hide_the_robot_for_ever():
+    listener = CommsNode("b", "team", 1, QUICK)
+    robot, twin = CommsNode("a", "team", 5, QUICK), CommsNode("a", "team", 9, QUICK)
+    seen: list[tuple[float, int]] = []
+
+    def speak(node: CommsNode, now_ns: int) -> None:
+        for effect in node.on_tick(now_ns):
+            if isinstance(effect, Send):
+                told = listener.on_message(effect.payload, now_ns, "a")
+                seen.extend((now_ns / SECOND, e.boot_id) for e in told if isinstance(e, PeerSeen))
+
+    listener.on_peer_joined("a", 0)
+    for k in range(3):
+        speak(robot, k * SECOND)
+    speak(twin, 3 * SECOND)
+    assert [boot for _, boot in seen] == [9]
+    for k in range(3, 40):
+        speak(robot, k * SECOND)
+    (back,) = seen[1:]
+    assert back[1] == 5 and back[0] > 3 + QUICK.peer_timeout_s
+
+
+def test_where_a_teammate_is_arrives_with_its_age_not_its_clock():
+    team = Team("ab", config=replace(QUICK, beacon_period_s=0.25))
+    team.run(2)
+    team.nodes["a"].set_own_pose(np.array([1.2345, -2.0, 0.5]), team.now_ns - SECOND // 2)
+    team.step()
+    team.step()
+    seen = team.of(TeammatePose, "b")[-1]
+    assert seen.peer == "a"
+    assert seen.T_map_base == pytest.approx([1.2345, -2.0, 0.5], abs=6e-4)
+    assert abs(seen.stamp_ns - (team.now_ns - SECOND // 2)) < 0.6 * SECOND
+    count = len(team.of(TeammatePose, "b"))
+    team.run(3)
+    assert len(team.of(TeammatePose, "b")) == count  # the same pose is told once
+
+
+def test_who_is_here_and_who_is_gone():
+    team = Team("abc")
+    team.run(2)
+    assert sorted(e.peer for e in team.of(PeerSeen, "a")) == ["b", "c"]
+    team.ends["b"].close()
+    del team.nodes["b"]
+    t0 = team.now_ns
+    team.run(1)
+    gone = [t for t, who, e in team.events if who == "a" and isinstance(e, PeerGone)]
+    assert gone
+    assert gone[0] - t0 <= SECOND // 2  # a clean departure is seen at once
+    team.crash("c")
+    t0 = team.now_ns
+    team.run(6)
+    gone = [t for t, who, e in team.events if who == "a" and isinstance(e, PeerGone)]
+    assert gone[-1] - t0 <= 3 * SECOND
+
+
+def test_bad_names_and_modes_are_refused():
+    with pytest.raises(InputError, match="robot id must be"):
+        CommsNode("a/b", "team", 1)
+    with pytest.raises(InputError, match="mode must be one of"):
+        CommsNode("a", "team", 1, mode="boss")
