@@ -42,6 +42,10 @@ def build(cls: type[T], table: Mapping[str, Any], where: str) -> T:
     """Return the dataclass ``cls`` made of the table; every wrong key or value is an ``InputError`` that names it."""
     fields = {field.name for field in dataclasses.fields(cls)}  # type: ignore[arg-type]
     check_keys(table, sorted(fields), where)
+    unset = (dataclasses.MISSING, dataclasses.MISSING)
+    for field in dataclasses.fields(cls):  # type: ignore[arg-type]
+        if field.name not in table and (field.default, field.default_factory) == unset:
+            raise InputError(f"{where}: the key {field.name!r} is missing")
     hints = get_type_hints(cls)
     values: dict[str, Any] = {}
     for key, raw in table.items():

@@ -24,6 +24,8 @@ def find_mission(path: Path) -> Path:
     if path.is_file():
         return path
     names = shipped_missions()
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; name the mission file (.toml) itself")
     if path.suffix in ("", ".toml") and path.stem in names and path.parent in (Path(), Path("missions")):
         return FOLDER / f"{path.stem}.toml"
     raise InputError(f"{path}: no such mission file; those that ship are {', '.join(names)}")

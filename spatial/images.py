@@ -13,6 +13,9 @@ from spatial.errors import InputError
 from spatial.files import write_bytes
 
 MAX_PIXELS = 20_000 * 20_000
+SILENT = 0
+_LOG = getattr(cv2.utils, "logging", cv2)
+"""Where OpenCV is told to be silent: it moved in version 5."""
 
 
 def read_grey(path: Path) -> NDArray[np.uint8]:
@@ -21,13 +24,13 @@ def read_grey(path: Path) -> NDArray[np.uint8]:
         raw = np.frombuffer(path.read_bytes(), dtype=np.uint8)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
-    said = cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)  # its own words help nobody
+    said = _LOG.setLogLevel(SILENT)  # its own words help nobody
     try:
         image = cv2.imdecode(raw, cv2.IMREAD_GRAYSCALE) if raw.size else None
     except cv2.error:
         image = None
     finally:
-        cv2.utils.logging.setLogLevel(said)
+        _LOG.setLogLevel(said)
     if image is None or image.size == 0:
         raise InputError(f"{path}: not a readable image: {_fault(raw.tobytes())}")
     return image.astype(np.uint8, copy=False)

@@ -47,6 +47,12 @@ def test_ones_own_file_comes_first(elsewhere: Path) -> None:
     assert [robot.id for robot in load_mission(Path("office.toml")).robots] == ["mine"]
 
 
+def test_a_folder_is_no_mission(elsewhere: Path) -> None:
+    (elsewhere / "mine").mkdir()
+    with pytest.raises(InputError, match=r"mine: is a folder; name the mission file"):
+        find_mission(Path("mine"))
+
+
 @pytest.mark.parametrize("name", ["nosuch", "elsewhere/office.toml", "office.tml", "/office.toml"])
 def test_what_is_not_there_is_said_with_what_is(name: str) -> None:
     with pytest.raises(InputError, match=rf"{name}: no such mission file; those that ship are .*\boffice\b"):
