@@ -72,13 +72,21 @@ class FrontEnd:
         self._prior = np.zeros((3, 3))
 
     def step(
-        self, points: NDArray[np.float64], all_points: NDArray[np.float64], T_before_odom: Transform | None
+        self,
+        points: NDArray[np.float64],
+        all_points: NDArray[np.float64],
+        T_before_odom: Transform | None,
+        elapsed_s: float = 0.0,
     ) -> Step:
-        """Match a scan, given the motion by odometry if there is some, and extend the local map."""
+        """Match a scan, given the motion by odometry if there is some, and extend the local map.
+
+        ``elapsed_s`` : since the scan before.
+        """
         before = self.T_local_base
         if not self.keys:
             self._add_key(before, all_points)
             return Step(np.zeros(3), 0.0, 1.0, np.zeros(2))
+        self.predictor.wait(elapsed_s)
         predicted, spread, slip = self.predictor.predict(T_before_odom)
         out = self._match(points, compose(before, predicted), predicted, spread)
         unseen = out[BLIND] > 0.0 and not self._doubtful(out)

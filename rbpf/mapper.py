@@ -29,7 +29,7 @@ from rbpf.trajectory import Rows, spread
 from spatial import InputError, Keyframes, LocalMap, Scan, se2
 from spatial.se2 import Transform
 
-LAYOUT = 4
+LAYOUT = 5
 """Of :meth:`Mapper.state`; raised whenever its content changes."""
 SETTLE_SCANS = 10
 """What the particles make of a keyframe is told after so many scans at the latest."""
@@ -79,11 +79,12 @@ class Mapper:
             return self._drop("the scan repeats the one before", dropped)
         if points.shape[0] < POINTS_LEAST:
             return self._drop(f"{points.shape[0]} usable returns, {POINTS_LEAST} are needed", dropped)
+        elapsed_s = 0.0 if self._stamp_ns is None else (scan.stamp_ns - self._stamp_ns) / 1e9
         self._stamp_ns, self._ranges = scan.stamp_ns, scan.ranges_m
         T_before_odom = self._odometry(T_odom_base)
         few = self._sight.few(points, scan.T_base_laser)
         watch.lap("points")
-        step = self._front.step(few, points, T_before_odom)
+        step = self._front.step(few, points, T_before_odom, elapsed_s)
         self._since.add(step)
         watch.lap("front end")
         due = self._keys == 0 or self._since.is_due(self.config, scan.stamp_ns)

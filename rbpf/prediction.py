@@ -16,8 +16,11 @@ from rbpf.matching import BLIND, INLIERS
 from rbpf.poses import compose
 from spatial.se2 import Transform
 
-MAX_STEP_M = 5.0
-"""Odometry that jumps farther between two scans is disbelieved, metres."""
+MAX_STEP_M, MAX_SPEED_M_S = 5.0, 3.0
+"""Odometry that jumps farther between two scans, and faster where no scan came for long, is disbelieved."""
+PAUSE_S, PAUSE_TIMES, INTERVAL_MEMORY = 2.0, 5.0, 0.1
+"""No scan for so long, and for so many times the usual interval, is a pause: a robot that was dead, a laser unplugged.
+What the motion was before says nothing then, and what the wheels tell is no jump."""
 STRETCH_M, STRETCH_RAD = 0.5, 0.5
 """Odometry is judged over stretches of this length, metres or radians: there, jitter from scan to scan averages out."""
 LEARN = 0.05
@@ -61,6 +64,16 @@ class Predictor:
         self._told, self._found = np.zeros(3), np.zeros(3)
         self._seen = True
         self._step = np.zeros(3)
+        self._interval_s, self._pause_s = 0.0, 0.0
+
+    def wait(self, elapsed_s: float) -> None:
+        """Take how long ago the scan before was taken; told before each scan but the first."""
+        is_pause = elapsed_s > max(PAUSE_S, PAUSE_TIMES * self._interval_s) and self._interval_s > 0.0
+        self._pause_s = elapsed_s if is_pause else 0.0
+        if is_pause:  # nobody knows what it did meanwhile
+            self.velocity, self._step = np.zeros(3), np.zeros(3)
+        memory = INTERVAL_MEMORY if self._interval_s > 0.0 else 1.0
+        self._interval_s += memory * (max(elapsed_s, 0.0) - self._interval_s)
 
     def corrected(self, T_before_odom: Transform) -> Transform:
         """Return the motion that odometry means, judging by what matching found so far."""
@@ -69,8 +82,10 @@ class Predictor:
 
     def predict(self, T_before_odom: Transform | None) -> Guess:
         """Return the motion expected."""
-        if T_before_odom is None or math.hypot(T_before_odom[0], T_before_odom[1]) > MAX_STEP_M:
+        if T_before_odom is None or self._too_far(T_before_odom):
             return self._steadily()
+        if self._pause_s > 0.0:
+            return self._guess(self.corrected(T_before_odom), 0, 0)
         errors = self.errors
         along = 0 if self.slip < DISBELIEVED or errors[0, 0] <= errors[1, 0] else 1
         turning = 0 if errors[0, 1] <= errors[1, 1] else 1
@@ -82,12 +97,15 @@ class Predictor:
         That is what odometry says if the motion before was preferred to it, or else the motion before if odometry may
         have jumped.
         """
-        if T_before_odom is None or math.hypot(T_before_odom[0], T_before_odom[1]) > MAX_STEP_M:
+        if T_before_odom is None or self._too_far(T_before_odom) or self._pause_s > 0.0:
             return None
         told = self.corrected(T_before_odom)
         if _apart(told, predicted):
             return self._guess(told, 0, 0)
         return self._steadily() if self._jumped(T_before_odom) else None
+
+    def _too_far(self, T_before_odom: Transform) -> bool:
+        return math.hypot(T_before_odom[0], T_before_odom[1]) > max(MAX_STEP_M, MAX_SPEED_M_S * self._pause_s)
 
     def _steadily(self) -> Guess:
         length, turn = math.hypot(self.velocity[0], self.velocity[1]), abs(self.velocity[2])
@@ -121,6 +139,8 @@ class Predictor:
         else:
             self._judge_stretch(motion, T_before_odom, match)
             self._judge_step(motion, T_before_odom, match)
+        if self._pause_s > 0.0:
+            return
         self.velocity = motion
         self._step = np.zeros(3) if T_before_odom is None else T_before_odom
 
@@ -159,6 +179,7 @@ class Predictor:
         return {
             "velocity": self.velocity, "errors": self.errors, "gains": self.gains, "slip": self.slip,
             "stretch": [self._told, self._found, bool(self._seen)], "step": self._step,
+            "interval_s": self._interval_s,
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -166,7 +187,7 @@ class Predictor:
         self.velocity, self.errors, self.gains = (state[k] for k in ("velocity", "errors", "gains"))
         self.slip = state["slip"]
         self._told, self._found, self._seen = state["stretch"]
-        self._step = state["step"]
+        self._step, self._interval_s = state["step"], state["interval_s"]
 
 
 def _apart(one: Transform, two: Transform) -> bool:

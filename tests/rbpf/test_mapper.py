@@ -40,6 +40,17 @@ def test_follows_the_truth_within_centimetres() -> None:
     assert mapper.online_trajectory().stamps_ns.size == 150
 
 
+def test_after_a_long_pause_the_robot_is_where_the_wheels_say() -> None:
+    before = drive(400)[:60]
+    after = se2.compose(np.array([0.0, -6.5, 0.5]), 0.2 * drive(60))
+    mapper = Mapper(SMALL, seed=1)
+    feed(mapper, before)
+    for k, pose in enumerate(after):
+        mapper.update(make_scan(pose, (400 + k) * 10**8, rng=np.random.default_rng(k)), pose)
+    away, turned = errors(mapper, np.concatenate([before, after]))
+    assert away < 0.08 and turned < 0.03
+
+
 def test_map_shows_the_room() -> None:
     poses = drive(100)
     mapper = Mapper(SMALL, seed=1)

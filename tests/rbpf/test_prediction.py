@@ -54,3 +54,29 @@ def test_a_jump_offers_the_motion_before_instead() -> None:
     assert predictor.otherwise(None, jump) is None
     far = np.array([50.0, 0.0, 0.0])
     assert predictor.predict(far)[0][0] == pytest.approx(0.1)
+
+
+def test_after_a_pause_the_wheels_are_believed_as_far_as_a_robot_can_drive() -> None:
+    predictor = Predictor(0.1)
+    for _ in range(50):
+        predictor.wait(0.1)
+        predictor.learn(np.array([0.1, 0.0, 0.0]), np.array([0.1, 0.0, 0.0]), seen())
+    far = np.array([12.0, 0.0, 2.0])
+    assert predictor.predict(far)[0][0] == pytest.approx(0.1)  # a leap from one scan to the next
+    predictor.wait(30.0)
+    assert predictor.predict(far)[0] == pytest.approx(far, rel=0.05)
+    assert predictor.otherwise(far, np.zeros(3)) is None
+    assert predictor.predict(np.array([120.0, 0.0, 0.0]))[0].tolist() == [0.0, 0.0, 0.0]
+    assert predictor.predict(None)[0].tolist() == [0.0, 0.0, 0.0]
+    predictor.learn(far, far, seen())
+    predictor.wait(0.1)
+    assert np.hypot(*predictor.predict(None)[0][:2]) < 0.2  # what a pause brought is no speed
+
+
+def test_a_slow_laser_makes_no_pauses() -> None:
+    predictor = Predictor(0.1)
+    for _ in range(5):
+        predictor.wait(6.0)
+        predictor.learn(np.array([0.5, 0.0, 0.0]), np.array([0.5, 0.0, 0.0]), seen())
+    predictor.wait(7.0)
+    assert predictor.predict(None)[0][0] == pytest.approx(0.5)
