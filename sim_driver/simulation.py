@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from array import array
 from collections import defaultdict
-from itertools import combinations
+from itertools import combinations, product
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from agent import Sensed
 from sim_driver.mission import Mission, RobotConfig
@@ -40,9 +40,10 @@ class Simulation:
         self.starts = self.fleet.T_world_base()
         self._commands: dict[str, tuple[float, float]] = {}
         self._sensed: dict[str, list[Sensed]] = defaultdict(list)
-        self._truth: dict[str, list[tuple[int, Transform]]] = defaultdict(list)
+        self._truth: dict[str, tuple[array[int], array[float]]] = defaultdict(lambda: (array("q"), array("d")))
         self._qualities: dict[str, dict[str, float]] = {}
-        self._heard: list[str] = ["t_s,a,b,quality"]
+        self._heard_ns = array("q")
+        self._heard = array("d")  # for each of these times the quality of every pair, in the order of their names
         self._next_ns = 0
 
     def _placed(self, mission: Mission, rng: np.random.Generator) -> dict[str, SimulatedRobot]:
@@ -61,7 +62,9 @@ class Simulation:
                 self.fleet.step(self._commands, STEP_NS / 1e9)
             for seen in self.fleet.observe(self._next_ns):
                 self._sensed[seen.robot_id].append(Sensed(self._next_ns, seen.scan, seen.T_odom_base))
-                self._truth[seen.robot_id].append((self._next_ns, seen.T_world_base))
+                stamps, poses = self._truth[seen.robot_id]
+                stamps.append(self._next_ns)
+                poses.extend(seen.T_world_base)
             self._hear()
             self._next_ns += STEP_NS
 
@@ -77,10 +80,11 @@ class Simulation:
     def _hear(self) -> None:
         poses = self.fleet.T_world_base()
         self._qualities = {robot_id: {} for robot_id in poses}
+        self._heard_ns.append(self._next_ns)
         for a, b in combinations(sorted(poses), 2):
             quality = self.radio.quality(poses[a], poses[b])
             self._qualities[a][b] = self._qualities[b][a] = quality
-            self._heard.append(f"{self._next_ns / 1e9!r},{a},{b},{quality!r}")
+            self._heard.append(quality)
 
     def take(self, robot_id: str) -> list[Sensed]:
         """Return the robot's scans since the last call."""
@@ -96,10 +100,12 @@ class Simulation:
 
     def write_truth(self, out: Path) -> None:
         """Write the links' true qualities, and true trajectories in the world frame (``<id>/truth.tum``)."""
-        write_text(out / LINKS_FILE, "\n".join(self._heard) + "\n")
-        for robot_id, rows in sorted(self._truth.items()):
-            stamps: NDArray[np.int64] = np.array([t for t, _ in rows], dtype=np.int64)
-            write_tum(out / robot_id / "truth.tum", stamps, np.array([pose for _, pose in rows]))
+        pairs = list(combinations(sorted(self.fleet.robots), 2))
+        heard = zip(product(self._heard_ns, pairs), self._heard, strict=True)
+        lines = (f"{t_ns / 1e9!r},{a},{b},{quality!r}" for (t_ns, (a, b)), quality in heard)
+        write_text(out / LINKS_FILE, "\n".join(("t_s,a,b,quality", *lines)) + "\n")
+        for robot_id, (stamps, poses) in sorted(self._truth.items()):
+            write_tum(out / robot_id / "truth.tum", np.array(stamps), np.array(poses).reshape(-1, 3))
 
 
 def is_simulated(mission: Mission, robot: RobotConfig) -> bool:
