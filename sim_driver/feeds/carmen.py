@@ -102,7 +102,7 @@ def _parse(path: Path, notes: list[str], salvage: bool) -> list[_Line]:
             raise InputError(f"{path}: the log is cut off in its last line, {bad[-1]}{SALVAGE if lines else ''}")
         notes.append(f"the log is cut off in its last line: {len(lines)} scans before it are used")
     if number == 0:
-        raise InputError(f"{path}: no FLASER or ROBOTLASER1 line: the file is empty")
+        raise InputError(f"{path}: no FLASER or ROBOTLASER1 line could be read: the file is empty")
     if not lines:
         what = f" (first bad one: {bad[0]})" if bad else ": is it a CARMEN log?"
         raise InputError(f"{path}: no FLASER or ROBOTLASER1 line could be read among {number} lines{what}")
