@@ -4,6 +4,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import spatial
 from spatial import jit_cache
 
@@ -47,6 +49,7 @@ def run(code: str, **environment: str) -> str:
     return done.stdout.strip()
 
 
+@pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="nothing is compiled")
 def test_importing_points_numba_at_the_folder_and_kernels_land_there(tmp_path):
     code = (
         "import numpy, spatial; from spatial.distance import manhattan; from spatial.jit_cache import is_warm;"
