@@ -19,23 +19,23 @@ class AlignmentConfig:
     """Cells per map above which the working cell is doubled (>= 10000); bounds memory and time."""
     tolerance_m: float = 0.15
     """How far apart two walls may lie and still be one, metres (> 0)."""
-    min_score_m: float = 4.0
-    """Wall that agrees less what contradicts (threefold), metres (>= 0); higher asks for more common wall."""
+    min_score_m: float = 4.5
+    """Wall that agrees, discounted by what contradicts, metres (>= 0); higher asks for more common wall."""
     min_walls: int = 3
-    """Distinct straight walls that must agree (>= 0); any corner fits any other corner, so two prove nothing."""
-    max_contradiction: float = 0.25
+    """Distinct straight walls that must agree (>= 0), from one side or the other; any corner fits any other corner."""
+    max_contradiction: float = 0.3
     """Wall that the other map shows free, as a share of the agreeing wall (>= 0); higher forgives more bending."""
-    max_deep_contradiction: float = 0.1
+    max_deep_contradiction: float = 0.15
     """The same, counting only wall far from any wall of the other map (>= 0); not explained by bending."""
     forgiveness: float = 0.1
     """Further share of either (>= 0) forgiven as agreeing wall grows from 15 m to 75 m on ten walls or more."""
-    min_crosswise_wall_m: float = 0.8
+    min_crosswise_wall_m: float = 0.4
     """Agreeing wall across the weakest direction, metres (>= 0); stops a corridor that slides along itself."""
-    min_crosswise: float = 0.05
+    min_crosswise: float = 0.02
     """The same as a share (0..1) of the agreeing wall."""
-    min_margin: float = 0.68
+    min_margin: float = 0.58
     """Lead (0..1) in score over the best distinct other fit; below it the answer is "ambiguous"."""
-    margin_per_contradiction: float = 1.5
+    margin_per_contradiction: float = 0.7
     """Further lead asked for per share of contradicted wall (>= 0): a fit that is not clean must stand alone."""
     min_confidence: float = 0.5
     """Confidence (0..1) from which a fit that passes every test is accepted; 0.5 is where a test just passes."""
@@ -47,7 +47,7 @@ class AlignmentConfig:
     """Distance up to which a match supports a transform, metres (> 0)."""
     evaluations: int = 2000
     """Dissimilarities each search of the random-walk family may compute (>= 1)."""
-    max_candidates: int = 16
+    max_candidates: int = 10
     """Proposals that are refined and verified in full (>= 1); more find more and take longer."""
 
     def __post_init__(self) -> None:

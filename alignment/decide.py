@@ -5,60 +5,42 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+import numpy as np
+
 from alignment.config import AlignmentConfig
 from alignment.prepared import PreparedMap
-from alignment.reasons import Test, against, matched_m, tests
+from alignment.reasons import Test, tests
 from alignment.refine import covariance, refine
 from alignment.result import Alignment, Candidate, Rejection
-from alignment.verify import Agreement, examine
+from alignment.verify import DISCOUNT, Agreement, examine, quick_look, speaks, worth
 from spatial import se2
 
 Fit = tuple[float, Agreement, Candidate]
 """A refined candidate: score (m), what the maps say of it, where it came from."""
 SAME_M, SAME_RAD = 0.4, math.radians(4.0)
 """Two fits nearer than this, at the middle of b's walls, are one fit."""
+CLEANEST, LEFT = 0.1, 0.78
+"""Beside a best fit without stain so much contradiction per metre makes a rival e times less worth; what it keeps."""
+SLIDES_M = (-3.0, -1.5, -0.75, 0.75, 1.5, 3.0)
+"""How far the best fit is slid along its walls to see whether it fits there as well, metres."""
 
 
-HELD = 0.15
-"""Share of the matched wall that runs across, from which a fit is held in every direction."""
-RICH_WALL_M, RICH_WALLS, SPOTLESS = 40.0, 8, 0.01
-"""A fit of so much wall, on so many distinct walls and so clean, lets rivals be judged by how clean they are."""
-CLEAN, DIRTY = 0.02, 0.03
-"""So much more contradiction than the best fit's is chance; each further so much makes a rival e times less likely."""
+def rivalry(best: tuple[float, float], rival: tuple[float, float]) -> float:
+    """Return how near a distinct other fit comes to the best one, 0..1 and more; both as (for, against), metres.
 
-
-def fit_score(evidence: dict[str, float]) -> float:
-    """Return metres of wall that speak for a fit, less what speaks against it.
-
-    A metre of contradiction undoes three; walls that face away from each other may be two sides of one.
+    Maps that hardly contradict each other at one place would not do so at their true place either: the cleaner the best
+    fit, the more a rival's contradictions count, but never so much that it loses more than a share of its worth.
     """
-    good = min(evidence["matched_a_m"], evidence["matched_b_m"])
-    bad = max(evidence["contradicted_a_m"], evidence["contradicted_b_m"])
-    odd = max(evidence["opposed_a_m"], evidence["opposed_b_m"])
-    return good - 3.0 * bad - 0.2 * odd
+    shares = [against_m / max(for_m, 0.1) for for_m, against_m in (best, rival)]
+    discount = min(max(3.0 * shares[0], CLEANEST), DISCOUNT)
+    own = max(worth(*best, discount), 1e-3)
+    return max(worth(*rival, discount) / own, LEFT * worth(*rival) / max(worth(*best), 1e-3))
 
 
-def standing(score_m: float, evidence: dict[str, float]) -> float:
-    """Return the score as a rival's: a fit that can slide along its walls explains little, however much wall it has."""
-    return max(score_m, 0.0) * min(1.0, evidence["crosswise_m"] / matched_m(evidence) / HELD)
-
-
-def dirt(evidence: dict[str, float]) -> float:
-    """Return the contradiction of a fit per metre of agreeing wall; clear contradiction counts thrice."""
-    shallow, deep = against(evidence)
-    return 0.5 * shallow + deep
-
-
-def rivalry(best: dict[str, float], score_m: float, evidence: dict[str, float]) -> float:
-    """Return what a distinct other fit's standing is worth beside the best one.
-
-    Maps that contradict each other nowhere at one place would not do so at their true place either: beside a rich fit
-    without stain a rival loses weight with its own stains.
-    """
-    worth = standing(score_m, evidence)
-    if matched_m(best) < RICH_WALL_M or best["walls"] < RICH_WALLS or dirt(best) > SPOTLESS:
-        return worth
-    return worth * math.exp(-max(0.0, dirt(evidence) - dirt(best) - CLEAN) / DIRTY)
+def slid(a: PreparedMap, b: PreparedMap, best: Agreement, tolerance_m: float) -> list[tuple[float, float]]:
+    """Return what speaks for and against the fit slid in the direction that its walls hold least, metres."""
+    along = np.linalg.eigh(best.H[:2, :2])[1][:, 0]
+    return [quick_look(a, b, best.T_a_b + np.append(d * along, 0.0), tolerance_m) for d in SLIDES_M]
 
 
 def same(b: PreparedMap, T_1: se2.Transform, T_2: se2.Transform) -> bool:
@@ -81,7 +63,7 @@ def fits_of(a: PreparedMap, b: PreparedMap, candidates: list[Candidate], config:
         if any(same(b, T_a_b, found.T_a_b) for _, found, _ in fits):
             continue
         found = examine(a, b, T_a_b, config.tolerance_m)
-        fits.append((fit_score(found.evidence), found, candidate))
+        fits.append((worth(*speaks(found.evidence)), found, candidate))
     fits.sort(key=lambda fit: -fit[0])
     return fits
 
@@ -102,12 +84,12 @@ def decide(
         return Rejection("nothing in the two maps matches", 0.0, {}, method)
     fits = fits_of(a, b, candidates, config)
     score, best, candidate = fits[0]
-    own = standing(score, best.evidence)
     evidence = {**candidate.evidence, **best.evidence, "score_m": score}
+    aside = slid(a, b, best, config.tolerance_m)
 
     def judged(others: list[Fit]) -> list[Test]:
-        second = max((rivalry(best.evidence, other, found.evidence) for other, found, _ in others), default=0.0)
-        evidence["margin"] = max(0.0, 1.0 - second / own) if own > 0 else 0.0
+        known = aside + [speaks(found.evidence) for _, found, _ in others]
+        evidence["margin"] = max(0.0, 1.0 - max(rivalry(speaks(best.evidence), rival) for rival in known))
         return tests(evidence, config)
 
     asked = judged(fits[1:])

@@ -118,10 +118,8 @@ def prepare(grid: OccupancyGrid, res: float) -> PreparedMap:
         )
         state = np.zeros(shape, dtype=np.uint8)
         for mask, value in ((grid.is_free, wall_kernels.FREE), (grid.is_occupied, wall_kernels.OCCUPIED)):
-            if mask.size:
-                seen = np.logical_or.reduceat(mask, np.flatnonzero(np.diff(rows, prepend=-1)), axis=0)
-                seen = np.logical_or.reduceat(seen, np.flatnonzero(np.diff(cols, prepend=-1)), axis=1)
-                state[border:-border, border:-border][seen] = value
+            at = np.nonzero(mask)
+            state[rows[at[0]], cols[at[1]]] = value
     x, y = grid.origin_m
     return PreparedMap(state, x - border * res, y - border * res, res)
 

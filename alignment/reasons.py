@@ -10,8 +10,10 @@ MOST_MARGIN = 0.95
 """No greater lead is asked for."""
 SOME_WALL_M, MUCH_WALL_M = 15.0, 75.0
 """Agreeing wall from which contradiction begins to be forgiven, and from which it is forgiven most, metres."""
-USUAL_OPPOSED = 0.3
-"""Wall that is seen from opposite sides, per metre of agreeing wall, up to which that means nothing."""
+CLEAN = 0.05
+"""Contradiction per metre of agreeing wall up to which no greater lead is asked for."""
+PLENTY_M, LEAD_PER_M = 8.0, 0.06
+"""Below so many metres each metre less asks for so much more lead: chance fits are small."""
 MANY_WALLS = 10
 """Distinct walls that go with it."""
 
@@ -55,14 +57,12 @@ def tests(evidence: dict[str, float], config: AlignmentConfig) -> list[Test]:
     """Return all that a fit must show to be accepted."""
     matched, across = matched_m(evidence), evidence["crosswise_m"]
     shallow, deep = against(evidence)
-    # Walls seen from opposite sides are common where maps are clean, and make a fit odd where they contradict too.
-    odd = max(0.0, max(evidence["opposed_a_m"], evidence["opposed_b_m"]) / matched - USUAL_OPPOSED)
-    stained = max(0.0, shallow + 0.5 * deep - 0.03) * (1.0 + 4.0 * odd)
-    lead = min(MOST_MARGIN, config.min_margin + config.margin_per_contradiction * stained)
+    score, other = evidence["score_m"], 1.0 - evidence["margin"]
+    lead = config.min_margin + config.margin_per_contradiction * max(0.0, shallow - CLEAN)
+    lead = min(MOST_MARGIN, lead + LEAD_PER_M * max(0.0, PLENTY_M - score))
     more = config.forgiveness * forgiven(evidence)
     most, most_deep = config.max_contradiction + more, config.max_deep_contradiction + more
     wall = f"{matched:.1f} m of wall agree, {shallow * matched:.1f} m contradict"
-    score, other = evidence["score_m"], 1.0 - evidence["margin"]
     little = f"too little wall in common: {wall}"
     slides = f"the maps can slide along each other: only {across:.1f} m of the {matched:.1f} m that agree run across"
     return [

@@ -14,14 +14,14 @@ from alignment.prepared import PreparedMap
 from alignment.refine import refine
 from alignment.result import Candidate, Prior
 from alignment.rotations import rotations
-from alignment.verify import judge_walls
+from alignment.verify import quick_look, worth
 from spatial import se2
 
 OFFSETS_DEG = (-1.5, -0.75, 0.0, 0.75, 1.5)
 """Turns tried around each rotation: maps are bent, and a part of one may lie askew."""
 QUICK_POINTS = 400
 """Wall points per map that settle and rank a proposal."""
-SETTLED = 400
+SETTLED = 200
 """Most proposals settled and ranked."""
 CELL_M = 0.2
 """Cell of the correlation, metres."""
@@ -88,15 +88,9 @@ def distinct(b: PreparedMap, proposals: list[Candidate], most: int) -> list[Cand
 def settle(a: PreparedMap, b: PreparedMap, proposals: list[Candidate], config: AlignmentConfig) -> list[Candidate]:
     """Return the proposals settled on the walls by a thinned refinement, ranked by thinned agreement."""
     settled = []
-    step_a, step_b = (-(-len(side.points) // QUICK_POINTS) for side in (a, b))
     for proposal in proposals:
         T_a_b = refine(a, b, proposal.T_a_b, ((0.6, 0.25, 3), (0.4, 0.12, 3)), QUICK_POINTS)
-        _, (mb, ob, cb, _) = judge_walls(b, a, T_a_b, 1.3 * config.tolerance_m, step_b)
-        _, (ma, oa, ca, _) = judge_walls(a, b, se2.inverse(T_a_b), 1.3 * config.tolerance_m, step_a)
-        good = min(ma * step_a, mb * step_b) * a.res
-        bad = max(ca * step_a, cb * step_b) * a.res
-        ugly = max(oa * step_a, ob * step_b) * a.res
-        score = good - 3.0 * bad - 0.2 * ugly
+        score = worth(*quick_look(a, b, T_a_b, 1.3 * config.tolerance_m, QUICK_POINTS))
         settled.append(Candidate(T_a_b, score, {"correlation_m": proposal.score}))
     settled.sort(key=lambda c: -c.score)
     return settled

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,8 @@ WALL_M = 0.5
 """Shorter pieces do not count as a wall, metres."""
 MOST_WALLS = 20
 """Counting ends here."""
+DISCOUNT = 0.25
+"""Contradicted wall per metre of agreeing wall that makes a fit e times less worth."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,8 +96,33 @@ def examine(a: PreparedMap, b: PreparedMap, T_a_b: Transform, tolerance_m: float
     H, _, used, cost = equations(a, b, T_a_b, pivot, tolerance_m, 0.5 * tolerance_m)
     evidence["crosswise_m"] = 0.5 * res * float(np.linalg.eigvalsh(H[:2, :2])[0])
     evidence["extent_m"] = float(np.sqrt(both.var(axis=0).sum())) if len(both) else 0.0
-    hit = verdict_b == 1
+    hit = (verdict_b == 1) | (verdict_b == 2)  # another side of the same wall is a coincidence too
     sizes = distinct_walls(b.points[hit], b.normals[hit], WALL_M / res, 0.3, MOST_WALLS)
     evidence["walls"] = float(len(sizes))
     evidence["residual"] = cost / max(used, 1)
     return Agreement(T_a_b, evidence, pivot, H)
+
+
+def worth(matched_m: float, contradicted_m: float, discount: float = DISCOUNT) -> float:
+    """Return metres of wall that speak for a fit, discounted by what contradicts.
+
+    Where every metre weighs alike, the right place of bent maps falls below places that share a corner and nothing
+    else; where the share decides, it stays above them, for chance contradicts about as much as it agrees.
+    """
+    return matched_m * math.exp(-contradicted_m / (discount * max(matched_m, 0.1)))
+
+
+def speaks(evidence: dict[str, float]) -> tuple[float, float]:
+    """Return the wall that speaks for a fit and that which speaks against it, by the worse direction, metres."""
+    matched_m = min(evidence["matched_a_m"], evidence["matched_b_m"])
+    return matched_m, max(evidence["contradicted_a_m"], evidence["contradicted_b_m"])
+
+
+def quick_look(
+    a: PreparedMap, b: PreparedMap, T_a_b: Transform, tolerance_m: float, most_points: int = 1_000_000
+) -> tuple[float, float]:
+    """Return the same from at most so many points of each map's walls, metres."""
+    step_a, step_b = (-(-len(side.points) // most_points) for side in (a, b))
+    _, (mb, _, cb, _) = judge_walls(b, a, T_a_b, tolerance_m, step_b)
+    _, (ma, _, ca, _) = judge_walls(a, b, se2.inverse(T_a_b), tolerance_m, step_a)
+    return min(ma * step_a, mb * step_b) * a.res, max(ca * step_a, cb * step_b) * a.res

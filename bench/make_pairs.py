@@ -16,13 +16,14 @@ from pathlib import Path
 
 import numpy as np
 from numba import njit
-from surveys import RES, Survey, survey_log, survey_plan
+from surveys import RES, Survey, office_walls, read_plan, survey_log, survey_plan
 
 from spatial import se2
 from spatial.traversal import traverse
 
 Warp = Callable[[np.ndarray], np.ndarray]
-BINS = ((0.9, 0.8), (0.7, 0.6), (0.5, 0.4), (0.3, 0.2), (0.15, 0.1))
+BINS = {0.9: (0.82, 0.95), 0.7: (0.65, 0.75), 0.5: (0.42, 0.5), 0.3: (0.22, 0.31), 0.15: (0.1, 0.16)}
+"""Share of the smaller map that the other one knows, from and to, per bin; as in the recorded pairs."""
 PLANS = {
     "stage/SRI-AIC-kwing.png": 0.08, "stage/autolab.png": 0.04, "stage/hospital_section.png": 0.05,
     "stage/sal2.png": 0.06,
@@ -141,8 +142,9 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--pairs", type=int, default=60)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--only", nargs="+", help="use only buildings whose file name contains one of these")
+    parser.add_argument("--only", nargs="+", help="of logs and plans, use only those whose name contains one of these")
     parser.add_argument("--houses", type=int, default=0, help="which three of the houses, 0..19")
+    parser.add_argument("--offices", type=int, nargs="*", default=[], help="seeds of office floors drawn at random")
     args = parser.parse_args()
     rng = np.random.default_rng(args.seed)
     (args.out / "pairs").mkdir(parents=True, exist_ok=True)
@@ -153,13 +155,14 @@ def main() -> None:
         return not args.only or any(part in name for part in args.only)
 
     surveys = [survey_log(args.data / log) for log in LOGS if chosen(log)]
-    surveys += [survey_plan(plan, scale, rng) for plan, scale in plans.items() if chosen(plan.name)]
+    surveys += [survey_plan(p.stem, read_plan(p, scale), rng) for p, scale in plans.items() if chosen(p.name)]
+    surveys += [survey_plan(f"office-{seed}", office_walls(seed), rng) for seed in args.offices]
     places = {
         survey.name: [blocks(pose, ends) for pose, ends in zip(survey.poses, survey.ends, strict=True)]
         for survey in surveys
     }
     index: list[dict[str, object]] = []
-    wanted = [b for b, _ in BINS] + [0.0]
+    wanted = [*BINS, 0.0]
     tries = 0
     while len(index) < args.pairs and tries < 400 * args.pairs:
         tries += 1
@@ -195,8 +198,7 @@ def main() -> None:
                 if overlap > 0.0005:
                     continue
             else:
-                low_edge = dict(BINS)[bin_]
-                if not low_edge <= overlap < low_edge + (0.1 if bin_ > 0.15 else 0.08):
+                if not BINS[bin_][0] <= overlap < BINS[bin_][1]:
                     continue
                 # Bent maps have no one transform: the truth is what fits best where both know the world.
                 at = lattice[both]

@@ -13,6 +13,7 @@ from scipy import ndimage, sparse
 from scipy.sparse.csgraph import dijkstra
 
 from sim_driver.feeds.carmen import CarmenFeed
+from sim_driver.worlds import office
 
 RES = 0.05
 """Cell that plans are read at, metres."""
@@ -105,9 +106,14 @@ def way_through(inside: np.ndarray, room: np.ndarray, length_m: float, rng: np.r
     return np.stack([x, y, np.arctan2(np.gradient(y), np.gradient(x))], axis=-1)
 
 
-def survey_plan(path: Path, scale: float, rng: np.random.Generator) -> Survey:
-    """Drive about a floor plan with a laser of random reach and field of view."""
-    wall = read_plan(path, scale)
+def office_walls(seed: int) -> np.ndarray:
+    """Return the walls of an office floor drawn at random, as :func:`read_plan` does, between 25 and 60 m long."""
+    grid = office(seed, 25.0 + 7.0 * (seed % 6))
+    return np.pad(grid.is_occupied, 4, constant_values=True)
+
+
+def survey_plan(name: str, wall: np.ndarray, rng: np.random.Generator) -> Survey:
+    """Drive about a floor plan ``(H, W) bool``, cells of ``RES``, with a laser of random reach and field of view."""
     inside, room = free_inside(wall)
     way = way_through(inside, room, min(600.0, 0.6 * float(inside.sum()) * RES**2 + 30.0), rng)
     reach = float(rng.choice([5.6, 10.0, 20.0, 30.0]))
@@ -125,7 +131,7 @@ def survey_plan(path: Path, scale: float, rng: np.random.Generator) -> Survey:
         poses.append([x, y, heading])
         ends.append(np.stack([length * np.cos(beams), length * np.sin(beams)], axis=-1)[keep])
         hits.append(hit[keep])
-    return Survey(path.stem, "sim", np.array(poses), ends, hits)
+    return Survey(name, "sim", np.array(poses), ends, hits)
 
 
 def survey_log(stem: Path) -> Survey:
