@@ -19,15 +19,15 @@ class AlignmentConfig:
     """Cells per map above which the working cell is doubled (>= 10000); bounds memory and time."""
     tolerance_m: float = 0.15
     """How far apart two walls may lie and still be one, metres (> 0)."""
-    min_score_m: float = 4.5
+    min_score_m: float = 4.0
     """Wall that agrees, discounted by what contradicts, metres (>= 0); higher asks for more common wall."""
     min_walls: int = 3
     """Distinct straight walls that must agree (>= 0), from one side or the other; any corner fits any other corner."""
-    max_contradiction: float = 0.3
+    max_contradiction: float = 0.25
     """Wall that the other map shows free, as a share of the agreeing wall (>= 0); higher forgives more bending."""
-    max_deep_contradiction: float = 0.15
+    max_deep_contradiction: float = 0.1
     """The same, counting only wall far from any wall of the other map (>= 0); not explained by bending."""
-    forgiveness: float = 0.1
+    forgiveness: float = 0.05
     """Further share of either (>= 0) forgiven as agreeing wall grows from 15 m to 75 m on ten walls or more."""
     min_crosswise_wall_m: float = 0.4
     """Agreeing wall across the weakest direction, metres (>= 0); stops a corridor that slides along itself."""

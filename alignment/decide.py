@@ -12,7 +12,7 @@ from alignment.prepared import PreparedMap
 from alignment.reasons import Test, tests
 from alignment.refine import covariance, refine
 from alignment.result import Alignment, Candidate, Rejection
-from alignment.verify import DISCOUNT, Agreement, examine, quick_look, speaks, worth
+from alignment.verify import DISCOUNT, Agreement, Case, case, examine, quick_case
 from spatial import se2
 
 Fit = tuple[float, Agreement, Candidate]
@@ -25,22 +25,24 @@ SLIDES_M = (-3.0, -1.5, -0.75, 0.75, 1.5, 3.0)
 """How far the best fit is slid along its walls to see whether it fits there as well, metres."""
 
 
-def rivalry(best: tuple[float, float], rival: tuple[float, float]) -> float:
-    """Return how near a distinct other fit comes to the best one, 0..1 and more; both as (for, against), metres.
+def rivalry(best: Case, rival: Case) -> float:
+    """Return how near a distinct other fit comes to the best one, 0..1 and more.
 
     Maps that hardly contradict each other at one place would not do so at their true place either: the cleaner the best
-    fit, the more a rival's contradictions count, but never so much that it loses more than a share of its worth.
+    fit, the more a rival's contradictions count, but never so much that it loses more than a share of its worth. And a
+    rival is no nearer to the best than the balance of what speaks for and against it.
     """
-    shares = [against_m / max(for_m, 0.1) for for_m, against_m in (best, rival)]
-    discount = min(max(3.0 * shares[0], CLEANEST), DISCOUNT)
-    own = max(worth(*best, discount), 1e-3)
-    return max(worth(*rival, discount) / own, LEFT * worth(*rival) / max(worth(*best), 1e-3))
+    discount = min(max(3.0 * best.contradicted_m / max(best.matched_m, 0.1), CLEANEST), DISCOUNT)
+    near = max(
+        rival.worth(discount) / max(best.worth(discount), 1e-3), LEFT * rival.worth() / max(best.worth(), 1e-3)
+    )
+    return min(near, max(rival.balance, 0.0) / max(best.balance, 1e-3))
 
 
-def slid(a: PreparedMap, b: PreparedMap, best: Agreement, tolerance_m: float) -> list[tuple[float, float]]:
-    """Return what speaks for and against the fit slid in the direction that its walls hold least, metres."""
+def slid(a: PreparedMap, b: PreparedMap, best: Agreement, tolerance_m: float) -> list[Case]:
+    """Return what speaks for and against the fit slid in the direction that its walls hold least."""
     along = np.linalg.eigh(best.H[:2, :2])[1][:, 0]
-    return [quick_look(a, b, best.T_a_b + np.append(d * along, 0.0), tolerance_m) for d in SLIDES_M]
+    return [quick_case(a, b, best.T_a_b + np.append(d * along, 0.0), tolerance_m) for d in SLIDES_M]
 
 
 def same(b: PreparedMap, T_1: se2.Transform, T_2: se2.Transform) -> bool:
@@ -63,7 +65,7 @@ def fits_of(a: PreparedMap, b: PreparedMap, candidates: list[Candidate], config:
         if any(same(b, T_a_b, found.T_a_b) for _, found, _ in fits):
             continue
         found = examine(a, b, T_a_b, config.tolerance_m)
-        fits.append((worth(*speaks(found.evidence)), found, candidate))
+        fits.append((case(found.evidence).worth(), found, candidate))
     fits.sort(key=lambda fit: -fit[0])
     return fits
 
@@ -88,8 +90,8 @@ def decide(
     aside = slid(a, b, best, config.tolerance_m)
 
     def judged(others: list[Fit]) -> list[Test]:
-        known = aside + [speaks(found.evidence) for _, found, _ in others]
-        evidence["margin"] = max(0.0, 1.0 - max(rivalry(speaks(best.evidence), rival) for rival in known))
+        known = aside + [case(found.evidence) for _, found, _ in others]
+        evidence["margin"] = max(0.0, 1.0 - max(rivalry(case(best.evidence), rival) for rival in known))
         return tests(evidence, config)
 
     asked = judged(fits[1:])

@@ -19,6 +19,8 @@ SPECK_M = 0.4
 """Occupied cells that reach no farther than this are people, legs and noise, metres."""
 ISLAND_GAP_M, ISLAND_SHARE = 0.25, 0.2
 """Known cells farther apart belong to different parts, metres; parts below this share of the largest stay."""
+STRIPE = 256
+"""Rows resampled at once."""
 REACH_M = 0.6
 """How far from a wall its nearest point is known, metres."""
 
@@ -118,8 +120,9 @@ def prepare(grid: OccupancyGrid, res: float) -> PreparedMap:
         )
         state = np.zeros(shape, dtype=np.uint8)
         for mask, value in ((grid.is_free, wall_kernels.FREE), (grid.is_occupied, wall_kernels.OCCUPIED)):
-            at = np.nonzero(mask)
-            state[rows[at[0]], cols[at[1]]] = value
+            for top in range(0, height, STRIPE):  # bounds the memory of the indices
+                at = np.nonzero(mask[top : top + STRIPE])
+                state[rows[top + at[0]], cols[at[1]]] = value
     x, y = grid.origin_m
     return PreparedMap(state, x - border * res, y - border * res, res)
 

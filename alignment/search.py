@@ -14,7 +14,7 @@ from alignment.prepared import PreparedMap
 from alignment.refine import refine
 from alignment.result import Candidate, Prior
 from alignment.rotations import rotations
-from alignment.verify import quick_look, worth
+from alignment.verify import quick_case
 from spatial import se2
 
 OFFSETS_DEG = (-1.5, -0.75, 0.0, 0.75, 1.5)
@@ -90,7 +90,7 @@ def settle(a: PreparedMap, b: PreparedMap, proposals: list[Candidate], config: A
     settled = []
     for proposal in proposals:
         T_a_b = refine(a, b, proposal.T_a_b, ((0.6, 0.25, 3), (0.4, 0.12, 3)), QUICK_POINTS)
-        score = worth(*quick_look(a, b, T_a_b, 1.3 * config.tolerance_m, QUICK_POINTS))
+        score = quick_case(a, b, T_a_b, 1.3 * config.tolerance_m, QUICK_POINTS).worth()
         settled.append(Candidate(T_a_b, score, {"correlation_m": proposal.score}))
     settled.sort(key=lambda c: -c.score)
     return settled

@@ -25,6 +25,14 @@ MOST_WALLS = 20
 """Counting ends here."""
 DISCOUNT = 0.25
 """Contradicted wall per metre of agreeing wall that makes a fit e times less worth."""
+SNUG_M, DEEP_ENOUGH_M = 0.2, 0.8
+"""Free space in common before the walls that agree: at right places it reaches at least 0.7 m, where maps touch 0.2 m."""
+FROM_BEHIND = 0.3
+"""What wall seen from opposite sides is worth beside wall seen from one."""
+UNDOES = 2.4
+"""Agreeing metres that a contradicting one undoes."""
+QUICK_CELLS = 4000
+"""Cells of free space looked at for a quick look."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,26 +111,72 @@ def examine(a: PreparedMap, b: PreparedMap, T_a_b: Transform, tolerance_m: float
     return Agreement(T_a_b, evidence, pivot, H)
 
 
-def worth(matched_m: float, contradicted_m: float, discount: float = DISCOUNT) -> float:
-    """Return metres of wall that speak for a fit, discounted by what contradicts.
+@dataclass(frozen=True)
+class Case:
+    """What speaks for and against a fit, by the worse direction."""
 
-    Where every metre weighs alike, the right place of bent maps falls below places that share a corner and nothing
-    else; where the share decides, it stays above them, for chance contradicts about as much as it agrees.
-    """
-    return matched_m * math.exp(-contradicted_m / (discount * max(matched_m, 0.1)))
+    matched_m: float
+    """Wall on wall that faces the same way, metres."""
+    opposed_m: float
+    """Wall on wall that faces otherwise, seen by the other map from behind, metres."""
+    contradicted_m: float
+    """Wall where the other map is free, metres."""
+    free_m2: float
+    """Free in both, square metres."""
+
+    @property
+    def open(self) -> float:
+        """Return 0..1: whether both maps know free space before the walls that agree.
+
+        Who sees a wall sees the space before it. Maps that merely touch agree along a long wall, and share no room.
+        """
+        depth_m = self.free_m2 / max(self.matched_m, 0.1)
+        return min(max((depth_m - SNUG_M) / (DEEP_ENOUGH_M - SNUG_M), 0.0), 1.0)
+
+    def worth(self, discount: float = DISCOUNT) -> float:
+        """Return metres of wall that speak for the fit, discounted by the share that contradicts.
+
+        Where every metre weighs alike, the right place of bent maps falls below places that share a corner and nothing
+        else; where the share decides, it stays above them, for chance contradicts about as much as it agrees.
+        """
+        behind = FROM_BEHIND * min(self.opposed_m, 2.0 * self.matched_m + 2.0)
+        share = self.contradicted_m / max(self.matched_m, 0.1)
+        return (self.matched_m + behind) * self.open * math.exp(-share / discount)
+
+    @property
+    def balance(self) -> float:
+        """Return metres that speak for the fit less those against it, each weighed by how seldom it is chance.
+
+        Of wall laid on a wrong place some 40 % agree; at the right place of maps that are bent as usual 8 % contradict: a
+        metre that contradicts undoes 2.4 that agree.
+        """
+        return self.open * (self.matched_m - UNDOES * self.contradicted_m)
 
 
-def speaks(evidence: dict[str, float]) -> tuple[float, float]:
-    """Return the wall that speaks for a fit and that which speaks against it, by the worse direction, metres."""
-    matched_m = min(evidence["matched_a_m"], evidence["matched_b_m"])
-    return matched_m, max(evidence["contradicted_a_m"], evidence["contradicted_b_m"])
+def case(evidence: dict[str, float]) -> Case:
+    """Return what speaks for and against a fit that was examined."""
+    return Case(
+        min(evidence["matched_a_m"], evidence["matched_b_m"]),
+        min(evidence["opposed_a_m"], evidence["opposed_b_m"]),
+        max(evidence["contradicted_a_m"], evidence["contradicted_b_m"]),
+        evidence["free_m2"],
+    )
 
 
-def quick_look(
+def quick_case(
     a: PreparedMap, b: PreparedMap, T_a_b: Transform, tolerance_m: float, most_points: int = 1_000_000
-) -> tuple[float, float]:
-    """Return the same from at most so many points of each map's walls, metres."""
+) -> Case:
+    """Return the same from at most so many points of each map's walls, and of free space from a few thousand."""
     step_a, step_b = (-(-len(side.points) // most_points) for side in (a, b))
-    _, (mb, _, cb, _) = judge_walls(b, a, T_a_b, tolerance_m, step_b)
-    _, (ma, _, ca, _) = judge_walls(a, b, se2.inverse(T_a_b), tolerance_m, step_a)
-    return min(ma * step_a, mb * step_b) * a.res, max(ca * step_a, cb * step_b) * a.res
+    T_b_a = se2.inverse(T_a_b)
+    _, (mb, ob, cb, _) = judge_walls(b, a, T_a_b, tolerance_m, step_b)
+    _, (ma, oa, ca, _) = judge_walls(a, b, T_b_a, tolerance_m, step_a)
+    step = max(2, math.ceil(math.sqrt(min(a.state.size, b.state.size) / QUICK_CELLS)))
+    small, large, T = (a, b, T_b_a) if a.state.size <= b.state.size else (b, a, T_a_b)
+    free, _, _, _ = free_overlap(small.state, small.x0, small.y0, step, T, large.state, large.x0, large.y0, a.res)
+    return Case(
+        min(ma * step_a, mb * step_b) * a.res,
+        min(oa * step_a, ob * step_b) * a.res,
+        max(ca * step_a, cb * step_b) * a.res,
+        free * (step * a.res) ** 2,
+    )
