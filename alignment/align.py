@@ -36,22 +36,24 @@ def align(
     config = config or AlignmentConfig()
     if method not in ALIGNERS:
         raise InputError(f"alignment method must be one of {', '.join(ALIGNERS)}, got {method!r}")
-    a, b = main_part(grid_a.cropped()), main_part(grid_b.cropped())
-    if order_key(a) < order_key(b):
-        swapped = None if prior is None else _inverse_prior(prior)
-        return _inverse(_align(b, a, method, swapped, config))
-    return _align(a, b, method, prior, config)
+    grids = [main_part(grid_a.cropped()), main_part(grid_b.cropped())]
+    if order_key(grids[0]) < order_key(grids[1]):
+        grids.reverse()
+        return _inverse(_align(grids, method, None if prior is None else _inverse_prior(prior), config))
+    return _align(grids, method, prior, config)
 
 
 def _align(
-    grid_a: OccupancyGrid, grid_b: OccupancyGrid, method: str, prior: Prior | None, config: AlignmentConfig
+    grids: list[OccupancyGrid], method: str, prior: Prior | None, config: AlignmentConfig
 ) -> Alignment | Rejection:
-    for name, grid in (("larger", grid_a), ("smaller", grid_b)):
+    """Align the larger map (first) and the smaller one; ``grids`` is emptied, for large maps are large."""
+    for name, grid in zip(("larger", "smaller"), grids, strict=True):
         if grid.known_area_m2() < MIN_KNOWN_M2:
             reason = f"the {name} map shows {grid.known_area_m2():.1f} m2, at least {MIN_KNOWN_M2:.0f} m2 are needed"
             return Rejection(reason, 0.0, {}, method)
-    res = working_resolution(grid_a, grid_b, config)
-    a, b = prepare(grid_a, res), prepare(grid_b, res)
+    res = working_resolution(grids[0], grids[1], config)
+    b, a = prepare(grids.pop(), res), prepare(grids.pop(), res)
+    del grid
     for name, side in (("larger", a), ("smaller", b)):
         if side.wall_m < MIN_WALL_M:
             reason = f"the {name} map holds {side.wall_m:.1f} m of wall, at least {MIN_WALL_M:.0f} m are needed"

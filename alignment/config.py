@@ -19,7 +19,7 @@ class AlignmentConfig:
     """Cells per map above which the working cell is doubled (>= 10000); bounds memory and time."""
     tolerance_m: float = 0.15
     """How far apart two walls may lie and still be one, metres (> 0)."""
-    min_score_m: float = 4.0
+    min_score_m: float = 5.0
     """Wall that agrees, discounted by what contradicts, metres (>= 0); higher asks for more common wall."""
     min_walls: int = 3
     """Distinct straight walls that must agree (>= 0), from one side or the other; any corner fits any other corner."""

@@ -33,9 +33,7 @@ def rivalry(best: Case, rival: Case) -> float:
     rival is no nearer to the best than the balance of what speaks for and against it.
     """
     discount = min(max(3.0 * best.contradicted_m / max(best.matched_m, 0.1), CLEANEST), DISCOUNT)
-    near = max(
-        rival.worth(discount) / max(best.worth(discount), 1e-3), LEFT * rival.worth() / max(best.worth(), 1e-3)
-    )
+    near = max(rival.worth(discount) / max(best.worth(discount), 1e-3), LEFT * rival.worth() / max(best.worth(), 1e-3))
     return min(near, max(rival.balance, 0.0) / max(best.balance, 1e-3))
 
 

@@ -10,6 +10,8 @@ MOST_MARGIN = 0.95
 """No greater lead is asked for."""
 SOME_WALL_M, MUCH_WALL_M = 15.0, 75.0
 """Agreeing wall from which contradiction begins to be forgiven, and from which it is forgiven most, metres."""
+FEW_M, ENOUGH_M, STRICTER = 10.0, 20.0, 0.6
+"""Below so many agreeing metres only this part of the usual contradiction is allowed; from so many on, all of it."""
 CLEAN = 0.05
 """Contradiction per metre of agreeing wall up to which no greater lead is asked for."""
 PLENTY_M, LEAD_PER_M = 8.0, 0.06
@@ -61,7 +63,8 @@ def tests(evidence: dict[str, float], config: AlignmentConfig) -> list[Test]:
     lead = config.min_margin + config.margin_per_contradiction * max(0.0, shallow - CLEAN)
     lead = min(MOST_MARGIN, lead + LEAD_PER_M * max(0.0, PLENTY_M - score))
     more = config.forgiveness * forgiven(evidence)
-    most, most_deep = config.max_contradiction + more, config.max_deep_contradiction + more
+    usual = STRICTER + (1.0 - STRICTER) * min(max((matched - FEW_M) / (ENOUGH_M - FEW_M), 0.0), 1.0)
+    most, most_deep = config.max_contradiction * usual + more, config.max_deep_contradiction + more
     wall = f"{matched:.1f} m of wall agree, {shallow * matched:.1f} m contradict"
     little = f"too little wall in common: {wall}"
     slides = f"the maps can slide along each other: only {across:.1f} m of the {matched:.1f} m that agree run across"

@@ -26,7 +26,7 @@ MOST_WALLS = 20
 DISCOUNT = 0.25
 """Contradicted wall per metre of agreeing wall that makes a fit e times less worth."""
 SNUG_M, DEEP_ENOUGH_M = 0.2, 0.8
-"""Free space in common before the walls that agree: at right places it reaches at least 0.7 m, where maps touch 0.2 m."""
+"""How far free space in common reaches before the walls that agree: 0.2 m where maps touch, else 0.7 m or more."""
 FROM_BEHIND = 0.3
 """What wall seen from opposite sides is worth beside wall seen from one."""
 UNDOES = 2.4
@@ -147,8 +147,8 @@ class Case:
     def balance(self) -> float:
         """Return metres that speak for the fit less those against it, each weighed by how seldom it is chance.
 
-        Of wall laid on a wrong place some 40 % agree; at the right place of maps that are bent as usual 8 % contradict: a
-        metre that contradicts undoes 2.4 that agree.
+        Of wall laid on a wrong place some 40 % agree; at the right place of maps that are bent as usual 8 % contradict:
+        a metre that contradicts undoes 2.4 that agree.
         """
         return self.open * (self.matched_m - UNDOES * self.contradicted_m)
 
