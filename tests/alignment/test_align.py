@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import alignment
 from alignment import Alignment, AlignmentConfig, Candidate, Prior, Rejection, align
+from sim_driver.worlds import load_world
 from spatial import InputError, OccupancyGrid, se2
 from tests.alignment.conftest import T_A, House
 
@@ -252,3 +253,12 @@ def test_any_frame(x, y, theta):
     metres, radians = apart(one.T_a_b, se2.compose(T_A, se2.inverse(T_b)), b)
     assert metres < 0.05 and radians < math.radians(0.3)
     np.testing.assert_allclose(se2.compose(one.T_a_b, other.T_a_b), np.zeros(3), atol=1e-8)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_nearly_symmetric_arena_does_not_fit_its_mirror_image(axis):
+    arena = load_world("arena1").grid
+    mirrored = OccupancyGrid(np.flip(arena.cells, axis=axis).copy(), arena.resolution_m, arena.origin_m)
+    found = align(arena, mirrored)
+    assert isinstance(found, Rejection) and found.evidence["matched_a_m"] > 10.0
+    assert isinstance(align(arena, arena), Alignment)

@@ -1,0 +1,72 @@
+"""What speaks for and against a fit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from alignment import AlignmentConfig
+from alignment.decide import rivalry
+from alignment.prepared import prepare
+from alignment.reasons import tests as asked_of
+from alignment.verify import Case, case, examine, quick_case
+from spatial import OccupancyGrid, se2
+
+GOOD = Case(matched_m=30.0, opposed_m=0.0, contradicted_m=1.0, free_m2=60.0)
+
+
+def room(rows: int, cols: int) -> OccupancyGrid:
+    """A closed room of free cells with walls four cells thick."""
+    cells = np.zeros((rows, cols), dtype=np.int8)
+    cells[:4], cells[-4:], cells[:, :4], cells[:, -4:] = 100, 100, 100, 100
+    return OccupancyGrid(cells, 0.05, (0.0, 0.0))
+
+
+def test_maps_that_only_touch_share_no_room_and_are_worth_nothing():
+    hall = np.full((200, 80), -1, dtype=np.int8)
+    hall[:, :4], hall[:, 4:] = 100, 0
+    strip = np.full((200, 8), -1, dtype=np.int8)
+    strip[:, :4], strip[:, 4:7] = 100, 0
+    a = prepare(OccupancyGrid(hall, 0.05, (0.0, 0.0)), 0.05)
+    for other, worth in ((strip, 0.0), (hall, 9.0)):
+        b = prepare(OccupancyGrid(other, 0.05, (0.0, 0.0)), 0.05)
+        judged = case(examine(a, b, se2.IDENTITY, 0.15).evidence)
+        assert judged.matched_m > 8.0 and judged.contradicted_m == 0.0
+        assert judged.worth() >= worth and (judged.worth() < 1.0) == (worth == 0.0)
+
+
+def test_the_quick_look_says_what_the_long_one_says():
+    a, b = prepare(room(160, 240), 0.05), prepare(room(160, 200), 0.05)
+    long, quick = case(examine(a, b, se2.IDENTITY, 0.15).evidence), quick_case(a, b, se2.IDENTITY, 0.15)
+    assert long.matched_m > 20.0 and long.contradicted_m > 5.0 and long.free_m2 > 50.0
+    assert (quick.matched_m, quick.contradicted_m) == (long.matched_m, long.contradicted_m)
+    assert quick.free_m2 == pytest.approx(long.free_m2, rel=0.1)
+    thinned = quick_case(a, b, se2.IDENTITY, 0.15, 200)
+    assert thinned.matched_m == pytest.approx(long.matched_m, rel=0.4) and thinned.contradicted_m > 5.0
+
+
+def test_worth_falls_with_contradiction_and_rises_with_wall():
+    assert GOOD.worth() > replace(GOOD, contradicted_m=3.0).worth() > replace(GOOD, contradicted_m=9.0).worth() > 0
+    assert replace(GOOD, matched_m=40.0, free_m2=80.0).worth() > GOOD.worth()
+    assert replace(GOOD, opposed_m=10.0).worth() > GOOD.worth()
+    assert replace(GOOD, opposed_m=1000.0).worth() < 2.0 * GOOD.worth()  # walls from behind never carry a fit alone
+
+
+def test_a_rival_that_contradicts_more_than_it_agrees_is_none():
+    much_and_dirty = Case(matched_m=80.0, opposed_m=0.0, contradicted_m=40.0, free_m2=160.0)
+    assert much_and_dirty.worth() > 0.3 * GOOD.worth()
+    assert rivalry(GOOD, much_and_dirty) == 0.0
+    assert rivalry(GOOD, GOOD) == pytest.approx(1.0)
+    assert 0.5 < rivalry(GOOD, replace(GOOD, contradicted_m=2.0)) < 1.0
+
+
+@pytest.mark.parametrize(("matched_m", "passes"), [(9.0, False), (30.0, True)])
+def test_a_small_fit_must_be_cleaner_than_a_large_one(matched_m, passes):
+    bad = 0.2 * matched_m
+    evidence = dict.fromkeys(("deep_a_m", "deep_b_m"), 0.0) | {
+        "matched_a_m": matched_m, "matched_b_m": matched_m, "contradicted_a_m": bad, "contradicted_b_m": bad,
+        "crosswise_m": 3.0, "walls": 6.0, "score_m": 9.0, "margin": 1.0,
+    }  # fmt: skip
+    assert all(test.slack >= 0 for test in asked_of(evidence, AlignmentConfig())) == passes
