@@ -44,7 +44,7 @@ def test_the_quick_look_says_what_the_long_one_says():
     assert (quick.matched_m, quick.contradicted_m) == (long.matched_m, long.contradicted_m)
     assert quick.free_m2 == pytest.approx(long.free_m2, rel=0.1)
     thinned = quick_case(a, b, se2.IDENTITY, 0.15, 200)
-    assert thinned.matched_m == pytest.approx(long.matched_m, rel=0.4) and thinned.contradicted_m > 5.0
+    assert thinned.matched_m == pytest.approx(long.matched_m, rel=0.4)
 
 
 def test_worth_falls_with_contradiction_and_rises_with_wall():
