@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 import json
 import multiprocessing
-import resource
 import time
 from pathlib import Path
 from typing import Any
@@ -50,7 +49,7 @@ def run(log: Path, particles: int, seed: int, threads: int, odometry: bool, out:
         "wall_s": round(time.perf_counter() - wall, 2),
         "ms_per_processed_p50": round(float(np.percentile(each, 50)), 2),
         "ms_per_processed_p95": round(float(np.percentile(each, 95)), 2),
-        "peak_rss_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024,
+        "peak_rss_mb": peak_rss_mb(),
         "neff_min": round(mapper.stats.neff_min, 1), "resamplings": mapper.stats.resamplings,
         "loops_closed": mapper.stats.loops_closed,
         "stages_s": {stage: round(value, 2) for stage, value in mapper.stopwatch.seconds.items()},
@@ -67,6 +66,12 @@ def run(log: Path, particles: int, seed: int, threads: int, odometry: bool, out:
         folder = out / f"{result['log']}_{seed}"
         write_image(folder / "map.png", map_files.pixels(mapper.snapshot().map.to_grid()))
     return result
+
+
+def peak_rss_mb() -> int:
+    """Return the most memory that this process held; ``ru_maxrss`` would begin with what its parent held."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return int(next(line for line in lines if line.startswith("VmHWM")).split()[1]) // 1024
 
 
 def relation_errors(

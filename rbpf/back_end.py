@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rbpf.config import MapperConfig
 from rbpf.crew import Crew
-from rbpf.health import health_after
+from rbpf.health import Health
 from rbpf.loops import MOVED_M, LoopCloser
 from rbpf.motion import ARRIVAL_COLUMNS, WAY, Keyframe, chain_cov
 from rbpf.outcome import Stopwatch
@@ -44,7 +44,7 @@ class BackEnd:
         self.loops = LoopCloser(config)
         self._watch = watch
         self._arrivals = Rows(ARRIVAL_COLUMNS)
-        self._health = 1.0
+        self._health = Health()
 
     @property
     def arrivals(self) -> NDArray[np.float64]:
@@ -62,14 +62,17 @@ class BackEnd:
         resamplings = self.filter.resamplings
         result = self.filter.update(key)
         if result is not None:
-            self._health = health_after(self._health, result, key)
+            self._health.follow(result, key)
         self._arrivals.add(key.arrival)
         self.loops.add_key(key.points, key.origin, float(key.arrival[WAY]))
         self.loops.forget(self.T_map_key)
+        edges = len(self.loops.first)
         closed = self.config.close_loops and self._close_loop()
+        if len(self.loops.first) > edges:
+            self._health.anchor()
         self._watch.lap("loops")
         return Verdict(
-            T_map_key=self.filter.ends[self.filter.best].copy(), neff=self.filter.neff, health=self._health,
+            T_map_key=self.filter.ends[self.filter.best].copy(), neff=self.filter.neff, health=self._health.value,
             resampled=self.filter.resamplings > resamplings, loop_closed=closed,
         )  # fmt: skip
 
@@ -92,7 +95,7 @@ class BackEnd:
         """Return everything that a resumed mapper needs."""
         return {
             "filter": self.filter.state(), "loops": self.loops.state(), "arrivals": self.arrivals,
-            "health": self._health,
+            "health": self._health.state(),
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -100,4 +103,4 @@ class BackEnd:
         self.filter.restore(state["filter"])
         self.loops.restore(state["loops"])
         self._arrivals = Rows.of(state["arrivals"])
-        self._health = state["health"]
+        self._health.restore(state["health"])

@@ -17,7 +17,7 @@ from rbpf.config import MapperConfig
 from rbpf.matching import BLIND, CONFLICTS, INFO, INLIERS, RESULT_SIZE, SCORE, match
 from rbpf.nearest import COS, SIN
 from rbpf.poses import between, compose
-from rbpf.prediction import Predictor
+from rbpf.prediction import DISBELIEVED, Predictor
 from rbpf.search import search
 from rbpf.tile_store import TileStore
 from spatial.se2 import Transform
@@ -30,6 +30,8 @@ GOOD_INLIERS = 0.85
 TURN_SEARCHED_RAD = 0.1
 """Turns larger than this between two scans are searched, not only descended."""
 BAD_INLIERS = 0.6
+LOST_INLIERS = 0.4
+"""Where no more fits after a search, the robot may look anywhere: a turn while no scans came."""
 WORSE, BETTER, USUAL_MEMORY = 0.15, 0.08, 0.05
 """A match whose score is so much worse than usual is doubted. Another, far from the prediction, replaces it only if it
 is as good as usual again, or much better: where everything fits badly, self-similar places are everywhere."""
@@ -37,6 +39,8 @@ NEAR_M, FAR_M = 0.1, 0.4
 """How far to either side a better match is looked for: when in slight doubt, and in serious doubt, metres."""
 FAR_TURN_RAD = 0.45
 FAR_PRIOR = np.diag([1.0 / 0.3**2, 1.0 / 0.3**2, 1.0 / 0.1**2])
+ADRIFT_MEMORY = 0.1
+"""Share of a new scan in how far the robot drives without anything that tells where to."""
 CORRELATED = 1.0
 """Beams are not independent of each other: their information counts by this share beside the prediction's."""
 
@@ -67,6 +71,8 @@ class FrontEnd:
         self.keys: list[tuple[Transform, NDArray[np.float64]]] = []
         self.usual = -0.5
         """Score of a good match here."""
+        self.adrift = 0.0
+        """0..1: how far motion of late was only guessed, neither seen nor told by odometry that proved right."""
         self._out = np.zeros(RESULT_SIZE)
         self._start = np.zeros(3)
         self._prior = np.zeros((3, 3))
@@ -88,14 +94,14 @@ class FrontEnd:
             return Step(np.zeros(3), 0.0, 1.0, np.zeros(2))
         self.predictor.wait(elapsed_s)
         predicted, spread, slip = self.predictor.predict(T_before_odom)
-        out = self._match(points, compose(before, predicted), predicted, spread)
+        out = self._match(points, compose(before, predicted), predicted, spread, slip)
         unseen = out[BLIND] > 0.0 and not self._doubtful(out)
         if unseen or self._doubtful(out):
             other = self.predictor.otherwise(T_before_odom, predicted)
             # Odometry may have jumped: where walls do not tell, the motion before is the better guess.
             if other is not None:
                 first, least = out.copy(), out[SCORE] - BETTER if unseen else self._least(out)
-                out = self._match(points, compose(before, other[0]), other[0], other[1])
+                out = self._match(points, compose(before, other[0]), *other)
                 if out[SCORE] <= least:
                     out[:] = first
                 else:
@@ -104,13 +110,22 @@ class FrontEnd:
         motion = between(before, self.T_local_base)
         missed = between(predicted, motion)
         self.predictor.learn(motion, T_before_odom, out, refuted=math.hypot(missed[0], missed[1]) > NEAR_M)
+        guessed = float(out[BLIND]) if slip > DISBELIEVED else 0.0
+        self.adrift += ADRIFT_MEMORY * (guessed - self.adrift)
+        if out[INLIERS] < LOST_INLIERS:
+            self.adrift = 1.0
         since = between(self.keys[-1][0], self.T_local_base)
         if math.hypot(since[0], since[1]) > KEY_DISTANCE_M or abs(since[2]) > KEY_TURN_RAD:
             self._add_key(self.T_local_base, all_points)
         return Step(motion, float(out[SCORE]), float(out[INLIERS]), self._blind(motion, slip, out))
 
     def _match(
-        self, points: NDArray[np.float64], start: Transform, motion: Transform, spread: tuple[float, float, float]
+        self,
+        points: NDArray[np.float64],
+        start: Transform,
+        motion: Transform,
+        spread: tuple[float, float, float],
+        slip: float,
     ) -> NDArray[np.float64]:
         store = self.store
         store.cover(start[:2] - self.reach_m, start[:2] + self.reach_m)
@@ -120,11 +135,15 @@ class FrontEnd:
         out = self._out
         match(*place, start, start, self._prior, self.sigma_m, 12, COS, SIN, out)
         half_turn = min(0.05 + 3.0 * spread[2], 0.6)
-        if out[INLIERS] < GOOD_INLIERS or abs(motion[2]) > TURN_SEARCHED_RAD:
-            self._search(place, start, half_turn, NEAR_M, out[SCORE])
+        # Without odometry that proved right there is nothing better than to look.
+        half_shift_m = min(max(NEAR_M, 2.0 * spread[0]), FAR_M) if slip > DISBELIEVED else NEAR_M
+        if out[INLIERS] < GOOD_INLIERS or abs(motion[2]) > TURN_SEARCHED_RAD or slip > DISBELIEVED:
+            self._search(place, start, half_turn, half_shift_m, out[SCORE])
         if self._doubtful(out):
             # The prediction may be far off, and wrong about how far: look around, and let the scan alone decide.
-            self._search(place, start, max(half_turn, FAR_TURN_RAD), FAR_M, self._least(out))
+            self._search(place, start, max(half_turn, FAR_TURN_RAD), FAR_M, self._least(out), far=True)
+            if out[INLIERS] < LOST_INLIERS:
+                self._search(place, start, math.pi, FAR_M, self._least(out), far=True)
         if out[INLIERS] > GOOD_INLIERS:
             self.usual += USUAL_MEMORY * (float(out[SCORE]) - self.usual)
         return out
@@ -137,15 +156,17 @@ class FrontEnd:
         better = float(out[SCORE]) + BETTER
         return better + min(max(self.usual - WORSE / 2.0 - better, 0.0), 2.0 * BETTER)
 
-    def _search(self, place: Any, start: Transform, half_turn: float, half_shift_m: float, least: float) -> None:
+    def _search(
+        self, place: Any, start: Transform, half_turn: float, half_shift_m: float, least: float, far: bool = False
+    ) -> None:
         """Match from the best place around ``start``, and keep what comes out if its score is above ``least``.
 
         Near by, the prediction still counts; far off, what the search found takes its place.
         """
         first, found = self._out.copy(), self._start
-        step_rad = 0.015 if half_shift_m == NEAR_M else 0.03
+        step_rad = 0.03 if far else 0.015
         search(*place, 60, start, half_turn, step_rad, half_shift_m, 0.1, COS, SIN, found)  # type: ignore[call-arg]
-        prior, centre = (FAR_PRIOR, found) if half_shift_m > NEAR_M else (self._prior, start)
+        prior, centre = (FAR_PRIOR, found) if far else (self._prior, start)
         match(*place, found, centre, prior, self.sigma_m, 12, COS, SIN, self._out)  # type: ignore[call-arg]
         if self._out[SCORE] <= least:
             self._out[:] = first
@@ -171,7 +192,7 @@ class FrontEnd:
         """Return everything that a resumed front end needs."""
         return {
             "store": self.store.state(), "T_local_base": self.T_local_base,
-            "predictor": self.predictor.state(), "usual": self.usual,
+            "predictor": self.predictor.state(), "usual": self.usual, "adrift": self.adrift,
             "keys": [[pose, points] for pose, points in self.keys],
         }  # fmt: skip
 
@@ -180,7 +201,7 @@ class FrontEnd:
         self.store.restore(state["store"])
         self.T_local_base = state["T_local_base"]
         self.predictor.restore(state["predictor"])
-        self.usual = state["usual"]
+        self.usual, self.adrift = state["usual"], state["adrift"]
         self.keys = [(pose, points) for pose, points in state["keys"]]
 
 

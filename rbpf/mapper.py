@@ -19,6 +19,7 @@ from rbpf.back_end import BackEnd, Verdict
 from rbpf.config import MapperConfig
 from rbpf.crew import Crew, Pending
 from rbpf.front_end import FrontEnd
+from rbpf.health import ADRIFT_MOST, DOUBTFUL
 from rbpf.motion import MOTION, Keyframe, Since, motion_cov
 from rbpf.outcome import Stats, Stopwatch, UpdateInfo
 from rbpf.poses import between
@@ -29,7 +30,7 @@ from rbpf.trajectory import Rows, spread
 from spatial import InputError, Keyframes, LocalMap, Scan, se2
 from spatial.se2 import Transform
 
-LAYOUT = 5
+LAYOUT = 6
 """Of :meth:`Mapper.state`; raised whenever its content changes."""
 SETTLE_SCANS = 10
 """What the particles make of a keyframe is told after so many scans at the latest."""
@@ -97,7 +98,7 @@ class Mapper:
         watch.lap("record")
         return UpdateInfo(
             processed=due, T_map_base=self.T_map_base, neff=self._neff, resampled=resampled, match_score=step.inliers,
-            health=self._health, dropped_beams=dropped,
+            health=self.health, dropped_beams=dropped,
         )  # fmt: skip
 
     def _same(self, scan: Scan) -> bool:
@@ -108,7 +109,7 @@ class Mapper:
     def _drop(self, reason: str, dropped: int) -> UpdateInfo:
         self.stats.dropped += 1
         return UpdateInfo(
-            processed=False, T_map_base=self.T_map_base, neff=self._neff, health=self._health,
+            processed=False, T_map_base=self.T_map_base, neff=self._neff, health=self.health,
             dropped_beams=dropped, reason=reason,
         )  # fmt: skip
 
@@ -193,7 +194,7 @@ class Mapper:
     @property
     def health(self) -> float:
         """0..1; below 0.5 the pose is doubtful."""
-        return self._health
+        return min(self._health, DOUBTFUL) if self._front.adrift > ADRIFT_MOST else self._health
 
     def trajectory(self) -> Keyframes:
         """Return the pose of every accepted scan, in the order fed, as the best particle remembers it now."""

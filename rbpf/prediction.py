@@ -30,6 +30,8 @@ LEARN_STRETCH = 0.1
 GAIN_RANGE = 1.5
 """Odometry is thought to be off by at most this factor, either way."""
 GOOD_INLIERS = 0.7
+GO_ON = 0.8
+"""Where a scan did not fit, the motion that it gave is not taken to go on, but the one before, and ever less of it."""
 LEAST_ERROR = 0.03
 DISBELIEVED = 0.6
 """Odometry that is wrong by more than this share of the way does not tell where the robot goes."""
@@ -141,7 +143,7 @@ class Predictor:
             self._judge_step(motion, T_before_odom, match)
         if self._pause_s > 0.0:
             return
-        self.velocity = motion
+        self.velocity = motion if match[INLIERS] >= GOOD_INLIERS else GO_ON * self.velocity
         self._step = np.zeros(3) if T_before_odom is None else T_before_odom
 
     def _judge_step(self, motion: Transform, T_before_odom: Transform, match: NDArray[np.float64]) -> None:

@@ -85,6 +85,35 @@ def test_without_odometry() -> None:
     assert errors(mapper, poses)[0] < 0.08
 
 
+def test_a_turn_while_no_scans_came_is_found_without_odometry() -> None:
+    poses = drive(150)
+    rng = np.random.default_rng(9)
+    mapper = Mapper(MapperConfig(particles=6, threads=1, use_odometry=False), seed=1)
+    for k, pose in enumerate(poses[:100]):
+        mapper.update(make_scan(pose, k * 10**8, rng=rng), None)
+    turned = se2.compose(poses[99], np.array([0.0, 0.0, 1.4]))
+    info = mapper.update(make_scan(turned, 10**10, rng=rng), None)
+    assert np.abs(se2.between(info.T_map_base, turned)).max() < 0.1
+
+
+def test_a_robot_that_nothing_tells_of_its_motion_doubts_where_it_is() -> None:
+    angles = np.linspace(-1.5, 1.5, 181)
+    healths = {}
+    for told in (True, False):
+        mapper = Mapper(MapperConfig(particles=4, threads=1, use_odometry=told), seed=1)
+        rng = np.random.default_rng(2)
+        for k in range(60):  # a corridor without end: every scan looks alike
+            ranges = np.minimum(1.0 / np.maximum(np.abs(np.sin(angles)), 0.01), 30.0) + rng.normal(0.0, 0.01, 181)
+            ranges[np.abs(np.sin(angles)) < 0.1] = np.inf
+            scan = Scan(
+                stamp_ns=k * 10**8, ranges_m=ranges.astype(np.float32), angle_min_rad=-1.5,
+                angle_increment_rad=3.0 / 180, range_max_m=25.0,
+            )  # fmt: skip
+            info = mapper.update(scan, np.array([0.1 * k, 0.0, 0.0]))
+        healths[told] = info.health
+    assert healths[False] < 0.5 < healths[True]
+
+
 def test_odometry_that_lies_is_mistrusted() -> None:
     poses = drive(150)
     motion = se2.between(poses[:-1], poses[1:])
