@@ -31,7 +31,7 @@ TURN_SEARCHED_RAD = 0.1
 """Turns larger than this between two scans are searched, not only descended."""
 BAD_INLIERS = 0.6
 LOST_INLIERS = 0.4
-"""Where no more fits after a search, the robot may look anywhere: a turn while no scans came."""
+"""Where no more fits after a search, and no wheels tell, the robot may look anywhere: it turned while no scans came."""
 WORSE, BETTER, USUAL_MEMORY = 0.15, 0.08, 0.05
 """A match whose score is so much worse than usual is doubted. Another, far from the prediction, replaces it only if it
 is as good as usual again, or much better: where everything fits badly, self-similar places are everywhere."""
@@ -142,7 +142,7 @@ class FrontEnd:
         if self._doubtful(out):
             # The prediction may be far off, and wrong about how far: look around, and let the scan alone decide.
             self._search(place, start, max(half_turn, FAR_TURN_RAD), FAR_M, self._least(out), far=True)
-            if out[INLIERS] < LOST_INLIERS:
+            if out[INLIERS] < LOST_INLIERS and slip > DISBELIEVED:
                 self._search(place, start, math.pi, FAR_M, self._least(out), far=True)
         if out[INLIERS] > GOOD_INLIERS:
             self.usual += USUAL_MEMORY * (float(out[SCORE]) - self.usual)
