@@ -85,11 +85,11 @@ def decide(
     fits = fits_of(a, b, candidates, config)
     score, best, candidate = fits[0]
     evidence = {**candidate.evidence, **best.evidence, "score_m": score}
-    aside = slid(a, b, best, config.tolerance_m)
+    own, aside = case(best.evidence), slid(a, b, best, config.tolerance_m)
 
     def judged(others: list[Fit]) -> list[Test]:
         known = aside + [case(found.evidence) for _, found, _ in others]
-        evidence["margin"] = max(0.0, 1.0 - max(rivalry(case(best.evidence), rival) for rival in known))
+        evidence["margin"] = max(0.0, 1.0 - max(rivalry(own, rival) for rival in known))
         return tests(evidence, config)
 
     asked = judged(fits[1:])

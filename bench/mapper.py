@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 import rbpf
 from sim_driver.feeds import open_feed
+from sim_driver.usage import peak_kb
 from spatial import Keyframes, map_files, se2
 from spatial.files import write_text
 from spatial.images import write_image
@@ -49,7 +50,7 @@ def run(log: Path, particles: int, seed: int, threads: int, odometry: bool, out:
         "wall_s": round(time.perf_counter() - wall, 2),
         "ms_per_processed_p50": round(float(np.percentile(each, 50)), 2),
         "ms_per_processed_p95": round(float(np.percentile(each, 95)), 2),
-        "peak_rss_mb": peak_rss_mb(),
+        "peak_rss_mb": peak_kb() // 1024,
         "neff_min": round(mapper.stats.neff_min, 1), "resamplings": mapper.stats.resamplings,
         "loops_closed": mapper.stats.loops_closed,
         "stages_s": {stage: round(value, 2) for stage, value in mapper.stopwatch.seconds.items()},
@@ -66,12 +67,6 @@ def run(log: Path, particles: int, seed: int, threads: int, odometry: bool, out:
         folder = out / f"{result['log']}_{seed}"
         write_image(folder / "map.png", map_files.pixels(mapper.snapshot().map.to_grid()))
     return result
-
-
-def peak_rss_mb() -> int:
-    """Return the most memory that this process held; ``ru_maxrss`` would begin with what its parent held."""
-    lines = Path("/proc/self/status").read_text().splitlines()
-    return int(next(line for line in lines if line.startswith("VmHWM")).split()[1]) // 1024
 
 
 def relation_errors(

@@ -73,7 +73,7 @@ def make_actors(run: RunResults, layout: Layout) -> list[Actor]:
         times_ns, poses = mission_trajectory(run, name)
         middle = se2.apply(T_plane_map, np.mean(grid.centres(grid.is_known), axis=0))
         turn = se2.compose(np.array([*middle, -T_plane_map[2]]), np.array([*-middle, 0.0]))
-        aside_m = (i + 0.5) * 1.0 * size_m[0] - 0.5 * len(layout.placed) * size_m[0]
+        aside_m = (i + 0.5) * size_m[0] - 0.5 * len(layout.placed) * size_m[0]
         actors.append(
             Actor(
                 name,

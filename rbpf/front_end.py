@@ -82,7 +82,7 @@ class FrontEnd:
         points: NDArray[np.float64],
         all_points: NDArray[np.float64],
         T_before_odom: Transform | None,
-        elapsed_s: float = 0.0,
+        elapsed_s: float,
     ) -> Step:
         """Match a scan, given the motion by odometry if there is some, and extend the local map.
 

@@ -90,13 +90,17 @@ class LoopCloser:
 
     def forget(self, T_map_key: Transform) -> None:
         """Let the oldest scan go that was taken where the newest was, if there are enough newer ones."""
-        kept = np.array(self.kept)
-        away = np.hypot(*(T_map_key[kept, :2] - T_map_key[-1, :2]).T)
-        turned = np.abs(se2.wrap(T_map_key[kept, 2] - T_map_key[-1, 2]))
+        kept, away, turned = self._from_newest(T_map_key)
         here = kept[(away < SEEN_M) & (turned < SEEN_RAD)]
         if here.size > SEEN_MOST:
             self.scans[here[0]] = NO_POINTS
             self.kept.remove(here[0])
+
+    def _from_newest(self, T_map_key: Transform) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+        """Return the keyframes whose scans are kept, and how far from the newest and turned against it each is."""
+        kept = np.array(self.kept)
+        away = np.hypot(*(T_map_key[kept, :2] - T_map_key[-1, :2]).T)
+        return kept, away, np.abs(se2.wrap(T_map_key[kept, 2] - T_map_key[-1, 2]))
 
     def look(self, T_map_key: Transform) -> bool:
         """Compare the newest place with old ones near it; return whether a new edge contradicts the trajectory."""
@@ -112,10 +116,8 @@ class LoopCloser:
 
     def _candidate(self, T_map_key: Transform, now: int, lost_m: float) -> int | None:
         """Return the old keyframe that most likely saw what the newest sees."""
-        kept = np.array(self.kept)
+        kept, away, turned = self._from_newest(T_map_key)
         since = self.way[now] - np.array([self.way[k] for k in self.kept])
-        away = np.hypot(*(T_map_key[kept, :2] - T_map_key[now, :2]).T)
-        turned = np.abs(se2.wrap(T_map_key[kept, 2] - T_map_key[now, 2]))
         fits = (since > OLD_WAY_M) & (away < min(NEAR_M + DRIFT * lost_m, FAR_MOST_M))
         if not fits.any():
             return None

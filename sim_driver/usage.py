@@ -7,9 +7,12 @@ import json
 import resource
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from agent import ProcessShell
 from spatial.files import write_text
+
+if TYPE_CHECKING:
+    from agent import ProcessShell
 
 USAGE = "usage.json"
 """File in the robot's folder."""

@@ -15,8 +15,10 @@ from spatial import InputError, Scan
 from spatial.files import write_bytes
 
 SCANS_FILE = "scans.npz"
-UNPACKING = (zlib.error, struct.error)
-"""What a damaged archive can raise beside its own errors."""
+DAMAGED = (
+    OSError, EOFError, ValueError, TypeError, KeyError, MemoryError, RuntimeError, BadZipFile, zlib.error, struct.error,
+)  # fmt: skip
+"""What a file can raise that is not, or no longer, an archive of arrays."""
 
 
 class Recorder:
@@ -82,15 +84,5 @@ def read_recording(path: Path) -> list[Sensed]:
         ]
     except FileNotFoundError as error:
         raise InputError(f"{path}: no such file; the run kept no scans (mission.record = false?)") from error
-    except (
-        OSError,
-        EOFError,
-        ValueError,
-        TypeError,
-        KeyError,
-        MemoryError,
-        BadZipFile,
-        RuntimeError,
-        *UNPACKING,
-    ) as error:
+    except DAMAGED as error:
         raise InputError(f"{path}: not a recording of scans ({error})") from error
