@@ -281,18 +281,21 @@ class Agent:
                 effects.append(Event(now_ns, "merged", {"a": job.a, "b": job.b, **verdict.fields()}))
             self._team = None
             self._place(now_ns)
+        if verdict.status == "revoked":
+            effects.append(self._take_back(job.a, job.b, verdict.reason, now_ns))
+            self._place(now_ns)
         return effects + self._revoke(now_ns)
 
     def _revoke(self, now_ns: int) -> list[Effect]:
         """Take back the alignments that the maps now contradict."""
-        effects: list[Effect] = []
-        for (a, b), reason in self._contradicted.items():
-            self.team.revoke(a, b, reason)
-            self.pairs.revoke(a, b, reason)
-            self._team = None
-            effects.append(Event(now_ns, "unmerged", {"a": a, "b": b, "reason": reason}))
-        self._contradicted = {}
-        return effects
+        contradicted, self._contradicted = self._contradicted, {}
+        return [self._take_back(a, b, reason, now_ns) for (a, b), reason in contradicted.items()]
+
+    def _take_back(self, a: str, b: str, reason: str, now_ns: int) -> Effect:
+        self.team.revoke(a, b, reason)
+        self.pairs.revoke(a, b, reason)
+        self._team = None
+        return Event(now_ns, "unmerged", {"a": a, "b": b, "reason": reason})
 
     def team_map(self) -> TeamMap:
         """Return the team map in this robot's own map frame, with who is placed where and who is not and why."""

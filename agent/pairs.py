@@ -18,6 +18,9 @@ Version = tuple[int, int]
 UNCONFIRMED = "found once; a second alignment that agrees is awaited"
 PRIOR_SIGMA = np.diag([0.5**2, 0.5**2, 0.1**2])
 """How far a pair's transform may have moved since it was last found: both maps get corrected. m^2, rad^2."""
+AMBIGUOUS = 0.25
+"""A merged pair's maps must have come to fit elsewhere with no greater lead than this before it is unmerged: far less
+than what merging asks for, so that nothing is merged and unmerged by turns."""
 
 
 @dataclass
@@ -33,6 +36,8 @@ class PairStatus:
     tried_ns: int | None = None
     tried_area_m2: tuple[float, float] = (0.0, 0.0)
     tried_versions: tuple[Version, Version] | None = None
+    searched_area_m2: tuple[float, float] = (0.0, 0.0)
+    """How large the maps were when the place was last looked for everywhere."""
     stability: StabilityCheck = field(default_factory=StabilityCheck)
 
     @property
@@ -147,12 +152,17 @@ class PairBook:
             return True
         if status.tried_versions == (self._maps[a][0], self._maps[b][0]):
             return False
-        is_merged = status.status == "accepted"
-        if is_merged and now_ns - status.tried_ns >= self.config.realign_interval_s * 1e9:
-            return True
-        growth = 1.0 + (self.config.realign_growth if is_merged else self.config.align_growth)
-        areas = (self._grid(a)[2], self._grid(b)[2])
-        return any(area >= growth * tried for area, tried in zip(areas, status.tried_area_m2, strict=True))
+        if status.status != "accepted":
+            return self._grown(pair, status.tried_area_m2, self.config.align_growth)
+        waited_s = (now_ns - status.tried_ns) / 1e9
+        return waited_s >= self.config.realign_interval_s or self._outgrown(pair, status)
+
+    def _outgrown(self, pair: tuple[str, str], status: PairStatus) -> bool:
+        """Return whether a merged pair's maps hold so much more that what was the only place may not be so any more."""
+        return self._grown(pair, status.searched_area_m2, self.config.realign_growth)
+
+    def _grown(self, pair: tuple[str, str], before_m2: tuple[float, float], share: float) -> bool:
+        return any(self._grid(one)[2] >= (1.0 + share) * area for one, area in zip(pair, before_m2, strict=True))
 
     def _grid(self, robot_id: str) -> tuple[Version, OccupancyGrid, float]:
         version, tiled = self._maps[robot_id]
@@ -164,9 +174,10 @@ class PairBook:
         return known
 
     def _prior(self, a: str, b: str, T_team_map: Mapping[str, Transform]) -> Prior | None:
-        """Return what is believed of a pair already aligned, so that following it is cheap."""
+        """Return what is believed of a pair already aligned, so that following it is cheap; None: look everywhere."""
         status = self.pairs[a, b]
-        if status.status == "accepted" and a in T_team_map and b in T_team_map:
+        is_placed = status.status == "accepted" and a in T_team_map and b in T_team_map
+        if is_placed and not self._outgrown((a, b), status):
             return Prior(se2.between(T_team_map[a], T_team_map[b]), PRIOR_SIGMA)
         return None
 
@@ -177,11 +188,13 @@ class PairBook:
         status = self.pairs[job.a, job.b]
         status.attempts += 1
         status.tried_ns, status.tried_area_m2, status.tried_versions = now_ns, job.area_m2, job.versions
+        if job.prior is None:
+            status.searched_area_m2 = job.area_m2
+            if status.alignment is not None and (doubt := _doubt(status.alignment, outcome)):
+                return Verdict("revoked", doubt, outcome)
         if isinstance(outcome, Rejection):
             status.stability.previous = status.stability.believed
-            if (
-                status.status != "accepted"
-            ):  # a rejection never outweighs an accepted alignment: only contradiction does
+            if status.status != "accepted":  # it never outweighs an accepted alignment: only contradiction and doubt do
                 status.status, status.reason = "rejected", outcome.reason
             return Verdict("rejected", outcome.reason, outcome)
         believed = status.stability.update(outcome)
@@ -205,6 +218,22 @@ class PairBook:
         status = self.pairs[_key(a, b)]
         status.status, status.reason, status.alignment, status.accepted_at_ns = "revoked", reason, None, None
         status.stability = StabilityCheck()
+
+
+def _doubt(believed: Alignment, outcome: Alignment | Rejection) -> str | None:
+    """Return why a merged pair may lie elsewhere, now that its maps show more and all places were tried, or None.
+
+    A house that looks the same turned around: who has seen one half of it cannot know which, and merges; who has seen
+    both knows that there are two places.
+    """
+    if isinstance(outcome, Alignment):
+        apart = np.append(outcome.T_a_b[:2] - believed.T_a_b[:2], se2.wrap(outcome.T_a_b[2] - believed.T_a_b[2]))
+        is_elsewhere = bool((np.abs(apart) > 4.0 * np.sqrt(np.diag(PRIOR_SIGMA))).any())
+        return "the maps have grown, and fit better elsewhere" if is_elsewhere else None
+    margin = outcome.evidence.get("margin", 1.0)
+    if margin >= AMBIGUOUS:
+        return None
+    return f"the maps have grown, and another place fits {1.0 - margin:.0%} as well"
 
 
 def _key(one: str, other: str) -> tuple[str, str]:

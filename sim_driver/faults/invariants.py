@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 Version = tuple[int, int]
 FALSE_M, FALSE_RAD = 1.0, np.radians(10.0)
 """A placement farther off is a false merge."""
+ALIKE = 0.9
+"""Where this much of a map's walls lies on true walls although it lies wrong, the world looks the same there."""
+SEEN_ALL = 0.8
+"""Who knows this much of the floor has seen that it does."""
 LIE_PRECISION = 0.6
 """A liar's map that lies on the true walls with less of its own is a false merge."""
 SHRINKS_TO = 0.6
@@ -158,8 +162,12 @@ class Invariants:
         if len(store.staging) > len(self._lives) or len(agent.pairs.pairs) > len(self._lives) ** 2:
             self._say(f"{robot_id} keeps {len(store.staging)} half maps and {len(agent.pairs.pairs)} pairs")
 
-    def _merges_are_true(self, robot_id: str, agent: Agent) -> None:
-        """Whom a robot has placed lies where it should, judged by where the maps' frames are in the world."""
+    def _merges_are_true(self, robot_id: str, agent: Agent, *, at_end: bool = False) -> None:
+        """Whom a robot has placed lies where it should, judged by where the maps' frames are in the world.
+
+        In a world that looks the same elsewhere nobody who has seen little of it can know. Who has seen nearly all of
+        it must, at the end.
+        """
         own = self._frame_of(robot_id, agent.node.store.version(robot_id)[0])
         if own is None or robot_id in self._liars or robot_id in self._spoilt:
             return
@@ -176,19 +184,27 @@ class Invariants:
                     self._say(f"{robot_id} believes the lie of {other}: {100 * share:.0f} % of its walls are true")
                 continue
             off_m, off_rad = se2.difference(T_own_other, se2.between(own, there))
-            if off_m > FALSE_M or off_rad > FALSE_RAD:
+            if off_m <= FALSE_M and off_rad <= FALSE_RAD:
+                continue
+            grids = [agent.node.store.maps[one].map.to_grid() for one in (robot_id, other)]
+            is_alike = self._judge.occupied_precision(grids[1], se2.compose(own, T_own_other)) >= ALIKE
+            has_seen_all = min(map(self._judge.coverage, grids, (own, there))) >= SEEN_ALL
+            if not is_alike or (at_end and has_seen_all):
                 self._say(f"{robot_id} places {other} {off_m:.2f} m and {np.degrees(off_rad):.1f} deg off")
 
     def _frame_of(self, robot_id: str, epoch: int) -> Transform | None:
         return self._lives[robot_id].frames.get(epoch)
 
     def at_end(self, team: VirtualTeam) -> None:
-        """All that live know the same when everything has healed and nothing new was seen for a while."""
-        nodes: Mapping[str, CommsNode] = {
-            r.runner.agent.robot_id: r.runner.agent.node
+        """All that live know the same and nothing false when all has healed and nothing new was seen for a while."""
+        agents = [
+            r.runner.agent
             for r in team.robots
             if isinstance(r, VirtualRobot) or (isinstance(r, MortalRobot) and r.alive)
-        }
+        ]
+        for agent in agents:
+            self._merges_are_true(agent.robot_id, agent, at_end=True)
+        nodes: Mapping[str, CommsNode] = {agent.robot_id: agent.node for agent in agents}
         live = {name: node.store.digest() for name, node in nodes.items() if not node.must_stop}
         if len({repr(digest) for digest in live.values()}) > 1:
             self._say(f"after healing the robots do not know the same: {live}")

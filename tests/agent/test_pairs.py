@@ -1,11 +1,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from agent.config import AgentConfig
 from agent.pairs import UNCONFIRMED, PairBook
 from alignment import Alignment, Rejection
-from spatial import OccupancyGrid, TiledMap
+from spatial import OccupancyGrid, TiledMap, se2
 
 S = 1_000_000_000
 
@@ -23,6 +24,19 @@ def book(*robots: str) -> PairBook:
     for robot in robots:
         made.map_changed(robot, (1, 1), tiled(64))
     return made
+
+
+PLACED = {"r1": se2.IDENTITY, "r2": np.array([1.0, 0.0, 0.0])}
+
+
+def merged() -> PairBook:
+    pairs = book("r1", "r2")
+    for t in (0, 10):
+        job = pairs.next_job(t * S, {})
+        assert job is not None
+        pairs.settle(job, found(), t * S)
+    assert pairs.pairs["r1", "r2"].status == "accepted"
+    return pairs
 
 
 def next_pair(pairs: PairBook, t_s: float) -> tuple[str, str] | None:
@@ -74,11 +88,10 @@ def test_a_rejected_pair_waits_for_growth() -> None:
 
 
 def test_a_rejection_does_not_outweigh_what_is_accepted_but_revoking_does() -> None:
-    pairs = book("r1", "r2")
-    for t in (0, 10):
-        job = pairs.next_job(t * S, {})
-        assert job is not None
-        pairs.settle(job, found(), t * S)
+    pairs = merged()
+    pairs.map_changed("r1", (1, 2), tiled(66, 2))
+    job = pairs.next_job(45 * S, PLACED)
+    assert job is not None
     pairs.settle(job, Rejection("no", 0.0, {}, "auto"), 20 * S)
     assert pairs.pairs["r1", "r2"].status == "accepted"
     pairs.revoke("r2", "r1", "walls contradict")
@@ -97,14 +110,45 @@ def test_a_robot_that_starts_a_new_map_is_a_new_robot() -> None:
 
 
 def test_a_merged_pair_is_aligned_anew_when_its_maps_have_changed() -> None:
-    pairs = book("r1", "r2")
-    for t in (0, 10):
-        job = pairs.next_job(t * S, {})
-        assert job is not None
-        pairs.settle(job, found(), t * S)
+    pairs = merged()
     assert next_pair(pairs, 100) is None  # nothing changed
     pairs.map_changed("r1", (1, 2), tiled(66, 2))
     assert next_pair(pairs, 25) is None  # hardly grown
     assert next_pair(pairs, 40) == ("r1", "r2")
     pairs.map_changed("r1", (1, 3), tiled(90, 3))
     assert next_pair(pairs, 25) == ("r1", "r2")
+
+
+def test_a_merged_pair_whose_maps_have_grown_is_looked_for_everywhere_again() -> None:
+    pairs = merged()
+    pairs.map_changed("r1", (1, 2), tiled(66, 2))
+    job = pairs.next_job(45 * S, PLACED)
+    assert job is not None and job.prior is not None  # hardly grown: followed only
+    pairs.settle(job, found(), 45 * S)
+    pairs.map_changed("r1", (1, 3), tiled(90, 3))
+    job = pairs.next_job(60 * S, PLACED)
+    assert job is not None and job.prior is None
+    pairs.settle(job, found(), 60 * S)
+    pairs.map_changed("r1", (1, 4), tiled(91, 4))
+    job = pairs.next_job(95 * S, PLACED)
+    assert job is not None and job.prior is not None
+
+
+@pytest.mark.parametrize(
+    ("outcome", "status"),
+    [
+        (Rejection("ambiguous", 0.0, {"margin": 0.1}, "auto"), "revoked"),
+        (Rejection("not quite clear", 0.0, {"margin": 0.5}, "auto"), "rejected"),
+        (Rejection("too little wall", 0.0, {}, "auto"), "rejected"),
+        (found(x=8.0), "revoked"),
+        (found(x=1.2), "accepted"),
+    ],
+)
+def test_a_merge_that_turns_out_ambiguous_or_lies_elsewhere_is_revoked(
+    outcome: Alignment | Rejection, status: str
+) -> None:
+    pairs = merged()
+    pairs.map_changed("r1", (1, 2), tiled(90, 2))
+    job = pairs.next_job(60 * S, PLACED)
+    assert job is not None
+    assert pairs.settle(job, outcome, 60 * S).status == status

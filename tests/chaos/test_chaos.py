@@ -16,3 +16,10 @@ MISSIONS = int(os.environ.get("MRSLAM_CHAOS", "6"))
 def test_nothing_breaks(seed: int, tmp_path: Path) -> None:
     outcome = run_chaos(seed, tmp_path)
     assert outcome.violations == []
+
+
+def test_halves_of_a_house_that_looks_alike_are_taken_apart_once_both_are_seen(tmp_path: Path) -> None:
+    outcome = run_chaos(40035, tmp_path)
+    assert outcome.violations == []
+    said = (tmp_path / "r1" / "events.jsonl").read_text()
+    assert '"merged"' in said and "another place fits" in said.split('"unmerged"')[1]
