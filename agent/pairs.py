@@ -38,6 +38,8 @@ class PairStatus:
     tried_versions: tuple[Version, Version] | None = None
     searched_area_m2: tuple[float, float] = (0.0, 0.0)
     """How large the maps were when the place was last looked for everywhere."""
+    confirmed: bool = False
+    """Whether that look was accepted."""
     stability: StabilityCheck = field(default_factory=StabilityCheck)
 
     @property
@@ -159,7 +161,8 @@ class PairBook:
 
     def _outgrown(self, pair: tuple[str, str], status: PairStatus) -> bool:
         """Return whether a merged pair's maps hold so much more that what was the only place may not be so any more."""
-        return self._grown(pair, status.searched_area_m2, self.config.realign_growth)
+        growth = self.config.realign_growth if status.confirmed else self.config.align_growth
+        return self._grown(pair, status.searched_area_m2, growth)
 
     def _grown(self, pair: tuple[str, str], before_m2: tuple[float, float], share: float) -> bool:
         return any(self._grid(one)[2] >= (1.0 + share) * area for one, area in zip(pair, before_m2, strict=True))
@@ -177,7 +180,7 @@ class PairBook:
         """Return what is believed of a pair already aligned, so that following it is cheap; None: look everywhere."""
         status = self.pairs[a, b]
         is_placed = status.status == "accepted" and a in T_team_map and b in T_team_map
-        if is_placed and not self._outgrown((a, b), status):
+        if is_placed and status.confirmed and not self._outgrown((a, b), status):
             return Prior(se2.between(T_team_map[a], T_team_map[b]), PRIOR_SIGMA)
         return None
 
@@ -189,7 +192,7 @@ class PairBook:
         status.attempts += 1
         status.tried_ns, status.tried_area_m2, status.tried_versions = now_ns, job.area_m2, job.versions
         if job.prior is None:
-            status.searched_area_m2 = job.area_m2
+            status.searched_area_m2, status.confirmed = job.area_m2, outcome.accepted
             if status.alignment is not None and (doubt := _doubt(status.alignment, outcome)):
                 return Verdict("revoked", doubt, outcome)
         if isinstance(outcome, Rejection):

@@ -152,3 +152,14 @@ def test_a_merge_that_turns_out_ambiguous_or_lies_elsewhere_is_revoked(
     job = pairs.next_job(60 * S, PLACED)
     assert job is not None
     assert pairs.settle(job, outcome, 60 * S).status == status
+
+
+def test_a_merge_that_was_not_confirmed_is_looked_for_everywhere_until_it_is() -> None:
+    pairs = merged()
+    for revision, t_s, is_open in ((2, 60, True), (3, 95, True), (4, 130, False)):
+        pairs.map_changed("r1", (1, revision), tiled(88 + revision, revision))
+        job = pairs.next_job(t_s * S, PLACED)
+        assert job is not None and (job.prior is None) == is_open
+        unsure = Rejection("not quite clear", 0.0, {"margin": 0.5}, "auto")
+        pairs.settle(job, unsure if revision == 2 else found(), t_s * S)
+    assert pairs.pairs["r1", "r2"].status == "accepted"
