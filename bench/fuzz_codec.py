@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import resource
 import sys
 import tempfile
 import time
@@ -38,6 +37,7 @@ from comms import (  # noqa: E402
     warm_up,
 )
 from comms.frames import HEADER, frame, team_tag  # noqa: E402
+from sim_driver.usage import peak_kb  # noqa: E402
 from spatial import Keyframes, LocalMap, Tile, TiledMap  # noqa: E402
 
 STEP_NS = 250_000_000
@@ -149,12 +149,12 @@ def fuzz(count: int, seed: int = 0, per_message: int = 20) -> Report:
     with tempfile.TemporaryDirectory() as folder:
         make_team_keys(Path(folder), TEAM, IDS)
         seals = {r: MapSeal.load(load_keys(Path(folder) / r, r, TEAM), TEAM, r) for r in IDS}
-    before_kb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    before_kb = peak_kb()
     generation = 0
     while report.mutants < count:
         generation += 1
         _one_life(count, report, rng, per_message, generation, seals if generation % 2 else {})
-    report.memory_growth_mb = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before_kb) / 1024
+    report.memory_growth_mb = (peak_kb() - before_kb) / 1024
     return report
 
 

@@ -115,7 +115,7 @@ def frame(actors: list[Actor], layout: Layout, now_s: float, snap: float) -> NDA
     image = np.ascontiguousarray(np.rint(picture)[::-1].astype(np.uint8))
     for actor in actors:
         _draw_way(image, actor, shown[actor.name], layout.cell_m, margin, now_s)
-    words = f"{now_s:3.0f} s   {'one map' if snap >= 1.0 else 'two robots, no known starts'}"
+    words = f"{now_s:3.0f} s   {'one map' if snap >= 1.0 else f'{len(actors)} robots, no known starts'}"
     cv2.putText(image, words, (12, 24), cv2.FONT_HERSHEY_DUPLEX, 0.6, INK, 1, cv2.LINE_AA)
     return image
 

@@ -3,7 +3,8 @@
 Each cell is coded as "still what the asker holds?" and, where it is not, its new value; both under contexts of the held
 value and of the neighbours just coded, as JBIG and CABAC do (Howard and Vitter 1992; Marpe et al. 2003). Squares of
 8 x 8 cells without any change, and new ones of a single value, cost a few decisions. Integers only: the same bytes on
-every machine. One kernel codes and decodes, so that the two cannot drift apart.
+every machine. One kernel codes and decodes, so that the two cannot drift apart. Cells are taken as ``int`` before they
+are counted with: a uint8 would wrap where the kernels run as plain Python.
 """
 
 from __future__ import annotations
@@ -126,7 +127,7 @@ def code(
             i, j = square // per_side, square % per_side
             r0, c0 = i * SQUARE, j * SQUARE
             changed, was_known, single = 0, 0, 1
-            first = cells[t, r0, c0]
+            first = int(cells[t, r0, c0])
             for r in range(r0, r0 + SQUARE):
                 for c in range(c0, c0 + SQUARE):
                     if held[t, r, c] != 0:
@@ -146,18 +147,18 @@ def code(
             single = _decide(state, buffer, writing, even_chances, context, single)
             even[i + 1, j + 1] = single
             if single:
-                west = cells[t, r0, c0 - 1] if c0 > 0 else 0
-                north = cells[t, r0 - 1, c0] if r0 > 0 else 0
-                context = (min(held[t, r0, c0], top) * CLASSES + min(west, top)) * CLASSES + min(north, top)
+                west = int(cells[t, r0, c0 - 1]) if c0 > 0 else 0
+                north = int(cells[t, r0 - 1, c0]) if r0 > 0 else 0
+                context = (min(int(held[t, r0, c0]), top) * CLASSES + min(west, top)) * CLASSES + min(north, top)
                 value = _value(state, buffer, writing, value_chances, context, bits, first)
                 cells[t, r0 : r0 + SQUARE, c0 : c0 + SQUARE] = value
                 continue
             for r in range(r0, r0 + SQUARE):
                 for c in range(c0, c0 + SQUARE):
-                    old = held[t, r, c]
+                    old = int(held[t, r, c])
                     up, left = r > 0, c > 0
-                    west = cells[t, r, c - 1] if left else 0
-                    north = cells[t, r - 1, c] if up else 0
+                    west = int(cells[t, r, c - 1]) if left else 0
+                    north = int(cells[t, r - 1, c]) if up else 0
                     around = 0
                     if left:
                         around += _moved(west, held[t, r, c - 1])
@@ -170,7 +171,7 @@ def code(
                         known += 4
                     if r < SIDE - 1 and held[t, r + 1, c] != 0:
                         known += 8
-                    value = cells[t, r, c]
+                    value = int(cells[t, r, c])
                     context = (min(old, top) * 16 + known) * 27 + around
                     if not _decide(state, buffer, writing, keep_chances, context, 1 if value != old else 0):
                         cells[t, r, c] = old
@@ -201,6 +202,6 @@ def look_up(
     source, target = cells.reshape(-1), out.reshape(-1)
     greatest = 0
     for i in range(source.size):
-        greatest = max(greatest, source[i])
+        greatest = max(greatest, int(source[i]))
         target[i] = table[source[i]]
     return greatest

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import resource
 import time
 from collections.abc import Sequence
 from contextlib import suppress
@@ -22,6 +21,7 @@ from sim_driver.feeds import Reading, open_feed
 from sim_driver.kernels import ensure_compiled
 from sim_driver.locate import locate
 from sim_driver.settings import build, with_overrides
+from sim_driver.usage import peak_kb
 from sim_driver.view import watch_mapper
 from sim_driver.view.files import start_viewer
 from spatial import se2, write_map
@@ -89,7 +89,7 @@ def map_log(
         "scans_processed": mapper.stats.processed,
         "ms_per_processed_p50": _percentile(processed_ms, 50),
         "ms_per_processed_p95": _percentile(processed_ms, 95),
-        "peak_rss_mb": round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, 1),
+        "peak_rss_mb": round(peak_kb() / 1024, 1),
         "neff_min": round(float(mapper.stats.neff_min), 3),
         "resamplings": mapper.stats.resamplings,
         "known_area_m2": round(grid.known_area_m2(), 1),
