@@ -24,8 +24,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from merge.draw import FREE_TINT, INK, PAPER, WALL_SHADE, colours
 from sim_driver.evaluate.results import RunResults
-from sim_driver.report.data import joined_s
 from sim_driver.report.layout import Layout, lay_out
+from sim_driver.report.map_data import joined_s
 from sim_driver.report.seen import first_seen_s, mission_trajectory, spread
 from spatial import se2
 from spatial.se2 import Transform

@@ -88,11 +88,6 @@ class MemoryNetwork:
         self.now_ns = max(self.now_ns, now_ns)
 
     @property
-    def next_event_ns(self) -> int | None:
-        """When the next arrival is due; None where nothing is on the way."""
-        return self._events[0][0] if self._events else None
-
-    @property
     def queued(self) -> int:
         """How many messages are on their way."""
         return len(self._events)

@@ -15,7 +15,6 @@ from comms.tile_codec import MAX_TILES_PER_CHUNK, compress, pack_tiles, unknown_
 from spatial import TILE_CELLS, Tile
 
 UNKNOWN_TILE = unknown_tile()
-MAX_BLOCKS_PER_CHUNK = 64
 
 
 def manifest_for(

@@ -45,7 +45,7 @@ def add_hit(
     Means are rounded up or down in the long run as often as their fraction asks (dithered by the digits below the
     stored ones), so that small changes add up in spite of few bits.
     """
-    hits, visits = cell & 0x1F, (cell >> 5) & 0x3F
+    hits, visits = hits_of(cell), visits_of(cell)
     mx, my = (cell >> 11) & 0x3F, (cell >> 17) & 0x3F
     direction, known = (cell >> 23) & 0xFF, (cell >> 31) & 1
     q = 1 if quality > 0.2 else 0
@@ -81,7 +81,7 @@ def add_hit(
 @njit(cache=True, nogil=True, inline="always")
 def add_pass(cell: Any) -> Any:  # pragma: no cover - compiled
     """Return the cell after one more beam passed through it."""
-    visits = ((cell >> 5) & 0x3F) + 1
+    visits = visits_of(cell) + 1
     if visits >= VISITS_CAP:
-        return (cell & ~0x7FF) | ((cell & 0x1F) >> 1) | ((visits >> 1) << 5)
+        return (cell & ~0x7FF) | (hits_of(cell) >> 1) | ((visits >> 1) << 5)
     return cell + 32

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rbpf.config import MapperConfig
 from rbpf.front_end import information
-from rbpf.graph import relax, residuals
+from rbpf.graph import relax
 from rbpf.matching import CONFLICTS, INLIERS, RESULT_SIZE, SCORE, match
 from rbpf.nearest import COS, SIN
 from rbpf.scan_points import POINT_COLUMNS, spaced
@@ -188,13 +188,6 @@ class LoopCloser:
         info = np.concatenate([np.linalg.inv(motion_cov[1:]), np.stack(self.information)])
         robust = np.arange(first.size) >= count - 1
         return relax(T_map_key, first, second, T, info, robust)
-
-    def misfit(self, T_map_key: Transform) -> float:
-        """Return the largest distance by which the trajectory misses an edge, metres."""
-        if not self.first:
-            return 0.0
-        error = residuals(T_map_key, np.array(self.first), np.array(self.second), np.stack(self.T_first_second))
-        return float(np.hypot(error[:, 0], error[:, 1]).max())
 
     def _draw(self, level: int, T_map_key: Transform, group: range, old: int, T_old_now: Transform) -> Any:
         """Return a map of the group's scans in the frame of ``old``, in the form that matchers take."""

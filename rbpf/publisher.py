@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from rbpf.cells import TILE
+from rbpf.cells import TILE, hits_of, visits_of
 from rbpf.tile_store import TileStore
 from spatial import TILE_CELLS, Tile, TiledMap
 
@@ -37,12 +37,12 @@ def quantise(
     side = out.shape[0]
     for i in range(words.size):
         r, c = i // side, i % side
-        visits = (words[i] >> 5) & 0x3F
+        visits = visits_of(words[i])
         old = out[r, c]
         if visits == 0:
             new = -1
         else:
-            share = (words[i] & 0x1F) / visits
+            share = hits_of(words[i]) / visits
             k = 0
             while k < edges.size and share > edges[k]:
                 k += 1
