@@ -3,19 +3,15 @@
 Plays a recorded log as two robots, cut at ``--cut`` of its scans, each mapping its part from time 0, that meet every
 ``--every`` seconds of mission time on the in-memory network. Full maps are what each robot would have sent at each of
 these meetings: its cropped grid as one LZ4 block (mrgs' way), or raw. The table has the columns of mrgs' Table 1.
-Beacons are counted too, over all of mission time. Without a log: two maps that grow by themselves.
-
-``--loopback``: one 1000 x 1000 map between two Zenoh sessions on this machine, the first time and again.
-``--peers N``: N robots all in range of each other, in virtual time. The last line is JSON in every case.
+Beacons are counted too, over all of mission time. Without a log: two maps that grow by themselves. The last line is
+JSON.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import socket
 import sys
-import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -30,11 +26,8 @@ from comms import (  # noqa: E402
     CommsConfig,
     CommsNode,
     ExchangeDone,
-    MapSeal,
     MemoryNetwork,
     Send,
-    ZenohTransport,
-    load_keys,
     warm_up,
 )
 from rbpf import Mapper, MapperConfig  # noqa: E402
@@ -161,107 +154,6 @@ def mission(maps: dict[str, Iterator[LocalMap]], every_s: float) -> dict[str, ob
     }
 
 
-def signed_node(robot: str, config: CommsConfig, keys: Path | None) -> CommsNode:
-    """Return a node, with the team's keys where there are any."""
-    node = CommsNode(robot, "bench", time.time_ns(), config)
-    if keys is not None:
-        node.seal_maps(MapSeal.load(load_keys(keys / robot, robot, "bench"), "bench", robot))
-    return node
-
-
-def loopback(keys: Path | None) -> dict[str, object]:
-    """Exchange one 1000 x 1000 map between two Zenoh sessions, then again with nothing new; two threads, wall time."""
-    config = CommsConfig(exchange_timeout_s=0.3, link_source="model", beacon_period_s=0.1)
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        endpoint = f"{'tcp' if keys is None else 'tls'}/127.0.0.1:{probe.getsockname()[1]}"
-    nodes = {robot: signed_node(robot, config, keys) for robot in ("a", "b")}
-    nodes["a"].publish(rooms(1000), 0)
-    loaded = {robot: None if keys is None else load_keys(keys / robot, robot, "bench") for robot in nodes}
-    ends = {
-        "a": ZenohTransport("a", "bench", listen=[endpoint], keys=loaded["a"]),
-        "b": ZenohTransport("b", "bench", connect=[endpoint], keys=loaded["b"]),
-    }
-    done: list[ExchangeDone] = []
-    until = time.monotonic() + 15
-
-    def live(robot: str, peer: str) -> None:
-        node, end = nodes[robot], ends[robot]
-        while time.monotonic() < until and len(done) < 12:
-            effects = []
-            for item in end.poll(0.01):
-                effects += node.on_arrival(item, time.monotonic_ns())
-            effects += node.set_link_quality(peer, 1.0, time.monotonic_ns()) + node.on_tick(time.monotonic_ns())
-            for effect in effects:
-                if isinstance(effect, Send):
-                    end.send(effect)
-                elif isinstance(effect, ExchangeDone) and robot == "a":
-                    done.append(effect)
-
-    threads = [threading.Thread(target=live, args=pair) for pair in (("a", "b"), ("b", "a"))]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    for end in ends.values():
-        end.close()
-    if len(done) < 3:
-        raise SystemExit("the two sessions did not exchange")
-    repeats = [1e3 * effect.seconds for effect in done[1:]]
-    return {
-        "link": endpoint.split("/")[0],
-        "first_ms": round(1e3 * done[0].seconds, 1),
-        "first_bytes": done[0].bytes_sent + done[0].bytes_received,
-        "repeat_ms_median": round(float(np.median(repeats)), 2),
-        "repeat_ms_max": round(max(repeats), 2),
-        "repeat_bytes": done[-1].bytes_sent + done[-1].bytes_received,
-    }
-
-
-def rooms(cells: int) -> LocalMap:
-    """Return a map of many rooms, ``cells`` on a side."""
-    rng = np.random.default_rng(0)
-    grid = np.full((cells, cells), -1, dtype=np.int8)
-    for _ in range(60):
-        r, c = (int(v) for v in rng.integers(0, cells - 120, size=2))
-        grid[r : r + 100, c : c + 110] = 0
-        grid[r, c : c + 110] = grid[r : r + 100, c] = 100
-    drive = np.cumsum(rng.normal(scale=0.01, size=(500, 3)), axis=0)
-    return LocalMap(TiledMap.from_grid(OccupancyGrid(grid, 0.05), 1), Keyframes(np.arange(500) * SECOND, drive))
-
-
-def crowd(count: int) -> dict[str, object]:
-    """Let so many robots hear each other for 30 s of virtual time; return the cost of a tick and of beacons."""
-    config = CommsConfig(exchange_timeout_s=10.0)
-    network = MemoryNetwork(0)
-    nodes = {f"r{k:03d}": CommsNode(f"r{k:03d}", "bench", k + 1, config, seed=k) for k in range(count)}
-    ends = {robot: network.attach(robot) for robot in nodes}
-    ticks_ms: list[float] = []
-    now_ns, exchanges = 0, 0
-    while now_ns < 30 * SECOND:
-        now_ns += 100_000_000
-        network.advance(now_ns)
-        for robot, node in nodes.items():
-            effects = []
-            for item in ends[robot].poll():
-                effects += node.on_arrival(item, now_ns)
-            begun = time.process_time()
-            effects += node.on_tick(now_ns)
-            ticks_ms.append(1e3 * (time.process_time() - begun))
-            for effect in effects:
-                if isinstance(effect, Send):
-                    ends[robot].send(effect)
-                exchanges += isinstance(effect, ExchangeDone)
-    beacons = [node.bytes_sent["beacon"] / 30 for node in nodes.values()]
-    return {
-        "peers": count - 1,
-        "tick_ms_mean": round(float(np.mean(ticks_ms)), 3),
-        "tick_ms_p99": round(float(np.percentile(ticks_ms, 99)), 3),
-        "beacon_bytes_per_robot_and_second": round(float(np.mean(beacons)), 1),
-        "exchanges": exchanges // 2,
-    }
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("log", nargs="?", type=Path, help="a CARMEN log, plain or gzip")
@@ -269,14 +161,8 @@ def main() -> None:
     parser.add_argument("--every", type=float, default=30.0, help="seconds of mission time between meetings")
     parser.add_argument("--particles", type=int, default=30)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--loopback", action="store_true", help="time exchanges over Zenoh on this machine")
-    parser.add_argument("--keys", type=Path, help="with --loopback: key folders of robots a and b of team bench")
-    parser.add_argument("--peers", type=int, default=0, help="robots in range of each other in virtual time")
     args = parser.parse_args()
     warm_up()
-    if args.loopback or args.peers:
-        print(json.dumps(loopback(args.keys) if args.loopback else crowd(args.peers)))
-        return
     if args.log is None:
         maps = {"r1": grown(60, args.seed), "r2": grown(60, args.seed + 1)}
     else:

@@ -24,11 +24,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from experiments_table import draw, summary  # beside this file; must come before the next line
 from scipy.spatial import cKDTree
 
 HERE = Path(__file__).resolve().parent
 sys.path[:] = [folder for folder in sys.path if Path(folder).resolve() != HERE]  # its comms.py is not the package
 
+from sim_driver.evaluate.truth import (  # noqa: E402
+    FALSE_MERGE_DEG,
+    FALSE_MERGE_M,
+    MUST_MERGE,
+    field_at,
+    overlap,
+    values_at,
+)
 from sim_driver.mission import Mission, load_mission, make_mission  # noqa: E402
 from sim_driver.robots import LASERS  # noqa: E402
 from sim_driver.run import run_mission  # noqa: E402
@@ -42,8 +51,6 @@ from spatial.tum import read_tum  # noqa: E402
 MISSIONS = HERE.parent / "missions"
 OFFICE = {"mission": {"shell": "virtual", "duration_s": 400.0, "linger_s": 15.0}, "world": {"name": "office"},
           "comms": {"exchange_timeout_s": 10.0}}  # fmt: skip
-FALSE_M, FALSE_DEG = 0.5, 5.0
-MUST_MERGE = 0.3
 
 
 def mission_of(name: str, seed: int) -> Mission:
@@ -85,12 +92,12 @@ def judge(mission: Mission, folder: Path, metrics: dict[str, Any]) -> dict[str, 
     accepted = {(pair["a"], pair["b"]): pair for pair in metrics["pairs"] if pair["status"] == "accepted"}
     for a, b in combinations(sorted(own), 2):
         pair = accepted.get((a, b))
-        shared = overlap(own[a], own[b], se2.between(frames[a], frames[b]))
+        shared = overlap(own[a], own[b], frames[a], frames[b])
         if pair is None:
             missed += shared >= MUST_MERGE
             continue
         off_m, off_deg = pair["error_m"], pair["error_deg"]
-        false += off_m > FALSE_M or off_deg > FALSE_DEG
+        false += off_m > FALSE_MERGE_M or off_deg > FALSE_MERGE_DEG
         pairs.append([a, b, off_m, off_deg, pair["accepted_at_s"]])
     rejected = [[p["a"], p["b"], p["reason"]] for p in metrics["pairs"] if p["status"] != "accepted"]
     return {
@@ -133,27 +140,10 @@ def against(world: World, team: OccupancyGrid, T_world_map: Transform, near_m: f
     around = OccupancyGrid(np.pad(world.grid.cells, rim), world.resolution_m, (x0 - 1.0, y0 - 1.0))
     walls = se2.apply(T_world_map, team.centres(team.is_occupied))
     floor = se2.apply(se2.inverse(T_world_map), world.grid.centres(world.reachable))
-    near = at(around, far_m, walls, np.inf) <= near_m + 1e-6
-    known = at(team, team.cells.astype(np.float64), floor, -1.0)
+    near = field_at(around, far_m, walls) <= near_m + 1e-6
+    known = values_at(team, floor)
     free = (known >= 0) & (known <= 35)
     return float(near.mean()) if len(near) else 1.0, float(free.mean()), float((known >= 0).mean())
-
-
-def at(grid: OccupancyGrid, field: np.ndarray, points_m: np.ndarray, outside: float) -> np.ndarray:
-    """Return a field of a grid's shape at points of its frame."""
-    col, row = np.floor((points_m - np.asarray(grid.origin_m)) / grid.resolution_m).astype(int).T
-    inside = (row >= 0) & (row < grid.shape[0]) & (col >= 0) & (col < grid.shape[1])
-    values = np.full(len(points_m), outside)
-    values[inside] = field[row[inside], col[inside]]
-    return values
-
-
-def overlap(a: OccupancyGrid, b: OccupancyGrid, T_a_b: Transform) -> float:
-    """Return how much of the smaller map's known area the other knows too."""
-    if a.known_area_m2() < b.known_area_m2():
-        a, b, T_a_b = b, a, se2.inverse(T_a_b)
-    points = se2.apply(T_a_b, b.centres(b.is_known))
-    return float((at(a, a.cells.astype(np.float64), points, -1.0) >= 0).mean()) if len(points) else 0.0
 
 
 def known_over_time(folder: Path) -> list[list[float]]:
@@ -166,63 +156,6 @@ def known_over_time(folder: Path) -> list[list[float]]:
                 t = round(event["t"], -1)
                 best[t] = max(best.get(t, 0.0), event["team_m2"])
     return [[t, best[t]] for t in sorted(best)]
-
-
-def table(rows: list[dict[str, Any]]) -> str:
-    """Return the summary as Markdown."""
-    lines = [
-        "| experiment | seeds | agree, worst | coverage, worst | explored, worst | pairs merged | false | missed "
-        "| error m, median / worst | error deg, median / worst | first merge s | finished s | CPU s |",
-        "|" + "---|" * 13,
-    ]
-    for name in EXPERIMENTS:
-        runs = [row for row in rows if row["name"] == name]
-        if not runs:
-            continue
-        pairs = [pair for row in runs for pair in row["pairs"]]
-        total = len(pairs) + sum(len(row["rejected"]) for row in runs)
-        errors = np.array([pair[2:4] for pair in pairs] or [[np.nan, np.nan]])
-        first = [min(pair[4] for pair in row["pairs"]) for row in runs if row["pairs"]]
-        middle, worst = np.median(errors, axis=0), errors.max(axis=0)
-        lines.append(
-            f"| {name} | {len(runs)} | {min(r['agree'] for r in runs):.4f} | {min(r['coverage'] for r in runs):.4f} "
-            f"| {min(r['explored'] for r in runs):.4f} "
-            f"| {len(pairs)}/{total} "
-            f"| {sum(r['false_merges'] for r in runs)} | {sum(r['missed_merges'] for r in runs)} "
-            f"| {middle[0]:.3f} / {worst[0]:.3f} | {middle[1]:.2f} / {worst[1]:.2f} "
-            f"| {np.median(first) if first else np.nan:.0f} | {np.median([r['mission_s'] for r in runs]):.0f} "
-            f"| {np.median([r['cpu_s'] for r in runs]):.0f} |"
-        )
-    return "\n".join(lines) + "\n"
-
-
-def plot(rows: list[dict[str, Any]], path: Path) -> None:
-    """Draw the known area over time, the mean over seeds, for every number of robots."""
-    try:
-        import matplotlib
-
-        matplotlib.use("Agg")
-        from matplotlib import pyplot as plt
-    except ImportError:
-        print("no matplotlib (pip install 'mrslam[sweep]'): no plot", file=sys.stderr)
-        return
-    figure, axes = plt.subplots(figsize=(7.0, 4.0), dpi=110)
-    for n in (1, 2, 3, 6):
-        runs = [row["known"] for row in rows if row["name"] == f"office-{n}"]
-        if not runs:
-            continue
-        times = np.arange(0.0, 401.0, 10.0)
-        curves = np.array([np.interp(times, *np.array(known).T) for known in runs])
-        axes.plot(times, curves.mean(axis=0), label=f"{n} robot{'s' if n > 1 else ''} ({len(runs)} seeds)")
-    axes.set_xlabel("mission time, s")
-    axes.set_ylabel("known by the best informed robot, m²")
-    axes.set_xlim(0.0, 400.0)
-    axes.set_ylim(bottom=0.0)
-    axes.grid(alpha=0.3)
-    if axes.lines:
-        axes.legend()
-    figure.tight_layout()
-    figure.savefig(path)
 
 
 def main() -> None:
@@ -244,9 +177,9 @@ def main() -> None:
             with log.open("a") as file:
                 file.write(json.dumps(rows[-1]) + "\n")
             print(json.dumps({key: value for key, value in rows[-1].items() if key != "known"}), flush=True)
-    (args.out / "table.md").write_text(table(rows))
-    plot(rows, args.out / "coverage.png")
-    print(table(rows))
+    (args.out / "table.md").write_text(summary(rows, EXPERIMENTS))
+    draw(rows, args.out / "coverage.png")
+    print(summary(rows, EXPERIMENTS))
 
 
 if __name__ == "__main__":

@@ -26,7 +26,8 @@ from comms.team_view import TeamView
 from comms.transport import Arrival, Incoming, PeerJoined, PeerLeft, Sighting, Transport
 from comms.warm_up import warm_up
 from comms.zenoh_sensors import SensorPublisher, ZenohSensors
-from comms.zenoh_transport import ZenohTransport, ZenohWatcher
+from comms.zenoh_transport import ZenohTransport
+from comms.zenoh_watcher import ZenohWatcher
 
 __all__ = [
     "Arrival",

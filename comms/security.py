@@ -1,25 +1,23 @@
-"""A team's keys: a certificate authority, one certificate a robot, and who may write under which name."""
+"""A team's keys as folders of files: one of the authority that signs, one for each robot, and who is in the team."""
 
 from __future__ import annotations
 
 import datetime
 import json
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from cryptography import x509
-from cryptography.hazmat.primitives import hashes, serialization
-from cryptography.hazmat.primitives.asymmetric import ec
-from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
+from cryptography.x509.oid import NameOID
 
+from comms.access import ROBOT, ROUTER
+from comms.certificates import member_certificate, new_key, pem, team_authority, write_private_key
 from comms.frames import check_name
 from spatial import InputError
 from spatial.files import write_bytes, write_text
 
-ROBOT, ROUTER = "robot", "router"
 VALID_DAYS = 3650
 ROSTER = "roster.json"
 
@@ -53,20 +51,20 @@ def make_team_keys(
         raise InputError("'ca' is the folder of the team's authority and cannot be a robot's name")
     ca_folder = folder / "ca"
     roster = _known_roster(ca_folder, team) | names
-    ca_key, ca_certificate = _authority(ca_folder, team, valid_days)
+    ca_key, ca_certificate = team_authority(ca_folder, team, valid_days)
     made = []
     for name in names:
         target = folder / name
         if (target / "key.pem").exists():
             continue
-        key = ec.generate_private_key(ec.SECP256R1())
-        _write_private(target / "key.pem", key)
-        write_bytes(target / "certificate.pem", _pem(_certificate(name, key, ca_key, ca_certificate, valid_days)))
+        key = new_key()
+        write_private_key(target / "key.pem", key)
+        write_bytes(target / "certificate.pem", pem(member_certificate(name, key, ca_key, ca_certificate, valid_days)))
         made.append(target)
     text = json.dumps({"team": team, "members": dict(sorted(roster.items()))}, indent=1) + "\n"
     write_text(ca_folder / ROSTER, text)
     for name in roster:
-        write_bytes(folder / name / "ca.pem", _pem(ca_certificate))
+        write_bytes(folder / name / "ca.pem", pem(ca_certificate))
         write_text(folder / name / ROSTER, text)
     return made
 
@@ -107,36 +105,6 @@ def own_keys(folder: Path) -> tuple[str, RobotKeys]:
     return team, load_keys(folder, robot_id, team)
 
 
-def access_rules(team: str, roster: Mapping[str, str]) -> dict[str, Any]:
-    """Return Zenoh access rules: a robot writes only under its own name, a router passes on for all, others nothing."""
-    everything = f"mrslam/{team}/**"
-    listening = ["declare_subscriber", "liveliness_query", "declare_liveliness_subscriber"]
-    writing = ["put", "delete", "liveliness_token", "reply"]
-    rules = [
-        _rule("listen", [everything], listening, ["ingress", "egress"]),
-        _rule("tell", [everything], writing, ["egress"]),
-        _rule("pass-on", [everything], writing, ["ingress"]),
-    ]
-    policies = []
-    for name, role in sorted(roster.items()):
-        mine = "pass-on"
-        if role != ROUTER:
-            mine = f"write-{name}"
-            rules.append(_rule(mine, [f"mrslam/{team}/{name}/**"], writing, ["ingress"]))
-        policies.append({"id": f"policy-{name}", "rules": ["listen", "tell", mine], "subjects": [f"cn-{name}"]})
-    return {
-        "enabled": True,
-        "default_permission": "deny",
-        "rules": rules,
-        "subjects": [{"id": f"cn-{name}", "cert_common_names": [name]} for name in sorted(roster)],
-        "policies": policies,
-    }
-
-
-def _rule(name: str, keys: list[str], messages: list[str], flows: list[str]) -> dict[str, Any]:
-    return {"id": name, "permission": "allow", "flows": flows, "messages": messages, "key_exprs": keys}
-
-
 def _known_roster(ca_folder: Path, team: str) -> dict[str, str]:
     path = ca_folder / ROSTER
     if not path.exists():
@@ -149,96 +117,3 @@ def _known_roster(ca_folder: Path, team: str) -> dict[str, str]:
     if its_team != team:
         raise InputError(f"{ca_folder.parent}: holds keys of team {its_team!r} already; choose another folder")
     return members
-
-
-def _authority(folder: Path, team: str, valid_days: int) -> tuple[ec.EllipticCurvePrivateKey, x509.Certificate]:
-    """Return the team's CA, made now if there is none."""
-    key_path, certificate_path = folder / "key.pem", folder / "certificate.pem"
-    if key_path.exists() and certificate_path.exists():
-        try:
-            key = serialization.load_pem_private_key(key_path.read_bytes(), password=None)
-            certificate = x509.load_pem_x509_certificate(certificate_path.read_bytes())
-        except (ValueError, TypeError) as error:
-            raise InputError(f"{folder}: the team's CA cannot be read ({error})") from error
-        if not isinstance(key, ec.EllipticCurvePrivateKey):
-            raise InputError(f"{key_path}: not an elliptic curve key")
-        return key, certificate
-    key = ec.generate_private_key(ec.SECP256R1())
-    name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, f"{team} CA"[:64])])
-    certificate = (
-        _builder(name, name, key, valid_days)
-        .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
-        .add_extension(_usage(signs_certificates=True), critical=True)
-        .add_extension(x509.SubjectKeyIdentifier.from_public_key(key.public_key()), critical=False)
-        .sign(key, hashes.SHA256())
-    )
-    _write_private(key_path, key)
-    write_bytes(certificate_path, _pem(certificate))
-    return key, certificate
-
-
-def _certificate(
-    name: str,
-    key: ec.EllipticCurvePrivateKey,
-    ca_key: ec.EllipticCurvePrivateKey,
-    ca_certificate: x509.Certificate,
-    valid_days: int,
-) -> x509.Certificate:
-    subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
-    both_ends = [ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH]
-    authority = x509.AuthorityKeyIdentifier.from_issuer_public_key(ca_key.public_key())
-    return (
-        _builder(subject, ca_certificate.subject, key, valid_days)
-        .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
-        .add_extension(_usage(signs_certificates=False), critical=True)
-        .add_extension(x509.ExtendedKeyUsage(both_ends), critical=False)
-        .add_extension(x509.SubjectAlternativeName([x509.DNSName(_dns(name))]), critical=False)
-        .add_extension(authority, critical=False)
-        .sign(ca_key, hashes.SHA256())
-    )
-
-
-def _dns(name: str) -> str:
-    """Return a name as a valid host label: certificates without an alternative name are refused by modern TLS."""
-    return name.replace("_", "-").replace(".", "-").strip("-").lower()[:63] or "robot"
-
-
-def _builder(
-    subject: x509.Name, issuer: x509.Name, key: ec.EllipticCurvePrivateKey, valid_days: int
-) -> x509.CertificateBuilder:
-    now = datetime.datetime.now(datetime.UTC)
-    return (
-        x509.CertificateBuilder()
-        .subject_name(subject)
-        .issuer_name(issuer)
-        .public_key(key.public_key())
-        .serial_number(x509.random_serial_number())
-        .not_valid_before(now - datetime.timedelta(days=1))  # robots' clocks are off
-        .not_valid_after(now + datetime.timedelta(days=valid_days))
-    )
-
-
-def _usage(*, signs_certificates: bool) -> x509.KeyUsage:
-    return x509.KeyUsage(
-        digital_signature=True,
-        content_commitment=False,
-        key_encipherment=False,
-        data_encipherment=False,
-        key_agreement=False,
-        key_cert_sign=signs_certificates,
-        crl_sign=signs_certificates,
-        encipher_only=False,
-        decipher_only=False,
-    )
-
-
-def _pem(certificate: x509.Certificate) -> bytes:
-    return certificate.public_bytes(serialization.Encoding.PEM)
-
-
-def _write_private(path: Path, key: ec.EllipticCurvePrivateKey) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-    pem = key.private_bytes(serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption())
-    # Opened with its final mode: the key is never readable by others, not even for a moment.
-    with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
-        file.write(pem)

@@ -6,7 +6,8 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from comms.security import RobotKeys, access_rules
+from comms.access import access_rules
+from comms.security import RobotKeys
 from spatial import InputError
 
 LEASE_MS = 2000

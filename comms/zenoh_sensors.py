@@ -13,7 +13,7 @@ import zenoh
 
 from comms.frames import check_name
 from comms.sensors import decode_odometry, decode_scan, encode_odometry, encode_scan
-from comms.zenoh_transport import open_session
+from comms.zenoh_session import open_session
 from spatial import InputError, Scan
 from spatial.se2 import Transform
 

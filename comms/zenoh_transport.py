@@ -1,4 +1,4 @@
-"""Robots over Zenoh, and those who watch them. The only file that knows it.
+"""Robots over Zenoh.
 
 Keys: ``mrslam/<team>/<robot>/all/<lane>`` to everybody, ``mrslam/<team>/<robot>/to/<peer>/<lane>`` to one,
 ``mrslam/<team>/<robot>/status`` to those who watch (nobody else subscribes, so without them nothing is sent), and the
@@ -9,8 +9,7 @@ rules can enforce. Zenoh's threads only put what arrives into a bounded queue.
 from __future__ import annotations
 
 import logging
-from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import zenoh
@@ -21,28 +20,15 @@ from comms.inbox import Inbox
 from comms.local_robots import announce, withdraw
 from comms.outbox import Outbox
 from comms.security import RobotKeys
-from comms.transport import Arrival, Incoming, PeerJoined, PeerLeft, Sighting
-from comms.zenoh_config import as_json, datagram_settings, settings, split_datagrams, stays_here, watcher_settings
+from comms.transport import Arrival, Incoming, PeerJoined, PeerLeft
+from comms.zenoh_config import datagram_settings, settings, split_datagrams
+from comms.zenoh_session import open_session, warn_if_open
 from spatial import InputError
 
 log = logging.getLogger(__name__)
 
 LANES: tuple[Lane, ...] = ("beacon", "control", "bulk")
 """What robots say to each other."""
-MAX_SIGHTINGS = 4096
-"""A watcher that does not look loses the oldest."""
-
-
-def open_session(chosen: Mapping[str, Any]) -> zenoh.Session:
-    """Open a session with these settings; raise ``InputError`` where it cannot be."""
-    config = zenoh.Config()
-    try:
-        for key, value in as_json(chosen):
-            config.insert_json5(key, value)
-        return zenoh.open(config)
-    except zenoh.ZError as error:
-        endpoints = [*chosen.get("listen/endpoints", []), *chosen.get("connect/endpoints", [])]
-        raise InputError(f"the network cannot be opened with {endpoints}: {error}") from error
 
 
 class ZenohTransport:
@@ -68,8 +54,7 @@ class ZenohTransport:
         Raises ``InputError`` where an endpoint cannot be used.
         """
         self.robot_id, self.team = check_name(robot_id, "robot id"), check_name(team, "team name")
-        if keys is None and (multicast or not stays_here([*listen, *connect])):
-            log.warning("team %s is open: anyone on this network can read and write its maps (see mrslam keys)", team)
+        warn_if_open(team, [*listen, *connect], multicast, keys)
         (listen, listen_datagrams), (connect, connect_datagrams) = split_datagrams(listen), split_datagrams(connect)
         self._session = open_session(
             settings(team, mode=mode, listen=listen, connect=connect, multicast=multicast, keys=keys)
@@ -192,55 +177,3 @@ class ZenohTransport:
             tokens.discard(session)
             if not tokens:
                 self.inbox.put(PeerLeft(peer))
-
-
-class ZenohWatcher:
-    """Looks on: takes part in nothing, is seen by no robot, listens on no address unless told to."""
-
-    def __init__(
-        self,
-        team: str | None,
-        *,
-        listen: Sequence[str] = (),
-        connect: Sequence[str] = (),
-        multicast: bool = False,
-        keys: RobotKeys | None = None,
-    ) -> None:
-        """Watch one team, or all that can be reached; raises ``InputError`` where an endpoint cannot be used."""
-        pattern = "*" if team is None else check_name(team, "team name")
-        if keys is None and (multicast or not stays_here([*listen, *connect])):
-            log.warning("team %s is open: anyone on this network can read and write its maps (see mrslam keys)", team)
-        self._session = open_session(watcher_settings(pattern, listen, connect, multicast, keys))
-        self._seen: deque[Sighting] = deque(maxlen=MAX_SIGHTINGS)
-        liveliness = self._session.liveliness()
-        self._subscribers: list[Any] = [
-            self._session.declare_subscriber(f"mrslam/{pattern}/*/status", self._on_status),
-            liveliness.declare_subscriber(f"mrslam/{pattern}/*/alive/*", self._on_token, history=True),
-        ]
-
-    def poll(self) -> list[Sighting]:
-        """Return what was seen since the last call."""
-        seen = []
-        while self._seen:
-            seen.append(self._seen.popleft())
-        return seen
-
-    def links(self) -> int:
-        """Return how many other Zenoh nodes this one is connected to."""
-        return len(self._session.info.peers_zid()) + len(self._session.info.routers_zid())
-
-    def close(self) -> None:
-        """Look away."""
-        for declared in self._subscribers:
-            declared.undeclare()
-        self._session.close()  # type: ignore[no-untyped-call]
-
-    def _on_status(self, sample: zenoh.Sample) -> None:
-        parts = str(sample.key_expr).split("/")
-        if len(parts) == 4 and sample.kind == zenoh.SampleKind.PUT:
-            self._seen.append(Sighting(parts[1], parts[2], sample.payload.to_bytes()))
-
-    def _on_token(self, sample: zenoh.Sample) -> None:
-        parts = str(sample.key_expr).split("/")
-        if len(parts) == 5:
-            self._seen.append(Sighting(parts[1], parts[2], None, sample.kind == zenoh.SampleKind.PUT))

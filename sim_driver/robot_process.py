@@ -13,7 +13,8 @@ from agent import Body, Keeper, ProcessShell, Runner, Sensed, SharedClock
 from agent.clock import Counter
 from comms import Transport, load_keys
 from sim_driver.kernels import load_kernels
-from sim_driver.mission import Mission, RobotConfig
+from sim_driver.mission import Mission
+from sim_driver.mission_config import RobotConfig
 from sim_driver.recorded import RecordedBody
 from sim_driver.seeds import seed_for
 from sim_driver.shaping import ShapedTransport

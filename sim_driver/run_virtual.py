@@ -18,7 +18,8 @@ from sim_driver.faults import FaultConfig
 from sim_driver.faults.links import CorruptingTransport, faulty_conditions
 from sim_driver.faults.robot import FaultyDisk, MortalRobot, Start, Twin
 from sim_driver.faults.senses import FaultySenses
-from sim_driver.mission import Mission, RobotConfig
+from sim_driver.mission import Mission
+from sim_driver.mission_config import RobotConfig
 from sim_driver.recorded import RecordedBody
 from sim_driver.seeds import seed_for
 from sim_driver.shaping import CUT_BELOW

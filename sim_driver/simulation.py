@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from agent import Sensed
-from sim_driver.mission import Mission, RobotConfig
+from sim_driver.mission import Mission
+from sim_driver.mission_config import RobotConfig
 from sim_driver.radio import Radio
 from sim_driver.robots import LASERS, Fleet, LaserModel, SimulatedRobot
 from sim_driver.seeds import seed_for

@@ -13,7 +13,8 @@ from comms import MapSeal, RobotKeys, ZenohTransport
 from sim_driver.drivers import DRIVERS, Driver, Explorer, IdleDriver, TrajectoryDriver, WaypointDriver
 from sim_driver.faults.liar import WAYS, Liar
 from sim_driver.feeds import open_feed
-from sim_driver.mission import Mission, RobotConfig
+from sim_driver.mission import Mission
+from sim_driver.mission_config import RobotConfig
 from sim_driver.recorded import RecordedBody
 from sim_driver.replay import SCANS_FILE, Recorder, ReplayedBody, read_recording
 from sim_driver.seeds import seed_for

@@ -8,7 +8,7 @@ import inspect
 from collections.abc import Iterator
 
 from agent import Settings
-from sim_driver import mission
+from sim_driver import mission_config
 from sim_driver.drivers import DriverConfig
 from sim_driver.faults import FaultConfig
 from sim_driver.radio import RadioConfig
@@ -31,7 +31,7 @@ def as_markdown() -> str:
     lines = [
         "# Settings",
         "",
-        "Sections of a mission file. Every key can also be given as `--set section.key=value`. "
+        "Sections of a mission file. Every key outside of `[[...]]` can also be given as `--set section.key=value`. "
         "The same list: `mrslam config`. This page is made from the code.",
     ]
     for section, cls in sections():
@@ -47,15 +47,15 @@ def as_markdown() -> str:
 
 def sections() -> Iterator[tuple[str, type]]:
     """Yield every section of a mission file with its dataclass."""
-    yield "mission", mission.MissionConfig
-    yield "robots", mission.RobotConfig
-    yield "links", mission.LinksConfig
-    yield "truth", mission.TruthConfig
-    yield "world", mission.WorldConfig
+    yield "mission", mission_config.MissionConfig
+    yield "robots", mission_config.RobotConfig
+    yield "links", mission_config.LinksConfig
+    yield "truth", mission_config.TruthConfig
+    yield "world", mission_config.WorldConfig
     yield "driver", DriverConfig
     yield "radio", RadioConfig
     yield "faults", FaultConfig
-    yield "sweep", mission.SweepConfig
+    yield "sweep", mission_config.SweepConfig
     default = Settings()
     for field in dataclasses.fields(Settings):
         yield field.name, type(getattr(default, field.name))

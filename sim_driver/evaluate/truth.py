@@ -85,7 +85,7 @@ class Judge:
     def coverage(self, grid: OccupancyGrid, T_world_map: Transform) -> float:
         """Return the share of the reachable floor that the map knows to be free, 0..1."""
         floor = se2.apply(se2.inverse(T_world_map), self.world.centres(self.reachable))
-        return float(np.mean(_values_at(grid, floor) == 0)) if len(floor) else 0.0
+        return float(np.mean(values_at(grid, floor) == 0)) if len(floor) else 0.0
 
     def occupied_precision(self, grid: OccupancyGrid, T_world_map: Transform) -> float:
         """Return the share of the map's walls within two cells of a true wall, 0..1; 1 where it has none."""
@@ -108,10 +108,10 @@ class Judge:
         points = se2.apply(se2.inverse(T_world_map), self.world.centres(face))
         free_m = euclidean(np.ascontiguousarray(grid.is_free)) * grid.resolution_m
         wall_m = euclidean(np.ascontiguousarray(grid.is_occupied)) * grid.resolution_m
-        seen = _field_at(grid, free_m, points) <= NEAR_WALL_CELLS * grid.resolution_m
+        seen = field_at(grid, free_m, points) <= NEAR_WALL_CELLS * grid.resolution_m
         if not seen.any():
             return None
-        return float(np.mean(_field_at(grid, wall_m, points[seen]) <= NEAR_WALL_CELLS * grid.resolution_m))
+        return float(np.mean(field_at(grid, wall_m, points[seen]) <= NEAR_WALL_CELLS * grid.resolution_m))
 
     def free_agreement(self, grid: OccupancyGrid, T_world_map: Transform) -> float | None:
         """Return the share of the map's free cells that lie on true floor or within two cells of it."""
@@ -119,7 +119,7 @@ class Judge:
         if len(points) == 0:
             return None
         far_m = euclidean(np.ascontiguousarray(~self.world.is_occupied)) * self.world.resolution_m
-        return float(np.mean(_field_at(self.world, far_m, points) <= NEAR_WALL_CELLS * grid.resolution_m))
+        return float(np.mean(field_at(self.world, far_m, points) <= NEAR_WALL_CELLS * grid.resolution_m))
 
     def ghosts(self, grid: OccupancyGrid, T_world_map: Transform, paths: NDArray[np.float64], radius_m: float) -> int:
         """Return how many wall cells of the map stand where teammates drove, away from true walls.
@@ -130,7 +130,7 @@ class Judge:
         if len(walls) == 0 or len(paths) == 0:
             return 0
         far_m = euclidean(np.ascontiguousarray(self.world.is_occupied)) * self.world.resolution_m
-        lone = walls[_field_at(self.world, far_m, walls) > NEAR_WALL_CELLS * grid.resolution_m]
+        lone = walls[field_at(self.world, far_m, walls) > NEAR_WALL_CELLS * grid.resolution_m]
         if len(lone) == 0:
             return 0
         return int(np.count_nonzero(cKDTree(paths).query(lone)[0] <= radius_m))
@@ -141,7 +141,7 @@ def overlap(a: OccupancyGrid, b: OccupancyGrid, T_world_a: Transform, T_world_b:
     if a.known_area_m2() < b.known_area_m2():
         a, b, T_world_a, T_world_b = b, a, T_world_b, T_world_a
     points = se2.apply(se2.between(T_world_a, T_world_b), b.centres(b.is_known))
-    return float(np.mean(_values_at(a, points) >= 0)) if len(points) else 0.0
+    return float(np.mean(values_at(a, points) >= 0)) if len(points) else 0.0
 
 
 def _cells(grid: OccupancyGrid, points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -149,7 +149,7 @@ def _cells(grid: OccupancyGrid, points: NDArray[np.float64]) -> tuple[NDArray[np
     return cells[:, 0], cells[:, 1]
 
 
-def _field_at(grid: OccupancyGrid, field_m: NDArray[np.float32], points: NDArray[np.float64]) -> NDArray[np.float64]:
+def field_at(grid: OccupancyGrid, field_m: NDArray[np.float32], points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return a field over the grid's cells at points ``(N, 2)``, inf outside."""
     col, row = _cells(grid, points)
     height, width = grid.shape
@@ -159,7 +159,7 @@ def _field_at(grid: OccupancyGrid, field_m: NDArray[np.float32], points: NDArray
     return values
 
 
-def _values_at(grid: OccupancyGrid, points: NDArray[np.float64]) -> NDArray[np.int8]:
+def values_at(grid: OccupancyGrid, points: NDArray[np.float64]) -> NDArray[np.int8]:
     """Return the grid's values at points ``(N, 2)``, -1 outside."""
     col, row = _cells(grid, points)
     height, width = grid.shape

@@ -11,7 +11,8 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from sim_driver.mission import SweepConfig, make_mission
+from sim_driver.mission import make_mission
+from sim_driver.mission_config import SweepConfig
 from sim_driver.replay.again import REPLAYABLE
 from sim_driver.settings import build, parse_assignment, read_toml, with_overrides
 from sim_driver.shipped import find_mission

@@ -7,7 +7,7 @@ import pytest
 from cryptography import x509
 
 from comms import CommsConfig, ExchangeDone, MapUpdated, PeerSeen, Send, ZenohTransport, load_keys, make_team_keys
-from comms.security import access_rules
+from comms.access import access_rules
 from spatial import InputError
 from tests.comms.processes import Robot, free_port, robot_keys
 from tests.comms.team import big_map
