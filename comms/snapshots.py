@@ -41,7 +41,7 @@ class Snapshot:
         """(epoch, revision)."""
         return self.epoch, self.map.revision
 
-    @cached_property
+    @property
     def local_map(self) -> LocalMap:
         """The same as the other rooms know it."""
         return LocalMap(self.map, to_keyframes(self.blocks))

@@ -30,7 +30,7 @@ from rbpf.trajectory import Rows, spread
 from spatial import InputError, Keyframes, LocalMap, Scan, se2
 from spatial.se2 import Transform
 
-LAYOUT = 6
+LAYOUT = 7
 """Of :meth:`Mapper.state`; raised whenever its content changes."""
 SETTLE_SCANS = 10
 """What the particles make of a keyframe is told after so many scans at the latest."""
@@ -59,8 +59,8 @@ class Mapper:
         self._told = ToldPose()
         self._publisher = Publisher()
         self._scan_place = Rows(2, np.int64)  # per scan: stamp, keyframe
-        self._scan_motion = Rows(4)  # per scan: local motion since that keyframe, and its way
-        self._online = Rows(3)
+        self._scan_motion = Rows(4, np.float32)  # per scan: local motion since that keyframe, and its way
+        self._online = Rows(3, np.float32)  # per scan: what was told of it at once
         self._keys = 0
         self._neff, self._health = float(self.config.particles), 1.0
         self._T_odom_base: Transform | None = None
@@ -198,13 +198,13 @@ class Mapper:
 
     def trajectory(self) -> Keyframes:
         """Return the pose of every accepted scan, in the order fed, as the best particle remembers it now."""
-        place, motion = self._scan_place.rows, self._scan_motion.rows
+        place, motion = self._scan_place.rows, self._scan_motion.rows.astype(np.float64)
         poses = spread(self._back.smoothed(), place[:, 1], motion[:, :3], motion[:, 3], self._back.arrivals)
         return Keyframes(place[:, 0].copy(), poses)
 
     def online_trajectory(self) -> Keyframes:
         """Return the pose of every accepted scan as it was known when the scan came."""
-        return Keyframes(self._scan_place.rows[:, 0].copy(), self._online.rows.copy())
+        return Keyframes(self._scan_place.rows[:, 0].copy(), self._online.rows.astype(np.float64))
 
     def snapshot(self) -> LocalMap:
         """Return the best particle's map as tiles with revisions, and its keyframes."""

@@ -25,6 +25,8 @@ from spatial.se2 import Transform
 
 LOYALTY = 2.0
 """The particle that speaks for all is given up for one that is this much better in log weight."""
+APART_MOST = 1024
+"""Particles remember so many keyframes each for itself; of what is older, all remember what the best one has."""
 BEYOND_M = 2.0
 """Maps reach this much farther than the laser is used, metres."""
 
@@ -78,6 +80,8 @@ class ParticleFilter:
         if self.keys == 0:
             self.store.cover(np.full(2, -self._reach_m), np.full(2, self._reach_m))
         else:
+            if self._own.shape[1] == APART_MOST:
+                self._share(APART_MOST // 2, self.best)
             if self._own.shape[1] == self._poses.shape[1]:
                 self._poses = np.concatenate([self._poses, np.zeros_like(self._poses)], axis=1)
             result = self._propose(key)
@@ -133,14 +137,20 @@ class ParticleFilter:
         own = self._own[parents]
         differ = (own != own[:1]).any(axis=(0, 2))[:-1]
         common = int(np.argmax(differ)) if differ.any() else differ.size
-        for pose in own[0, :common]:
-            self._shared.add(pose)
-        rest = own[:, common:]
-        self._poses = np.zeros((parents.size, max(64, 2 * rest.shape[1]), 3))
-        self._poses[:, : rest.shape[1]] = rest
+        self._poses = own
+        self._share(common, 0)
         self.store.resample(parents)
         self.log_weights = np.zeros(parents.size)
         self.best = heir
+
+    def _share(self, count: int, one: int) -> None:
+        """Keep the oldest of the keyframes that each remembers for itself once, as this particle has them."""
+        own = self._own
+        for pose in own[one, :count]:
+            self._shared.add(pose)
+        rest = own[:, count:]
+        self._poses = np.zeros((own.shape[0], max(64, 2 * rest.shape[1]), 3))
+        self._poses[:, : rest.shape[1]] = rest
 
     def _insert(self, key: Keyframe) -> None:
         store, points, ends = self.store, key.points, key.ends

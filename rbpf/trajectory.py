@@ -18,7 +18,7 @@ ANCHOR_M, ANCHOR_RAD = 0.05, 0.02
 
 
 class Rows:
-    """A growing ``(n, columns) float64`` or int64 table."""
+    """A growing ``(n, columns)`` table of numbers."""
 
     def __init__(self, columns: int, dtype: type = np.float64) -> None:
         self._data: NDArray[Any] = np.zeros((64, columns), dtype=dtype)
@@ -27,7 +27,9 @@ class Rows:
     def add(self, row: Any) -> None:
         """Append one row."""
         if self.size == self._data.shape[0]:
-            self._data = np.concatenate([self._data, np.zeros_like(self._data)])
+            grown = np.empty((2 * self.size, self._data.shape[1]), dtype=self._data.dtype)  # unused pages cost nothing
+            grown[: self.size] = self._data
+            self._data = grown
         self._data[self.size] = row
         self.size += 1
 
@@ -35,8 +37,9 @@ class Rows:
     def of(cls, rows: NDArray[Any]) -> Rows:
         """Return a table that holds these rows."""
         table = cls(rows.shape[1], rows.dtype.type)
-        table._data = np.concatenate([rows, np.zeros((max(64, rows.shape[0]), rows.shape[1]), dtype=rows.dtype)])
         table.size = rows.shape[0]
+        table._data = np.empty((table.size + max(64, table.size), rows.shape[1]), dtype=rows.dtype)
+        table._data[: table.size] = rows
         return table
 
     @property

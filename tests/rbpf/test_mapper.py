@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -190,6 +191,21 @@ def test_rounds_in_one_room_cost_no_memory() -> None:
     assert back.loops.kept == [k for k, scan in enumerate(back.loops.scans) if scan.shape[0] > 0]
     assert scans[-1] < 1.05 * scans[16] and tiles[-1] < 1.5 * tiles[16]
     assert errors(mapper, np.tile(poses, (32, 1)))[0] < 0.08
+
+
+def test_particles_that_never_part_remember_the_far_past_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("rbpf.particle_filter.APART_MOST", 12)
+    poses = drive(120)
+    mapper = Mapper(replace(SMALL, neff_fraction=0.01), seed=1)
+    feed(mapper, poses)
+    particles = mapper._back.filter
+    assert particles.resamplings == 0 and particles.keys > 20
+    assert particles._own.shape[1] <= 12
+    assert particles.ancestry(0).shape == (particles.keys, 3)
+    assert errors(mapper, poses)[0] < 0.06
+    save_checkpoint(mapper, tmp_path / "long.ckpt")
+    again = load_checkpoint(tmp_path / "long.ckpt")
+    np.testing.assert_array_equal(again.trajectory().T_map_base, mapper.trajectory().T_map_base)
 
 
 def test_bad_scans_are_counted_and_change_nothing() -> None:
