@@ -9,7 +9,7 @@ import numpy as np
 from alignment.aligners import ALIGNERS
 from alignment.config import AlignmentConfig
 from alignment.decide import decide
-from alignment.prepared import PreparedMap, main_part, order_key, prepare, working_resolution
+from alignment.prepared import PreparedMap, is_smaller, main_part, prepare, working_resolution
 from alignment.result import Alignment, Candidate, Prior, Rejection
 from spatial import InputError, OccupancyGrid, se2
 
@@ -37,7 +37,7 @@ def align(
     if method not in ALIGNERS:
         raise InputError(f"alignment method must be one of {', '.join(ALIGNERS)}, got {method!r}")
     grids = [main_part(grid_a.cropped()), main_part(grid_b.cropped())]
-    if order_key(grids[0]) < order_key(grids[1]):
+    if is_smaller(grids[0], grids[1]):
         grids.reverse()
         return _inverse(_align(grids, method, None if prior is None else _inverse_prior(prior), config))
     return _align(grids, method, prior, config)

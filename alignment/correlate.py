@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from alignment.correlate_kernels import cyclic_count, cyclic_splat, deep_free, peaks, soft_cap
+from alignment.correlate_kernels import cyclic_count, cyclic_splat, deep_free, multiply, peaks, soft_cap
 from alignment.prepared import PreparedMap
 from alignment.result import Candidate
+from spatial import se2
 
 F64 = NDArray[np.float64]
 
@@ -41,55 +43,77 @@ def correlate(
     each other count nothing: they may be the two sides of one wall. ``near``: where b's centre may come to lie in
     frame a, middle (2,) and radius, metres.
     """
-    pa, pb = a.points - a.centre, b.points - b.centre
-    radius_b = np.hypot(*pb.T).max()
-    span = [int((np.ptp(pa[:, k]) + 2 * radius_b) / cell_m) + 4 for k in (1, 0)]
-    shape = tuple(scipy.fft.next_fast_len(n, real=True) for n in span)
+    sides = [
+        Picture(side.points - side.centre, side.normals, free_points(side, 0.5 * cell_m) - side.centre)
+        for side in (a, b)
+    ]
     cap = 1.5 * cell_m / a.res
-    fa, fb = free_points(a, 0.5 * cell_m) - a.centre, free_points(b, 0.5 * cell_m) - b.centre
     weight = (max(1, round(0.5 * cell_m / a.res)) * a.res / cell_m) ** 2
+    low_a, high_a = sides[0].box(0.0)
+    boxes_b = [sides[1].box(angle) for angle in angles]
+    span = (high_a - low_a + np.max([high - low for low, high in boxes_b], axis=0)) / cell_m + 4
+    shape = (scipy.fft.next_fast_len(int(span[1]), real=True), scipy.fft.next_fast_len(int(span[0]), real=True))
 
-    def spectra(points: F64, normals: F64, free: F64, angle: float) -> NDArray[np.complex64]:
-        out = np.zeros((5, *shape), dtype=np.float32)
-        cos, sin = math.cos(angle), math.sin(angle)
-        cyclic_splat(points, normals, cos, sin, cell_m, out[:4])
-        soft_cap(out[:4], cap)
-        cyclic_count(free, cos, sin, cell_m, weight, out[4])
-        return scipy.fft.rfft2(out)
-
-    SA = spectra(pa, a.normals, fa, 0.0)
+    SA = sides[0].spectra(0.0, cell_m, shape, cap, weight)
     ky = np.fft.fftfreq(shape[0])[:, None]
     kx = np.fft.rfftfreq(shape[1])[None, :]
-    blur = np.exp(-2 * (math.pi * blur_m / cell_m) ** 2 * (kx**2 + ky**2)).astype(np.float32)
-    SA *= blur
+    SA *= np.exp(-2 * (math.pi * blur_m / cell_m) ** 2 * (kx**2 + ky**2)).astype(np.float32)
+    # walls on walls less walls of either on free space of the other, gathered by what is multiplied with each of b's.
     walls_a = SA[0] + SA[1] + SA[2] + SA[3]
-    rows, cols = (np.fft.fftfreq(n, 1.0 / n) for n in shape)
-    outside = None
-    if near is not None:
-        dx, dy = a.centre[0] + cols * cell_m - near[0][0], a.centre[1] + rows * cell_m - near[0][1]
-        outside = np.hypot(dx[None, :], dy[:, None]) > near[1] + cell_m
+    SA[:4] -= np.float32(against) * SA[4]
+    SA[4] = -np.float32(against) * walls_a
+    product = np.empty((2, *SA.shape[1:]), dtype=np.complex64)
     found: list[Candidate] = []
-    for angle in angles:
-        SB = spectra(pb, b.normals, fb, angle)
-        walls_b = SB[0] + SB[1] + SB[2] + SB[3]
-        for turn in (0.0, math.pi):
-            if turn == 0.0:
-                product = SA[0] * SB[0].conj() + SA[1] * SB[1].conj() + SA[2] * SB[2].conj() + SA[3] * SB[3].conj()
-                product -= against * (walls_a * SB[4].conj() + SA[4] * walls_b.conj())
-            else:  # half a turn mirrors the picture and swaps the facings
-                product = SA[0] * SB[2] + SA[1] * SB[3] + SA[2] * SB[0] + SA[3] * SB[1]
-                product -= against * (walls_a * SB[4] + SA[4] * walls_b)
-            score = scipy.fft.irfft2(product, s=shape)
-            if outside is not None:
-                score[outside] = 0.0
+    for angle, (low_b, high_b) in zip(angles, boxes_b, strict=True):
+        multiply(SA, sides[1].spectra(angle, cell_m, shape, cap, weight), product)
+        scores = scipy.fft.irfft2(product, s=shape)
+        for score, turn, lowest in zip(scores, (0.0, math.pi), (low_a - high_b, low_a + low_b), strict=True):
+            # Shifts are known modulo the picture; below the lowest the maps do not touch.
+            first = np.floor(lowest / cell_m).astype(np.int64) - 1
+            dx, dy = ((first[k] + (np.arange(shape[1 - k]) - first[k]) % shape[1 - k]) * cell_m for k in (0, 1))
+            if near is not None:
+                x, y = a.centre[0] + dx - near[0][0], a.centre[1] + dy - near[0][1]
+                score[np.hypot(x[None, :], y[:, None]) > near[1] + cell_m] = 0.0
             where, value = peaks(score, per_angle, max(2, round(0.5 / cell_m)))
             theta = angle + turn
-            cos, sin = math.cos(theta), math.sin(theta)
-            back = np.array([cos * b.centre[0] - sin * b.centre[1], sin * b.centre[0] + cos * b.centre[1]])
+            back = se2.apply(np.array([0.0, 0.0, theta]), b.centre)
             wrapped = math.remainder(theta, 2 * math.pi)
-            x = a.centre[0] + cols[where[:, 1]] * cell_m - back[0]
-            y = a.centre[1] + rows[where[:, 0]] * cell_m - back[1]
+            x, y = a.centre[0] + dx[where[:, 1]] - back[0], a.centre[1] + dy[where[:, 0]] - back[1]
             for k in range(len(value)):
                 found.append(Candidate(np.array([x[k], y[k], wrapped]), float(value[k]) * a.res))
     found.sort(key=lambda candidate: -candidate.score)
     return found
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A map's walls and free space about the middle of its walls, as points."""
+
+    points: F64
+    """``(N, 2)`` walls, metres."""
+    normals: F64
+    """``(N, 2)``, see PreparedMap."""
+    free: F64
+    """``(M, 2)`` free space, metres."""
+
+    def box(self, angle: float) -> tuple[F64, F64]:
+        """Return the lower left and upper right corner of the walls turned by ``angle``, each ``(2,)``, metres."""
+        cos, sin = math.cos(angle), math.sin(angle)
+        at = self.points @ np.array([[cos, sin], [-sin, cos]])
+        return at.min(axis=0), at.max(axis=0)
+
+    def spectra(
+        self, angle: float, cell_m: float, shape: tuple[int, int], cap: float, weight: float
+    ) -> NDArray[np.complex64]:
+        """Return the spectra ``(5, H, W // 2 + 1)`` of the map turned by ``angle``: four facings, free space."""
+        cos, sin = math.cos(angle), math.sin(angle)
+        y = np.concatenate([self.points, self.free]) @ np.array([sin, cos])
+        row0 = math.floor(y.min() / cell_m)
+        rows = min(math.floor(y.max() / cell_m) - row0 + 2, shape[0])  # most rows are empty: they need no transform
+        out = np.zeros((5, rows, shape[1]), dtype=np.float32)
+        cyclic_splat(self.points, self.normals, cos, sin, cell_m, row0, out[:4])
+        soft_cap(out[:4], cap)
+        cyclic_count(self.free, cos, sin, cell_m, weight, row0, out[4])
+        full = np.zeros((5, shape[0], shape[1] // 2 + 1), dtype=np.complex64)
+        full[:, (row0 + np.arange(rows)) % shape[0]] = scipy.fft.rfft(out, axis=2)
+        return np.asarray(scipy.fft.fft(full, axis=1, overwrite_x=True), dtype=np.complex64)

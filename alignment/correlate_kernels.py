@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
+C64 = NDArray[np.complex64]
 
 
 @njit(cache=True, nogil=True)
@@ -29,11 +30,11 @@ def deep_free(
 
 @njit(cache=True, nogil=True)
 def cyclic_splat(
-    points: F64, normals: F64, cos: float, sin: float, cell_m: float, out: F32
+    points: F64, normals: F64, cos: float, sin: float, cell_m: float, row0: int, out: F32
 ) -> None:  # pragma: no cover - compiled
     """Add unit walls to ``out (4, H, W)``, one channel per facing +x, +y, -x, -y; bilinear, indices modulo (H, W).
 
-    The point at the origin falls on index (0, 0), so that turning all points by pi mirrors the picture exactly.
+    The point at the origin falls on index (-row0, 0), so that turning all points by pi mirrors the picture exactly.
     """
     height, width = out.shape[1], out.shape[2]
     for i in range(points.shape[0]):
@@ -43,6 +44,7 @@ def cyclic_splat(
         ny = sin * normals[i, 0] + cos * normals[i, 1]
         c, r = int(math.floor(x)), int(math.floor(y))
         fx, fy = x - c, y - r
+        r -= row0
         h, v = (0 if nx > 0.0 else 2), (1 if ny > 0.0 else 3)
         for dr in range(2):
             for dc in range(2):
@@ -53,14 +55,14 @@ def cyclic_splat(
 
 @njit(cache=True, nogil=True)
 def cyclic_count(
-    points: F64, cos: float, sin: float, cell_m: float, weight: float, out: F32
+    points: F64, cos: float, sin: float, cell_m: float, weight: float, row0: int, out: F32
 ) -> None:  # pragma: no cover
-    """Add ``weight`` per point to the nearest index of ``out (H, W)``, modulo (H, W)."""
+    """Add ``weight`` per point to the nearest index of ``out (H, W)``, whose first row is ``row0``, modulo (H, W)."""
     height, width = out.shape
     for i in range(points.shape[0]):
         c = int(math.floor((cos * points[i, 0] - sin * points[i, 1]) / cell_m + 0.5))
         r = int(math.floor((sin * points[i, 0] + cos * points[i, 1]) / cell_m + 0.5))
-        out[r % height, c % width] += weight
+        out[(r - row0) % height, c % width] += weight
 
 
 @njit(cache=True, nogil=True)
@@ -70,6 +72,23 @@ def soft_cap(out: F32, cap: float) -> None:  # pragma: no cover - compiled
         for r in range(out.shape[1]):
             for c in range(out.shape[2]):
                 out[k, r, c] = min(out[k, r, c], cap)
+
+
+@njit(cache=True, nogil=True)
+def multiply(SA: C64, SB: C64, out: C64) -> None:  # pragma: no cover - compiled
+    """Write to ``out (2, H, W)`` the spectra of the correlations of ``SA`` with ``SB``, both ``(5, H, W)``.
+
+    The first as they are, the second with b turned by half a turn, which swaps the facings 0 and 2, 1 and 3.
+    """
+    for r in range(SA.shape[1]):
+        for c in range(SA.shape[2]):
+            a0, a1, a2, a3, a4 = SA[0, r, c], SA[1, r, c], SA[2, r, c], SA[3, r, c], SA[4, r, c]
+            b0, b1, b2, b3, b4 = SB[0, r, c], SB[1, r, c], SB[2, r, c], SB[3, r, c], SB[4, r, c]
+            out[0, r, c] = (
+                a0 * b0.conjugate() + a1 * b1.conjugate() + a2 * b2.conjugate() + a3 * b3.conjugate()
+                + a4 * b4.conjugate()
+            )  # fmt: skip
+            out[1, r, c] = a0 * b2 + a1 * b3 + a2 * b0 + a3 * b1 + a4 * b4
 
 
 @njit(cache=True, nogil=True)

@@ -12,11 +12,11 @@ from alignment.prepared import PreparedMap
 from alignment.reasons import Test, tests
 from alignment.refine import covariance, refine
 from alignment.result import Alignment, Candidate, Rejection
-from alignment.verify import DISCOUNT, Agreement, Case, case, examine, quick_case
+from alignment.verify import DISCOUNT, Agreement, Case, examine, quick_case
 from spatial import se2
 
-Fit = tuple[float, Agreement, Candidate]
-"""A refined candidate: score (m), what the maps say of it, where it came from."""
+Fit = tuple[Case, se2.Transform, Candidate]
+"""A refined candidate: what speaks for and against it, where b lies, where it came from."""
 SAME_M, SAME_RAD = 0.4, math.radians(4.0)
 """Two fits nearer than this, at the middle of b's walls, are one fit."""
 CLEANEST, LEFT = 0.1, 0.78
@@ -57,14 +57,13 @@ def fits_of(a: PreparedMap, b: PreparedMap, candidates: list[Candidate], config:
     for candidate in candidates:
         if len(fits) == config.max_candidates:
             break
-        if any(same(b, candidate.T_a_b, found.T_a_b) for _, found, _ in fits):
+        if any(same(b, candidate.T_a_b, T) for _, T, _ in fits):
             continue
         T_a_b = refine(a, b, candidate.T_a_b)
-        if any(same(b, T_a_b, found.T_a_b) for _, found, _ in fits):
+        if any(same(b, T_a_b, T) for _, T, _ in fits):
             continue
-        found = examine(a, b, T_a_b, config.tolerance_m)
-        fits.append((case(found.evidence).worth(), found, candidate))
-    fits.sort(key=lambda fit: -fit[0])
+        fits.append((quick_case(a, b, T_a_b, config.tolerance_m, most_cells=math.inf), T_a_b, candidate))
+    fits.sort(key=lambda fit: -fit[0].worth())
     return fits
 
 
@@ -83,18 +82,19 @@ def decide(
     if not candidates:
         return Rejection("nothing in the two maps matches", 0.0, {}, method)
     fits = fits_of(a, b, candidates, config)
-    score, best, candidate = fits[0]
-    evidence = {**candidate.evidence, **best.evidence, "score_m": score}
-    own, aside = case(best.evidence), slid(a, b, best, config.tolerance_m)
+    own, T_a_b, candidate = fits[0]
+    best = examine(a, b, T_a_b, config.tolerance_m)
+    evidence = {**candidate.evidence, **best.evidence, "score_m": own.worth()}
+    aside = slid(a, b, best, config.tolerance_m)
 
     def judged(others: list[Fit]) -> list[Test]:
-        known = aside + [case(found.evidence) for _, found, _ in others]
+        known = aside + [rival for rival, _, _ in others]
         evidence["margin"] = max(0.0, 1.0 - max(rivalry(own, rival) for rival in known))
         return tests(evidence, config)
 
     asked = judged(fits[1:])
     if rivals is not None and all(t.slack >= 0 for t in asked):
-        more = [fit for fit in fits_of(a, b, rivals(), config) if not same(b, fit[1].T_a_b, best.T_a_b)]
+        more = [fit for fit in fits_of(a, b, rivals(), config) if not same(b, fit[1], best.T_a_b)]
         asked = judged(fits[1:] + more)
     confidence = 1.0 / (1.0 + math.exp(-max(-30.0, min(t.slack for t in asked))))
     failed = list(dict.fromkeys(t.complaint for t in asked if t.slack < 0))

@@ -13,16 +13,19 @@ from numpy.typing import NDArray
 
 from alignment import wall_kernels
 from alignment.config import AlignmentConfig
-from spatial import UNKNOWN, OccupancyGrid
+from spatial import FREE_MAX, OCCUPIED_MIN, UNKNOWN, OccupancyGrid
 
+DOTS = 3
+"""Occupied cells no farther apart than this, rows or columns, are one thing."""
 SPECK_M = 0.4
 """Occupied cells that reach no farther than this are people, legs and noise, metres."""
 ISLAND_GAP_M, ISLAND_SHARE = 0.25, 0.2
 """Known cells farther apart belong to different parts, metres; parts below this share of the largest stay."""
-STRIPE = 256
-"""Rows resampled at once."""
 REACH_M = 0.6
 """How far from a wall its nearest point is known, metres."""
+STATE_OF_CELL = np.zeros(256, dtype=np.uint8)
+"""wall_kernels' state by the byte of a cell."""
+STATE_OF_CELL[: FREE_MAX + 1], STATE_OF_CELL[OCCUPIED_MIN:101] = wall_kernels.FREE, wall_kernels.OCCUPIED
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,12 +69,9 @@ class PreparedMap:
     @cached_property
     def solid(self) -> NDArray[np.bool_]:
         """``(N,)``: whether each point is part of something larger than ``SPECK_M``, which does not come and go."""
-        occupied = (self.state == wall_kernels.OCCUPIED).astype(np.uint8)
-        joined = cv2.dilate(occupied, np.ones((3, 3), dtype=np.uint8))  # far walls are dotted lines
-        _, label, stats, _ = cv2.connectedComponentsWithStats(joined, connectivity=8, ltype=cv2.CV_32S)
-        large = (np.maximum(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) - 2) * self.res > SPECK_M
-        cells = self._walls[0]
-        return np.asarray(large[label[cells[:, 0], cells[:, 1]]], dtype=np.bool_)
+        rows, cols = np.divmod(np.flatnonzero(self.state == wall_kernels.OCCUPIED), self.state.shape[1])
+        extent = wall_kernels.extents(rows, cols, DOTS, self._walls[0])  # far walls are dotted lines
+        return np.asarray(extent * self.res > SPECK_M, dtype=np.bool_)
 
     @property
     def wall_m(self) -> float:
@@ -102,29 +102,31 @@ def working_resolution(a: OccupancyGrid, b: OccupancyGrid, config: AlignmentConf
 
 
 def prepare(grid: OccupancyGrid, res: float) -> PreparedMap:
-    """Bring a cropped grid to the cell ``res``: occupied where any source cell is, else free where any is."""
+    """Bring a cropped grid to the cell ``res``, not finer than its own.
+
+    A cell is occupied where any source cell is, else free where any is.
+    """
     border = max(wall_kernels.REACH, round(REACH_M / res)) + 1
-    height, width = grid.shape
-    if abs(res - grid.resolution_m) < 1e-6 * res:
-        state = np.zeros((height + 2 * border, width + 2 * border), dtype=np.uint8)
-        inner = state[border : border + height, border : border + width]
-        inner[grid.is_free] = wall_kernels.FREE
-        inner[grid.is_occupied] = wall_kernels.OCCUPIED
-    else:
+    found = grid.cells.view(np.uint8)
+    if found.size:
+        found = np.asarray(cv2.LUT(found, STATE_OF_CELL), dtype=np.uint8)
+    if abs(res - grid.resolution_m) >= 1e-6 * res:
         ratio = grid.resolution_m / res
-        rows = np.floor((np.arange(height) + 0.5) * ratio).astype(np.int64) + border
-        cols = np.floor((np.arange(width) + 0.5) * ratio).astype(np.int64) + border
-        shape = (
-            int(rows[-1]) + 1 + border if height else 2 * border,
-            int(cols[-1]) + 1 + border if width else 2 * border,
-        )
-        state = np.zeros(shape, dtype=np.uint8)
-        for mask, value in ((grid.is_free, wall_kernels.FREE), (grid.is_occupied, wall_kernels.OCCUPIED)):
-            for top in range(0, height, STRIPE):  # bounds the memory of the indices
-                at = np.nonzero(mask[top : top + STRIPE])
-                state[rows[top + at[0]], cols[at[1]]] = value
+        for axis in (0, 1):
+            found = _highest(found, np.floor((np.arange(grid.shape[axis]) + 0.5) * ratio), axis)
+    state = np.pad(found, border)
     x, y = grid.origin_m
     return PreparedMap(state, x - border * res, y - border * res, res)
+
+
+def _highest(state: NDArray[np.uint8], to: NDArray[np.float64], axis: int) -> NDArray[np.uint8]:
+    """Return the highest state (occupied, free, unknown) of each run of equal ``to`` along an axis."""
+    first = np.flatnonzero(np.diff(to, prepend=-1.0))
+    last = np.append(first[1:], len(to)) - 1
+    out = state.take(first, axis=axis)
+    for k in range(1, int(np.max(last - first, initial=0)) + 1):
+        np.maximum(out, state.take(np.minimum(first + k, last), axis=axis), out=out)
+    return out
 
 
 def main_part(grid: OccupancyGrid) -> OccupancyGrid:
@@ -135,12 +137,16 @@ def main_part(grid: OccupancyGrid) -> OccupancyGrid:
     if grid.cells.size == 0:
         return grid
     block = max(1, round(ISLAND_GAP_M / grid.resolution_m))
-    rows, cols = (-(-n // block) * block for n in grid.shape)
-    known = np.zeros((rows, cols), dtype=np.bool_)
-    known[: grid.shape[0], : grid.shape[1]] = grid.is_known
-    blocks = known.reshape(rows // block, block, cols // block, block).any(axis=(1, 3))
+    strips = grid.cells[::block].copy()
+    for k in range(1, block):
+        part = grid.cells[k::block]
+        np.maximum(strips[: len(part)], part, out=strips[: len(part)])
+    blocks = strips[:, ::block].copy()
+    for k in range(1, block):
+        part = strips[:, k::block]
+        np.maximum(blocks[:, : part.shape[1]], part, out=blocks[:, : part.shape[1]])
     count, label, stats, _ = cv2.connectedComponentsWithStats(
-        np.asarray(blocks, dtype=np.uint8), connectivity=8, ltype=cv2.CV_32S
+        np.asarray(blocks != UNKNOWN, dtype=np.uint8), connectivity=8, ltype=cv2.CV_32S
     )
     sizes = stats[1:, cv2.CC_STAT_AREA]
     if count <= 2 or np.sort(sizes)[-2] < ISLAND_SHARE * sizes.max():
@@ -150,8 +156,13 @@ def main_part(grid: OccupancyGrid) -> OccupancyGrid:
     return OccupancyGrid(kept, grid.resolution_m, grid.origin_m).cropped()
 
 
-def order_key(grid: OccupancyGrid) -> tuple[int, bytes]:
-    """Return a key that depends on the cropped cells alone, so that align(a, b) and align(b, a) do the same work."""
+def is_smaller(one: OccupancyGrid, two: OccupancyGrid) -> bool:
+    """Return an order that depends on the cropped cells alone, so that align(a, b) and align(b, a) do the same work."""
+    sizes = [int(np.count_nonzero(grid.is_known)) for grid in (one, two)]
+    return sizes[0] < sizes[1] if sizes[0] != sizes[1] else _digest(one) < _digest(two)
+
+
+def _digest(grid: OccupancyGrid) -> bytes:
     digest = hashlib.sha256(str(grid.shape).encode())
     digest.update(grid.cells.data)
-    return int(np.count_nonzero(grid.is_known)), digest.digest()
+    return digest.digest()

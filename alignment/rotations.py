@@ -30,14 +30,17 @@ def directed_spectrum(
     half = int(reach / cell_m) + 2
     votes = np.zeros((bins, 2 * half + 1), dtype=np.float32)
     turn = 2.0 * math.pi / bins
+    first = -bins // 2 - spread - 1
+    cos, sin = np.empty(-2 * first + 1), np.empty(-2 * first + 1)
+    for k in range(cos.shape[0]):
+        cos[k], sin[k] = math.cos((first + k) * turn), math.sin((first + k) * turn)
     for i in range(points.shape[0]):
         nx, ny = normals[i, 0], normals[i, 1]
         if nx == 0.0 and ny == 0.0:
             continue
         middle = int(round(math.atan2(ny, nx) / turn))
         for k in range(middle - spread, middle + spread + 1):
-            angle = k * turn
-            rho = points[i, 0] * math.cos(angle) + points[i, 1] * math.sin(angle)
+            rho = points[i, 0] * cos[k - first] + points[i, 1] * sin[k - first]
             votes[k % bins, int(math.floor(rho / cell_m)) + half] += 1.0
     out = np.zeros(bins, dtype=np.float64)
     for k in range(bins):

@@ -31,6 +31,8 @@ FROM_BEHIND = 0.3
 """What wall seen from opposite sides is worth beside wall seen from one."""
 UNDOES = 2.4
 """Agreeing metres that a contradicting one undoes."""
+FREE_STEP = 2
+"""Every so manieth row and column of free space is looked at."""
 QUICK_CELLS = 4000
 """Cells of free space looked at for a quick look."""
 
@@ -78,9 +80,9 @@ def examine(a: PreparedMap, b: PreparedMap, T_a_b: Transform, tolerance_m: float
     small, large = (a, b) if a.state.size <= b.state.size else (b, a)
     T = T_b_a if small is a else T_a_b
     free, occupied, differ, _ = free_overlap(
-        small.state, small.x0, small.y0, 2, T, large.state, large.x0, large.y0, res
+        small.state, small.x0, small.y0, FREE_STEP, T, large.state, large.x0, large.y0, res
     )
-    cell = 4.0 * res**2
+    cell = (FREE_STEP * res) ** 2
     evidence = {
         "matched_a_m": ma * res,
         "matched_b_m": mb * res,
@@ -164,15 +166,20 @@ def case(evidence: dict[str, float]) -> Case:
 
 
 def quick_case(
-    a: PreparedMap, b: PreparedMap, T_a_b: Transform, tolerance_m: float, most_points: int = 1_000_000
+    a: PreparedMap,
+    b: PreparedMap,
+    T_a_b: Transform,
+    tolerance_m: float,
+    most_points: int = 1_000_000,
+    most_cells: float = QUICK_CELLS,
 ) -> Case:
-    """Return the same from at most so many points of each map's walls, and of free space from a few thousand."""
+    """Return the same without examining: from at most so many points of each map's walls, and cells of free space."""
     step_a, step_b = (-(-len(side.points) // most_points) for side in (a, b))
     T_b_a = se2.inverse(T_a_b)
     _, (mb, ob, cb, _) = judge_walls(b, a, T_a_b, tolerance_m, step_b)
     _, (ma, oa, ca, _) = judge_walls(a, b, T_b_a, tolerance_m, step_a)
-    step = max(2, math.ceil(math.sqrt(min(a.state.size, b.state.size) / QUICK_CELLS)))
     small, large, T = (a, b, T_b_a) if a.state.size <= b.state.size else (b, a, T_a_b)
+    step = max(FREE_STEP, math.ceil(math.sqrt(small.state.size / most_cells)))
     free, _, _, _ = free_overlap(small.state, small.x0, small.y0, step, T, large.state, large.x0, large.y0, a.res)
     return Case(
         min(ma * step_a, mb * step_b) * a.res,

@@ -17,6 +17,7 @@ REACH = 3
 
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
+I64 = NDArray[np.int64]
 U8 = NDArray[np.uint8]
 
 
@@ -103,27 +104,83 @@ def nearest_labels(
 
     Quadrant q holds the walls that face within 65 degrees of q x 90 degrees, and specks. At most NOTHING cells.
     """
-    label = np.full((4, height, width), NOTHING, dtype=np.uint16)
-    best = np.empty((height, width), dtype=np.uint8)
+    label = np.full((4, height * width), NOTHING, dtype=np.uint16)
+    best = np.empty(height * width, dtype=np.uint8)
     span = 2 * reach + 1
-    disc = np.empty((span * span, 3), dtype=np.int32)
+    way = np.empty(span * span, dtype=np.int64)
+    away = np.empty(span * span, dtype=np.uint8)
+    down, right = np.empty(span * span, dtype=np.int64), np.empty(span * span, dtype=np.int64)
     m = 0
     for dr in range(-reach, reach + 1):
         for dc in range(-reach, reach + 1):
             d2 = dr * dr + dc * dc
             if d2 <= reach * reach and d2 < 255:
-                disc[m, 0], disc[m, 1], disc[m, 2] = dr, dc, d2
+                way[m], away[m], down[m], right[m] = dr * width + dc, d2, dr, dc
                 m += 1
     for q in range(4):
         best[:] = 255
+        near = label[q]
         for i in range(cells.shape[0]):
             nx, ny = normals[i, 0], normals[i, 1]
             facing = nx if q == 0 else (ny if q == 1 else (-nx if q == 2 else -ny))
             if facing <= 0.42 and (nx != 0.0 or ny != 0.0):
                 continue
+            r, c = cells[i, 0], cells[i, 1]
+            at = r * width + c
+            inside = reach <= r < height - reach and reach <= c < width - reach
             for k in range(m):
-                r, c = cells[i, 0] + disc[k, 0], cells[i, 1] + disc[k, 1]
-                if 0 <= r < height and 0 <= c < width and disc[k, 2] < best[r, c]:
-                    best[r, c] = disc[k, 2]
-                    label[q, r, c] = i
-    return label
+                if not inside and not (0 <= r + down[k] < height and 0 <= c + right[k] < width):
+                    continue
+                if away[k] < best[at + way[k]]:
+                    best[at + way[k]] = away[k]
+                    near[at + way[k]] = i
+    return label.reshape((4, height, width))
+
+
+@njit(cache=True, nogil=True)
+def root_of(parent: I32, i: int) -> int:  # pragma: no cover - compiled
+    """Return the first cell of the thing that cell ``i`` is part of, and shorten the way to it."""
+    while parent[i] != i:
+        parent[i] = parent[parent[i]]
+        i = parent[i]
+    return i
+
+
+@njit(cache=True, nogil=True)
+def extents(rows: I64, cols: I64, gap: int, cells: I32) -> I64:  # pragma: no cover - compiled
+    """Return how far the thing reaches that each of ``cells (N, 2)`` (row, col) is part of, along the longer axis.
+
+    ``rows``, ``cols`` are all occupied cells, row by row; cells up to ``gap`` rows and columns apart are one thing.
+    ``cells`` are some of them, in the same order.
+    """
+    n = rows.shape[0]
+    parent = np.arange(n).astype(np.int32)
+    begin = np.zeros(gap + 1, dtype=np.int64)  # by rows back: first cell there that may be near
+    for i in range(n):
+        if i == 0 or rows[i] != rows[i - 1]:
+            for back in range(gap + 1):
+                begin[back] = np.searchsorted(rows[:i], rows[i] - back)
+        for back in range(gap + 1):
+            row, j = rows[i] - back, begin[back]
+            while j < i and rows[j] == row and cols[j] < cols[i] - gap:
+                j += 1
+            begin[back] = j
+            while j < i and rows[j] == row and cols[j] <= cols[i] + gap:
+                one, other = root_of(parent, i), root_of(parent, j)
+                parent[max(one, other)] = min(one, other)
+                j += 1
+    box = np.empty((n, 4), dtype=np.int64)
+    for i in range(n):
+        k = root_of(parent, i)
+        if k == i:
+            box[k] = rows[i], rows[i], cols[i], cols[i]
+        box[k, 1] = rows[i]
+        box[k, 2], box[k, 3] = min(box[k, 2], cols[i]), max(box[k, 3], cols[i])
+    out = np.empty(cells.shape[0], dtype=np.int64)
+    j = 0
+    for i in range(cells.shape[0]):
+        while rows[j] != cells[i, 0] or cols[j] != cells[i, 1]:
+            j += 1
+        k = root_of(parent, j)
+        out[i] = max(box[k, 1] - box[k, 0], box[k, 3] - box[k, 2]) + 1
+    return out

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 import pytest
+from scipy.sparse.csgraph import connected_components
 
-from alignment import agreement_kernels, correlate_kernels, ransac, structure, wall_kernels
+from alignment import agreement_kernels, correlate, correlate_kernels, ransac, structure, wall_kernels
 from alignment.config import AlignmentConfig
 from alignment.dissimilarity import Dissimilarity, mean_distance
 from alignment.hough import hough_spectrum
@@ -87,6 +88,56 @@ def test_nearest_labels_like_its_twin():
                 expected = d2.min() if d2.min() <= 36 else None
                 got = label[q, r, c]
                 assert (None if got == wall_kernels.NOTHING else d2[got]) == expected
+
+
+def test_extents_like_their_twin():
+    occupied = np.random.default_rng(3).random((60, 70)) < 0.03
+    occupied[[0, 59], 5:30:3] = True
+    rows, cols = np.nonzero(occupied)
+    chosen = np.flatnonzero(np.random.default_rng(4).random(len(rows)) < 0.5)
+    got = wall_kernels.extents(rows, cols, 3, np.stack([rows, cols], axis=-1)[chosen].astype(np.int32))
+    near = (abs(rows[:, None] - rows) <= 3) & (abs(cols[:, None] - cols) <= 3)
+    label = connected_components(near)[1]
+    things = [label == label[k] for k in chosen]
+    expected = [max(np.ptp(rows[thing]), np.ptp(cols[thing])) + 1 for thing in things]
+    assert got.tolist() == expected and len(set(expected)) > 5
+
+
+def test_products_of_spectra_like_their_twin():
+    rng = np.random.default_rng(5)
+    one, two = ((rng.normal(size=(5, 6, 4)) + 1j * rng.normal(size=(5, 6, 4))).astype(np.complex64) for _ in range(2))
+    out = np.empty((2, 6, 4), dtype=np.complex64)
+    correlate_kernels.multiply(one, two, out)
+    np.testing.assert_allclose(out[0], (one * two.conj()).sum(axis=0), rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(out[1], (one * two[[2, 3, 0, 1, 4]]).sum(axis=0), rtol=1e-4, atol=1e-4)
+
+
+def test_spectrum_of_the_rows_in_use_is_that_of_the_picture(sides):
+    side = sides[1]
+    free = correlate.free_points(side, 0.1) - side.centre
+    picture = correlate.Picture(side.points - side.centre, side.normals, free)
+    whole = np.zeros((5, 400, 405), dtype=np.float32)
+    cos, sin = math.cos(0.3), math.sin(0.3)
+    correlate_kernels.cyclic_splat(picture.points, picture.normals, cos, sin, 0.2, 0, whole[:4])
+    correlate_kernels.soft_cap(whole[:4], 3.0)
+    correlate_kernels.cyclic_count(picture.free, cos, sin, 0.2, 0.5, 0, whole[4])
+    got = picture.spectra(0.3, 0.2, (400, 405), 3.0, 0.5)
+    np.testing.assert_allclose(got, np.fft.rfft2(whole), atol=1e-3 * np.abs(got).max())
+
+
+def test_maps_that_share_only_their_far_ends_are_proposed():
+    cells = np.full((100, 1400), -1, dtype=np.int8)
+    cells[:, 4:-4] = 0
+    rng = np.random.default_rng(0)
+    for left in [*rng.integers(10, 90, 300), *rng.integers(1310, 1390, 300)]:  # most of their walls
+        row = int(rng.integers(8, 90))
+        cells[row : row + 2, left : left + 2] = 100
+    for left in (650, 683, 690):  # what they share
+        cells[20 : left - 600, left : left + 4] = 100
+    a = prepare(OccupancyGrid(cells[:, :770].copy(), 0.05), 0.05)
+    b = prepare(OccupancyGrid(cells[:, 620:].copy(), 0.05), 0.05)
+    found = correlate.correlate(a, b, [0.0], 0.2, per_angle=40, against=2.0)
+    assert min(np.hypot(*(c.T_a_b[:2] - (31.0, 0.0))) for c in found) < 0.2
 
 
 def agreement_twin(source: PreparedMap, target: PreparedMap, T: se2.Transform, tolerance: float) -> list[int]:
