@@ -154,12 +154,16 @@ def extents(rows: I64, cols: I64, gap: int, cells: I32) -> I64:  # pragma: no co
     ``cells`` are some of them, in the same order.
     """
     n = rows.shape[0]
-    parent = np.arange(n).astype(np.int32)
-    begin = np.zeros(gap + 1, dtype=np.int64)  # by rows back: first cell there that may be near
+    parent = np.empty(n, dtype=np.int32)
+    begin = np.empty(gap + 1, dtype=np.int64)  # by rows back: first cell there that may be near
     for i in range(n):
+        parent[i] = i
         if i == 0 or rows[i] != rows[i - 1]:
+            first = i
             for back in range(gap + 1):
-                begin[back] = np.searchsorted(rows[:i], rows[i] - back)
+                while first > 0 and rows[first - 1] >= rows[i] - back:
+                    first -= 1
+                begin[back] = first
         for back in range(gap + 1):
             row, j = rows[i] - back, begin[back]
             while j < i and rows[j] == row and cols[j] < cols[i] - gap:
