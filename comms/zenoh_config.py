@@ -37,7 +37,7 @@ def settings(
     """Return Zenoh's settings by key; raise ``InputError`` for an endpoint that cannot work."""
     endpoints = [*listen, *connect]
     for endpoint in endpoints:
-        _check_endpoint(endpoint, keys)
+        check_endpoint(endpoint, keys)
     chosen: dict[str, Any] = {
         "mode": mode,
         "scouting/multicast/enabled": multicast,
@@ -112,7 +112,8 @@ def as_json(chosen: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [(key, json.dumps(value)) for key, value in chosen.items()]
 
 
-def _check_endpoint(endpoint: str, keys: RobotKeys | None) -> None:
+def check_endpoint(endpoint: str, keys: RobotKeys | None = None) -> None:
+    """Raise ``InputError`` for an endpoint that cannot work, with or without the team's keys."""
     protocol, slash, address = endpoint.partition("/")
     if not slash or not address or protocol not in (*SECURE, *PLAIN):
         raise InputError(f"endpoint must look like tcp/192.168.1.5:7447 or tls/..., got {endpoint!r}")

@@ -13,6 +13,7 @@ import zenoh
 
 from comms.frames import check_name
 from comms.sensors import decode_odometry, decode_scan, encode_odometry, encode_scan
+from comms.zenoh_config import check_endpoint
 from comms.zenoh_session import open_session
 from spatial import InputError, Scan
 from spatial.se2 import Transform
@@ -21,6 +22,8 @@ log = logging.getLogger(__name__)
 
 
 def _settings(listen: Sequence[str], connect: Sequence[str]) -> dict[str, object]:
+    for endpoint in (*listen, *connect):
+        check_endpoint(endpoint)
     return {
         "mode": "peer",
         "scouting/multicast/enabled": False,

@@ -17,7 +17,7 @@ class MissionConfig:
     name: str = ""
     """What reports call it; the file's name unless given."""
     seed: int = 0
-    """Everything random follows from it."""
+    """Everything random follows from it, >= 0."""
     duration_s: float | None = None
     """Mission time after which all stop, seconds; without it, when all robots have finished."""
     linger_s: float = 60.0
@@ -32,6 +32,7 @@ class MissionConfig:
     """Whether a robot whose process dies is started again, from its checkpoint; real processes only."""
 
     def __post_init__(self) -> None:
+        require(self.seed >= 0, "mission.seed", ">= 0", self.seed)
         require(self.duration_s is None or self.duration_s > 0, "mission.duration_s", "> 0 s", self.duration_s)
         require(self.linger_s >= 0, "mission.linger_s", ">= 0 s", self.linger_s)
         require(self.speed > 0, "mission.speed", "> 0", self.speed)

@@ -19,8 +19,7 @@ from sim_driver.run_process import run_processes
 from sim_driver.run_virtual import run_in_virtual_time
 from sim_driver.settings import as_table
 from sim_driver.team import CHECKPOINT
-from spatial import InputError
-from spatial.files import write_text
+from spatial.files import make_folder, write_text
 
 LIBRARIES = ("mrslam", "numpy", "numba", "scipy", "opencv-python-headless", "eclipse-zenoh", "lz4")
 
@@ -64,10 +63,7 @@ def check_files(mission: Mission) -> None:
 
 def prepare_folder(mission: Mission, out: Path) -> None:
     """Make the run's folder with the resolved configuration; raise where a file stands in its place."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{out}: cannot be made a folder ({error.strerror})") from error
+    make_folder(out)
     for robot in mission.robots:  # what an earlier run left would be taken for this one's
         for left in ("events.jsonl", CHECKPOINT, "robot.json"):
             (out / robot.id / left).unlink(missing_ok=True)

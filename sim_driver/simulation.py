@@ -126,10 +126,15 @@ def start_of(mission: Mission, robot: RobotConfig) -> Transform | None:
 def make_world(mission: Mission) -> World:
     """Return the world of a simulated mission."""
     assert mission.world is not None
+    name, scale_m = mission.world.name, mission.world.scale_m
     try:
-        return load_world(mission.world.name, mission.world.scale_m)
-    except InputError:
-        return load_world(mission.find(mission.world.name), mission.world.scale_m)
+        return load_world(name, scale_m)
+    except InputError as error:
+        try:
+            path = mission.find(name)
+        except InputError:
+            raise error from None  # it names the built-in worlds
+        return load_world(path, scale_m)
 
 
 def _laser(robot: RobotConfig) -> LaserModel:

@@ -6,6 +6,8 @@ import os
 import threading
 from pathlib import Path
 
+from spatial.errors import InputError
+
 
 def write_bytes(path: Path, content: bytes) -> None:
     """Replace the file in one step; a crash or a full disk leaves the old one as it was."""
@@ -25,3 +27,11 @@ def write_bytes(path: Path, content: bytes) -> None:
 def write_text(path: Path, content: str) -> None:
     """Replace the text file in one step (UTF-8)."""
     write_bytes(path, content.encode())
+
+
+def make_folder(folder: Path) -> None:
+    """Make the folder unless it is there; raise ``InputError`` where that cannot be."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made a folder ({error.strerror})") from error

@@ -16,6 +16,11 @@ def main() -> None:
     except InputError as error:
         print(f"mrslam: {error}", file=sys.stderr)
         sys.exit(1)
+    except OSError as error:  # a full disk, a folder that may not be written to
+        if error.filename is None:
+            raise
+        print(f"mrslam: {error.filename2 or error.filename}: {error.strerror}", file=sys.stderr)
+        sys.exit(1)
     except KeyboardInterrupt:
         print("mrslam: stopped", file=sys.stderr)
         sys.exit(130)

@@ -19,6 +19,7 @@ from sim_driver.cli.console import console, say
 from sim_driver.cli.progress import Lines
 from sim_driver.feeds import open_feed
 from sim_driver.kernels import ensure_compiled, load_kernels
+from sim_driver.locate import locate
 from sim_driver.mission import make_settings
 from sim_driver.recorded import RecordedBody
 from sim_driver.settings import check_keys, read_toml, with_overrides
@@ -95,7 +96,7 @@ def _body(options: AgentOptions, clock: WallClock) -> Iterator[tuple[Body, Calla
     if options.mode == "central":
         yield NoBody(), lambda: "no laser"
     elif options.log is not None:
-        played = RecordedBody(open_feed(options.log).readings, start_ns=clock.now_ns())
+        played = RecordedBody(open_feed(locate(str(options.log))).readings, start_ns=clock.now_ns())
         yield played, lambda: "the log has ended" if played.finished else "playing the log"
     else:
         body = SensorBody(clock)

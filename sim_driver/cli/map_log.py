@@ -25,7 +25,7 @@ from sim_driver.usage import peak_kb
 from sim_driver.view import watch_mapper
 from sim_driver.view.files import start_viewer
 from spatial import se2, write_map
-from spatial.files import write_text
+from spatial.files import make_folder, write_text
 from spatial.images import write_image
 from spatial.map_files import pixels
 from spatial.tum import write_tum
@@ -54,6 +54,7 @@ def map_log(
     feed = open_feed(locate(str(log)), salvage=salvage)
     for note in feed.notes:
         say(f"{log.name}: {note}")
+    make_folder(out)
     compile_s = ensure_compiled(say, ("rbpf",))
     wall, cpu = time.monotonic(), time.process_time()
     mapper = rbpf.Mapper(config, seed=seed)

@@ -19,7 +19,7 @@ from sim_driver.cli.progress import progress_bar
 from sim_driver.kernels import ensure_compiled
 from sim_driver.settings import build, with_overrides
 from spatial import InputError, OccupancyGrid, read_map, write_map
-from spatial.files import write_text
+from spatial.files import make_folder, write_text
 from spatial.images import write_image
 from spatial.se2 import Transform, transform
 
@@ -40,13 +40,14 @@ def merge_files(
     if len(grids) < 2:
         raise InputError("merging needs two maps or more")
     poses = None if known_poses is None else read_poses(known_poses, list(grids))
+    target = out if out.suffix in (".yaml", ".yml") else out / "team_map.yaml"
+    make_folder(target.parent)
     ensure_compiled(say, ("alignment", "merge"))
     start = time.perf_counter()
     pairs = len(grids) * (len(grids) - 1) // 2
     with progress_bar("aligning pairs", pairs) as advance:
         result = merge_maps(grids, poses, method, lambda done, in_all: advance(), config, workers=os.cpu_count())
     row = {**as_json_row(result), "seconds": round(time.perf_counter() - start, 3)}
-    target = out if out.suffix in (".yaml", ".yml") else out / "team_map.yaml"
     write_map(target, result.team_map.grid)
     write_image(target.with_suffix(".png"), draw_team(result.team_map, grids))
     write_text(target.with_suffix(".json"), json.dumps(row, indent=1, allow_nan=False) + "\n")
@@ -92,8 +93,10 @@ def read_poses(path: Path, names: list[str]) -> dict[str, Transform]:
     poses: dict[str, Transform] = {}
     try:
         text = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read ({error})") from error
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: is no text ({error})") from error
     for number, row in enumerate(csv.reader(text), start=1):
         if not row or row[0].lstrip().startswith("#") or row[0].strip() == "map":
             continue
@@ -101,7 +104,7 @@ def read_poses(path: Path, names: list[str]) -> dict[str, Transform]:
         try:
             x, y, theta = (float(word) for word in row[1:4])
         except ValueError as error:
-            raise InputError(f"{path}, line {number}: needs map,x_m,y_m,theta_rad ({error})") from error
+            raise InputError(f"{path}, line {number}: needs map,x_m,y_m,theta_rad, got {','.join(row)}") from error
         if name not in names or not np.isfinite([x, y, theta]).all():
             raise InputError(
                 f"{path}, line {number}: needs one of the maps {', '.join(names)} and a finite pose, got {row}"

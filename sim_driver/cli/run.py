@@ -18,6 +18,7 @@ from sim_driver.replay.again import replay_mission
 from sim_driver.report import REPORT_FILE, write_report
 from sim_driver.view import ViewOptions
 from sim_driver.view.files import join_recordings, start_viewer
+from spatial.files import make_folder
 
 
 def run_file(
@@ -34,7 +35,7 @@ def run_file(
 ) -> None:
     """Run the mission file, command-line options above what it says; or play a recorded run again."""
     if (path is None) == (recorded is None):
-        raise typer.BadParameter("name a mission file, or --from the folder of a run to play again")
+        raise typer.BadParameter("name either a mission file, or --from the folder of a run to play again")
     if recorded is not None and (shell, speed) != (None, None):
         raise typer.BadParameter("--from plays in virtual time; --shell and --speed have no meaning with it")
     if recorded is not None and out.resolve() == recorded.resolve():
@@ -56,6 +57,8 @@ def run_file(
 
 def run_with_progress(mission: Mission, out: Path, rrd: Path | None = None, view: bool = False) -> dict[str, Any]:
     """Run a mission with a progress bar, and write its report and, if asked for, its recording."""
+    if rrd is not None:
+        make_folder(rrd.parent)
     if rrd is not None or view:
         options = ViewOptions(
             record=rrd is not None,

@@ -138,7 +138,7 @@ def _show_live(watch: Watch, wait_s: float) -> None:
 def nobody(watch: Watch, waited_s: float) -> str:
     """Say plainly that nobody is here, and what to check."""
     which = "no robot of any team" if watch.team is None else f"no robot of team {watch.team!r}"
-    lines = [f"nobody is here: {which} was seen in {waited_s:.0f} s"]
+    lines = [f"nobody is here: {which} was seen in {waited_s:.3g} s"]
     lines += [
         f"  team {team!r} runs on this machine and is closed: give a key folder, --keys KEYS/ROBOT"
         for team in watch.closed_teams()

@@ -27,6 +27,8 @@ def read_config(run: Path) -> dict[str, Any]:
     try:
         config: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
+        if not run.exists():
+            raise InputError(f"{run}: no such folder; name the one that a run left (its --out)") from error
         raise InputError(f"{run}: not a run's folder ({path.name} is missing)") from error
     except ValueError as error:
         raise InputError(f"{path}: not valid JSON ({error})") from error

@@ -30,6 +30,8 @@ def join_recordings(parts: Sequence[Path | None], target: Path) -> None:
 
 def open_recording(run: Path) -> None:
     """Open a run's recording (or an .rrd file) in the viewer and wait until it is closed."""
+    if not run.exists():
+        raise InputError(f"{run}: no such folder of a run, and no such recording")
     found = [run] if run.is_file() else sorted(run.glob("*.rrd")) or sorted(run.glob("*/view.rrd"))
     if not found:
         raise InputError(

@@ -88,6 +88,29 @@ def test_a_missing_or_broken_map_is_one_clear_line(tmp_path: Path) -> None:
     assert "two maps or more" in one_line_error(mrslam("merge", good, "-o", tmp_path / "out"))
 
 
+def test_output_that_cannot_be_written_is_one_clear_line(tmp_path: Path) -> None:
+    good, file = room(tmp_path / "a.yaml"), tmp_path / "file"
+    file.write_text("in the way")
+    there = "cannot be made a folder"
+    assert there in one_line_error(mrslam("merge", good, room(tmp_path / "b.yaml"), "-o", file / "out"))
+    assert there in one_line_error(mrslam("run", "office-two", "--out", tmp_path / "out", "--rrd", file / "x.rrd"))
+    assert "Not a directory" in one_line_error(mrslam("keys", "team", "r1", "--out", file))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("view", "nothing.rrd"), "no such folder of a run, and no such recording"),
+        (("eval", "nothing"), "no such folder; name the one that a run left"),
+        (("run", "office", "--set", "world.name=nowhere"), "no built-in world; those are arena1"),
+        (("run", "office", "--set", "mission.seed=-1"), "mission.seed must be >= 0, got -1"),
+        (("agent", "r1", "--sensors", "nowhere"), "endpoint must look like tcp/"),
+    ],
+)
+def test_a_mistake_is_told_with_what_to_do(tmp_path: Path, arguments: tuple[str, ...], message: str) -> None:
+    assert message in one_line_error(mrslam(*arguments, cwd=tmp_path))
+
+
 def test_align_prints_one_json_object(tmp_path: Path) -> None:
     a = room(tmp_path / "a.yaml")
     result = mrslam("align", a, a, "--json")

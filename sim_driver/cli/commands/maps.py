@@ -9,11 +9,13 @@ import typer
 
 from sim_driver.cli.commands.options import Json, Out, Rrd, Salvage, Set, View
 
+METHODS = "auto, orb, surf, hough, random-walk, plain-walk, hill-climb, annealing or brute-force."
+
 
 def map_(
     log: Annotated[Path, typer.Argument(help="Recorded log; its format is guessed from its name.")],
     particles: Annotated[int, typer.Option("--particles", help="Particles of the filter.", min=1)] = 30,
-    seed: Annotated[int, typer.Option("--seed", help="One seed gives the same bytes.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", help="One seed gives the same bytes.", min=0)] = 0,
     out: Out = Path("out/map"),
     no_odometry: Annotated[bool, typer.Option("--no-odometry", help="Do without the log's odometry.")] = False,
     relations: Annotated[
@@ -53,7 +55,7 @@ def feed(
 def align(
     a: Annotated[Path, typer.Argument(help="Map: .yaml with its image, a bare image, or .npz.")],
     b: Annotated[Path | None, typer.Argument(help="The other map; left out for an .npz that holds both.")] = None,
-    method: Annotated[str, typer.Option("--method", help="auto, orb, surf, hough, random-walk, ...")] = "auto",
+    method: Annotated[str, typer.Option("--method", help=METHODS)] = "auto",
     resolution: Annotated[float | None, typer.Option("--resolution", help="Metres a cell, for bare images.")] = None,
     set_: Set = None,
     json: Json = False,
@@ -78,7 +80,7 @@ def merge(
     known_poses: Annotated[
         Path | None, typer.Option("--known-poses", help="CSV: map, x_m, y_m, theta_rad a line.")
     ] = None,
-    method: Annotated[str, typer.Option("--method", help="auto, orb, surf, hough, random-walk, ...")] = "auto",
+    method: Annotated[str, typer.Option("--method", help=METHODS)] = "auto",
     resolution: Annotated[float | None, typer.Option("--resolution", help="Metres a cell, for bare images.")] = None,
     set_: Set = None,
     json: Json = False,

@@ -13,8 +13,12 @@ from sim_driver.cli.commands.options import Json, Set
 def agent(
     robot: Annotated[str, typer.Argument(help="The robot's name, unique in its team.")],
     team: Annotated[str, typer.Option("--team", help="The team's name.")] = "team",
-    listen: Annotated[list[str] | None, typer.Option("--listen", help="tcp/0.0.0.0:7447; several are fine.")] = None,
-    connect: Annotated[list[str] | None, typer.Option("--connect", help="A teammate's or router's address.")] = None,
+    listen: Annotated[
+        list[str] | None, typer.Option("--listen", metavar="ENDPOINT", help="tcp/0.0.0.0:7447; several are fine.")
+    ] = None,
+    connect: Annotated[
+        list[str] | None, typer.Option("--connect", metavar="ENDPOINT", help="A teammate's or router's address.")
+    ] = None,
     multicast: Annotated[
         bool | None, typer.Option("--multicast/--no-multicast", help="Find teammates on the local network.")
     ] = None,
@@ -31,8 +35,8 @@ def agent(
     config: Annotated[Path | None, typer.Option("--config", help="TOML file of settings; see mrslam config.")] = None,
     out: Annotated[Path | None, typer.Option("--out", help="The robot's folder; out/ROBOT unless given.")] = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Begin a new map though there is a checkpoint.")] = False,
-    duration: Annotated[float | None, typer.Option("--duration", help="Stop after so many seconds.")] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Of the particle filter.")] = 0,
+    duration: Annotated[float | None, typer.Option("--duration", help="Stop after so many seconds.", min=0.0)] = None,
+    seed: Annotated[int, typer.Option("--seed", help="Of the particle filter.", min=0)] = 0,
     set_: Set = None,
 ) -> None:
     """Run one robot's agent, on the robot, until Ctrl-C.
@@ -55,10 +59,11 @@ def agent(
 def top(
     team: Annotated[str | None, typer.Option("--team", help="Show this team only (mission.name).")] = None,
     listen: Annotated[
-        list[str] | None, typer.Option("--listen", help="Endpoint to be reached at; none unasked.")
+        list[str] | None, typer.Option("--listen", metavar="ENDPOINT", help="Endpoint to be reached at; none unasked.")
     ] = None,
     connect: Annotated[
-        list[str] | None, typer.Option("--connect", help="Endpoint of a robot or router, tcp/192.168.1.5:7447.")
+        list[str] | None,
+        typer.Option("--connect", metavar="ENDPOINT", help="Endpoint of a robot or router, tcp/192.168.1.5:7447."),
     ] = None,
     keys: Annotated[Path | None, typer.Option("--keys", help="A robot's key folder, to see a closed team.")] = None,
     multicast: Annotated[bool, typer.Option("--multicast/--no-multicast", help="Look around by multicast.")] = True,
@@ -78,9 +83,11 @@ def top(
 
 def doctor(
     listen: Annotated[
-        list[str] | None, typer.Option("--listen", help="Endpoint to listen on, tcp/0.0.0.0:7447.")
+        list[str] | None, typer.Option("--listen", metavar="ENDPOINT", help="Endpoint to listen on, tcp/0.0.0.0:7447.")
     ] = None,
-    connect: Annotated[list[str] | None, typer.Option("--connect", help="Endpoint of a teammate to reach.")] = None,
+    connect: Annotated[
+        list[str] | None, typer.Option("--connect", metavar="ENDPOINT", help="Endpoint of a teammate to reach.")
+    ] = None,
     multicast: Annotated[bool, typer.Option("--multicast/--no-multicast", help="Try multicast discovery.")] = True,
     json: Json = False,
 ) -> None:
@@ -98,7 +105,9 @@ def doctor(
 def keys(
     team: Annotated[str, typer.Argument(help="The team's name, as in mission.name.")],
     robots: Annotated[list[str], typer.Argument(help="Robots to make keys for.")],
-    router: Annotated[list[str] | None, typer.Option("--router", help="A router; may be given often.")] = None,
+    router: Annotated[
+        list[str] | None, typer.Option("--router", metavar="NAME", help="A router; may be given often.")
+    ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for the keys; one folder a robot in it.")] = Path("keys"),
 ) -> None:
     """Make a team's certificates.

@@ -8,8 +8,11 @@ from typing import Annotated
 import typer
 
 Out = Annotated[Path, typer.Option("--out", help="Folder for everything the command leaves.")]
-Seed = Annotated[int | None, typer.Option("--seed", help="Everything random follows from it.")]
-Set = Annotated[list[str] | None, typer.Option("--set", help="A setting, section.key=value; may be given often.")]
+Seed = Annotated[int | None, typer.Option("--seed", help="Everything random follows from it.", min=0)]
+Set = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="SECTION.KEY=VALUE", help="A setting (mrslam config); may be given often."),
+]
 Rrd = Annotated[Path | None, typer.Option("--rrd", help="Also write a recording for the viewer (mrslam view).")]
 View = Annotated[bool, typer.Option("--view", help="Open a viewer and watch.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]

@@ -12,7 +12,7 @@ from sim_driver.cli.commands.options import Json, Out, Rrd, Seed, Set, View
 
 def demo(
     out: Out = Path("out/demo"),
-    seed: Annotated[int, typer.Option("--seed", help="Another seed, another story.")] = 1,
+    seed: Annotated[int, typer.Option("--seed", help="Another seed, another story.", min=0)] = 1,
     robots: Annotated[int, typer.Option("--robots", help="How many robots.", min=1, max=8)] = 3,
     rrd: Rrd = None,
     view: View = False,
@@ -62,7 +62,8 @@ def run(
 def sweep(
     mission: Annotated[Path, typer.Argument(help="Mission file (TOML).")],
     vary: Annotated[
-        list[str] | None, typer.Option("--vary", help="section.key=value,value,... ; may be given often.")
+        list[str] | None,
+        typer.Option("--vary", metavar="SECTION.KEY=VALUE,VALUE...", help="What to vary; may be given often."),
     ] = None,
     seeds: Annotated[
         int | None, typer.Option("--seeds", help="Runs of every setting, each with its own seed.", min=1)
@@ -76,7 +77,9 @@ def sweep(
             "auto: recorded where the knobs allow it.",
         ),
     ] = "auto",
-    workers: Annotated[int | None, typer.Option("--workers", help="Processes; as many as cores unless given.")] = None,
+    workers: Annotated[
+        int | None, typer.Option("--workers", help="Processes; as many as cores unless given.", min=1)
+    ] = None,
     scheduler: Annotated[
         str | None, typer.Option("--scheduler", help="Dask scheduler to run on, tcp://host:8786.")
     ] = None,
@@ -101,7 +104,8 @@ def eval_(
         Path | None, typer.Option("--relations", help="Relations file, instead of the mission's.")
     ] = None,
     reference: Annotated[
-        list[str] | None, typer.Option("--reference", help="TUM file of true poses, FILE or ROBOT=FILE.")
+        list[str] | None,
+        typer.Option("--reference", metavar="[ROBOT=]FILE", help="TUM file of true poses; may be given often."),
     ] = None,
     true_map: Annotated[Path | None, typer.Option("--true-map", help="True map, for runs without a world.")] = None,
     json: Json = False,
