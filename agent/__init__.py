@@ -2,7 +2,7 @@
 
 from agent.body import Body, Sensed
 from agent.checkpoint import resume
-from agent.clock import Clock, SharedClock, WallClock
+from agent.clock import Clock, Counter, SharedClock, WallClock
 from agent.config import AgentConfig, Settings
 from agent.core import Agent
 from agent.effects import AlignJob, Effect, Event
@@ -10,6 +10,7 @@ from agent.keeper import Inline, Keeper
 from agent.outputs import write_robot
 from agent.process import ProcessShell
 from agent.runner import LinkSource, Runner
+from agent.sensors import SensorBody
 from agent.virtual import TakesTurns, VirtualRobot, run_virtual
 from agent.watcher import Watcher
 
@@ -19,6 +20,7 @@ __all__ = [
     "AlignJob",
     "Body",
     "Clock",
+    "Counter",
     "Effect",
     "Event",
     "Inline",
@@ -27,6 +29,7 @@ __all__ = [
     "ProcessShell",
     "Runner",
     "Sensed",
+    "SensorBody",
     "Settings",
     "SharedClock",
     "TakesTurns",

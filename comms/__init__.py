@@ -16,7 +16,7 @@ from comms.effects import (
     Send,
     TeammatePose,
 )
-from comms.memory_transport import LinkConditions, MemoryNetwork, MemoryTransport
+from comms.memory_transport import Conditions, LinkConditions, MemoryNetwork, MemoryTransport
 from comms.node import CommsNode
 from comms.persistence import restore_store, store_state
 from comms.seal import MapSeal
@@ -33,6 +33,7 @@ __all__ = [
     "Arrival",
     "CommsConfig",
     "CommsNode",
+    "Conditions",
     "Dropped",
     "DuplicateId",
     "Effect",

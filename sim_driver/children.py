@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
 
-from agent.clock import Counter
+from agent import Counter
 from sim_driver.mission import Mission
 from sim_driver.robot_process import Failed, Go, Ready, RobotTask, Status, run_robot
 from sim_driver.simulation import is_simulated

@@ -9,8 +9,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.synchronize import Event as StopEvent
 from pathlib import Path
 
-from agent import Body, Keeper, ProcessShell, Runner, Sensed, SharedClock
-from agent.clock import Counter
+from agent import Body, Counter, Keeper, ProcessShell, Runner, Sensed, SharedClock
 from comms import Transport, load_keys
 from sim_driver.kernels import load_kernels
 from sim_driver.mission import Mission

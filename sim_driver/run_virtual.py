@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from agent import Keeper, LinkSource, Runner, TakesTurns, VirtualRobot, run_virtual
-from comms import LinkConditions, MemoryNetwork, Transport
-from comms.memory_transport import Conditions
+from comms import Conditions, LinkConditions, MemoryNetwork, Transport
 from sim_driver.faults import FaultConfig
 from sim_driver.faults.links import CorruptingTransport, faulty_conditions
 from sim_driver.faults.robot import FaultyDisk, MortalRobot, Start, Twin

@@ -12,8 +12,7 @@ from pathlib import Path
 
 from rich.status import Status
 
-from agent import Agent, Body, Keeper, ProcessShell, Runner, Settings, WallClock
-from agent.sensors import SensorBody
+from agent import Agent, Body, Keeper, ProcessShell, Runner, SensorBody, Settings, WallClock
 from comms import ZenohSensors, load_keys
 from sim_driver.cli.console import console, say
 from sim_driver.cli.progress import Lines

@@ -8,8 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from comms import Arrival, LinkConditions, Send, Transport
-from comms.memory_transport import Conditions
+from comms import Arrival, Conditions, LinkConditions, Send, Transport
 from sim_driver.faults.config import FaultConfig
 
 FLAP_S = 3.0

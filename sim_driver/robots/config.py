@@ -33,7 +33,7 @@ class OdometryConfig:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RobotConfig:
+class ChassisConfig:
     """A robot's body and drive."""
 
     radius_m: float = 0.18

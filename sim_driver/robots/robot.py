@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_driver.robots.config import OdometryConfig, RobotConfig
+from sim_driver.robots.config import ChassisConfig, OdometryConfig
 from sim_driver.robots.lasers import LaserModel
 from sim_driver.robots.odometry import Odometry
 from sim_driver.robots.raycast import cast, cast_discs, leap_field
@@ -29,11 +29,11 @@ class SimulatedRobot:
         T_world_base: Transform,
         laser: LaserModel,
         rng: np.random.Generator,
-        config: RobotConfig | None = None,
+        config: ChassisConfig | None = None,
         odometry: OdometryConfig | None = None,
     ) -> None:
         """Place the robot; its odometry frame starts at the identity."""
-        self.world, self.laser, self.config = world, laser, config or RobotConfig()
+        self.world, self.laser, self.config = world, laser, config or ChassisConfig()
         self.T_world_base: Transform = np.array(T_world_base, dtype=np.float64)
         self.collisions = 0
         """How many steps ended at an obstacle."""

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sim_driver.robots import LASERS, Fleet, LaserModel, OdometryConfig, RobotConfig, SimulatedRobot
+from sim_driver.robots import LASERS, ChassisConfig, Fleet, LaserModel, OdometryConfig, SimulatedRobot
 from sim_driver.worlds import World, load_world
 from sim_driver.worlds.canvas import Canvas
 from spatial import InputError, se2
@@ -10,7 +10,9 @@ PERFECT = OdometryConfig(
     translation_m_per_sqrt_m=0, rotation_rad_per_sqrt_m=0, rotation_rad_per_sqrt_rad=0,
     translation_m_per_sqrt_rad=0, scale_misfit=0, turn_misfit=0,
 )  # fmt: skip
-BRISK = RobotConfig(max_acceleration_m_s2=1e6, max_turn_acceleration_rad_s2=1e6, max_speed_m_s=2.0, max_turn_rad_s=3.0)
+BRISK = ChassisConfig(
+    max_acceleration_m_s2=1e6, max_turn_acceleration_rad_s2=1e6, max_speed_m_s=2.0, max_turn_rad_s=3.0
+)
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +60,7 @@ def test_standing_still_adds_no_error(hall):
 
 
 def test_limits_of_speed_and_acceleration(hall):
-    robot = robot_in(hall, config=RobotConfig())
+    robot = robot_in(hall, config=ChassisConfig())
     robot.step((9.0, 9.0), 0.1)
     assert robot.speed_m_s == pytest.approx(0.1)
     assert robot.turn_rad_s == pytest.approx(0.5)
@@ -96,7 +98,7 @@ def test_robots_block_each_other(hall):
 
 
 def test_a_robot_without_a_command_brakes(hall):
-    robot = robot_in(hall, config=RobotConfig())
+    robot = robot_in(hall, config=ChassisConfig())
     fleet = Fleet({"a": robot})
     for _ in range(10):
         fleet.step({"a": (0.5, 0.0)})
@@ -178,6 +180,6 @@ def test_lasers_are_checked(values, text):
 
 def test_settings_are_checked():
     with pytest.raises(InputError, match=r"robot\.radius_m must be > 0, got 0"):
-        RobotConfig(radius_m=0)
+        ChassisConfig(radius_m=0)
     with pytest.raises(InputError, match=r"odometry\.scale_misfit must be >= 0"):
         OdometryConfig(scale_misfit=-0.1)
