@@ -9,6 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from rbpf.cells import MASK, TILE, TILE_BITS, add_hit, add_pass
+from spatial.traversal import along_axis
 
 
 @njit(cache=True, nogil=True)
@@ -83,14 +84,8 @@ def insert_scan(
             dy *= keep
             col, row = int(math.floor(x0)), int(math.floor(y0))
             col_end, row_end = int(math.floor(x0 + dx)), int(math.floor(y0 + dy))
-            step_col, step_row = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
-            t_col = t_row = dt_col = dt_row = 1e30
-            if abs(dx) > 1e-12:
-                dt_col = 1.0 / abs(dx)
-                t_col = ((col + 1 - x0) if dx > 0 else (x0 - col)) * dt_col
-            if abs(dy) > 1e-12:
-                dt_row = 1.0 / abs(dy)
-                t_row = ((row + 1 - y0) if dy > 0 else (y0 - row)) * dt_row
+            step_col, t_col, dt_col = along_axis(x0, dx, col)
+            step_row, t_row, dt_row = along_axis(y0, dy, row)
             count = abs(col_end - col) + abs(row_end - row) + 1
             tile_r, tile_c, tile = -1 << 30, -1 << 30, 0
             for _ in range(count):
@@ -154,17 +149,10 @@ def mark_tiles(
         x1 = (pose[0] + c * px - s * py) * inv
         y1 = (pose[1] + s * px + c * py) * inv
         x0, y0 = (ox, oy) if through else (x1, y1)
-        dx, dy = x1 - x0, y1 - y0
         col, row = int(math.floor(x0)), int(math.floor(y0))
         steps = abs(int(math.floor(x1)) - col) + abs(int(math.floor(y1)) - row) + 1
-        step_col, step_row = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
-        t_col = t_row = dt_col = dt_row = 1e30
-        if abs(dx) > 1e-12:
-            dt_col = 1.0 / abs(dx)
-            t_col = ((col + 1 - x0) if dx > 0 else (x0 - col)) * dt_col
-        if abs(dy) > 1e-12:
-            dt_row = 1.0 / abs(dy)
-            t_row = ((row + 1 - y0) if dy > 0 else (y0 - row)) * dt_row
+        step_col, t_col, dt_col = along_axis(x0, x1 - x0, col)
+        step_row, t_row, dt_row = along_axis(y0, y1 - y0, row)
         for _ in range(steps):
             tr, tc = row - row0, col - col0
             if 0 <= tr < height and 0 <= tc < width and mark[tr, tc] != stamp and count < rows.size:

@@ -8,6 +8,22 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+NEVER = 1e30
+"""Stands for a time that does not come: the beam runs along the other axis."""
+
+
+@njit(cache=True, nogil=True)
+def along_axis(start: float, way: float, cell: int) -> tuple[int, float, float]:  # pragma: no cover - compiled
+    """Return, for one axis: the step from cell to cell, when the first edge is passed, and the time from edge to edge.
+
+    A beam is at ``start``, in ``cell``, at time 0, and ``way`` further at time 1.
+    """
+    step = 1 if way > 0 else -1
+    if abs(way) <= 1e-12:
+        return step, NEVER, NEVER
+    between = 1.0 / abs(way)
+    return step, ((cell + 1 - start) if way > 0 else (start - cell)) * between, between
+
 
 @njit(cache=True, nogil=True)
 def traverse(
@@ -20,15 +36,8 @@ def traverse(
     """
     col, row = int(math.floor(x0)), int(math.floor(y0))
     col_end, row_end = int(math.floor(x1)), int(math.floor(y1))
-    dx, dy = x1 - x0, y1 - y0
-    step_col, step_row = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
-    t_col = t_row = dt_col = dt_row = math.inf
-    if dx != 0.0:
-        dt_col = 1.0 / abs(dx)
-        t_col = ((col + 1 - x0) if dx > 0 else (x0 - col)) * dt_col
-    if dy != 0.0:
-        dt_row = 1.0 / abs(dy)
-        t_row = ((row + 1 - y0) if dy > 0 else (y0 - row)) * dt_row
+    step_col, t_col, dt_col = along_axis(x0, x1 - x0, col)
+    step_row, t_row, dt_row = along_axis(y0, y1 - y0, row)
     count = min(abs(col_end - col) + abs(row_end - row) + 1, rows.size)
     for i in range(count):
         rows[i] = row
