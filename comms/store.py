@@ -7,31 +7,21 @@ evidence is counted twice however it travelled.
 from __future__ import annotations
 
 from collections import OrderedDict
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 from comms.config import CommsConfig
 from comms.frames import WireError
-from comms.keyframe_codec import BLOCK, KeyframeBlock
 from comms.messages import Manifest, SignedManifest, Version
 from comms.seal import MapSeal
 from comms.snapshots import Proof, Snapshot, published, relabelled
-from spatial import LocalMap, Tile, TiledMap
+from comms.staging import Staging, changed_tiles
+from spatial import LocalMap, TiledMap
 from spatial.tiles import TileIndex
 
 NOTHING: Version = (0, 0)
 """The version of a map one has nothing of."""
 LAST_EPOCH = 2**62 - 2
 """Claims of my own map's epoch above this are lies: a robot must always be able to go above."""
-
-
-@dataclass
-class Staging:
-    """Parts of a snapshot that has not arrived whole; kept when a link breaks."""
-
-    epoch: int
-    target: int
-    tiles: dict[TileIndex, Tile] = field(default_factory=dict)
-    blocks: dict[int, KeyframeBlock] = field(default_factory=dict)
 
 
 class MapStore:
@@ -133,34 +123,18 @@ class MapStore:
 
         Raises :class:`WireError` where it is not what the map's own robot signed.
         """
-        robot, staging = manifest.robot, self.staging.get(manifest.robot)
-        missing_tiles, missing_blocks = self.missing(manifest)
-        base = self.base_of(manifest)
-        if missing_tiles or missing_blocks or base is None or (manifest.epoch, manifest.target) <= self.version(robot):
+        robot, staging, base = manifest.robot, self._parts_of(manifest), self.base_of(manifest)
+        if base is None or any(staging.missing(manifest)) or (manifest.epoch, manifest.target) <= self.version(robot):
             return None
-        changed = tuple(zip(manifest.rows, manifest.cols, strict=True))
-        tiles = dict(base.map.tiles)
-        blocks = dict(enumerate(base.blocks))
-        if staging is not None:
-            tiles.update({index: staging.tiles[index] for index in changed})
-            blocks.update({i: staging.blocks[i] for i in manifest.blocks})
-        count = -(-manifest.keyframes // BLOCK)
-        whole = Snapshot(
-            manifest.epoch,
-            TiledMap(manifest.resolution_m, tiles, manifest.target),
-            tuple(blocks[i] for i in range(count) if i in blocks),
-            self._proof_of(manifest),
-        )
-        if whole.keyframes != manifest.keyframes or len(tiles) > self._config.max_tiles:
-            self.staging.pop(robot, None)
+        whole = staging.laid_on(base, manifest, self._proof_of(manifest))
+        self.staging.pop(robot, None)
+        if whole.keyframes != manifest.keyframes or len(whole.map.tiles) > self._config.max_tiles:
             return None
         if self._is_forged(robot, whole):
-            self.staging.pop(robot, None)
             raise WireError("forged", f"a map of {robot!r} that is not what it signed")
         self._set(robot, whole)
         self.remember(robot, whole)
-        self.staging.pop(robot, None)
-        return changed
+        return changed_tiles(manifest)
 
     def _is_forged(self, robot: str, snapshot: Snapshot) -> bool:
         if self._seal is None:
@@ -188,20 +162,7 @@ class MapStore:
 
     def missing(self, manifest: Manifest) -> tuple[list[int], list[int]]:
         """Return positions in the manifest's tile list and its block list of what has not arrived yet."""
-        staging = self.staging.get(manifest.robot)
-        if staging is None or staging.epoch != manifest.epoch:
-            return list(range(len(manifest.rows))), list(range(len(manifest.blocks)))
-        tiles = [
-            k
-            for k, (row, col, age) in enumerate(zip(manifest.rows, manifest.cols, manifest.ages, strict=True))
-            if (tile := staging.tiles.get((row, col))) is None or tile.revision != manifest.target - age
-        ]
-        blocks = [
-            k
-            for k, (i, age) in enumerate(zip(manifest.blocks, manifest.block_ages, strict=True))
-            if (block := staging.blocks.get(i)) is None or block.revision != manifest.target - age
-        ]
-        return tiles, blocks
+        return self._parts_of(manifest).missing(manifest)
 
     def base_of(self, manifest: Manifest) -> Snapshot | None:
         """Return the map a manifest's differences apply to, empty for base 0; None where I hold another one now."""
@@ -212,11 +173,14 @@ class MapStore:
 
     def stage(self, manifest: Manifest) -> Staging:
         """Return where the parts of this manifest's target are gathered, keeping parts that still hold."""
-        staging = self.staging.get(manifest.robot)
-        if staging is None or staging.epoch != manifest.epoch:
-            staging = self.staging[manifest.robot] = Staging(manifest.epoch, manifest.target)
+        staging = self.staging[manifest.robot] = self._parts_of(manifest)
         staging.target = manifest.target
         return staging
+
+    def _parts_of(self, manifest: Manifest) -> Staging:
+        """Return what has arrived of this manifest's target, or of an older one of the same epoch."""
+        staging = self.staging.get(manifest.robot)
+        return staging if staging is not None and staging.epoch == manifest.epoch else Staging(manifest.epoch)
 
     def staged(self) -> dict[str, Version]:
         """Return which snapshots have arrived in part."""
