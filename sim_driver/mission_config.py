@@ -5,6 +5,7 @@ What the packages and the simulator's parts want to know they define themselves.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 from spatial.errors import require
@@ -82,7 +83,10 @@ class RobotConfig:
             [self.first, self.last],
         )
         require(
-            self.start is None or len(self.start) == 3, f"robots.{self.id}.start", "[x_m, y_m, theta_rad]", self.start
+            self.start is None or (len(self.start) == 3 and all(map(math.isfinite, self.start))),
+            f"robots.{self.id}.start",
+            "[x_m, y_m, theta_rad]",
+            self.start,
         )
 
 

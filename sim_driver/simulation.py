@@ -52,6 +52,12 @@ class Simulation:
         for robot in self.robots:
             taken = np.array([other.T_world_base[:2] for other in placed.values()]).reshape(-1, 2)
             told = start_of(mission, robot)
+            if told is not None and not self.world.clearance_m(told[:2]) > 0.0:
+                (x0, y0), (width, height) = self.world.grid.origin_m, self.world.size_m
+                raise InputError(
+                    f"robot {robot.id}: start {told[0]:g}, {told[1]:g} is no floor of the world {self.world.name}, "
+                    f"which has x from {x0:g} to {x0 + width:g} m and y from {y0:g} to {y0 + height:g} m"
+                )
             start = self.world.free_start(rng, apart_from=taken) if told is None else told
             placed[robot.id] = SimulatedRobot(self.world, start, _laser(robot), rng.spawn(1)[0])
         return placed

@@ -93,10 +93,11 @@ def _driver(mission: Mission, robot: RobotConfig) -> Driver:
     if robot.driver == "trajectory" and robot.trajectory is not None and start is not None:
         stamps_ns, T_world_base = read_tum(mission.find(robot.trajectory))
         return TrajectoryDriver(stamps_ns, se2.between(start, T_world_base), mission.driver)
-    raise InputError(
-        f"robot {robot.id}: driver {robot.driver!r} must be one of {', '.join(DRIVERS)}; "
-        "waypoints need waypoints and a start, a trajectory needs its file"
-    )
+    if robot.driver == "waypoints":
+        raise InputError(f'robot {robot.id}: the driver "waypoints" needs waypoints = [[x_m, y_m], ...] and a start')
+    if robot.driver == "trajectory":
+        raise InputError(f'robot {robot.id}: the driver "trajectory" needs trajectory = "a TUM file"')
+    raise InputError(f"robot {robot.id}: no driver {robot.driver!r}; there are {', '.join(DRIVERS)}")
 
 
 def go_online(

@@ -36,6 +36,7 @@ def test_a_trace_makes_the_links_traced() -> None:
         ({"robots": [{"log": "x"}]}, r"robots\[0\]: the key 'id' is missing"),
         ({"robots": [{"id": "r1"}]}, "has no log"),
         ({"robots": [{"id": "r1", "log": "x", "first": 0.5, "last": 0.2}]}, "0 <= first < last <= 1"),
+        ({"robots": [{"id": "r1", "log": "x", "start": [float("nan"), 0, 0]}]}, r"robots\.r1\.start must be"),
         ({"mision": {}}, "unknown key 'mision'; did you mean 'mission'"),
         ({"mission": {"speed": 0}}, r"mission\.speed must be > 0"),
         ({"mission": {"shell": "thread"}}, "'process' or 'virtual'"),

@@ -95,7 +95,16 @@ def test_a_robot_follows_a_recorded_trajectory(tmp_path: Path) -> None:
         run(make_mission(tables, tmp_path / "drive.toml"), tmp_path / "out2")
 
 
-def test_a_trajectory_driver_needs_its_file(tmp_path: Path) -> None:
-    tables = {**TABLES, "robots": [{"id": "r1", "driver": "trajectory"}]}
-    with pytest.raises(InputError, match="a trajectory needs its file"):
-        run(make_mission({**tables, "mission": {"shell": "virtual"}}, Path("m.toml")), tmp_path / "out")
+@pytest.mark.parametrize(
+    ("robot", "message"),
+    [
+        ({"driver": "trajectory"}, '"trajectory" needs trajectory = "a TUM file"'),
+        ({"driver": "waypoints"}, '"waypoints" needs waypoints .* and a start'),
+        ({"driver": "fly"}, "no driver 'fly'; there are explore"),
+        ({"start": [1000.0, 2.0, 0.0]}, "start 1000, 2 is no floor of the world arena2, which has x from 0 to"),
+    ],
+)
+def test_a_robot_that_cannot_start_is_told(tmp_path: Path, robot: dict[str, object], message: str) -> None:
+    tables = {**TABLES, "mission": {"shell": "virtual"}, "robots": [{"id": "r1", **robot}]}
+    with pytest.raises(InputError, match=message):
+        run(make_mission(tables, Path("m.toml")), tmp_path / "out")
