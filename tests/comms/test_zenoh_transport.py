@@ -196,7 +196,7 @@ def test_a_robot_that_hangs_is_gone_within_three_seconds():
         b.stop()
 
 
-def exchange_and_leave(a: Robot, b: Robot) -> None:
+def exchange_and_leave(a: Robot, b: Robot, *, by_router: bool = False) -> None:
     """Both hold a's map in the end; a's departure is seen at once."""
     b.effect(ExchangeDone, peer="a")
     b.wait(lambda report: report[0] == "digest" and "a" in report[2], "a's map")
@@ -204,7 +204,8 @@ def exchange_and_leave(a: Robot, b: Robot) -> None:
     a.stop()
     took_s, reason = gone(b, left_s)
     assert took_s <= 3.0  # with the process's own end in it
-    assert reason == "left"
+    # On its way through a router the goodbye may be overtaken by the token's fall, which has the higher priority.
+    assert reason == "left" or (by_router and "lost" in reason)
 
 
 @pytest.mark.skipif(multicast().level != "ok", reason="no multicast here")
@@ -228,7 +229,7 @@ def test_robots_exchange_through_a_router(mode):
     a = Robot("a", config=EAGER, connect=[endpoint], listen=listen[0], mode=mode, local_map=big_map(200))
     b = Robot("b", config=EAGER, connect=[endpoint], listen=listen[1], mode=mode)
     try:
-        exchange_and_leave(a, b)
+        exchange_and_leave(a, b, by_router=True)
     finally:
         for robot in (a, b, hub):
             robot.stop()
