@@ -1,6 +1,6 @@
 """Beams a second on one core: ``python bench/raycast.py [WORLD]``."""
 
-import sys
+import argparse
 import time
 
 import numpy as np
@@ -10,7 +10,9 @@ from sim_driver.worlds import load_world
 
 
 def main() -> None:
-    world = load_world(sys.argv[1] if len(sys.argv) > 1 else "office")
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("world", nargs="?", default="office", help="built-in world, map YAML or bitmap")
+    world = load_world(parser.parse_args().world)
     rng = np.random.default_rng(0)
     leap = leap_field(world.clearance_cells)
     poses = [world.free_start(rng) for _ in range(2000)]

@@ -1,10 +1,11 @@
 """What watching costs a robot's scan thread: CPU of the thread that maps, with and without the view's share of it.
 
-python -P bench/view.py [seconds of mission]
+``python bench/view.py [--seconds 60]``
 """
 
 from __future__ import annotations
 
+import argparse
 import dataclasses
 import sys
 import tempfile
@@ -12,11 +13,14 @@ import time
 from pathlib import Path
 from typing import Any
 
-from agent import Runner
-from sim_driver.mission import make_mission
-from sim_driver.run import run_mission
-from sim_driver.view import ViewOptions
-from sim_driver.view.watch import ViewWatcher
+HERE = Path(__file__).resolve().parent
+sys.path[:] = [folder for folder in sys.path if Path(folder).resolve() != HERE]  # its comms.py is not the package
+
+from agent import Runner  # noqa: E402
+from sim_driver.mission import make_mission  # noqa: E402
+from sim_driver.run import run_mission  # noqa: E402
+from sim_driver.view import ViewOptions  # noqa: E402
+from sim_driver.view.watch import ViewWatcher  # noqa: E402
 
 TABLES = {"world": {"name": "office"}, "robots": [{"id": "r1"}, {"id": "r2"}]}
 
@@ -33,8 +37,10 @@ def clocked(function: Any, spent: list[float]) -> Any:
 
 
 def main() -> None:
-    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 60.0
-    tables = {**TABLES, "mission": {"seed": 1, "duration_s": seconds, "shell": "virtual"}}
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=float, default=60.0, help="of mission")
+    args = parser.parse_args()
+    tables = {**TABLES, "mission": {"seed": 1, "duration_s": args.seconds, "shell": "virtual"}}
     viewing, scanning = [0.0], [0.0]
     for name in ("on_scan", "on_event"):
         setattr(ViewWatcher, name, clocked(getattr(ViewWatcher, name), viewing))
