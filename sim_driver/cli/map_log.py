@@ -6,8 +6,9 @@ import json
 import time
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import typer
@@ -29,6 +30,9 @@ from spatial.files import make_folder, write_text
 from spatial.images import write_image
 from spatial.map_files import pixels
 from spatial.tum import write_tum
+
+if TYPE_CHECKING:
+    from sim_driver.view.watch import MapperWatcher
 
 
 def map_log(
@@ -58,24 +62,8 @@ def map_log(
     compile_s = ensure_compiled(say, ("rbpf",))
     wall, cpu = time.monotonic(), time.process_time()
     mapper = rbpf.Mapper(config, seed=seed)
-    processed_ms: list[float] = []
-    accepted: list[int] = []
     show = watch_mapper(mapper, rrd, start_viewer() if view else None, log.stem) if rrd is not None or view else None
-    fed = 0
-    with suppress(KeyboardInterrupt), progress_bar(f"mapping {log.name}", len(feed.readings)) as advance:
-        for index, reading in enumerate(feed.readings):
-            start = time.perf_counter()
-            info = mapper.update(reading.scan, reading.T_odom_base)
-            fed = index + 1
-            if info.processed:
-                processed_ms.append((time.perf_counter() - start) * 1e3)
-            if info.reason is None:
-                accepted.append(index)
-            if show is not None:
-                show.on_scan(reading.scan)
-            advance()
-    if show is not None:
-        show.close()
+    way = _feed_all(mapper, feed.readings, log.name, show)
     grid = mapper.snapshot().map.to_grid()
     trajectory, online = mapper.trajectory(), mapper.online_trajectory()
     metrics: dict[str, Any] = {
@@ -85,20 +73,20 @@ def map_log(
         "wall_s": round(time.monotonic() - wall, 3),
         "cpu_s": round(time.process_time() - cpu, 3),
         "compile_s": round(compile_s, 3),
-        "scans": fed,
-        "scans_dropped": fed - len(accepted),
+        "scans": way.fed,
+        "scans_dropped": way.fed - len(way.accepted),
         "scans_processed": mapper.stats.processed,
-        "ms_per_processed_p50": _percentile(processed_ms, 50),
-        "ms_per_processed_p95": _percentile(processed_ms, 95),
+        "ms_per_processed_p50": _percentile(way.processed_ms, 50),
+        "ms_per_processed_p95": _percentile(way.processed_ms, 95),
         "peak_rss_mb": round(peak_kb() / 1024, 1),
         "neff_min": round(float(mapper.stats.neff_min), 3),
         "resamplings": mapper.stats.resamplings,
         "known_area_m2": round(grid.known_area_m2(), 1),
     }
-    if fed < len(feed.readings):
-        metrics["interrupted_after_scans"] = fed
+    if way.fed < len(feed.readings):
+        metrics["interrupted_after_scans"] = way.fed
     for name, known in (("trajectory", trajectory), ("trajectory_online", online)):
-        poses = _laser_poses(feed.readings[:fed], accepted, known.T_map_base)
+        poses = _laser_poses(feed.readings[: way.fed], way.accepted, known.T_map_base)
         write_tum(out / f"{name}.tum", *poses)
         if truth is not None:
             metrics.setdefault("relations", {})[name] = _relation_errors(truth, *poses)
@@ -107,9 +95,40 @@ def map_log(
         write_image(out / "map.png", pixels(grid))
     write_text(out / "metrics.json", json.dumps(metrics, indent=1, allow_nan=False) + "\n")
     _report(metrics, out, as_json)
-    if fed < len(feed.readings):
-        say(f"interrupted after {fed} of {len(feed.readings)} scans: these are the results so far")
+    if way.fed < len(feed.readings):
+        say(f"interrupted after {way.fed} of {len(feed.readings)} scans: these are the results so far")
         raise typer.Exit(130)
+
+
+@dataclass
+class _Way:
+    """How mapping went, scan by scan."""
+
+    fed: int = 0
+    accepted: list[int] = field(default_factory=list)
+    """Scans that the mapper could use, by their place in the log."""
+    processed_ms: list[float] = field(default_factory=list)
+    """What each scan took that the particles took, wall time."""
+
+
+def _feed_all(mapper: rbpf.Mapper, readings: Sequence[Reading], name: str, show: MapperWatcher | None) -> _Way:
+    """Map all readings, or those until Ctrl-C."""
+    way = _Way()
+    with suppress(KeyboardInterrupt), progress_bar(f"mapping {name}", len(readings)) as advance:
+        for index, reading in enumerate(readings):
+            start = time.perf_counter()
+            info = mapper.update(reading.scan, reading.T_odom_base)
+            way.fed = index + 1
+            if info.processed:
+                way.processed_ms.append((time.perf_counter() - start) * 1e3)
+            if info.reason is None:
+                way.accepted.append(index)
+            if show is not None:
+                show.on_scan(reading.scan)
+            advance()
+    if show is not None:
+        show.close()
+    return way
 
 
 def _relation_errors(
