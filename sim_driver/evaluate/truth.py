@@ -23,6 +23,7 @@ FALSE_MERGE_M, FALSE_MERGE_DEG = 0.5, 5.0
 MUST_MERGE = 0.3
 """Pairs whose maps share at least this part of the smaller one should have merged."""
 NEAR_WALL_CELLS = 2.0
+"""Up to this far, cells of the robot's map, is near a wall."""
 
 
 def true_starts(mission: Mission, folder: Path) -> dict[str, Transform]:
@@ -93,11 +94,7 @@ class Judge:
         if len(walls) == 0:
             return 1.0
         far_m = euclidean(np.ascontiguousarray(self.world.is_occupied)) * self.world.resolution_m
-        col, row = _cells(self.world, walls)
-        height, width = self.world.shape
-        inside = (row >= 0) & (row < height) & (col >= 0) & (col < width)
-        near = far_m[np.clip(row, 0, height - 1), np.clip(col, 0, width - 1)] <= NEAR_WALL_CELLS * grid.resolution_m
-        return float(np.mean(inside & near))
+        return float(np.mean(field_at(self.world, far_m, walls) <= _near_m(grid)))
 
     def occupied_recall(self, grid: OccupancyGrid, T_world_map: Transform) -> float | None:
         """Return the share of the true walls beside known floor that the map has within two cells; None without floor.
@@ -108,10 +105,10 @@ class Judge:
         points = se2.apply(se2.inverse(T_world_map), self.world.centres(face))
         free_m = euclidean(np.ascontiguousarray(grid.is_free)) * grid.resolution_m
         wall_m = euclidean(np.ascontiguousarray(grid.is_occupied)) * grid.resolution_m
-        seen = field_at(grid, free_m, points) <= NEAR_WALL_CELLS * grid.resolution_m
+        seen = field_at(grid, free_m, points) <= _near_m(grid)
         if not seen.any():
             return None
-        return float(np.mean(field_at(grid, wall_m, points[seen]) <= NEAR_WALL_CELLS * grid.resolution_m))
+        return float(np.mean(field_at(grid, wall_m, points[seen]) <= _near_m(grid)))
 
     def free_agreement(self, grid: OccupancyGrid, T_world_map: Transform) -> float | None:
         """Return the share of the map's free cells that lie on true floor or within two cells of it."""
@@ -119,7 +116,7 @@ class Judge:
         if len(points) == 0:
             return None
         far_m = euclidean(np.ascontiguousarray(~self.world.is_occupied)) * self.world.resolution_m
-        return float(np.mean(field_at(self.world, far_m, points) <= NEAR_WALL_CELLS * grid.resolution_m))
+        return float(np.mean(field_at(self.world, far_m, points) <= _near_m(grid)))
 
     def ghosts(self, grid: OccupancyGrid, T_world_map: Transform, paths: NDArray[np.float64], radius_m: float) -> int:
         """Return how many wall cells of the map stand where teammates drove, away from true walls.
@@ -130,7 +127,7 @@ class Judge:
         if len(walls) == 0 or len(paths) == 0:
             return 0
         far_m = euclidean(np.ascontiguousarray(self.world.is_occupied)) * self.world.resolution_m
-        lone = walls[field_at(self.world, far_m, walls) > NEAR_WALL_CELLS * grid.resolution_m]
+        lone = walls[field_at(self.world, far_m, walls) > _near_m(grid)]
         if len(lone) == 0:
             return 0
         return int(np.count_nonzero(cKDTree(paths).query(lone)[0] <= radius_m))
@@ -142,6 +139,10 @@ def overlap(a: OccupancyGrid, b: OccupancyGrid, T_world_a: Transform, T_world_b:
         a, b, T_world_a, T_world_b = b, a, T_world_b, T_world_a
     points = se2.apply(se2.between(T_world_a, T_world_b), b.centres(b.is_known))
     return float(np.mean(values_at(a, points) >= 0)) if len(points) else 0.0
+
+
+def _near_m(grid: OccupancyGrid) -> float:
+    return NEAR_WALL_CELLS * grid.resolution_m + 1e-6  # distances are float32, and this far is near
 
 
 def _cells(grid: OccupancyGrid, points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
