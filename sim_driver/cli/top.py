@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import typer
-from rich.console import Console, Group, RenderableType
+from rich.console import Console
 from rich.live import Live
-from rich.table import Table
 from rich.text import Text
 
 from comms import TeamView, ZenohWatcher, own_keys
 from comms.local_robots import LocalRobot, local_robots
+from sim_driver.cli.top_tables import render
 
 console = Console(soft_wrap=False)
 """The view is what was asked for, so it goes to the standard output."""
@@ -26,8 +26,6 @@ REFRESH_S = 0.5
 """How often the view is drawn anew, seconds."""
 GATHER_S = 1.2
 """One snapshot waits for so long at least: each robot tells its status once a second."""
-STALE_S = 5.0
-"""A status older than this is marked, seconds."""
 
 
 class Watch:
@@ -149,51 +147,3 @@ def nobody(watch: Watch, waited_s: float) -> str:
         "  what this machine's network can do: mrslam doctor",
     ]
     return "\n".join(lines)
-
-
-def render(robots: Sequence[dict[str, Any]], empty: str) -> RenderableType:
-    """Return what the screen shows of a snapshot; ``empty`` where nobody is in it."""
-    if not robots:
-        return Text(empty)
-    return Group(_team_table(robots), _link_table(robots), *_alignment_lines(robots))
-
-
-def _team_table(robots: Sequence[dict[str, Any]]) -> Table:
-    table = Table("team", "robot", "mode", "up", "maps held (revision)", "beacons", "exchanges", box=None)
-    for row in robots:
-        status = row["status"]
-        if status is None:
-            table.add_row(row["team"], row["robot"], "here, no status yet" if row["here"] else "gone")
-            continue
-        maps = ", ".join(f"{name} {held['revision']}" for name, held in status["maps"].items()) or "none"
-        up = f"{status['up_s']:.0f} s" if row["here"] else "gone"
-        if row["here"] and status["age_s"] > STALE_S:
-            up += f" (silent for {status['age_s']:.0f} s)"
-        sizes = _size(status["beacon_bytes"]), _size(status["exchange_bytes"])
-        table.add_row(row["team"], row["robot"], status["mode"], up, maps, *sizes)
-    return table
-
-
-def _link_table(robots: Sequence[dict[str, Any]]) -> Table:
-    table = Table("link", "quality", "hears", "state", "what goes on", "sent", "received", "saved", box=None)
-    for row in robots:
-        if row["status"] is None or not row["here"]:
-            continue
-        for link in row["status"]["links"]:
-            sizes = [_size(link[key]) for key in ("bytes_sent", "bytes_received", "bytes_saved")]
-            shares = f"{link['quality']:.2f}", f"{link['lq']:.2f}"
-            table.add_row(f"{row['robot']} - {link['peer']}", *shares, link["state"], link["activity"], *sizes)
-    return table
-
-
-def _alignment_lines(robots: Sequence[dict[str, Any]]) -> list[Text]:
-    return [
-        Text(f"{row['robot']}: {pair['a']} and {pair['b']} {pair['words']}")
-        for row in robots
-        if row["status"] is not None and row["here"]
-        for pair in row["status"]["alignments"]
-    ]
-
-
-def _size(count: int) -> str:
-    return f"{count / 1e6:.1f} MB" if abs(count) >= 1e6 else f"{count / 1e3:.1f} kB"
