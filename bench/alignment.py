@@ -13,7 +13,6 @@ import json
 import math
 import os
 import platform
-import resource
 import sys
 import time
 from pathlib import Path
@@ -25,6 +24,7 @@ sys.path[:] = [
 import numpy as np  # noqa: E402
 
 import alignment  # noqa: E402
+from sim_driver.usage import peak_kb  # noqa: E402
 from spatial import read_map, se2  # noqa: E402
 
 LOOSE, STRICT = (0.5, math.radians(5.0)), (0.15, math.radians(1.0))
@@ -92,7 +92,7 @@ def run(folder: Path, method: str, every: int = 1) -> tuple[dict[str, object], d
             "p95": round(float(np.quantile(cpu_s, 0.95)), 4),
             "max": round(max(cpu_s), 4),
         },
-        "peak_rss_mb": round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, 1),
+        "peak_rss_mb": round(peak_kb() / 1024, 1),
         "python": platform.python_version(),
         "numpy": np.__version__,
     }

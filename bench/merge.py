@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import resource
 import sys
 import time
 from pathlib import Path
@@ -26,6 +25,7 @@ import merge  # noqa: E402
 from alignment import Alignment  # noqa: E402
 from rbpf import Mapper, MapperConfig  # noqa: E402
 from sim_driver.feeds import open_feed  # noqa: E402
+from sim_driver.usage import peak_kb  # noqa: E402
 from spatial import OccupancyGrid, TiledMap, read_map, se2  # noqa: E402
 from spatial.images import write_image  # noqa: E402
 from spatial.tum import read_tum  # noqa: E402
@@ -162,7 +162,7 @@ def report(args, grids, cuts, result, wall, cpu) -> None:  # type: ignore[no-unt
         "median_error_m": round(float(np.median(errors)), 3) if errors else None,
         "max_error_m": round(max(errors), 3) if errors else None,
         "wall_s": round(wall, 1), "cpu_s": round(cpu, 1), **refusion(grids, result),
-        "peak_rss_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024,
+        "peak_rss_mb": peak_kb() // 1024,
     }))  # fmt: skip
 
 

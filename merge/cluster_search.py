@@ -85,7 +85,7 @@ class ClusterSearch:
     def _densify(self, cluster: TeamMap) -> TeamMap:
         """Align members with those they share most wall with, for loops that check and stiffen the whole."""
         place = cluster.T_team_map
-        walls = {name: Walls(self.pairs.grids[name]) for name in place}
+        walls = {name: self.pairs.walls(name) for name in place}
         shared = {(a, b): self._shared_m(walls, place, a, b) for a in place for b in place if a < b}
         wanted: set[Pair] = set()
         for name in place:
@@ -118,7 +118,7 @@ class ClusterSearch:
         place = dict(main.T_team_map)
         for other, fit in fits:
             place |= {name: se2.compose(fit.T_a_b, T) for name, T in other.T_team_map.items()}
-        walls = {name: Walls(self.pairs.grids[name]) for name in place} if fits else {}
+        walls = {name: self.pairs.walls(name) for name in place} if fits else {}
         candidates = [self._ranked(walls, place, main, other) for other, _ in fits]
         jobs = [job for ranked in candidates for job in self._follow(place, ranked)]
         accepted = set(self.pairs.align_pairs(jobs))

@@ -7,6 +7,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, field
 
 from alignment import Alignment, Prior, Rejection, align
+from merge.agreement import Walls
 from merge.carried import turned
 from merge.config import MergeConfig
 from merge.edges import Pair, pair_of
@@ -36,6 +37,14 @@ class PairAligner:
     """Alignments computed."""
     vetted: set[Pair] = field(default_factory=set)
     """Alignments that a cluster hung on by itself and that were looked at."""
+
+    _walls: dict[str, Walls] = field(default_factory=dict)
+
+    def walls(self, name: str) -> Walls:
+        """Return a map prepared for comparing; made once."""
+        if name not in self._walls:
+            self._walls[name] = Walls(self.grids[name])
+        return self._walls[name]
 
     def report(self, done: int, whole: int) -> None:
         """Tell whoever waits."""

@@ -3,7 +3,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from merge.agreement import Walls, compare, count_walls
+from merge.agreement import BLOCK, Walls, compare, count_walls, distances
 from spatial import OccupancyGrid, se2
 from spatial.distance import euclidean
 from tests.merge.plans import RESOLUTION_M, building, part
@@ -27,7 +27,23 @@ def test_counts_are_those_of_the_slow_twin(cells, points, near):
             agree += 1
         elif 0 <= cells[r, c] <= 35:
             against += 1
-    assert count_walls(cells, euclidean(cells >= 65), points, near) == (agree, against)
+    assert count_walls(cells, *distances(cells >= 65), points, near) == (agree, against)
+
+
+def test_distances_are_kept_where_they_are_short():
+    is_wall = np.zeros((9 * BLOCK + 5, 5 * BLOCK - 7), dtype=np.bool_)
+    is_wall[BLOCK + 3, 2 * BLOCK : 3 * BLOCK], is_wall[-1, 0], is_wall[4 * BLOCK - 1, 5] = True, True, True
+    block_at, kept = distances(is_wall)
+    whole = euclidean(is_wall)
+    assert 0 < len(kept) < block_at.size / 2
+    for i, j in np.ndindex(block_at.shape):
+        part = whole[i * BLOCK : (i + 1) * BLOCK, j * BLOCK : (j + 1) * BLOCK]
+        if block_at[i, j] < 0:
+            assert part.min() >= BLOCK
+        else:
+            got = kept[block_at[i, j]][: part.shape[0], : part.shape[1]]
+            np.testing.assert_array_equal(got[part < BLOCK], part[part < BLOCK])
+            assert (got[part >= BLOCK] >= BLOCK).all()
 
 
 def test_true_places_agree_and_wrong_ones_contradict():
