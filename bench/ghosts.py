@@ -3,8 +3,9 @@
     python bench/ghosts.py [--robots 6] [--seeds 1 2 3] [--seconds 120]
 
 One JSON line a seed. ghosts : occupied cells of all robots' final maps farther than 0.2 m from a true wall, with and
-without the filter; walls_lost : share of the true walls that the maps without the filter show and those with it do not;
-walls_gained : the other way round (two maps of one drive differ a little by chance: the filter's share is the rest).
+without the filter; walls_lost : share of the true wall cells hit by a robot's laser (within 0.1 m of it) that only
+masked beams hit, so that the filter took them from its map; walls_differ : share of the true walls that only one of a
+robot's two maps shows, whatever for (two maps of one drive differ a little by chance).
 """
 
 from __future__ import annotations
@@ -13,8 +14,12 @@ import argparse
 import json
 import sys
 import tempfile
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -22,12 +27,13 @@ from scipy.spatial import cKDTree
 HERE = Path(__file__).resolve().parent
 sys.path[:] = [folder for folder in sys.path if Path(folder).resolve() != HERE]  # its comms.py is not the package
 
+from agent import Agent  # noqa: E402
 from sim_driver.mission import make_mission  # noqa: E402
 from sim_driver.replay.again import replay_mission  # noqa: E402
 from sim_driver.run import run_mission  # noqa: E402
 from sim_driver.worlds import World  # noqa: E402
 from sim_driver.worlds.canvas import Canvas  # noqa: E402
-from spatial import read_map, se2, write_map  # noqa: E402
+from spatial import Scan, read_map, se2, write_map  # noqa: E402
 from spatial.se2 import Transform  # noqa: E402
 from spatial.tum import read_tum  # noqa: E402
 
@@ -74,24 +80,52 @@ def compare(scratch: Path, robots: int, seed: int, seconds: float) -> dict[str, 
         "comms": {"exchange_timeout_s": 10.0},
     }
     mission = make_mission(tables, scratch / "room.toml")
-    metrics = run_mission(mission, scratch / "on", lambda *_: None, lambda text: None)
+    with noted() as masked:
+        metrics = run_mission(mission, scratch / "on", lambda *_: None, lambda text: None)
     again = replay_mission(scratch / "on", ["mutual_detection.enabled=false"])
     run_mission(again, scratch / "off", lambda *_: None, lambda text: None)
     true_walls = world.grid.centres(world.is_wall)
     shown = {kind: [walls(world, scratch / kind / robot.id) for robot in mission.robots] for kind in ("on", "off")}
     ghosts = {kind: sum(ghost_cells(true_walls, points) for points in maps) for kind, maps in shown.items()}
     kept = [(near(true_walls, off), near(true_walls, on)) for off, on in zip(shown["off"], shown["on"], strict=True)]
-    lost, gained, total = (
-        sum(int(which.sum()) for which in column)
-        for column in zip(*((off & ~on, on & ~off, off) for off, on in kept), strict=True)
-    )
+    differ, shown_off = sum(int((off ^ on).sum()) for off, on in kept), sum(int(off.sum()) for off, _ in kept)
+    hits = [wall_hits(true_walls, masked[robot.id], scratch / "on" / robot.id) for robot in mission.robots]
+    lost, hit = (sum(int(count) for count in column) for column in zip(*hits, strict=True))
     return {
         "seed": seed, "robots": robots, "mission_s": metrics["mission_s"],
         "masked_beams": sum(robot["masked_beams"] for robot in metrics["robots"]),
         "ghosts_with": ghosts["on"], "ghosts_without": ghosts["off"],
         "ghost_share": round(ghosts["on"] / max(ghosts["off"], 1), 4),
-        "walls_lost": round(lost / max(total, 1), 5), "walls_gained": round(gained / max(total, 1), 5),
+        "walls_lost": round(lost / max(hit, 1), 6), "walls_differ": round(differ / max(shown_off, 1), 4),
     }  # fmt: skip
+
+
+@contextmanager
+def noted() -> Iterator[dict[str, list[tuple[Scan, Scan]]]]:
+    """Collect by robot every scan as it came and as it was mapped."""
+    seen: dict[str, list[tuple[Scan, Scan]]] = defaultdict(list)
+    usual = Agent._without_teammates
+
+    def noting(agent: Agent, scan: Scan, T_odom_base: Transform | None, now_ns: int) -> tuple[Scan, int]:
+        kept, count = usual(agent, scan, T_odom_base, now_ns)
+        seen[agent.robot_id].append((scan, kept))
+        return kept, count
+
+    with patch.object(Agent, "_without_teammates", noting):
+        yield seen
+
+
+def wall_hits(true_walls: np.ndarray, scans: list[tuple[Scan, Scan]], folder: Path) -> tuple[int, int]:
+    """Return how many true wall cells only masked beams hit, and how many were hit at all."""
+    stamps_ns, poses = read_tum(folder / "truth.tum")
+    where = {int(stamp_ns): pose for stamp_ns, pose in zip(stamps_ns, poses, strict=True)}
+    tree, hit, mapped = cKDTree(true_walls), np.zeros(len(true_walls), bool), np.zeros(len(true_walls), bool)
+    for came, kept in scans:
+        pose = where[came.stamp_ns]
+        for scan, cells in ((came, hit), (kept, mapped)):
+            away_m, nearest = tree.query(se2.apply(pose, scan.points_base()))
+            cells[nearest[away_m < NEAR_M]] = True
+    return int((hit & ~mapped).sum()), int(hit.sum())
 
 
 def walls(world: World, folder: Path) -> np.ndarray:
