@@ -41,7 +41,7 @@ def write_state(path: Path, kind: str, version: int, packed: Packed) -> None:
     for blob in packed.blobs:
         digest.update(blob)
     head = f"{kind} {version} {digest.hexdigest()}\n".encode()
-    write_bytes(path, b"".join([head, packed.header, b"\n", *packed.blobs]))
+    write_bytes(path, head, packed.header, b"\n", *packed.blobs)
 
 
 def read_state(path: Path, kind: str, version: int) -> Any:
