@@ -9,14 +9,14 @@ from pathlib import Path
 from spatial.errors import InputError
 
 
-def write_bytes(path: Path, *parts: bytes) -> None:
-    """Replace the file by these parts in one step; a crash or a full disk leaves the old one as it was."""
+def write_bytes(path: Path, *pieces: bytes) -> None:
+    """Replace the file by these pieces in one step; a crash or a full disk leaves the old one as it was."""
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}.part")
     try:
         with part.open("wb") as file:
-            for part in parts:
-                file.write(part)
+            for piece in pieces:
+                file.write(piece)
             file.flush()
             os.fsync(file.fileno())
         part.replace(path)
