@@ -21,7 +21,6 @@ import numpy as np
 from agent.body import Sensed
 from agent.clock import Clock, WallClock
 from agent.effects import AlignJob, Event
-from agent.heap import give_back
 from agent.overload import Overload
 from agent.runner import Runner
 from agent.status import status_of
@@ -124,12 +123,7 @@ class ProcessShell:
             self._job = None
             self.runner.perform(agent.on_aligned(job, future.result(), now_ns))
         if self._job is None and (due := agent.next_alignment(now_ns)) is not None:
-            self._job = (due, self._worker.submit(self._aligned, due))
-
-    def _aligned(self, job: AlignJob) -> Alignment | Rejection:
-        outcome = self.runner.align(job)
-        give_back()
-        return outcome
+            self._job = (due, self._worker.submit(self.runner.align, due))
 
     def _idle_s(self) -> float:
         next_scan_ns = self.runner.body.next_ns

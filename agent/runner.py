@@ -10,6 +10,7 @@ from typing import Protocol
 from agent.body import Body, Sensed
 from agent.core import Agent
 from agent.effects import AlignJob, Effect, Event
+from agent.heap import give_back
 from agent.keeper import Keeper
 from agent.outputs import EventLog, write_robot
 from agent.watcher import Watcher
@@ -93,7 +94,9 @@ class Runner:
         """Align the two maps of a job by the agent's settings; slow."""
         config = replace(self.agent.settings.alignment, seed=self.agent.settings.alignment.seed + job.attempt)
         method = self.agent.settings.agent.align_method
-        return align(job.grid_a, job.grid_b, method=method, prior=job.prior, config=config)
+        outcome = align(job.grid_a, job.grid_b, method=method, prior=job.prior, config=config)
+        give_back()
+        return outcome
 
     def close(self, now_ns: int) -> None:
         """Leave the network and write the robot's files."""
