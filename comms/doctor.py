@@ -137,7 +137,8 @@ def throughput() -> Finding:
         return Finding("error", "throughput", str(error))
     taker: Transport = ZenohTransport("taker", "doctor", connect=[endpoint])
     try:
-        if not _wait(taker, 1, 5.0):
+        # Each must have seen the other: what is sent to one whose subscription has not come yet is lost.
+        if not (_wait(taker, 1, 5.0) and _wait(giver, 1, 5.0)):
             return Finding("error", "throughput", "two ends on this machine do not find each other")
         begun = time.perf_counter()
         for _ in range(PROBES):
