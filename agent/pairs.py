@@ -18,6 +18,8 @@ Version = tuple[int, int]
 UNCONFIRMED = "found once; a second alignment that agrees is awaited"
 PRIOR_SIGMA = np.diag([0.5**2, 0.5**2, 0.1**2])
 """How far a pair's transform may have moved since it was last found: both maps get corrected. m^2, rad^2."""
+THEREABOUTS = StabilityCheck(max_dx_m=2.0, max_dy_m=2.0, max_dtheta_rad=0.4)
+"""Within four of these deviations a transform is the one believed, corrected; beyond them it is another place."""
 AMBIGUOUS = 0.25
 """A merged pair's maps must have come to fit elsewhere with no greater lead than this before it is unmerged: far less
 than what merging asks for, so that nothing is merged and unmerged by turns."""
@@ -230,9 +232,7 @@ def _doubt(believed: Alignment, outcome: Alignment | Rejection) -> str | None:
     both knows that there are two places.
     """
     if isinstance(outcome, Alignment):
-        apart = np.append(outcome.T_a_b[:2] - believed.T_a_b[:2], se2.wrap(outcome.T_a_b[2] - believed.T_a_b[2]))
-        is_elsewhere = bool((np.abs(apart) > 4.0 * np.sqrt(np.diag(PRIOR_SIGMA))).any())
-        return "the maps have grown, and fit better elsewhere" if is_elsewhere else None
+        return None if THEREABOUTS.agrees(outcome, believed) else "the maps have grown, and fit better elsewhere"
     margin = outcome.evidence.get("margin", 1.0)
     if margin >= AMBIGUOUS:
         return None

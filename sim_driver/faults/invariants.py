@@ -24,7 +24,7 @@ Version = tuple[int, int]
 FALSE_M, FALSE_RAD = 1.0, np.radians(10.0)
 """A placement farther off is a false merge."""
 ALIKE = 0.9
-"""Where this much of a map's walls lies on true walls although it lies wrong, the world looks the same there."""
+"""A world looks the same after a motion that lays this much of its walls on its walls."""
 SEEN_ALL = 0.8
 """Who knows this much of the floor has seen that it does."""
 LIE_PRECISION = 0.6
@@ -165,8 +165,8 @@ class Invariants:
     def _merges_are_true(self, robot_id: str, agent: Agent, *, at_end: bool = False) -> None:
         """Whom a robot has placed lies where it should, judged by where the maps' frames are in the world.
 
-        In a world that looks the same elsewhere nobody who has seen little of it can know. Who has seen nearly all of
-        it must, at the end.
+        Where the whole world, moved as the map is misplaced, looks the same, nobody who has seen little of it can know.
+        Who has seen nearly all of it must, at the end.
         """
         own = self._frame_of(robot_id, agent.node.store.version(robot_id)[0])
         if own is None or robot_id in self._liars or robot_id in self._spoilt:
@@ -186,11 +186,15 @@ class Invariants:
             off_m, off_rad = se2.difference(T_own_other, se2.between(own, there))
             if off_m <= FALSE_M and off_rad <= FALSE_RAD:
                 continue
-            grids = [agent.node.store.maps[one].map.to_grid() for one in (robot_id, other)]
-            is_alike = self._judge.occupied_precision(grids[1], se2.compose(own, T_own_other)) >= ALIKE
-            has_seen_all = min(map(self._judge.coverage, grids, (own, there))) >= SEEN_ALL
-            if not is_alike or (at_end and has_seen_all):
-                self._say(f"{robot_id} places {other} {off_m:.2f} m and {np.degrees(off_rad):.1f} deg off")
+            moved = se2.compose(se2.compose(own, T_own_other), se2.inverse(there))
+            is_alike = self._judge.occupied_precision(self._judge.world, moved) >= ALIKE
+            if is_alike and not (at_end and self._have_seen_all(agent, {robot_id: own, other: there})):
+                continue
+            self._say(f"{robot_id} places {other} {off_m:.2f} m and {np.degrees(off_rad):.1f} deg off")
+
+    def _have_seen_all(self, agent: Agent, T_world_map: Mapping[str, Transform]) -> bool:
+        maps = agent.node.store.maps
+        return all(self._judge.coverage(maps[one].map.to_grid(), T) >= SEEN_ALL for one, T in T_world_map.items())
 
     def _frame_of(self, robot_id: str, epoch: int) -> Transform | None:
         return self._lives[robot_id].frames.get(epoch)
