@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from agent.core import Agent
+from agent.doubt import SelfDoubt
 from agent.link_stats import LinkStats
 from agent.pairs import PairStatus
 from alignment import Alignment
@@ -18,7 +19,7 @@ from spatial import InputError
 from spatial.state_file import Packed, pack, read_state, write_state
 
 KIND = "mrslam-agent"
-VERSION = 1
+VERSION = 2
 FREE = ("threads",)
 """Mapper settings that change no result."""
 REVISIONS_LOST = 1000
@@ -39,6 +40,7 @@ def freeze(agent: Agent) -> Packed:
             "links": {peer: vars(stats) for peer, stats in agent.links.items()},
             "masked_beams": agent.masked_beams,
             "map_number": agent.map_number,
+            "self_doubt": agent.self_doubt.state(),
         }
     )
 
@@ -65,10 +67,13 @@ def restore(agent: Agent, path: Path) -> None:
         links = {peer: LinkStats(**sums) for peer, sums in state["links"].items()}
         pairs = {(a, b): _pair(status) for a, b, status in state["pairs"]}
         masked_beams, map_number = state["masked_beams"], state["map_number"]
+        doubt = SelfDoubt(agent.settings.agent.min_health, round(agent.settings.agent.give_up_s * 1e9))
+        doubt.restore(state["self_doubt"])
         restore_store(agent.node.store, state["store"], REVISIONS_LOST)
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: the checkpoint does not fit this program ({error})") from error
     agent.mapper, agent.links, agent.masked_beams, agent.map_number = mapper, links, masked_beams, map_number
+    agent.self_doubt = doubt
     agent.take_up(pairs)
 
 

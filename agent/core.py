@@ -55,7 +55,7 @@ class Agent:
         self.team = TeamMapper(anchor=robot_id, config=settings.merge)
         self.pairs = PairBook(robot_id, settings.agent)
         self.links: dict[str, LinkStats] = {}
-        self._doubt = SelfDoubt(settings.agent.min_health, round(settings.agent.give_up_s * 1e9))
+        self.self_doubt = SelfDoubt(settings.agent.min_health, round(settings.agent.give_up_s * 1e9))
         self.seed = seed
         self.map_number = 0
         """How often the robot gave its map up and began a new one."""
@@ -93,7 +93,7 @@ class Agent:
             effects.append(Event(now_ns, "masked", {"beams": masked}))
         if info.processed:
             effects.append(Event(now_ns, "mapped", _mapped_fields(info)))
-        if self._doubt.since_ns is None and self.mapper.stats.scans:
+        if self.self_doubt.since_ns is None and self.mapper.stats.scans:
             if info.processed and self._publish_due(now_ns):
                 self.publish(now_ns)
             self.node.set_own_pose(self.mapper.T_map_base, now_ns)
@@ -110,7 +110,7 @@ class Agent:
         if info.reason is not None:
             return []
         fits = partial(self._fits_what_was_published, scan, info.T_map_base)
-        verdict = self._doubt.look(info.health, info.match_score, fits, now_ns)
+        verdict = self.self_doubt.look(info.health, info.match_score, fits, now_ns)
         if verdict is None:
             return []
         if verdict == "given_up":  # teammates see a new epoch: the old map's frame is not this one's

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -65,6 +66,14 @@ class SelfDoubt:
             self.since_ns, self._seen = None, 0
             return "given_up"
         return None
+
+    def state(self) -> dict[str, Any]:
+        """Return everything that a resumed robot needs: one that starts in another place must notice it."""
+        return dict(vars(self))
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from what :meth:`state` returned."""
+        vars(self).update({name: state[name] for name in ("since_ns", "torn", "_usual", "_seen", "_fitting")})
 
     def _has_recovered(self, health: float, fits: Callable[[], bool]) -> bool:
         if self.torn:

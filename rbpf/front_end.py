@@ -102,7 +102,9 @@ class FrontEnd:
             if other is not None:
                 first, least = out.copy(), out[SCORE] - BETTER if unseen else self._least(out)
                 out = self._match(points, compose(before, other[0]), *other)
-                if out[SCORE] <= least:
+                # Where it stood before a pause it sees what it saw; less would fit in any similar room.
+                is_there = out[INLIERS] >= GOOD_INLIERS or not self.predictor.is_after_pause
+                if out[SCORE] <= least or not is_there:
                     out[:] = first
                 else:
                     predicted, spread, slip = other

@@ -49,6 +49,9 @@ Guess = tuple[Transform, tuple[float, float, float], float]
 The last is what adds up over many scans; the deviations hold jitter, too, that does not.
 """
 
+STOOD: Guess = np.zeros(3), (0.3, 0.3, 0.6), 1.0
+"""After a pause: the robot is where it was, or turned there."""
+
 
 class Predictor:
     """Guesses the motion from scan to scan, and how far off the guess may be."""
@@ -77,6 +80,11 @@ class Predictor:
         memory = INTERVAL_MEMORY if self._interval_s > 0.0 else 1.0
         self._interval_s += memory * (max(elapsed_s, 0.0) - self._interval_s)
 
+    @property
+    def is_after_pause(self) -> bool:
+        """Whether nothing was seen for long before this scan."""
+        return self._pause_s > 0.0
+
     def corrected(self, T_before_odom: Transform) -> Transform:
         """Return the motion that odometry means, judging by what matching found so far."""
         gain, turn = self.gains
@@ -86,7 +94,7 @@ class Predictor:
         """Return the motion expected."""
         if T_before_odom is None or self._too_far(T_before_odom):
             return self._steadily()
-        if self._pause_s > 0.0:
+        if self.is_after_pause:
             return self._guess(self.corrected(T_before_odom), 0, 0)
         errors = self.errors
         along = 0 if self.slip < DISBELIEVED or errors[0, 0] <= errors[1, 0] else 1
@@ -97,10 +105,12 @@ class Predictor:
         """Return another motion, where the one predicted fits badly or cannot be seen; None where there is none.
 
         That is what odometry says if the motion before was preferred to it, or else the motion before if odometry may
-        have jumped.
+        have jumped. After a pause it is none at all: wheels that counted on while the robot was off may say anything.
         """
-        if T_before_odom is None or self._too_far(T_before_odom) or self._pause_s > 0.0:
+        if T_before_odom is None or self._too_far(T_before_odom):
             return None
+        if self.is_after_pause:
+            return STOOD if _apart(self.corrected(T_before_odom), STOOD[0]) else None
         told = self.corrected(T_before_odom)
         if _apart(told, predicted):
             return self._guess(told, 0, 0)
@@ -141,7 +151,7 @@ class Predictor:
         else:
             self._judge_stretch(motion, T_before_odom, match)
             self._judge_step(motion, T_before_odom, match)
-        if self._pause_s > 0.0:
+        if self.is_after_pause:
             return
         self.velocity = motion if match[INLIERS] >= GOOD_INLIERS else GO_ON * self.velocity
         self._step = np.zeros(3) if T_before_odom is None else T_before_odom

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import Future
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import pytest
 
 from agent import Agent, Inline, Keeper, Settings, resume
 from agent.checkpoint import REVISIONS_LOST, freeze, write
-from agent.effects import Effect
+from agent.effects import Effect, Event
 from alignment import Alignment
 from comms import CommsConfig, Send
 from rbpf import MapperConfig
@@ -80,6 +81,21 @@ def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
     now, there = again.node.store.maps["r1"].map.to_grid(), two.node.store.maps["r1"].map.to_grid()
     assert np.array_equal(now.cells, there.cells)
     assert two.pairs.pairs["r1", "r2"].reason == "not tried yet"  # nobody said it had started anew
+
+
+def test_one_that_wakes_up_elsewhere_doubts_where_it_is(tmp_path: Path) -> None:
+    one = robot("r1", 1)
+    live([one], 0, 60)
+    write(freeze(one), tmp_path / "state")
+    again = robot("r1", 2)
+    resume(again, tmp_path / "state")
+    elsewhere = replace(scan(90), ranges_m=(0.3 * scan(90).ranges_m + 0.4).astype(np.float32))
+    effects = again.on_scan(elsewhere, np.array([0.0, 0.0, 1.8]), 9 * S)
+    assert [effect.kind for effect in effects if isinstance(effect, Event)][:1] == ["doubtful"]
+    write(freeze(again), tmp_path / "state")
+    third = robot("r1", 3)
+    resume(third, tmp_path / "state")
+    assert third.self_doubt == again.self_doubt and third.self_doubt.since_ns is not None
 
 
 def test_a_second_start_from_the_same_file_uses_no_revision_twice(tmp_path: Path) -> None:

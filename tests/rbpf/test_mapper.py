@@ -52,6 +52,19 @@ def test_after_a_long_pause_the_robot_is_where_the_wheels_say() -> None:
     assert away < 0.08 and turned < 0.03
 
 
+def test_a_robot_that_stood_while_the_wheels_leapt_is_where_it_was() -> None:
+    before = drive(60)
+    after = se2.compose(before[-1], np.array([[0.0, 0.0, 0.6 + 0.02 * k] for k in range(20)]))  # it was turned, too
+    mapper = Mapper(SMALL, seed=1)
+    feed(mapper, before)
+    for k, pose in enumerate(after):
+        told = se2.compose(np.array([-2.7, 2.7, -1.35]), pose)
+        mapper.update(make_scan(pose, (200 + k) * 10**8, rng=np.random.default_rng(k)), told)
+    away, turned = errors(mapper, np.concatenate([before, after]))
+    assert away < 0.08 and turned < 0.03
+    assert mapper.health > 0.8
+
+
 def test_map_shows_the_room() -> None:
     poses = drive(100)
     mapper = Mapper(SMALL, seed=1)
