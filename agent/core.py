@@ -93,7 +93,7 @@ class Agent:
             effects.append(Event(now_ns, "masked", {"beams": masked}))
         if info.processed:
             effects.append(Event(now_ns, "mapped", _mapped_fields(info)))
-        if self.self_doubt.since_ns is None and self.mapper.stats.scans:
+        if not self.self_doubt.doubtful and self.mapper.stats.scans:
             if info.processed and self._publish_due(now_ns):
                 self.publish(now_ns)
             self.node.set_own_pose(self.mapper.T_map_base, now_ns)

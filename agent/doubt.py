@@ -25,6 +25,7 @@ PLACES_LEAST = 5
 """So many places of a trajectory say something about a map."""
 ON_FREE = 0.8
 """Share of the places where a robot says it has been that its own map must know to be free."""
+SAVED = ("doubtful", "torn", "_usual", "_seen", "_fitting", "_doubted_ns")
 
 
 @dataclass
@@ -37,13 +38,15 @@ class SelfDoubt:
 
     min_health: float
     give_up_ns: int
-    since_ns: int | None = None
-    """Since when the robot doubts where it is; None while it does not."""
+    doubtful: bool = False
+    """Whether the robot doubts where it is."""
     torn: bool = False
     """Whether it doubts because its view changed at once."""
     _usual: float = 1.0
     _seen: int = 0
     _fitting: int = 0
+    _doubted_ns: int = 0
+    _looked_ns: int | None = None
 
     def look(self, health: float, match_score: float, fits: Callable[[], bool], now_ns: int) -> str | None:
         """Return "doubtful", "recovered" or "given_up" when that has just become so.
@@ -52,28 +55,32 @@ class SelfDoubt:
         that was last given out; it is asked only after the view had changed at once.
         """
         self._seen += 1
-        if self.since_ns is None:
+        waited_ns = 0 if self._looked_ns is None else max(now_ns - self._looked_ns, 0)
+        self._looked_ns = now_ns
+        if not self.doubtful:
             torn = self._seen > SCANS_LEAST and match_score < TORN * self._usual
             self._usual += USUAL_MEMORY * (match_score - self._usual)
             if not torn and health >= self.min_health:
                 return None
-            self.since_ns, self.torn, self._fitting = now_ns, torn, 0
+            self.doubtful, self.torn, self._fitting, self._doubted_ns = True, torn, 0, 0
             return "doubtful"
+        self._doubted_ns += waited_ns
         if self._has_recovered(health, fits):
-            self.since_ns = None
+            self.doubtful = False
             return "recovered"
-        if now_ns - self.since_ns >= self.give_up_ns:
-            self.since_ns, self._seen = None, 0
+        if self._doubted_ns >= self.give_up_ns:
+            self.doubtful, self._seen = False, 0
             return "given_up"
         return None
 
     def state(self) -> dict[str, Any]:
         """Return everything that a resumed robot needs: one that starts in another place must notice it."""
-        return dict(vars(self))
+        return {name: value for name, value in vars(self).items() if name in SAVED}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from what :meth:`state` returned."""
-        vars(self).update({name: state[name] for name in ("since_ns", "torn", "_usual", "_seen", "_fitting")})
+        """Go on from what :meth:`state` returned; the time between does not count."""
+        vars(self).update({name: state[name] for name in SAVED})
+        self._looked_ns = None
 
     def _has_recovered(self, health: float, fits: Callable[[], bool]) -> bool:
         if self.torn:

@@ -28,9 +28,9 @@ class MapStore:
     """All maps one robot knows; own and others', by robot id."""
 
     def __init__(self, own_id: str, epoch: int, config: CommsConfig) -> None:
-        """Start with nothing; ``epoch`` labels the own map."""
+        """Start with nothing; ``epoch`` labels the own map, and is higher at every start of the robot."""
         self.own_id = own_id
-        self.own_epoch = max(epoch, 1)
+        self.own_epoch = self._first_epoch = max(epoch, 1)
         self.maps: dict[str, LocalMap] = {}
         self.staging: dict[str, Staging] = {}
         self._config = config
@@ -95,8 +95,12 @@ class MapStore:
     def begin_map(self) -> None:
         """What is published next is another map, not the last one gone on, whatever its revision."""
         if self.version(self.own_id)[0] == self.own_epoch:
-            self.own_epoch += 1
+            self.own_epoch = self._unused_epoch()
             self._history.pop(self.own_id, None)
+
+    def _unused_epoch(self) -> int:
+        """Return a label for a map that no earlier life used, not even after the saving this one began with."""
+        return max(self.own_epoch + 1, self._first_epoch)
 
     def outrank(self, version: Version) -> bool:
         """Relabel the own map above a version that a teammate holds of my earlier life; return whether needed."""
@@ -106,10 +110,10 @@ class MapStore:
         return True
 
     def new_epoch(self, epoch: int | None = None) -> None:
-        """Give the own map a new label, by default the next: whoever holds it takes it for another map."""
+        """Give the own map a new label, by default an unused one: whoever holds it takes it for another map."""
         own = self._newest.get(self.own_id)
         goes_on = own is not None and own.epoch == self.own_epoch
-        self.own_epoch = self.own_epoch + 1 if epoch is None else epoch
+        self.own_epoch = self._unused_epoch() if epoch is None else epoch
         self._history.pop(self.own_id, None)
         if own is not None and goes_on:
             self._set(self.own_id, relabelled(own, self.own_epoch))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from agent import Agent, Inline, Keeper, Settings, resume
-from agent.checkpoint import REVISIONS_LOST, freeze, write
+from agent.checkpoint import REVISIONS_LOST, freeze, restore, write
 from agent.effects import Effect, Event
 from alignment import Alignment
 from comms import CommsConfig, Send
@@ -95,7 +95,20 @@ def test_one_that_wakes_up_elsewhere_doubts_where_it_is(tmp_path: Path) -> None:
     write(freeze(again), tmp_path / "state")
     third = robot("r1", 3)
     resume(third, tmp_path / "state")
-    assert third.self_doubt == again.self_doubt and third.self_doubt.since_ns is not None
+    assert third.self_doubt.doubtful and third.self_doubt.state() == again.self_doubt.state()
+
+
+def test_a_map_begun_after_the_saving_and_lost_shares_its_label_with_no_later_one(tmp_path: Path) -> None:
+    labels = set()
+    first = robot("r1", 5)
+    live([first], 0, 20)
+    write(freeze(first), tmp_path / "state")
+    for boot_id in (6, 1000, 2000):
+        again = robot("r1", boot_id)
+        restore(again, tmp_path / "state")
+        again.node.begin_map()
+        labels.add(again.node.store.own_epoch)
+    assert len(labels) == 3 and min(labels) > first.node.store.own_epoch
 
 
 def test_a_second_start_from_the_same_file_uses_no_revision_twice(tmp_path: Path) -> None:

@@ -23,7 +23,15 @@ def test_a_robot_doubts_recovers_and_gives_up() -> None:
     ]  # fmt: skip
     assert doubt.look(0.3, 1.0, never, 14 * S) is None
     assert doubt.look(0.3, 1.0, never, 15 * S) == "given_up"
-    assert doubt.since_ns is None
+    assert not doubt.doubtful
+
+
+def test_the_time_that_it_was_off_is_no_time_of_doubt() -> None:
+    doubt, resumed = SelfDoubt(0.4, 10 * S), SelfDoubt(0.4, 10 * S)
+    assert doubt.look(0.3, 1.0, never, 0) == "doubtful"
+    assert doubt.look(0.3, 1.0, never, 6 * S) is None
+    resumed.restore(doubt.state())
+    assert [resumed.look(0.3, 1.0, never, t * S) for t in (60, 63, 64)] == [None, None, "given_up"]
 
 
 def test_a_view_that_changes_at_once_is_doubted_until_the_old_map_fits_again() -> None:
