@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from array import array
 from collections import defaultdict
-from itertools import combinations, product
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +14,7 @@ from sim_driver.mission_config import RobotConfig
 from sim_driver.radio import Radio
 from sim_driver.robots import LASERS, Fleet, LaserModel, SimulatedRobot
 from sim_driver.seeds import seed_for
+from sim_driver.spool import Spool
 from sim_driver.worlds import World, load_world
 from spatial import InputError
 from spatial.files import write_text
@@ -41,10 +41,9 @@ class Simulation:
         self.starts = self.fleet.T_world_base()
         self._commands: dict[str, tuple[float, float]] = {}
         self._sensed: dict[str, list[Sensed]] = defaultdict(list)
-        self._truth: dict[str, tuple[array[int], array[float]]] = defaultdict(lambda: (array("q"), array("d")))
         self._qualities: dict[str, dict[str, float]] = {}
-        self._heard_ns = array("q")
-        self._heard = array("d")  # for each of these times the quality of every pair, in the order of their names
+        self._pairs = list(combinations(sorted(self.fleet.robots), 2))
+        self._truth = Spool(1 + 3 * len(self.fleet.robots) + len(self._pairs))  # time, poses, qualities of links
         self._next_ns = 0
 
     def _placed(self, mission: Mission, rng: np.random.Generator) -> dict[str, SimulatedRobot]:
@@ -69,9 +68,6 @@ class Simulation:
                 self.fleet.step(self._commands, STEP_NS / 1e9)
             for seen in self.fleet.observe(self._next_ns):
                 self._sensed[seen.robot_id].append(Sensed(self._next_ns, seen.scan, seen.T_odom_base))
-                stamps, poses = self._truth[seen.robot_id]
-                stamps.append(self._next_ns)
-                poses.extend(seen.T_world_base)
             self._hear()
             self._next_ns += STEP_NS
 
@@ -87,11 +83,10 @@ class Simulation:
     def _hear(self) -> None:
         poses = self.fleet.T_world_base()
         self._qualities = {robot_id: {} for robot_id in poses}
-        self._heard_ns.append(self._next_ns)
-        for a, b in combinations(sorted(poses), 2):
-            quality = self.radio.quality(poses[a], poses[b])
+        heard = [self.radio.quality(poses[a], poses[b]) for a, b in self._pairs]
+        for (a, b), quality in zip(self._pairs, heard, strict=True):
             self._qualities[a][b] = self._qualities[b][a] = quality
-            self._heard.append(quality)
+        self._truth.add(np.concatenate([[self._next_ns], *poses.values(), heard]))
 
     def take(self, robot_id: str) -> list[Sensed]:
         """Return the robot's scans since the last call."""
@@ -107,12 +102,17 @@ class Simulation:
 
     def write_truth(self, out: Path) -> None:
         """Write the links' true qualities, and true trajectories in the world frame (``<id>/truth.tum``)."""
-        pairs = list(combinations(sorted(self.fleet.robots), 2))
-        heard = zip(product(self._heard_ns, pairs), self._heard, strict=True)
-        lines = (f"{t_ns / 1e9!r},{a},{b},{quality!r}" for (t_ns, (a, b)), quality in heard)
+        rows = self._truth.rows
+        stamps, robots = rows[:, 0].astype(np.int64), list(self.fleet.robots)
+        heard = rows[:, 1 + 3 * len(robots) :]
+        lines = (
+            f"{t_ns / 1e9!r},{a},{b},{quality!r}"
+            for t_ns, row in zip(stamps.tolist(), heard.tolist(), strict=True)
+            for (a, b), quality in zip(self._pairs, row, strict=True)
+        )
         write_text(out / LINKS_FILE, "\n".join(("t_s,a,b,quality", *lines)) + "\n")
-        for robot_id, (stamps, poses) in sorted(self._truth.items()):
-            write_tum(out / robot_id / "truth.tum", np.array(stamps), np.array(poses).reshape(-1, 3))
+        for k, robot_id in enumerate(robots):
+            write_tum(out / robot_id / "truth.tum", stamps, rows[:, 1 + 3 * k : 4 + 3 * k])
 
 
 def is_simulated(mission: Mission, robot: RobotConfig) -> bool:
