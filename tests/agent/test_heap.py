@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba import njit
 
 from agent import heap
 from agent.heap import give_back
@@ -22,3 +23,16 @@ def test_pages_between_blocks_in_use_go_back() -> None:
     give_back()
     assert resident_kb() < full - 40_000
     assert sum(block.sum() for block in kept) == 100 * 8192
+
+
+@pytest.mark.skipif(heap._ADVISE is None, reason="this system has no madvise")
+def test_the_compilers_code_goes_and_comes_back_when_it_is_needed() -> None:
+    @njit
+    def add(a: int, b: int) -> int:
+        return a + b
+
+    assert add(1, 2) == 3
+    before = resident_kb()
+    give_back()
+    assert resident_kb() < before - 10_000
+    assert add(1.5, 2.0) == 3.5  # compiled for other types: the compiler is read again
