@@ -30,6 +30,7 @@ class ScanMessage(msgspec.Struct, forbid_unknown_fields=True):
     range_min_m: float = 0.0
     T_base_laser: Pose = (0.0, 0.0, 0.0)
     T_odom_base: Pose | None = None
+    beam_interval_s: float = 0.0
 
 
 class OdometryMessage(msgspec.Struct, forbid_unknown_fields=True):
@@ -51,6 +52,7 @@ def decode_scan(payload: bytes) -> tuple[Scan, Transform | None]:
         range_max_m=message.range_max_m,
         range_min_m=message.range_min_m,
         T_base_laser=np.array(message.T_base_laser),
+        beam_interval_s=message.beam_interval_s,
     )
     return scan, None if message.T_odom_base is None else _pose(message.T_odom_base)
 
@@ -73,6 +75,7 @@ def encode_scan(scan: Scan, T_odom_base: Transform | None = None) -> bytes:
             scan.range_min_m,
             _triple(scan.T_base_laser),
             None if T_odom_base is None else _triple(T_odom_base),
+            scan.beam_interval_s,
         )
     )
 

@@ -21,6 +21,8 @@ MAX_STEP_M, MAX_SPEED_M_S = 5.0, 3.0
 PAUSE_S, PAUSE_TIMES, INTERVAL_MEMORY = 2.0, 5.0, 0.1
 """No scan for so long, and for so many times the usual interval, is a pause: a robot that was dead, a laser unplugged.
 What the motion was before says nothing then, and what the wheels tell is no jump."""
+STEADY_S, MAX_TURN_RAD_S = 0.5, 6.0
+"""Over no longer than this motion is thought to be steady, and no robot turns faster."""
 STRETCH_M, STRETCH_RAD = 0.5, 0.5
 """Odometry is judged over stretches of this length, metres or radians: there, jitter from scan to scan averages out."""
 LEARN = 0.05
@@ -100,6 +102,14 @@ class Predictor:
         along = 0 if self.slip < DISBELIEVED or errors[0, 0] <= errors[1, 0] else 1
         turning = 0 if errors[0, 1] <= errors[1, 1] else 1
         return self._guess(self.corrected(T_before_odom), along, turning)
+
+    def speed(self, T_before_odom: Transform | None, elapsed_s: float) -> Transform:
+        """Return how fast the robot moves, ``(3,)`` m/s and rad/s in its own frame; none where that is a guess."""
+        if not 0.0 < elapsed_s <= STEADY_S:
+            return np.zeros(3)
+        velocity = self.predict(T_before_odom)[0] / elapsed_s
+        is_possible = math.hypot(velocity[0], velocity[1]) <= MAX_SPEED_M_S and abs(velocity[2]) <= MAX_TURN_RAD_S
+        return velocity if is_possible else np.zeros(3)
 
     def otherwise(self, T_before_odom: Transform | None, predicted: Transform) -> Guess | None:
         """Return another motion, where the one predicted fits badly or cannot be seen; None where there is none.

@@ -13,6 +13,9 @@ from spatial.se2 import Transform
 SPACING_M = 0.02
 """Least distance across the beams between two points that are matched, metres."""
 
+SLACK_RAD = 1e-3
+"""The first beam's bearing may come out a little before it."""
+
 
 class Sight:
     """Turns one scan after the other into points; what it returns is overwritten by the next."""
@@ -34,6 +37,22 @@ class Sight:
             self._few = np.zeros((angles.size, POINT_COLUMNS))
         count = scan_points(scan.ranges_m, self._cos, self._sin, scan.T_base_laser, self.usable_range_m, self._points)
         return self._points[:count]
+
+    def straighten(self, points: NDArray[np.float64], scan: Scan, velocity: Transform) -> None:
+        """Put each point where the first beam would have seen it: the robot moved on while the laser turned.
+
+        ``velocity (3,)`` in the base frame, m/s and rad/s. Left as they are, the walls to one side lie a little farther
+        on than those to the other, and the way through them bends.
+        """
+        if scan.beam_interval_s == 0.0 or not velocity.any():
+            return
+        x, y, nx, ny = points[:, :4].T
+        bearing = np.arctan2(y - scan.T_base_laser[1], x - scan.T_base_laser[0]) - scan.T_base_laser[2]
+        turned = np.mod((bearing - scan.angle_min_rad) * np.sign(scan.angle_increment_rad) + SLACK_RAD, 2.0 * np.pi)
+        after_s = (turned - SLACK_RAD) / abs(scan.angle_increment_rad) * scan.beam_interval_s
+        c, s = np.cos(velocity[2] * after_s), np.sin(velocity[2] * after_s)
+        points[:, 0], points[:, 1] = c * x - s * y + velocity[0] * after_s, s * x + c * y + velocity[1] * after_s
+        points[:, 2], points[:, 3] = c * nx - s * ny, s * nx + c * ny
 
     def few(self, points: NDArray[np.float64], T_base_laser: Transform) -> NDArray[np.float64]:
         """Return those of them ``(n, 5)`` that every scan is matched by."""

@@ -39,12 +39,14 @@ class Scan:
     """Below this a reading is an error."""
     T_base_laser: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
     """``(3,)``, pose of the laser on the robot."""
+    beam_interval_s: float = 0.0
+    """Time from one beam to the next; the stamp is the first one's. 0: all at once, or not known."""
 
     def __post_init__(self) -> None:
         ranges = np.array(self.ranges_m, dtype=np.float32, ndmin=1, copy=True)
         if ranges.ndim != 1:
             raise InputError(f"ranges_m must have shape (beams,), got {ranges.shape}")
-        for name in ("angle_min_rad", "angle_increment_rad", "range_max_m", "range_min_m"):
+        for name in ("angle_min_rad", "angle_increment_rad", "range_max_m", "range_min_m", "beam_interval_s"):
             if not np.isfinite(getattr(self, name)):
                 raise InputError(f"{name} must be finite, got {getattr(self, name)!r}")
         if not 0.0 <= self.range_min_m < self.range_max_m:
@@ -93,4 +95,5 @@ class Scan:
             range_max_m=self.range_max_m,
             range_min_m=self.range_min_m,
             T_base_laser=self.T_base_laser,
+            beam_interval_s=self.beam_interval_s,
         )

@@ -115,7 +115,7 @@ class BagWriter:
             angle_min=scan.angle_min_rad,
             angle_max=scan.angle_min_rad + scan.angle_increment_rad * (scan.ranges_m.size - 1),
             angle_increment=scan.angle_increment_rad,
-            time_increment=0.0,
+            time_increment=scan.beam_interval_s,
             scan_time=0.0,
             range_min=scan.range_min_m,
             range_max=scan.range_max_m,

@@ -29,6 +29,10 @@ ENDLESS_M = 1.0e4
 """Range limit of lasers whose log tells none, metres."""
 
 
+URG_INCREMENT_RAD, URG_BEAM_INTERVAL_S = 2.0 * np.pi / 1024, 0.1 / 1024
+"""Hokuyo's URG-04LX steps through 1024 directions, ten turns a second; a robot that drives sees its scans sheared."""
+
+
 @dataclass(frozen=True)
 class _Line:
     ranges_m: NDArray[np.float32]
@@ -63,6 +67,7 @@ class CarmenFeed:
                     angle_increment_rad=line.angle_increment_rad,
                     range_max_m=min(line.range_max_m, float(np.nextafter(np.float32(no_return_m), np.float32(0)))),
                     T_base_laser=T_base_laser,
+                    beam_interval_s=_beam_interval_s(line.angle_increment_rad),
                 ),
                 line.T_odom_base,
             )
@@ -176,6 +181,15 @@ def _robotlaser(text: str) -> _Line:
 
 
 PARSERS = {"FLASER": _flaser, "ROBOTLASER1": _robotlaser}
+
+
+def _beam_interval_s(angle_increment_rad: float) -> float:
+    """Return the time between beams, which the format does not tell, of the slow laser that its angles give away.
+
+    A SICK LMS sweeps half a turn in 7 ms, in which a robot moves by less than its range noise.
+    """
+    is_urg = abs(abs(angle_increment_rad) - URG_INCREMENT_RAD) < 0.005 * URG_INCREMENT_RAD
+    return URG_BEAM_INTERVAL_S if is_urg else 0.0
 
 
 def _laser_mounting(lines: list[_Line]) -> NDArray[np.float64]:

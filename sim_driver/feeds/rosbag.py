@@ -22,6 +22,8 @@ SCAN, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 MAX_GAP_S = 1.0
 """Scans farther from any odometry than this get none."""
+LONGEST_SWEEP_S = 1.0
+"""Drivers that claim a slower sweep than this are not believed."""
 BROKEN_AFTER = 100
 """Messages that cannot be decoded before the whole file counts as broken."""
 
@@ -193,4 +195,12 @@ def _scan(message: Any, recorded_ns: int, T_base_laser: Transform, upside_down: 
         range_max_m=float(message.range_max),
         range_min_m=float(message.range_min),
         T_base_laser=T_base_laser,
+        beam_interval_s=_beam_interval_s(message, ranges.size),
     )
+
+
+def _beam_interval_s(message: Any, beams: int) -> float:
+    """Return what the driver says, unless that cannot be: a sweep takes no longer than from one scan to the next."""
+    interval_s, scan_s = float(message.time_increment), float(message.scan_time)
+    longest_s = scan_s if 0.0 < scan_s < LONGEST_SWEEP_S else LONGEST_SWEEP_S
+    return interval_s if 0.0 < interval_s * beams <= 1.01 * longest_s else 0.0

@@ -53,7 +53,9 @@ def write_recording(path: Path, sensed: list[Sensed]) -> None:
         stamps_ns=np.array([one.scan.stamp_ns for one in sensed], dtype=np.int64),
         ranges_m=np.array([one.scan.ranges_m for one in sensed]),
         T_odom_base=np.array([no_odometry if one.T_odom_base is None else one.T_odom_base for one in sensed]),
-        geometry=np.array([scan.angle_min_rad, scan.angle_increment_rad, scan.range_max_m, scan.range_min_m]),
+        geometry=np.array(
+            [scan.angle_min_rad, scan.angle_increment_rad, scan.range_max_m, scan.range_min_m, scan.beam_interval_s]
+        ),
         T_base_laser=scan.T_base_laser,
     )
     write_bytes(path, buffer.getvalue())
@@ -64,7 +66,8 @@ def read_recording(path: Path) -> list[Sensed]:
     try:
         with np.load(path, allow_pickle=False) as arrays:
             table = {name: arrays[name] for name in arrays.files}
-        angle_min, increment, range_max, range_min = (float(value) for value in table["geometry"])
+        geometry = [*map(float, table["geometry"]), 0.0]  # older recordings do not tell the time between beams
+        angle_min, increment, range_max, range_min, interval = geometry[:5]
         rows = zip(table["t_ns"].tolist(), table["stamps_ns"].tolist(), table["T_odom_base"], strict=True)
         return [
             Sensed(
@@ -77,6 +80,7 @@ def read_recording(path: Path) -> list[Sensed]:
                     range_max_m=range_max,
                     range_min_m=range_min,
                     T_base_laser=table["T_base_laser"],
+                    beam_interval_s=interval,
                 ),
                 None if np.isnan(T_odom_base).any() else T_odom_base,
             )

@@ -17,12 +17,16 @@ from spatial import InputError, Scan
 
 def scan(stamp_ns: int = 5, value: float = 1.0) -> Scan:
     ranges = np.array([value, np.inf, np.nan], dtype=np.float32)
-    return Scan(stamp_ns=stamp_ns, ranges_m=ranges, angle_min_rad=-1.0, angle_increment_rad=1.0, range_max_m=10.0)
+    return Scan(
+        stamp_ns=stamp_ns, ranges_m=ranges, angle_min_rad=-1.0, angle_increment_rad=1.0, range_max_m=10.0,
+        beam_interval_s=1e-4,
+    )  # fmt: skip
 
 
 def test_a_scan_survives_the_way() -> None:
     back, T_odom_base = decode_scan(encode_scan(scan(), np.array([1.0, 2.0, 3.0])))
-    assert back.stamp_ns == 5 and np.array_equal(back.ranges_m, scan().ranges_m, equal_nan=True)
+    assert back.stamp_ns == 5 and back.beam_interval_s == 1e-4
+    assert np.array_equal(back.ranges_m, scan().ranges_m, equal_nan=True)
     assert T_odom_base is not None and T_odom_base.tolist() == [1.0, 2.0, 3.0]
     stamp_ns, T_odom_base = decode_odometry(encode_odometry(7, np.array([1.0, 2.0, 3.0])))
     assert stamp_ns == 7 and T_odom_base.tolist() == [1.0, 2.0, 3.0]

@@ -28,6 +28,7 @@ def scan(stamp_ns: int) -> Scan:
         angle_increment_rad=0.25,
         range_max_m=8.0,
         range_min_m=0.1,
+        beam_interval_s=0.02,
     )
 
 
@@ -84,6 +85,7 @@ def test_ways_and_frames_are_read_back(run: Path, tmp_path: Path) -> None:
     assert set(placed) == {"map_r1", "map_r2"}
     assert placed["map_r2"].header.frame_id == "team"
     assert placed["map_r2"].transform.translation.x == 3.0
+    assert [m.time_increment for _, m in found["/r1/scan"]] == pytest.approx([0.02] * 3)
     moving = [t.child_frame_id for _, m in found["/tf"] for t in m.transforms]
     assert sorted(moving) == ["laser_r1"] * 3 + ["laser_r2"] * 3
 

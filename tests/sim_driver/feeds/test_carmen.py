@@ -22,6 +22,12 @@ def robotlaser(
     return " ".join(str(v) for v in [*head, *tail]) + "\n"
 
 
+def test_only_the_slow_laser_is_known_by_its_angles(tmp_path):
+    for increment, interval_s in ((2 * np.pi / 1024, 0.1 / 1024), (np.radians(0.5), 0.0), (np.radians(1.0), 0.0)):
+        path = write(tmp_path, robotlaser([2.0] * 100, increment=increment))
+        assert CarmenFeed(path).readings[0].scan.beam_interval_s == pytest.approx(interval_s)
+
+
 def write(tmp_path: Path, *lines: str, name="a.clf") -> Path:
     path = tmp_path / name
     path.write_text("".join(lines))

@@ -1,4 +1,5 @@
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from sim_driver.feeds import open_feed
-from sim_driver.feeds.rosbag import RosbagFeed
+from sim_driver.feeds.rosbag import RosbagFeed, _beam_interval_s
 from spatial import InputError, se2
 
 NS = 1_000_000_000
@@ -239,6 +240,22 @@ def test_a_folder_needs_metadata(tmp_path):
         open_feed(tmp_path)
 
 
+@pytest.mark.parametrize(
+    ("interval_s", "scan_s", "believed"),
+    [
+        (1e-4, 0.1, True),
+        (1e-4, 0.0, True),
+        (1e-4, 0.04, False),
+        (0.1, 0.1, False),
+        (0.1, 0.0, False),
+        (-1e-4, 0.1, False),
+    ],
+)
+def test_an_impossible_time_between_beams_is_not_believed(interval_s, scan_s, believed):
+    message = SimpleNamespace(time_increment=interval_s, scan_time=scan_s)
+    assert _beam_interval_s(message, 500) == (interval_s if believed else 0.0)
+
+
 def test_the_real_bag_equals_its_carmen_copy(data_dir):
     bag = open_feed(data_dir / "multi_session/arena_raw_1.bag")
     log = open_feed(data_dir / "multi_session/arena_raw_1.clf.gz")
@@ -249,6 +266,7 @@ def test_the_real_bag_equals_its_carmen_copy(data_dir):
         assert both.sum() > 300
         assert np.array_equal(one.scan.ranges_m[both], two.scan.ranges_m[both])
         assert np.allclose(one.T_odom_base, two.T_odom_base, atol=1e-5)
+        assert one.scan.beam_interval_s == pytest.approx(two.scan.beam_interval_s) == pytest.approx(0.1 / 1024)
     assert np.allclose(bag.readings[0].scan.T_base_laser, (0.225, 0, 0))
 
 
