@@ -44,6 +44,9 @@ class Life:
     """Its digest when its checkpoint was last written."""
     frozen: dict[str, Version] = field(default_factory=dict)
     """Its digest when it last tried to write one."""
+    saved_m2: float = 0.0
+    frozen_m2: float = 0.0
+    """The area of its map at these times."""
     agent: Agent | None = None
     mapper: object | None = None
     frames: dict[int, Transform] = field(default_factory=dict)
@@ -99,8 +102,7 @@ class Invariants:
             life.agent, life.mapper = agent, None
             if resumed:
                 life.mapper = agent.mapper
-            else:
-                life.largest_m2 = 0.0
+            life.largest_m2 = life.saved_m2 if resumed else 0.0
         for other, version in before.items():
             if digest.get(other, (0, 0)) < version:
                 self._say(f"{robot_id} knew {other} at {version} and knows it at {digest.get(other)} now")
@@ -108,9 +110,9 @@ class Invariants:
         keeper = robot.runner.keeper
         if keeper is not None:
             if keeper.frozen_ns == agent_time(robot, self._now_s):
-                life.frozen = digest
+                life.frozen, life.frozen_m2 = digest, agent.known_area_m2()
             if keeper.saved_ns == keeper.frozen_ns:
-                life.saved = life.frozen
+                life.saved, life.saved_m2 = life.frozen, life.frozen_m2
 
     def _frame(self, robot_id: str, agent: Agent, team: VirtualTeam) -> None:
         """Note where in the world a new map of a robot begins."""
