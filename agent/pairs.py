@@ -20,6 +20,10 @@ PRIOR_SIGMA = np.diag([0.5**2, 0.5**2, 0.1**2])
 """How far a pair's transform may have moved since it was last found: both maps get corrected. m^2, rad^2."""
 THEREABOUTS = StabilityCheck(max_dx_m=2.0, max_dy_m=2.0, max_dtheta_rad=0.4)
 """Within four of these deviations a transform is the one believed, corrected; beyond them it is another place."""
+WEAK = "found again, but on weak evidence that has not grown since"
+CONFIDENT, MORE_WALL = 0.65, 1.2
+"""What is found with less confidence is confirmed only by so many times as much agreeing wall: the same chance, or the
+same lie, looked at twice agrees with itself."""
 AMBIGUOUS = 0.25
 """A merged pair's maps must have come to fit elsewhere with no greater lead than this before it is unmerged: far less
 than what merging asks for, so that nothing is merged and unmerged by turns."""
@@ -47,7 +51,7 @@ class PairStatus:
     @property
     def awaits_confirmation(self) -> bool:
         """Whether one alignment was found and a second is needed before it is believed."""
-        return self.alignment is None and self.stability.previous is not None
+        return self.alignment is None and self.stability.previous is not None and self.reason != WEAK
 
     def row(self, a: str, b: str) -> dict[str, Any]:
         """Return it as plain JSON values, as the mission's metrics list it."""
@@ -202,6 +206,9 @@ class PairBook:
             if status.status != "accepted":  # it never outweighs an accepted alignment: only contradiction and doubt do
                 status.status, status.reason = "rejected", outcome.reason
             return Verdict("rejected", outcome.reason, outcome)
+        if status.alignment is None and _is_echo(status.stability, outcome):
+            status.status, status.reason = "rejected", WEAK
+            return Verdict("rejected", WEAK, outcome)
         believed = status.stability.update(outcome)
         if believed is None:
             status.status, status.reason = "rejected", UNCONFIRMED
@@ -223,6 +230,15 @@ class PairBook:
         status = self.pairs[_key(a, b)]
         status.status, status.reason, status.alignment, status.accepted_at_ns = "revoked", reason, None, None
         status.stability = StabilityCheck()
+
+
+def _is_echo(stability: StabilityCheck, second: Alignment) -> bool:
+    """Return whether a weak alignment only says once more what the maps said the first time."""
+    first = stability.previous
+    if first is None or second.confidence >= CONFIDENT or not stability.agrees(second, first):
+        return False
+    walls = [min(one.evidence.get(f"matched_{side}_m", 0.0) for side in "ab") for one in (first, second)]
+    return walls[1] < MORE_WALL * walls[0]
 
 
 def _doubt(believed: Alignment, outcome: Alignment | Rejection) -> str | None:

@@ -118,6 +118,19 @@ class Judge:
         far_m = euclidean(np.ascontiguousarray(~self.world.is_occupied)) * self.world.resolution_m
         return float(np.mean(field_at(self.world, far_m, points) <= _near_m(grid)))
 
+    def contradiction_m(
+        self, shown: tuple[OccupancyGrid, Transform], to: tuple[OccupancyGrid, Transform], moved: Transform
+    ) -> float:
+        """Return how much wall of a map stands, moved in the world, on true floor that another map shows; metres.
+
+        Both maps come with where they lie in the world, ``T_world_map``.
+        """
+        walls = se2.apply(se2.compose(moved, shown[1]), shown[0].centres(shown[0].is_occupied))
+        far_m = euclidean(np.ascontiguousarray(self.world.is_occupied)) * self.world.resolution_m
+        is_floor = field_at(self.world, far_m, walls) > 2.0 * _near_m(shown[0])
+        is_shown = values_at(to[0], se2.apply(se2.inverse(to[1]), walls)) == 0
+        return float(np.count_nonzero(is_floor & is_shown)) * shown[0].resolution_m
+
     def ghosts(self, grid: OccupancyGrid, T_world_map: Transform, paths: NDArray[np.float64], radius_m: float) -> int:
         """Return how many wall cells of the map stand where teammates drove, away from true walls.
 

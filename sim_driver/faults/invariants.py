@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from hashlib import blake2b
 from typing import TYPE_CHECKING
@@ -25,8 +24,8 @@ FALSE_M, FALSE_RAD = 1.0, np.radians(10.0)
 """A placement farther off is a false merge."""
 ALIKE = 0.9
 """A world looks the same after a motion that lays this much of its walls on its walls."""
-SEEN_ALL = 0.8
-"""Who knows this much of the floor has seen that it does."""
+KNOWABLE_M = 2.0
+"""Who has seen so much true wall stand on true floor has seen that it does not."""
 LIE_PRECISION = 0.6
 """A liar's map that lies on the true walls with less of its own is a false merge."""
 SHRINKS_TO = 0.6
@@ -167,8 +166,8 @@ class Invariants:
     def _merges_are_true(self, robot_id: str, agent: Agent, *, at_end: bool = False) -> None:
         """Whom a robot has placed lies where it should, judged by where the maps' frames are in the world.
 
-        Where the whole world, moved as the map is misplaced, looks the same, nobody who has seen little of it can know.
-        Who has seen nearly all of it must, at the end.
+        Where the whole world, moved as the map is misplaced, looks the same, nobody can know who has not seen where it
+        does not. Who has must, at the end.
         """
         own = self._frame_of(robot_id, agent.node.store.version(robot_id)[0])
         if own is None or robot_id in self._liars or robot_id in self._spoilt:
@@ -190,13 +189,19 @@ class Invariants:
                 continue
             moved = se2.compose(se2.compose(own, T_own_other), se2.inverse(there))
             is_alike = self._judge.occupied_precision(self._judge.world, moved) >= ALIKE
-            if is_alike and not (at_end and self._have_seen_all(agent, {robot_id: own, other: there})):
+            if is_alike and not (at_end and self._could_know(agent, (robot_id, own), (other, there), moved)):
                 continue
             self._say(f"{robot_id} places {other} {off_m:.2f} m and {np.degrees(off_rad):.1f} deg off")
 
-    def _have_seen_all(self, agent: Agent, T_world_map: Mapping[str, Transform]) -> bool:
-        maps = agent.node.store.maps
-        return all(self._judge.coverage(maps[one].map.to_grid(), T) >= SEEN_ALL for one, T in T_world_map.items())
+    def _could_know(
+        self, agent: Agent, own: tuple[str, Transform], other: tuple[str, Transform], moved: Transform
+    ) -> bool:
+        """Return whether two maps, one moved in the world, show enough that cannot be at one place."""
+        one, two = ((agent.node.store.maps[name].map.to_grid(), T_world_map) for name, T_world_map in (own, other))
+        shown_m = self._judge.contradiction_m(two, one, moved) + self._judge.contradiction_m(
+            one, two, se2.inverse(moved)
+        )
+        return shown_m >= KNOWABLE_M
 
     def _frame_of(self, robot_id: str, epoch: int) -> Transform | None:
         return self._lives[robot_id].frames.get(epoch)
@@ -210,7 +215,7 @@ class Invariants:
         ]
         for agent in agents:
             self._merges_are_true(agent.robot_id, agent, at_end=True)
-        nodes: Mapping[str, CommsNode] = {agent.robot_id: agent.node for agent in agents}
+        nodes: dict[str, CommsNode] = {agent.robot_id: agent.node for agent in agents}
         live = {name: node.store.digest() for name, node in nodes.items() if not node.must_stop}
         if len({repr(digest) for digest in live.values()}) > 1:
             self._say(f"after healing the robots do not know the same: {live}")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from agent.config import AgentConfig
-from agent.pairs import UNCONFIRMED, PairBook
+from agent.pairs import UNCONFIRMED, WEAK, PairBook
 from alignment import Alignment, Rejection
 from spatial import OccupancyGrid, TiledMap, se2
 
@@ -63,6 +63,27 @@ def test_an_alignment_is_believed_when_a_second_one_agrees() -> None:
     assert verdict.edge is not None and verdict.is_new
     row = pairs.pairs["r1", "r2"].row("r1", "r2")
     assert row["status"] == "accepted" and row["accepted_at_s"] == 10.0 and row["T_a_b"] == [1.05, 0.0, 0.0]
+
+
+def weak(wall_m: float) -> Alignment:
+    return Alignment(
+        np.array([1.0, 0.0, 0.0]), 0.58, {"matched_a_m": wall_m, "matched_b_m": wall_m + 1.0}, np.eye(3) * 1e-4, "auto"
+    )
+
+
+def test_weak_evidence_looked_at_twice_is_not_believed_until_it_has_grown() -> None:
+    pairs = book("r1", "r2")
+    for t, wall_m in ((0, 10.0), (10, 11.0)):
+        job = pairs.next_job(t * S, {})
+        assert job is not None
+        assert pairs.settle(job, weak(wall_m), t * S).edge is None
+    assert pairs.pairs["r1", "r2"].reason == WEAK
+    assert next_pair(pairs, 30) is None  # nothing has changed
+    pairs.map_changed("r1", (1, 2), tiled(96, 2))
+    job = pairs.next_job(40 * S, {})
+    assert job is not None
+    verdict = pairs.settle(job, weak(12.5), 40 * S)  # a fourth more than when it was found
+    assert verdict.edge is not None and verdict.is_new
 
 
 def test_two_that_disagree_are_not_believed() -> None:

@@ -20,3 +20,12 @@ def test_two_cells_away_is_near_a_wall_and_three_are_not() -> None:
         assert judge.occupied_recall(room(col), np.zeros(3)) == is_near
         drive = room(col).centres(room(col).is_occupied)
         assert (judge.ghosts(room(col), np.zeros(3), drive, 0.2) == 0) == bool(is_near)
+
+
+def test_two_maps_contradict_where_a_wall_moved_stands_on_floor_that_the_other_shows() -> None:
+    judge = Judge(room(10), room(10).cells == 0)
+    own = (room(10), np.zeros(3))
+    assert judge.contradiction_m(own, own, np.zeros(3)) == 0.0
+    assert judge.contradiction_m(own, own, np.array([0.3, 0.0, 0.0])) == 1.0  # 20 cells of 0.05 m
+    blind = (OccupancyGrid(np.full((20, 20), -1, dtype=np.int8), 0.05), np.zeros(3))
+    assert judge.contradiction_m(own, blind, np.array([0.3, 0.0, 0.0])) == 0.0
