@@ -9,6 +9,7 @@ rules can enforce. Zenoh's threads only put what arrives into a bounded queue.
 from __future__ import annotations
 
 import logging
+import time
 from collections.abc import Sequence
 from typing import Any
 
@@ -24,6 +25,9 @@ from comms.transport import Arrival, Incoming, PeerJoined, PeerLeft
 from comms.zenoh_config import datagram_settings, settings, split_datagrams
 from comms.zenoh_session import open_session, warn_if_open
 from spatial import InputError
+
+GOODBYE_S = 0.1
+"""The last messages go out before the token falls: that has a higher priority, and would overtake the goodbye."""
 
 log = logging.getLogger(__name__)
 
@@ -131,6 +135,7 @@ class ZenohTransport:
         withdraw(self._announced)
         self._control.close()
         self._bulk.close()
+        time.sleep(GOODBYE_S)
         for declared in (self._token, *self._subscribers, self._beacons, self._status):
             try:
                 declared.undeclare()
