@@ -17,6 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 from spatial import se2
 from spatial.errors import InputError
 
+SLOWEST_SWEEP_S = 2.0
+"""No planar laser takes longer from its first beam to its last."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scan:
@@ -53,6 +56,10 @@ class Scan:
             raise InputError(f"need 0 <= range_min_m < range_max_m, got {self.range_min_m} m and {self.range_max_m} m")
         if abs(self.angle_increment_rad) * max(ranges.size - 1, 0) > 2.0 * np.pi + 1e-3:
             raise InputError(f"{ranges.size} beams of {self.angle_increment_rad} rad are more than a full turn")
+        if not 0.0 <= self.beam_interval_s * ranges.size <= SLOWEST_SWEEP_S:
+            raise InputError(
+                f"{ranges.size} beams, one every {self.beam_interval_s} s, are no sweep of 0 to {SLOWEST_SWEEP_S:g} s"
+            )
         T_base_laser = np.array(self.T_base_laser, dtype=np.float64)
         if T_base_laser.shape != (3,) or not np.isfinite(T_base_laser).all():
             raise InputError(f"T_base_laser must be three finite numbers, got {self.T_base_laser!r}")
