@@ -83,7 +83,8 @@ class Mapper:
         elapsed_s = 0.0 if self._stamp_ns is None else (scan.stamp_ns - self._stamp_ns) / 1e9
         self._stamp_ns, self._ranges = scan.stamp_ns, scan.ranges_m
         T_before_odom = self._odometry(T_odom_base)
-        self._sight.straighten(points, scan, self._front.predictor.speed(T_before_odom, elapsed_s))
+        if scan.beam_interval_s > 0.0:
+            self._sight.straighten(points, scan, self._front.predictor.speed(T_before_odom, elapsed_s))
         few = self._sight.few(points, scan.T_base_laser)
         watch.lap("points")
         step = self._front.step(few, points, T_before_odom, elapsed_s)

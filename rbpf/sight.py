@@ -44,7 +44,7 @@ class Sight:
         ``velocity (3,)`` in the base frame, m/s and rad/s. Left as they are, the walls to one side lie a little farther
         on than those to the other, and the way through them bends.
         """
-        if scan.beam_interval_s == 0.0 or scan.angle_increment_rad == 0.0 or not velocity.any():
+        if scan.angle_increment_rad == 0.0 or not velocity.any():
             return
         x, y, nx, ny = points[:, :4].T
         bearing = np.arctan2(y - scan.T_base_laser[1], x - scan.T_base_laser[0]) - scan.T_base_laser[2]
