@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from agent.core import Agent
-from agent.doubt import SelfDoubt
 from agent.link_stats import LinkStats
 from agent.pairs import PairStatus
 from alignment import Alignment
@@ -67,8 +66,7 @@ def restore(agent: Agent, path: Path) -> None:
         links = {peer: LinkStats(**sums) for peer, sums in state["links"].items()}
         pairs = {(a, b): _pair(status) for a, b, status in state["pairs"]}
         masked_beams, map_number = state["masked_beams"], state["map_number"]
-        doubt = SelfDoubt(agent.settings.agent.min_health, round(agent.settings.agent.give_up_s * 1e9))
-        doubt.restore(state["self_doubt"])
+        doubt = agent.self_doubt.resumed(state["self_doubt"])
         restore_store(agent.node.store, state["store"], REVISIONS_LOST)
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: the checkpoint does not fit this program ({error})") from error

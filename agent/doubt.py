@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ PLACES_LEAST = 5
 ON_FREE = 0.8
 """Share of the places where a robot says it has been that its own map must know to be free."""
 SAVED = ("doubtful", "torn", "_usual", "_seen", "_fitting", "_doubted_ns")
+"""What a robot's doubt is, beside its limits."""
 
 
 @dataclass
@@ -77,10 +78,9 @@ class SelfDoubt:
         """Return everything that a resumed robot needs: one that starts in another place must notice it."""
         return {name: value for name, value in vars(self).items() if name in SAVED}
 
-    def restore(self, state: dict[str, Any]) -> None:
-        """Go on from what :meth:`state` returned; the time between does not count."""
-        vars(self).update({name: state[name] for name in SAVED})
-        self._looked_ns = None
+    def resumed(self, state: dict[str, Any]) -> SelfDoubt:
+        """Return one with these limits that goes on from what :meth:`state` told; the time between does not count."""
+        return replace(self, **{name: state[name] for name in SAVED}, _looked_ns=None)
 
     def _has_recovered(self, health: float, fits: Callable[[], bool]) -> bool:
         if self.torn:

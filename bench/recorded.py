@@ -31,7 +31,7 @@ from spatial import map_files, read_map, se2  # noqa: E402
 from spatial.images import write_image  # noqa: E402
 from spatial.tum import read_tum  # noqa: E402
 
-ARENA = Path("worlds/mrl_arena/mrl_arena.yaml")
+ARENA = "worlds/mrl_arena/mrl_arena.yaml"
 GREY, GAP, NEAR_M = 205, 20, 0.1
 
 
@@ -55,11 +55,11 @@ def isr(seed: int, out: Path) -> dict[str, Any]:
     return {**row, "error_m": round(away_m, 4), "error_deg": round(float(np.degrees(turned)), 3)}
 
 
-def arena(seed: int, out: Path, data: Path) -> dict[str, Any]:
+def arena(seed: int, out: Path, true_map: Path) -> dict[str, Any]:
     """Return how the arena's team map fits the true one; draw both."""
     folder, pair = play("arena-two", seed, out)
     row = {"run": "arena-two", "seed": seed, "status": pair["status"], "accepted_at_s": pair["accepted_at_s"]}
-    world, team = load_world(str(data / ARENA)), read_map(folder / "r1/team_map.yaml")
+    world, team = load_world(str(true_map)), read_map(folder / "r1/team_map.yaml")
     middles = [grid.centres(grid.is_free).mean(axis=0) for grid in (world.grid, team)]
     outer = world.grid.centres(world.is_wall)
     low, high = outer.min(axis=0) + NEAR_M, outer.max(axis=0) - NEAR_M
@@ -90,10 +90,10 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--seeds", type=int, default=3)
     options = parser.parse_args()
-    data = load_mission(MISSIONS / "arena-two.toml", []).find(str(ARENA)).parents[2]
+    true_map = load_mission(MISSIONS / "arena-two.toml", []).find(ARENA)
     for seed in range(1, options.seeds + 1):
         print(json.dumps(isr(seed, options.out)), flush=True)
-        print(json.dumps(arena(seed, options.out, data)), flush=True)
+        print(json.dumps(arena(seed, options.out, true_map)), flush=True)
 
 
 if __name__ == "__main__":

@@ -27,10 +27,10 @@ def test_a_robot_doubts_recovers_and_gives_up() -> None:
 
 
 def test_the_time_that_it_was_off_is_no_time_of_doubt() -> None:
-    doubt, resumed = SelfDoubt(0.4, 10 * S), SelfDoubt(0.4, 10 * S)
+    doubt = SelfDoubt(0.4, 10 * S)
     assert doubt.look(0.3, 1.0, never, 0) == "doubtful"
     assert doubt.look(0.3, 1.0, never, 6 * S) is None
-    resumed.restore(doubt.state())
+    resumed = SelfDoubt(0.4, 10 * S).resumed(doubt.state())
     assert [resumed.look(0.3, 1.0, never, t * S) for t in (60, 63, 64)] == [None, None, "given_up"]
 
 
