@@ -10,12 +10,12 @@ from typing import Protocol
 from agent.body import Body, Sensed
 from agent.core import Agent
 from agent.effects import AlignJob, Effect, Event
-from agent.heap import give_back
 from agent.keeper import Keeper
 from agent.outputs import EventLog, write_robot
 from agent.watcher import Watcher
 from alignment import Alignment, Rejection, align
 from comms import Incoming, PeerJoined, PeerLeft, Transport
+from spatial.heap import give_back
 
 
 class LinkSource(Protocol):

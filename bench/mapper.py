@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 import rbpf
 from sim_driver.feeds import open_feed
+from sim_driver.kernels import load_kernels
 from sim_driver.usage import peak_kb
 from spatial import Keyframes, map_files, se2
 from spatial.files import write_text
@@ -28,7 +29,7 @@ from spatial.images import write_image
 
 def run(log: Path, particles: int, seed: int, threads: int, odometry: bool, out: Path | None) -> dict[str, Any]:
     """Map one log and return its figures."""
-    rbpf.warm_up()
+    load_kernels(["rbpf"])
     wall, cpu = time.perf_counter(), time.process_time()
     readings = open_feed(log).readings
     parsed = time.process_time()

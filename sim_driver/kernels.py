@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 
+from spatial.heap import give_back
 from spatial.jit_cache import forget_old, is_warm
 
 ROOMS = ("rbpf", "alignment", "mutual_detection", "merge", "comms", "sim_driver.robots", "sim_driver.drivers")
@@ -18,9 +19,13 @@ ROOMS = ("rbpf", "alignment", "mutual_detection", "merge", "comms", "sim_driver.
 
 
 def load_kernels(rooms: Sequence[str] = ROOMS) -> None:
-    """Call every kernel of these packages once: each is loaded from disk, or compiled where it is not there."""
+    """Call every kernel of these packages once: each is loaded from disk, or compiled where it is not there.
+
+    What loading them took goes back to the system.
+    """
     for room in rooms:
         import_module(room).warm_up()
+    give_back()
 
 
 def ensure_compiled(say: Callable[[str], None], rooms: Sequence[str] = ROOMS) -> float:

@@ -17,7 +17,7 @@ from comms import ZenohSensors, load_keys
 from sim_driver.cli.console import console, say
 from sim_driver.cli.progress import Lines
 from sim_driver.feeds import open_feed
-from sim_driver.kernels import ensure_compiled, load_kernels
+from sim_driver.kernels import ensure_compiled
 from sim_driver.locate import locate
 from sim_driver.mission import make_settings
 from sim_driver.recorded import RecordedBody
@@ -57,7 +57,6 @@ def run_agent(options: AgentOptions) -> None:
     settings = _settings(options)
     keys = None if options.keys is None else load_keys(options.keys, options.robot, options.team)
     ensure_compiled(say)
-    load_kernels()
     clock = WallClock(time.monotonic_ns() - time.time_ns())  # the world's time, so that robots' events can be compared
     boot_id = time.time_ns() // 1_000_000
     name = {"team": options.team, "mode": options.mode}

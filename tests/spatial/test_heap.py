@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from agent import heap
-from agent.heap import give_back
+from spatial import heap
+from spatial.heap import give_back
 
 
 def resident_kb() -> int:
