@@ -13,6 +13,21 @@ from spatial.traversal import along_axis
 
 
 @njit(cache=True, nogil=True)
+def bounds(
+    pose: NDArray[np.float64], points: NDArray[np.float64]
+) -> NDArray[np.float64]:  # pragma: no cover - compiled
+    """Return ``(2, 2)``, the least and the largest x, y of the points ``(N, 5)`` of a scan taken at ``pose``."""
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    out = np.array([[np.inf, np.inf], [-np.inf, -np.inf]])
+    for i in range(points.shape[0]):
+        x = pose[0] + c * points[i, 0] - s * points[i, 1]
+        y = pose[1] + s * points[i, 0] + c * points[i, 1]
+        out[0, 0], out[0, 1] = min(out[0, 0], x), min(out[0, 1], y)
+        out[1, 0], out[1, 1] = max(out[1, 0], x), max(out[1, 1], y)
+    return out
+
+
+@njit(cache=True, nogil=True)
 def insert_hits(
     pool: NDArray[np.uint32],
     table: NDArray[np.int32],

@@ -198,7 +198,7 @@ class LoopCloser:
         store.cover(T_old_key[:, :2].min(axis=0) - reach, T_old_key[:, :2].max(axis=0) + reach)
         for k, pose in zip(group, T_old_key, strict=True):
             points = self.scans[k].astype(np.float64)
-            store.own(0, self.origins[k], pose, points, NO_ENDS, True)
+            store.own(0, self.origins[k], pose[None], points, NO_ENDS, True)
             store.insert(0, self.origins[k], pose, points, NO_ENDS, SKIP_M)
         return store.pool, store.tables[0], store.row0, store.col0, store.resolution_m
 

@@ -159,8 +159,7 @@ class ParticleFilter:
     def _insert(self, key: Keyframe) -> None:
         store, points, ends = self.store, key.points, key.ends
         poses = np.ascontiguousarray(self.ends)
-        for i in range(self.count):
-            store.own(i, key.origin, poses[i], points, ends, True)
+        store.own(0, key.origin, poses, points, ends, True)
         place = (store.pool, store.refs, store.tables, store.row0, store.col0, store.resolution_m, key.origin, poses)
         self.crew.share(lambda first, last: insert_range(*place, points, ends, SKIP_M, first, last), self.count)
 
@@ -174,7 +173,7 @@ class ParticleFilter:
             store.clear(i)
         for k in kept:
             points = scans[k].astype(np.float64)
-            store.own(0, origins[k], poses[k], points, NO_ENDS, True)
+            store.own(0, origins[k], poses[k : k + 1], points, NO_ENDS, True)
             store.insert(0, origins[k], poses[k], points, NO_ENDS, SKIP_M)
         store.resample(np.zeros(self.count, dtype=np.int64))
         self._shared = Rows.of(poses[:-1])

@@ -6,6 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from rbpf.drawing import mark_tiles
+
 
 @njit(cache=True, nogil=True)
 def own_tiles(
@@ -40,6 +42,45 @@ def own_tiles(
         stamps[new] = stamp
         table[rows[i], cols[i]] = new
     return free_count
+
+
+@njit(cache=True, nogil=True)
+def own_touched(
+    pool: NDArray[np.uint32],
+    refs: NDArray[np.int32],
+    free: NDArray[np.int32],
+    free_count: int,
+    tables: NDArray[np.int32],
+    stamps: NDArray[np.int64],
+    stamp: int,
+    mark: NDArray[np.int32],
+    marked: int,
+    row0: int,
+    col0: int,
+    resolution_m: float,
+    origin: NDArray[np.float64],
+    poses: NDArray[np.float64],
+    points: NDArray[np.float64],
+    ends: NDArray[np.float64],
+    through: bool,
+    first: int,
+    begin: int,
+    rows: NDArray[np.int32],
+    cols: NDArray[np.int32],
+) -> tuple[int, int, int]:  # pragma: no cover - compiled
+    """Make map ``first + i`` own what the scan touches from pose ``i (N, 3)``, for ``i = begin ..``.
+
+    Stops where tiles run out. Return the ``i`` it came to, how many tiles are free, and how many that one needs.
+    ``mark`` holds numbers below ``marked``, ``stamps`` below ``stamp``; each map takes the next of both.
+    """
+    for i in range(begin, poses.shape[0]):
+        count = mark_tiles(
+            mark, marked + i, row0, col0, resolution_m, origin, poses[i], points, ends, through, rows, cols
+        )
+        if free_count < count:
+            return i, free_count, count
+        free_count = own_tiles(pool, refs, free, free_count, tables[first + i], rows, cols, count, stamps, stamp + i)
+    return poses.shape[0], free_count, 0
 
 
 @njit(cache=True, nogil=True)

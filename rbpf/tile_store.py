@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rbpf.cells import TILE, TILE_WORDS
-from rbpf.drawing import insert_hits, insert_scan, mark_tiles
-from rbpf.tile_sharing import copy_tables, own_tiles
+from rbpf.drawing import bounds, insert_hits, insert_scan
+from rbpf.tile_sharing import copy_tables, own_touched
 
 GROWTH_TILES = 8
 """Spare tiles laid around the window whenever it has to grow."""
@@ -59,8 +60,8 @@ class TileStore:
     def cover(self, low_m: NDArray[np.float64], high_m: NDArray[np.float64]) -> None:
         """Widen the window until it holds the box ``low_m (2,) .. high_m (2,)`` and a tile around it."""
         edge = TILE * self.resolution_m
-        c_low, r_low = (int(v) for v in np.floor(low_m / edge))
-        c_high, r_high = (int(v) for v in np.floor(high_m / edge))
+        c_low, r_low = math.floor(low_m[0] / edge), math.floor(low_m[1] / edge)
+        c_high, r_high = math.floor(high_m[0] / edge), math.floor(high_m[1] / edge)
         height, width = self._mark.shape
         r1, c1 = self.row0 + height, self.col0 + width
         if r_low - 1 >= self.row0 and c_low - 1 >= self.col0 and r_high + 1 < r1 and c_high + 1 < c1:
@@ -78,28 +79,29 @@ class TileStore:
 
     def own(
         self,
-        index: int,
+        first: int,
         origin: NDArray[np.float64],
-        pose: NDArray[np.float64],
+        poses: NDArray[np.float64],
         points: NDArray[np.float64],
         ends: NDArray[np.float64],
         through: bool,
     ) -> None:
-        """Make every tile that this scan touches map ``index``'s own."""
+        """Make every tile that this scan touches from ``poses[i]``, ``(n, 3)``, map ``first + i``'s own."""
         if self._rows.size < self._mark.size:
             self._rows = np.empty(2 * self._mark.size, dtype=np.int32)
             self._cols = np.empty(2 * self._mark.size, dtype=np.int32)
-        self._stamp += 1
-        count = mark_tiles(
-            self._mark, self._stamp, self.row0, self.col0, self.resolution_m, origin, pose, points, ends, through,
-            self._rows, self._cols,
-        )  # fmt: skip
-        self._reserve(count)
-        self.writes += 1
-        self.free_count = own_tiles(
-            self.pool, self.refs, self.free, self.free_count, self.tables[index], self._rows, self._cols, count,
-            self.stamps, self.writes,
-        )  # fmt: skip
+        done, needed = 0, 0
+        while done < poses.shape[0]:
+            self._reserve(needed)
+            # A map that ran out of tiles is marked once more: under the next number, or nothing would seem new.
+            self._stamp += needed > 0
+            done, self.free_count, needed = own_touched(
+                self.pool, self.refs, self.free, self.free_count, self.tables, self.stamps, self.writes + 1,
+                self._mark, self._stamp + 1, self.row0, self.col0, self.resolution_m, origin, poses, points, ends,
+                through, first, done, self._rows, self._cols,
+            )  # fmt: skip
+        self._stamp += poses.shape[0]
+        self.writes += poses.shape[0]
 
     def insert(
         self,
@@ -120,11 +122,9 @@ class TileStore:
         """Add a scan's hits only, to a map that shares no tiles; the window grows as needed."""
         if points.shape[0] == 0:
             return
-        cos, sin = np.cos(pose[2]), np.sin(pose[2])
-        x = pose[0] + cos * points[:, 0] - sin * points[:, 1]
-        y = pose[1] + sin * points[:, 0] + cos * points[:, 1]
-        self.cover(np.array([x.min(), y.min()]), np.array([x.max(), y.max()]))
-        self.own(index, pose[:2], pose, points, NO_ENDS, False)
+        box = bounds(pose, points)
+        self.cover(box[0], box[1])
+        self.own(index, pose[:2], pose[None], points, NO_ENDS, False)
         insert_hits(self.pool, self.tables[index], self.row0, self.col0, self.resolution_m, pose, points)
 
     def resample(self, parents: NDArray[np.int64]) -> None:

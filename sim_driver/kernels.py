@@ -14,7 +14,16 @@ from pathlib import Path
 from spatial.heap import give_back
 from spatial.jit_cache import forget_old, is_warm
 
-ROOMS = ("rbpf", "alignment", "mutual_detection", "merge", "comms", "sim_driver.robots", "sim_driver.drivers")
+ROOMS = (
+    "rbpf",
+    "alignment",
+    "mutual_detection",
+    "merge",
+    "comms",
+    "sim_driver.robots",
+    "sim_driver.drivers",
+    "sim_driver.feeds",
+)
 """Packages with kernels; each offers ``warm_up()``, which calls every kernel once."""
 
 

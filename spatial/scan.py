@@ -9,6 +9,7 @@ The rules for bad beams: what a driver reports as a range becomes one of three t
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -50,7 +51,7 @@ class Scan:
         if ranges.ndim != 1:
             raise InputError(f"ranges_m must have shape (beams,), got {ranges.shape}")
         for name in ("angle_min_rad", "angle_increment_rad", "range_max_m", "range_min_m", "beam_interval_s"):
-            if not np.isfinite(getattr(self, name)):
+            if not math.isfinite(getattr(self, name)):
                 raise InputError(f"{name} must be finite, got {getattr(self, name)!r}")
         if not 0.0 <= self.range_min_m < self.range_max_m:
             raise InputError(f"need 0 <= range_min_m < range_max_m, got {self.range_min_m} m and {self.range_max_m} m")

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import spatial  # noqa: F401 - points numba's cache at the right folder before any kernel is defined
 from sim_driver.feeds.base import Feed, Reading
 from sim_driver.feeds.carmen import CarmenFeed
+from sim_driver.feeds.floats import warm_up
 from sim_driver.feeds.rosbag import RosbagFeed
 from spatial import InputError
 
@@ -52,4 +54,4 @@ def open_feed(path: Path | str, format: str | None = None, salvage: bool = False
     return CarmenFeed(path, salvage=True) if salvage and name == "carmen" else FEEDS[name](path)
 
 
-__all__ = ["FEEDS", "Feed", "Reading", "guess_format", "open_feed"]
+__all__ = ["FEEDS", "Feed", "Reading", "guess_format", "open_feed", "warm_up"]

@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_driver.feeds import floats
 from sim_driver.feeds.base import Reading
 from spatial import InputError, Scan, se2
 
@@ -58,6 +59,7 @@ class CarmenFeed:
         no_return_m = _no_return_value(lines)
         if no_return_m < ENDLESS_M:
             self.notes.append(f"readings of {no_return_m:g} m and more are no-returns")
+        longest_m = float(np.nextafter(np.float32(no_return_m), np.float32(0)))
         self.readings = [
             Reading(
                 Scan(
@@ -65,7 +67,7 @@ class CarmenFeed:
                     ranges_m=line.ranges_m,
                     angle_min_rad=line.angle_min_rad,
                     angle_increment_rad=line.angle_increment_rad,
-                    range_max_m=min(line.range_max_m, float(np.nextafter(np.float32(no_return_m), np.float32(0)))),
+                    range_max_m=min(line.range_max_m, longest_m),
                     T_base_laser=T_base_laser,
                     beam_interval_s=_beam_interval_s(line.angle_increment_rad),
                 ),
@@ -126,7 +128,7 @@ def _numbers(text: str) -> tuple[NDArray[np.float64], float]:
     head, ipc_time, _host, _log_time = text.rstrip().rsplit(None, 3)
     _, _, body = head.partition(" ")
     try:
-        values = np.array(body.split(), dtype=np.float64)
+        values = floats.parse(body)
         stamp_s = float(ipc_time)
     except ValueError as error:
         raise ValueError(f"not a number ({error})") from error

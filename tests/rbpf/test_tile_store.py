@@ -14,7 +14,7 @@ def points(*xy: tuple[float, float]) -> np.ndarray:
 def write(store: TileStore, index: int, pose: tuple[float, float, float], pts: np.ndarray) -> None:
     T = np.array(pose)
     store.cover(T[:2] - 20.0, T[:2] + 20.0)
-    store.own(index, ORIGIN, T, pts, NO_ENDS, True)
+    store.own(index, ORIGIN, T[None], pts, NO_ENDS, True)
     store.insert(index, ORIGIN, T, pts, NO_ENDS, 0.0)
 
 
@@ -89,3 +89,23 @@ def test_growing_any_way_moves_nothing() -> None:
         store.cover(np.array(corner, dtype=float), np.array(corner, dtype=float))
         assert content(store, 0) == before
     recount(store)
+
+
+def test_maps_owned_at_once_are_as_if_one_after_the_other_though_tiles_run_out_between() -> None:
+    poses = np.array([[0.3 * i, 0.0, 0.2 * i] for i in range(5)])
+    pts = points((9, 2), (0, 12), (-14, 3))
+    stores = TileStore(5, 0.05, spare_tiles=30), TileStore(5, 0.05, spare_tiles=4000)
+    for store in stores:
+        store.cover(np.full(2, -30.0), np.full(2, 30.0))
+        for i in range(5):
+            store.insert(i, ORIGIN, poses[i], pts, NO_ENDS, 0.0)  # nothing is owned yet: no effect
+    stores[0].own(0, ORIGIN, poses, pts, NO_ENDS, True)
+    for i in range(5):
+        stores[1].own(i, ORIGIN, poses[i : i + 1], pts, NO_ENDS, True)
+    for store in stores:
+        for i in range(5):
+            store.insert(i, ORIGIN, poses[i], pts, NO_ENDS, 0.0)
+        recount(store)
+    assert stores[0].writes == stores[1].writes == 5
+    for i in range(5):
+        assert content(stores[0], i) == content(stores[1], i) != {}
