@@ -118,7 +118,8 @@ class LoopCloser:
         """Return the old keyframe that most likely saw what the newest sees."""
         kept, away, turned = self._from_newest(T_map_key)
         since = self.way[now] - np.array([self.way[k] for k in self.kept])
-        fits = (since > OLD_WAY_M) & (away < min(NEAR_M + DRIFT * lost_m, FAR_MOST_M))
+        is_old = (since > OLD_WAY_M) & (kept < now - TAIL)
+        fits = is_old & (away < min(NEAR_M + DRIFT * lost_m, FAR_MOST_M))
         if not fits.any():
             return None
         cost = np.where(fits, away + 0.7 * turned, np.inf)

@@ -29,6 +29,8 @@ LEARN = 0.05
 """Share of a new scan in what is known of the predictors' errors."""
 LEARN_STRETCH = 0.1
 """Share of a new stretch in what is known of odometry."""
+LEARN_VEER, VEER_MOST = 0.01, 0.5
+"""The least share of a stretch in how odometry veers off, radians a metre; one that says more says nothing."""
 GAIN_RANGE = 1.5
 """Odometry is thought to be off by at most this factor, either way."""
 GOOD_INLIERS = 0.7
@@ -66,6 +68,9 @@ class Predictor:
         """From scan to scan, of (odometry, constant velocity): share of the way, share of the turn."""
         self.gains = np.ones(2)
         """Truth as a multiple of what odometry says: way, turn."""
+        self.veer = 0.0
+        """What odometry misses of the turn with each metre of way, radians: wheels are not equally large."""
+        self._veered = 0  # stretches that told so
         self.slip = odometry_noise
         """Error of corrected odometry over longer stretches, as a share of the way."""
         self._told, self._found = np.zeros(3), np.zeros(3)
@@ -90,7 +95,8 @@ class Predictor:
     def corrected(self, T_before_odom: Transform) -> Transform:
         """Return the motion that odometry means, judging by what matching found so far."""
         gain, turn = self.gains
-        return np.array([gain * T_before_odom[0], gain * T_before_odom[1], turn * T_before_odom[2]])
+        turned = turn * T_before_odom[2] + self.veer * _way(T_before_odom)
+        return np.array([gain * T_before_odom[0], gain * T_before_odom[1], turned])
 
     def predict(self, T_before_odom: Transform | None) -> Guess:
         """Return the motion expected."""
@@ -188,10 +194,18 @@ class Predictor:
             dot = self._told[0] * self._found[0] + self._told[1] * self._found[1]
             if dot > 0.8 * way * told:
                 self.gains[0] += LEARN_STRETCH * (_bounded(way / told) - gain)
+                if turn < STRETCH_RAD:
+                    self._learn_veer((self._found[2] - self.gains[1] * self._told[2]) / _way(self._told))
         if turn > STRETCH_RAD and self._told[2] * self._found[2] > 0.0:
             self.gains[1] += LEARN_STRETCH * (_bounded(self._found[2] / self._told[2]) - self.gains[1])
         if way > STRETCH_M or turn > STRETCH_RAD:
             self._new_stretch()
+
+    def _learn_veer(self, veer: float) -> None:
+        """Average what the stretches say, in the end over the last hundred of them: one alone says little."""
+        if abs(veer) < VEER_MOST:
+            self._veered += 1
+            self.veer += max(1.0 / (self._veered + 1), LEARN_VEER) * (veer - self.veer)
 
     def _new_stretch(self) -> None:
         self._told, self._found, self._seen = np.zeros(3), np.zeros(3), True
@@ -201,7 +215,7 @@ class Predictor:
         return {
             "velocity": self.velocity, "errors": self.errors, "gains": self.gains, "slip": self.slip,
             "stretch": [self._told, self._found, bool(self._seen)], "step": self._step,
-            "interval_s": self._interval_s,
+            "interval_s": self._interval_s, "veer": [self.veer, self._veered],
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -210,11 +224,17 @@ class Predictor:
         self.slip = state["slip"]
         self._told, self._found, self._seen = state["stretch"]
         self._step, self._interval_s = state["step"], state["interval_s"]
+        self.veer, self._veered = state["veer"]
 
 
 def _apart(one: Transform, two: Transform) -> bool:
     turn = abs(math.remainder(one[2] - two[2], 2.0 * math.pi))
     return math.hypot(one[0] - two[0], one[1] - two[1]) > APART_M or turn > APART_RAD
+
+
+def _way(motion: Transform) -> float:
+    """Return how far it led, backward as less than nothing."""
+    return math.copysign(math.hypot(motion[0], motion[1]), motion[0])
 
 
 def _bounded(gain: float) -> float:

@@ -65,6 +65,14 @@ def test_a_robot_that_stood_while_the_wheels_leapt_is_where_it_was() -> None:
     assert mapper.health > 0.8
 
 
+def test_keyframes_far_apart_leave_nothing_old_enough_to_compare() -> None:
+    truth = np.concatenate([drive(60)] * 4)
+    mapper = Mapper(replace(SMALL, linear_update_m=15.0, angular_update_rad=50.0))
+    feed(mapper, truth)
+    assert 1 < mapper.stats.processed <= 5
+    assert errors(mapper, truth)[0] < 0.1
+
+
 def test_map_shows_the_room() -> None:
     poses = drive(100)
     mapper = Mapper(SMALL, seed=1)

@@ -26,6 +26,36 @@ def test_odometry_off_by_a_factor_is_put_right() -> None:
     assert slip < 0.06 and spread[0] < 0.05
 
 
+@pytest.mark.parametrize("way_m", [0.1, -0.1])
+def test_odometry_that_veers_off_is_put_right_whichever_way_it_drives(way_m: float) -> None:
+    rng = np.random.default_rng(3)
+    predictor = Predictor(0.1)
+    for _ in range(600):
+        veered = 0.06 * way_m + 0.01 * rng.standard_normal()
+        predictor.learn(np.array([way_m, 0.0, 0.0]), np.array([way_m, 0.0, veered]), seen())
+    motion, _, _ = predictor.predict(np.array([0.2, 0.0, 0.012]))
+    assert motion[2] == pytest.approx(0.0, abs=0.002)  # what wheels of another size feign goes with the way's sign
+    back, _, _ = predictor.predict(np.array([-0.2, 0.0, -0.012]))
+    assert back[2] == pytest.approx(0.0, abs=0.002)
+    assert predictor.gains[1] == 1.0
+    again = Predictor(0.1)
+    again.restore(predictor.state())
+    assert (
+        again.predict(np.array([0.2, 0.0, 0.0]))[0].tobytes()
+        == predictor.predict(np.array([0.2, 0.0, 0.0]))[0].tobytes()
+    )
+
+
+def test_one_lie_of_the_wheels_is_no_veer() -> None:
+    predictor = Predictor(0.1)
+    for _ in range(60):
+        predictor.learn(np.array([0.1, 0.0, 0.0]), np.array([0.1, 0.0, 0.0]), seen())
+    predictor.learn(np.array([0.1, 0.0, 0.0]), np.array([0.1, 0.0, 1.2]), seen())
+    for _ in range(20):
+        predictor.learn(np.array([0.1, 0.0, 0.0]), np.array([0.1, 0.0, 0.0]), seen())
+    assert abs(predictor.veer) < 1e-6
+
+
 def test_nothing_is_learnt_along_a_direction_that_is_not_seen() -> None:
     predictor = Predictor(0.1)
     for _ in range(300):
