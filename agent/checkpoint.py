@@ -35,7 +35,7 @@ def freeze(agent: Agent) -> Packed:
             "rbpf": asdict(agent.settings.rbpf),
             "mapper": agent.mapper.state(),
             "store": store_state(agent.node.store),
-            "pairs": [[a, b, _pair_state(status)] for (a, b), status in sorted(agent.pairs.pairs.items())],
+            "pairs": [[a, b, _pair_state(status)] for (a, b), status in sorted(agent.team.pairs.pairs.items())],
             "links": {peer: vars(stats) for peer, stats in agent.links.items()},
             "masked_beams": agent.masked_beams,
             "map_number": agent.map_number,
@@ -72,7 +72,7 @@ def restore(agent: Agent, path: Path) -> None:
         raise InputError(f"{path}: the checkpoint does not fit this program ({error})") from error
     agent.mapper, agent.links, agent.masked_beams, agent.map_number = mapper, links, masked_beams, map_number
     agent.self_doubt = doubt
-    agent.take_up(pairs)
+    agent.team.take_up(pairs)
 
 
 def resume(agent: Agent, path: Path) -> None:

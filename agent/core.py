@@ -6,20 +6,19 @@ teammates from the network -> alignment -> team map -> where teammates are -> ma
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
 import comms
 from agent.config import Settings
-from agent.doubt import SelfDoubt, contradicts_itself, fits_map
+from agent.doubt import SelfDoubt, fits_map
 from agent.effects import AlignJob, Effect, Event, as_event
 from agent.link_stats import LinkStats
-from agent.pairs import PairBook, PairStatus
+from agent.team import Team
 from alignment import Alignment, Rejection
-from merge import TeamMap, TeamMapper
-from mutual_detection import TeammateTracker, clear_ghosts, mask_teammates
+from merge import TeamMap
+from mutual_detection import TeammateTracker, mask_teammates
 from rbpf import Mapper, UpdateInfo
 from spatial import Keyframes, LocalMap, OccupancyGrid, Scan, se2
 from spatial.se2 import Transform
@@ -28,8 +27,6 @@ TEAMMATE_NS = 10_000_000_000
 """A teammate heard longer ago than this may be anywhere, nanoseconds."""
 TELL_NS = 10_000_000_000
 """How often a robot tells how much it knows, nanoseconds."""
-PLACE_NS = 2_000_000_000
-"""How often maps that have changed are held against each other, nanoseconds."""
 
 
 class Agent:
@@ -52,15 +49,12 @@ class Agent:
         self.mapper = Mapper(settings.rbpf, seed=seed)
         self.node = comms.CommsNode(robot_id, team, boot_id, settings.comms, mode=mode, seed=seed)
         self.tracker = TeammateTracker(settings.mutual_detection)
-        self.team = TeamMapper(anchor=robot_id, config=settings.merge)
-        self.pairs = PairBook(robot_id, settings.agent)
+        self.team = Team(robot_id, settings, self.node.store, self.tracker.forget)
         self.links: dict[str, LinkStats] = {}
         self.self_doubt = SelfDoubt(settings.agent.min_health, round(settings.agent.give_up_s * 1e9))
         self.seed = seed
         self.map_number = 0
         """How often the robot gave its map up and began a new one."""
-        self.doubted: dict[str, str] = {}
-        """By robot: why its map is not believed to be what it saw."""
         self.masked_beams = 0
         self.scan: Scan | None = None
         """The newest scan, without the beams that hit teammates."""
@@ -69,13 +63,7 @@ class Agent:
         self._T_odom_base: Transform | None = None
         self._T_base_laser: Transform = se2.IDENTITY
         self._heard: dict[str, tuple[int, Transform]] = {}
-        self._team: TeamMap | None = None
-        self._stale = False
-        self._placed_ns = 0
         self._tell_ns = 0
-        self._contradicted: dict[tuple[str, str], str] = {}
-        self.T_team_map: dict[str, Transform] = {robot_id: se2.IDENTITY}
-        """By robot: maps points of its map into the own map, for those whose place is known."""
 
     # -- in: the laser -------------------------------------------------------------------------------------------------
 
@@ -118,7 +106,7 @@ class Agent:
             self.mapper = Mapper(self.settings.rbpf, seed=self.seed + self.map_number)
             self._published_ns = None
             self.node.begin_map()
-            self._displace(self.robot_id)
+            self.team.displace(self.robot_id)
         fields = {"health": round(info.health, 3), "match_score": round(info.match_score, 3)}
         return [Event(now_ns, verdict, fields)]
 
@@ -165,12 +153,11 @@ class Agent:
     def on_tick(self, now_ns: int) -> list[Effect]:
         """Look after beacons, rendezvous and exchanges; call it every ``agent.tick_s``."""
         effects = self._follow(self.node.on_tick(now_ns), now_ns)
-        if self._stale and now_ns - self._placed_ns >= PLACE_NS:
-            self._place(now_ns)
+        self.team.keep_placed(now_ns)
         if now_ns >= self._tell_ns and self.mode != "mapper":
             self._tell_ns = now_ns + TELL_NS
             effects.append(Event(now_ns, "known", self._known()))
-        return effects + self._revoke(now_ns)
+        return effects + self.team.revoke(now_ns)
 
     def _known(self) -> dict[str, Any]:
         team = self.team_map()
@@ -212,118 +199,36 @@ class Agent:
         if T_own_peer is not None and seen.peer != self.robot_id:
             self.tracker.observe(seen.peer, seen.stamp_ns, se2.compose(T_own_peer, seen.T_map_base)[:2])
 
-    # -- maps, alignments, team ----------------------------------------------------------------------------------------
+    # -- the team ------------------------------------------------------------------------------------------------------
 
     def _map_changed(self, robot_id: str) -> None:
-        if self.mode == "mapper":
-            return
-        local = self.node.store.maps[robot_id]
-        if robot_id != self.robot_id and self._doubts(robot_id, local):
-            return
-        if self.pairs.map_changed(robot_id, self.node.store.version(robot_id), local.map):
-            self._displace(robot_id)
-        self.team.set_map(robot_id, local.map, local.map.revision)
-        self._team, self._stale = None, True
-
-    def _doubts(self, robot_id: str, local: LocalMap) -> bool:
-        """Return whether a teammate's map contradicts itself; what was believed of it before goes, too."""
-        reason = contradicts_itself(local)
-        if reason is None:
-            self.doubted.pop(robot_id, None)
-            return False
-        self.doubted[robot_id] = reason
-        self.pairs.forget(robot_id)
-        self._displace(robot_id)
-        self._team = None
-        return True
-
-    def _displace(self, robot_id: str) -> None:
-        """Forget at once where a robot's old map lay; where it was the own one, that was everyone's frame."""
-        self.team.remove_map(robot_id)
-        lost = self.T_team_map.keys() - {self.robot_id} if robot_id == self.robot_id else {robot_id}
-        self._adopt({one: T for one, T in self.T_team_map.items() if one not in lost}, self._contradicted)
-        self._stale = True
-
-    def take_up(self, pairs: Mapping[tuple[str, str], PairStatus]) -> None:
-        """Go on with the maps in the store and these alignments of an earlier life."""
-        for robot_id, local in sorted(self.node.store.maps.items()):
-            self.pairs.map_changed(robot_id, self.node.store.version(robot_id), local.map)
-            self.team.set_map(robot_id, local.map, local.map.revision)
-        for (a, b), status in pairs.items():
-            self.pairs.pairs[a, b] = status
-            if status.alignment is not None:
-                self.team.set_edge(a, b, status.alignment)
-        self._team = None
-        self._place(0)
-
-    def _place(self, now_ns: int) -> None:
-        """Work out anew where everyone's map lies."""
-        self._placed_ns = now_ns
-        placement = self.team.placement()
-        self._adopt(placement.T_team_map, placement.dropped)
-
-    def _adopt(self, T_team_map: dict[str, Transform], dropped: dict[tuple[str, str], str]) -> None:
-        for lost in self.T_team_map.keys() - T_team_map.keys():
-            self.tracker.forget(lost)
-        self.T_team_map, self._contradicted, self._stale = T_team_map, dropped, False
+        if self.mode != "mapper":
+            self.team.map_changed(robot_id)
 
     def next_alignment(self, now_ns: int) -> AlignJob | None:
         """Return the pair of maps most worth aligning now, or None; the shell runs it and calls :meth:`on_aligned`."""
-        return self.pairs.next_job(now_ns, self.T_team_map)
+        return self.team.next_alignment(now_ns)
 
     def on_aligned(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int) -> list[Effect]:
-        """Take the outcome of an alignment; an accepted and stable one becomes an edge of the team graph."""
-        verdict = self.pairs.settle(job, outcome, now_ns)
-        effects: list[Effect] = [Event(now_ns, "alignment", {"a": job.a, "b": job.b, **verdict.fields()})]
-        if verdict.edge is not None:
-            self.team.set_edge(job.a, job.b, verdict.edge)
-            if verdict.is_new:
-                effects.append(Event(now_ns, "merged", {"a": job.a, "b": job.b, **verdict.fields()}))
-            self._team = None
-            self._place(now_ns)
-        if verdict.status == "revoked":
-            effects.append(self._take_back(job.a, job.b, verdict.reason, now_ns))
-            self._place(now_ns)
-        return effects + self._revoke(now_ns)
+        """Take the outcome of an alignment."""
+        return self.team.on_aligned(job, outcome, now_ns)
 
-    def _revoke(self, now_ns: int) -> list[Effect]:
-        """Take back the alignments that the maps now contradict."""
-        contradicted, self._contradicted = self._contradicted, {}
-        return [self._take_back(a, b, reason, now_ns) for (a, b), reason in contradicted.items()]
-
-    def _take_back(self, a: str, b: str, reason: str, now_ns: int) -> Effect:
-        self.team.revoke(a, b, reason)
-        self.pairs.revoke(a, b, reason)
-        self._team = None
-        return Event(now_ns, "unmerged", {"a": a, "b": b, "reason": reason})
+    @property
+    def T_team_map(self) -> dict[str, Transform]:
+        """By robot: maps points of its map into the own map, for those whose place is known."""
+        return self.team.T_team_map
 
     def team_map(self) -> TeamMap:
         """Return the team map in this robot's own map frame, with who is placed where and who is not and why."""
-        if self._team is None:
-            team = self.team.team_map()
-            self._adopt(team.T_team_map, team.dropped)
-            self._team = replace(team, grid=self._without_ghosts(team.grid))
-        return self._team
+        return self.team.map()
 
     def own_map(self) -> OccupancyGrid:
         """Return the own map, without what was mapped of teammates before it was known where they are."""
-        return self._without_ghosts(self.local_map().map.to_grid())
+        return self.team.without_ghosts(self.local_map().map.to_grid())
 
     def planning_grid(self) -> OccupancyGrid:
         """Return what to drive by, in the own map frame: the team's map once someone else is placed, else the own."""
         return self.team_map().grid if len(self.T_team_map) > 1 else self.own_map()
-
-    def _without_ghosts(self, grid: OccupancyGrid) -> OccupancyGrid:
-        """Free the occupied cells where a robot has been: nobody drives through walls."""
-        if not self.settings.mutual_detection.enabled:
-            return grid
-        maps = self.node.store.maps
-        paths = [
-            se2.compose(T_team_map, maps[robot_id].keyframes.T_map_base)[:, :2]
-            for robot_id, T_team_map in self.T_team_map.items()
-            if robot_id in maps
-        ]
-        return clear_ghosts(grid, paths, self.settings.mutual_detection.robot_radius_m)[0]
 
     def teammates(self, now_ns: int) -> dict[str, Transform]:
         """Return where those teammates are, in the own map frame, whose place is known and who were heard lately."""
@@ -341,7 +246,7 @@ class Agent:
 
     def known_area_m2(self) -> float:
         """Return the known area of the own map as last published, square metres."""
-        return self.pairs.area_m2(self.robot_id)
+        return self.team.pairs.area_m2(self.robot_id)
 
     def trajectory_laser(self) -> Keyframes:
         """Return the pose of the laser for every scan, corrected by all that came later."""

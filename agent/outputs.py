@@ -84,8 +84,8 @@ def summary(agent: Agent, sent_bytes: Mapping[str, int]) -> dict[str, Any]:
         "masked_beams": agent.masked_beams,
         "loops_closed": agent.mapper.stats.loops_closed,
         "placed": {robot: [float(value) for value in T] for robot, T in sorted(team.T_team_map.items())},
-        "unplaced": dict(sorted({**team.unplaced, **agent.doubted}.items())),
-        "pairs": [status.row(a, b) for (a, b), status in sorted(agent.pairs.pairs.items())],
+        "unplaced": dict(sorted({**team.unplaced, **agent.team.doubted}.items())),
+        "pairs": [status.row(a, b) for (a, b), status in sorted(agent.team.pairs.pairs.items())],
         "sent_bytes": dict(sent_bytes),
         "links": [{"peer": peer, **stats.row()} for peer, stats in sorted(agent.links.items())],
     }

@@ -9,7 +9,7 @@ from comms import Send, status_report
 
 def status_of(agent: Agent, now_ns: int) -> Send:
     """Return the status message of an agent: links and maps, and how the maps fit together in words."""
-    pairs = [(a, b, _words(status)) for (a, b), status in sorted(agent.pairs.pairs.items())]
+    pairs = [(a, b, _words(status)) for (a, b), status in sorted(agent.team.pairs.pairs.items())]
     return status_report(agent.node, now_ns, pairs)
 
 
