@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from rbpf import Mapper, MapperConfig
 from spatial import Scan, se2
+
+SMALL = MapperConfig(particles=6, threads=1)
 
 WALLS = np.array(
     [
@@ -65,3 +68,17 @@ def drive(steps: int) -> NDArray[np.float64]:
     heading = np.unwrap(np.arctan2(0.9 * np.cos(theta), 3.0 * np.sin(theta)))
     poses = np.stack([x, y, se2.wrap(heading)], axis=1)
     return se2.between(poses[0], poses)
+
+
+def feed(mapper: Mapper, poses: np.ndarray, odometry: np.ndarray | None = None, start: int = 0, **kw: object) -> None:
+    rng = np.random.default_rng(9)
+    odometry = poses if odometry is None else odometry
+    for k, pose in enumerate(poses):
+        scan = make_scan(pose, k * 10**8, rng=rng, **kw)  # type: ignore[arg-type]
+        if k >= start:
+            mapper.update(scan, odometry[k])
+
+
+def errors(mapper: Mapper, truth: np.ndarray) -> tuple[float, float]:
+    gap = se2.between(truth, mapper.trajectory().T_map_base)
+    return float(np.hypot(gap[:, 0], gap[:, 1]).max()), float(np.abs(gap[:, 2]).max())

@@ -1,0 +1,60 @@
+"""The mapper on disk."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rbpf import Mapper, MapperConfig, load_checkpoint, save_checkpoint
+from rbpf.checkpoint import VERSION
+from sim_driver.feeds import open_feed
+from spatial import InputError
+from tests.rbpf.rooms import SMALL, drive, feed
+
+
+def test_resuming_is_the_same_to_the_byte(tmp_path: Path, data_dir: Path) -> None:
+    readings = open_feed(data_dir / "small" / "loop5.clf.gz").readings[:120]
+    whole, half = (Mapper(MapperConfig(particles=5, threads=1), seed=3) for _ in range(2))
+    for k, reading in enumerate(readings):
+        whole.update(reading.scan, reading.T_odom_base)
+        if k < 60:
+            half.update(reading.scan, reading.T_odom_base)
+    save_checkpoint(half, tmp_path / "half.ckpt")
+    half = load_checkpoint(tmp_path / "half.ckpt")
+    for reading in readings[60:]:
+        half.update(reading.scan, reading.T_odom_base)
+    save_checkpoint(whole, tmp_path / "a.ckpt")
+    save_checkpoint(half, tmp_path / "b.ckpt")
+    assert (tmp_path / "a.ckpt").read_bytes() == (tmp_path / "b.ckpt").read_bytes()
+
+
+def test_damaged_checkpoints_are_refused(tmp_path: Path) -> None:
+    mapper = Mapper(SMALL, seed=1)
+    feed(mapper, drive(20))
+    path = tmp_path / "m.ckpt"
+    save_checkpoint(mapper, path)
+    raw = path.read_bytes()
+    flipped = bytearray(raw)
+    flipped[len(raw) // 2] ^= 1
+    for content, message in (
+        (raw[:-7], "cut off or damaged"),
+        (bytes(flipped), "cut off or damaged"),
+        (b"hello", "not a mrslam-mapper file"),
+        (b"", "not a mrslam-mapper file"),
+        (raw.replace(b"mapper %d " % VERSION, b"mapper 99 ", 1), "version 99"),
+    ):
+        path.write_bytes(content)
+        with pytest.raises(InputError, match=message):
+            load_checkpoint(path)
+    with pytest.raises(InputError, match="cannot be read"):
+        load_checkpoint(tmp_path / "none.ckpt")
+
+
+def test_a_state_of_another_layout_is_refused(tmp_path: Path) -> None:
+    mapper = Mapper(SMALL, seed=1)
+    feed(mapper, drive(20))
+    state = mapper.state()
+    del state["layout"]  # as written by the first version
+    with pytest.raises(InputError, match=r"layout 1, this program reads \d"):
+        Mapper(SMALL, seed=1).restore(state)

@@ -1,0 +1,95 @@
+"""What the mapper makes of wheels that lie, leap, or say nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rbpf import Mapper, MapperConfig
+from spatial import Scan, se2
+from tests.rbpf.rooms import SMALL, drive, errors, feed, make_scan
+
+
+def test_after_a_long_pause_the_robot_is_where_the_wheels_say() -> None:
+    before = drive(400)[:60]
+    after = se2.compose(np.array([0.0, -6.5, 0.5]), 0.2 * drive(60))
+    mapper = Mapper(SMALL, seed=1)
+    feed(mapper, before)
+    for k, pose in enumerate(after):
+        mapper.update(make_scan(pose, (400 + k) * 10**8, rng=np.random.default_rng(k)), pose)
+    away, turned = errors(mapper, np.concatenate([before, after]))
+    assert away < 0.08 and turned < 0.03
+
+
+def test_a_robot_that_stood_while_the_wheels_leapt_is_where_it_was() -> None:
+    before = drive(60)
+    after = se2.compose(before[-1], np.array([[0.0, 0.0, 0.6 + 0.02 * k] for k in range(20)]))  # it was turned, too
+    mapper = Mapper(SMALL, seed=1)
+    feed(mapper, before)
+    for k, pose in enumerate(after):
+        told = se2.compose(np.array([-2.7, 2.7, -1.35]), pose)
+        mapper.update(make_scan(pose, (200 + k) * 10**8, rng=np.random.default_rng(k)), told)
+    away, turned = errors(mapper, np.concatenate([before, after]))
+    assert away < 0.08 and turned < 0.03
+    assert mapper.health > 0.8
+
+
+def test_without_odometry() -> None:
+    poses = drive(150)
+    mapper = Mapper(MapperConfig(particles=6, threads=1, use_odometry=False), seed=1)
+    feed(mapper, poses, poses * np.nan)
+    assert errors(mapper, poses)[0] < 0.08
+
+
+def test_a_turn_while_no_scans_came_is_found_without_odometry() -> None:
+    poses = drive(150)
+    rng = np.random.default_rng(9)
+    mapper = Mapper(MapperConfig(particles=6, threads=1, use_odometry=False), seed=1)
+    for k, pose in enumerate(poses[:100]):
+        mapper.update(make_scan(pose, k * 10**8, rng=rng), None)
+    turned = se2.compose(poses[99], np.array([0.0, 0.0, 1.4]))
+    info = mapper.update(make_scan(turned, 10**10, rng=rng), None)
+    assert np.abs(se2.between(info.T_map_base, turned)).max() < 0.1
+
+
+def test_a_robot_that_nothing_tells_of_its_motion_doubts_where_it_is() -> None:
+    angles = np.linspace(-1.5, 1.5, 181)
+    healths = {}
+    for told in (True, False):
+        mapper = Mapper(MapperConfig(particles=4, threads=1, use_odometry=told), seed=1)
+        rng = np.random.default_rng(2)
+        for k in range(60):  # a corridor without end: every scan looks alike
+            ranges = np.minimum(1.0 / np.maximum(np.abs(np.sin(angles)), 0.01), 30.0) + rng.normal(0.0, 0.01, 181)
+            ranges[np.abs(np.sin(angles)) < 0.1] = np.inf
+            scan = Scan(
+                stamp_ns=k * 10**8, ranges_m=ranges.astype(np.float32), angle_min_rad=-1.5,
+                angle_increment_rad=3.0 / 180, range_max_m=25.0,
+            )  # fmt: skip
+            info = mapper.update(scan, np.array([0.1 * k, 0.0, 0.0]))
+        healths[told] = info.health
+    assert healths[False] < 0.5 < healths[True]
+
+
+def test_odometry_that_lies_is_mistrusted() -> None:
+    poses = drive(150)
+    motion = se2.between(poses[:-1], poses[1:])
+    odometry = [np.zeros(3)]
+    for k, step in enumerate(motion):
+        lie = np.array([-step[0], step[1], 1.5 * step[2]])  # forward told as reverse, turns told too wide
+        if k == 70:
+            lie = np.array([1.5, 0.0, 0.8])
+        odometry.append(se2.compose(odometry[-1], lie))
+    mapper = Mapper(SMALL, seed=1)
+    feed(mapper, poses, np.stack(odometry))
+    assert errors(mapper, poses)[0] < 0.12
+
+
+@pytest.mark.parametrize("odometry", [None, [np.nan, 0.0, 0.0], [1e300, 0.0, 0.0], [1e7, -1e7, 3.0]])
+def test_odometry_that_makes_no_sense_does_no_harm(odometry: list[float] | None) -> None:
+    poses = drive(100)
+    mapper = Mapper(SMALL, seed=1)
+    rng = np.random.default_rng(2)
+    for k, pose in enumerate(poses):
+        told = pose if k % 30 != 29 else None if odometry is None else np.array(odometry)
+        mapper.update(make_scan(pose, k, rng=rng), told)
+    assert errors(mapper, poses)[0] < 0.1
