@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from spatial import se2
 from spatial.errors import InputError
 
-SLOWEST_SWEEP_S = 2.0
+SLOWEST_SWEEP_S = 1.0
 """No planar laser takes longer from its first beam to its last."""
 
 

@@ -16,14 +16,13 @@ from numpy.typing import NDArray
 from sim_driver.feeds.base import Reading
 from sim_driver.feeds.tf_tree import Motion, TransformTree
 from spatial import InputError, Scan
+from spatial.scan import SLOWEST_SWEEP_S
 from spatial.se2 import Transform
 
 SCAN, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 MAX_GAP_S = 1.0
 """Scans farther from any odometry than this get none."""
-LONGEST_SWEEP_S = 1.0
-"""Drivers that claim a slower sweep than this are not believed."""
 BROKEN_AFTER = 100
 """Messages that cannot be decoded before the whole file counts as broken."""
 
@@ -202,5 +201,5 @@ def _scan(message: Any, recorded_ns: int, T_base_laser: Transform, upside_down: 
 def _beam_interval_s(message: Any, beams: int) -> float:
     """Return what the driver says, unless that cannot be: a sweep takes no longer than from one scan to the next."""
     interval_s, scan_s = float(message.time_increment), float(message.scan_time)
-    longest_s = scan_s if 0.0 < scan_s < LONGEST_SWEEP_S else LONGEST_SWEEP_S
-    return interval_s if 0.0 < interval_s * beams <= 1.01 * longest_s else 0.0
+    longest_s = min(1.01 * scan_s, SLOWEST_SWEEP_S) if scan_s > 0.0 else SLOWEST_SWEEP_S
+    return interval_s if 0.0 < interval_s * beams <= longest_s else 0.0
