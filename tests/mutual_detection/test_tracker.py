@@ -1,3 +1,6 @@
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -98,3 +101,14 @@ def test_the_foreseen_place_is_the_filters_prediction():
         centres, radii = tracker.predict(round((t + dt) * S))
         assert np.allclose(centres[0], (F @ kalman.x)[[0, 2]])
         assert np.isclose(radii[0], 0.18 + 0.08 + 2.0 * np.sqrt(np.linalg.eigvalsh(spread)[-1]))
+
+
+def test_what_tracks_teammates_is_loaded_before_the_first_is_met_and_not_by_a_robot_alone() -> None:
+    code = """
+import sys, mutual_detection
+print("filterpy" in sys.modules)
+mutual_detection.warm_up()
+print("filterpy" in sys.modules)
+"""
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert out.split() == ["False", "True"]
