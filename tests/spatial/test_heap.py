@@ -26,7 +26,7 @@ def test_pages_between_blocks_in_use_go_back() -> None:
 
 
 @pytest.mark.skipif(heap._ADVISE is None, reason="this system has no madvise")
-def test_the_compilers_code_goes_and_comes_back_when_it_is_needed() -> None:
+def test_code_goes_and_comes_back_when_it_is_needed() -> None:
     @njit
     def add(a: int, b: int) -> int:
         return a + b
