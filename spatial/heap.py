@@ -32,7 +32,7 @@ def give_back() -> bool:
 
     Takes milliseconds; call it after large work. Code that is needed after all is read again as it runs.
     """
-    if _ADVISE is not None:
+    if _ADVISE is not None and MAPS.exists():  # some kernels do not tell
         for begin, end in _code():
             _ADVISE(ctypes.c_void_p(begin), ctypes.c_size_t(end - begin), DONTNEED)
     return _TRIM is not None and bool(_TRIM(0))
