@@ -59,7 +59,7 @@ def map_log(
     for note in feed.notes:
         say(f"{log.name}: {note}")
     make_folder(out)
-    compile_s = ensure_compiled(say, ("rbpf", "sim_driver.feeds"))
+    compile_s = ensure_compiled(say, ("rbpf",))
     wall, cpu = time.monotonic(), time.process_time()
     mapper = rbpf.Mapper(config, seed=seed)
     show = watch_mapper(mapper, rrd, start_viewer() if view else None, log.stem) if rrd is not None or view else None
