@@ -15,7 +15,8 @@ from rbpf.loops import MOVED_M, LoopCloser
 from rbpf.motion import ARRIVAL_COLUMNS, WAY, Keyframe, chain_cov
 from rbpf.outcome import Stopwatch
 from rbpf.particle_filter import ParticleFilter
-from rbpf.trajectory import Rows, smoothed
+from rbpf.rows import Rows
+from rbpf.trajectory import smoothed
 from spatial.se2 import Transform
 
 
@@ -66,9 +67,9 @@ class BackEnd:
         self._arrivals.add(key.arrival)
         self.loops.add_key(key.points, key.origin, float(key.arrival[WAY]))
         self.loops.forget(self.T_map_key)
-        edges = len(self.loops.first)
+        edges = self.loops.edges
         closed = self.config.close_loops and self._close_loop()
-        if len(self.loops.first) > edges:
+        if self.loops.edges > edges:
             self._health.anchor()
         self._watch.lap("loops")
         return Verdict(

@@ -16,6 +16,7 @@ from rbpf.front_end import information
 from rbpf.graph import relax
 from rbpf.matching import CONFLICTS, INLIERS, RESULT_SIZE, SCORE, match
 from rbpf.nearest import COS, SIN
+from rbpf.rows import Rows
 from rbpf.scan_points import POINT_COLUMNS, spaced
 from rbpf.search import search
 from rbpf.tile_store import NO_ENDS, TileStore
@@ -68,14 +69,12 @@ class LoopCloser:
         """Per keyframe: points ``(N, 5)`` in its base frame; none where enough were seen from there since."""
         self.kept: list[int] = []
         """Keyframes whose scans are still there, in the order of time."""
-        self.origins: list[NDArray[np.float64]] = []
-        """Per keyframe: where the laser is on the base, ``(2,)``."""
-        self.way: list[float] = []
-        """Per keyframe: way since the start, metres."""
-        self.first: list[int] = []
-        self.second: list[int] = []
-        self.T_first_second: list[Transform] = []
-        self.information: list[NDArray[np.float64]] = []
+        self._origins = Rows(2)
+        self._way = Rows(1)
+        self._edges, self._fits = (
+            Rows(2, np.int64),
+            Rows(3 + 9),
+        )  # keyframes; where the second is from the first, how sure
         self._pending: tuple[int, Transform] | None = None
         self._last_fit_m, self._anchored_m = -1e9, 0.0
         self._stores = (TileStore(1, config.resolution_m), TileStore(1, 4.0 * config.resolution_m))
@@ -83,10 +82,25 @@ class LoopCloser:
 
     def add_key(self, points: NDArray[np.float64], origin: NDArray[np.float64], way_m: float) -> None:
         """Remember a scan taken from ``origin`` on the base, ``way_m`` after the keyframe before."""
-        self.origins.append(origin.copy())
+        self._origins.add(origin)
         self.kept.append(len(self.scans))
         self.scans.append(points.astype(np.float32))
-        self.way.append(way_m + (self.way[-1] if self.way else 0.0))
+        self._way.add(way_m + (self.way[-1] if self._way.size else 0.0))
+
+    @property
+    def origins(self) -> NDArray[np.float64]:
+        """``(K, 2)``, where the laser was on the base."""
+        return self._origins.rows
+
+    @property
+    def way(self) -> NDArray[np.float64]:
+        """``(K,)``, way since the start, metres."""
+        return self._way.rows[:, 0]
+
+    @property
+    def edges(self) -> int:
+        """How many places were found to have been seen before."""
+        return self._edges.size
 
     def forget(self, T_map_key: Transform) -> None:
         """Let the oldest scan go that was taken where the newest was, if there are enough newer ones."""
@@ -117,7 +131,7 @@ class LoopCloser:
     def _candidate(self, T_map_key: Transform, now: int, lost_m: float) -> int | None:
         """Return the old keyframe that most likely saw what the newest sees."""
         kept, away, turned = self._from_newest(T_map_key)
-        since = self.way[now] - np.array([self.way[k] for k in self.kept])
+        since = self.way[now] - self.way[kept]
         is_old = (since > OLD_WAY_M) & (kept < now - TAIL)
         fits = is_old & (away < min(NEAR_M + DRIFT * lost_m, FAR_MOST_M))
         if not fits.any():
@@ -166,27 +180,23 @@ class LoopCloser:
             apart, twisted = se2.difference(se2.compose(pending[1], T_map_key[now]), T_map_fit)
             if apart > AGREE_M or twisted > AGREE_RAD:
                 return False
-        self._last_fit_m = self.way[now]
+        self._last_fit_m = self._anchored_m = float(self.way[now])
         self._pending = None
-        self._anchored_m = self.way[now]
-        self.first.append(old)
-        self.second.append(now)
-        self.T_first_second.append(T_fit)
         floor = np.diag([0.01**2, 0.01**2, 0.003**2])
         covariance = np.linalg.inv(SHARE * information(fitted) + np.diag([1e-2, 1e-2, 1e-2])) + floor
-        self.information.append(np.linalg.inv(covariance))
+        self._edges.add((old, now))
+        self._fits.add((*T_fit, *np.linalg.inv(covariance).flat))
         return not consistent
 
     def relaxed(self, T_map_key: Transform, motion_cov: NDArray[np.float64]) -> Transform:
         """Return the trajectory bent the least that fits all edges; ``motion_cov (K, 3, 3)`` of each arrival."""
         count = T_map_key.shape[0]
-        if not self.first:
+        if not self.edges:
             return T_map_key.copy()
         chain = np.arange(count - 1)
-        first = np.concatenate([chain, np.array(self.first)])
-        second = np.concatenate([chain + 1, np.array(self.second)])
-        T = np.concatenate([se2.between(T_map_key[:-1], T_map_key[1:]), np.stack(self.T_first_second)])
-        info = np.concatenate([np.linalg.inv(motion_cov[1:]), np.stack(self.information)])
+        first, second = np.concatenate([np.stack([chain, chain + 1], axis=1), self._edges.rows]).T
+        T = np.concatenate([se2.between(T_map_key[:-1], T_map_key[1:]), self._fits.rows[:, :3]])
+        info = np.concatenate([np.linalg.inv(motion_cov[1:]), self._fits.rows[:, 3:].reshape(-1, 3, 3)])
         robust = np.arange(first.size) >= count - 1
         return relax(T_map_key, first, second, T, info, robust)
 
@@ -223,19 +233,18 @@ class LoopCloser:
     def state(self) -> dict[str, Any]:
         """Return everything that a resumed search needs."""
         return {
-            "scans": list(self.scans), "origins": list(self.origins), "way": list(self.way),
-            "first": list(self.first), "second": list(self.second), "T": list(self.T_first_second),
-            "information": list(self.information),
+            "scans": list(self.scans), "origins": self.origins, "way": self._way.rows, "edges": self._edges.rows,
+            "fits": self._fits.rows,
             "pending": None if self._pending is None else [self._pending[0], self._pending[1]],
             "last": [self._last_fit_m, self._anchored_m],
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
         """Become the search that was saved."""
-        self.scans, self.origins, self.way = state["scans"], state["origins"], state["way"]
+        self.scans = state["scans"]
+        self._origins, self._way = Rows.of(state["origins"]), Rows.of(state["way"])
         self.kept = [k for k, scan in enumerate(self.scans) if scan.shape[0] > 0]
-        self.first, self.second = state["first"], state["second"]
-        self.T_first_second, self.information = state["T"], state["information"]
+        self._edges, self._fits = Rows.of(state["edges"]), Rows.of(state["fits"])
         self._pending = None if state["pending"] is None else (state["pending"][0], state["pending"][1])
         self._last_fit_m, self._anchored_m = state["last"]
 

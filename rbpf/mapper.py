@@ -24,13 +24,15 @@ from rbpf.motion import MOTION, Keyframe, Since, motion_cov
 from rbpf.outcome import Stats, Stopwatch, UpdateInfo
 from rbpf.poses import between
 from rbpf.publisher import Publisher
+from rbpf.rows import Rows
+from rbpf.scan_log import ScanLog
 from rbpf.sight import Sight
 from rbpf.told_pose import ToldPose
-from rbpf.trajectory import Rows, spread
+from rbpf.trajectory import spread
 from spatial import InputError, Keyframes, LocalMap, Scan, se2
 from spatial.se2 import Transform
 
-LAYOUT = 8
+LAYOUT = 9
 """Of :meth:`Mapper.state`; raised whenever its content changes."""
 SETTLE_SCANS = 10
 """What the particles make of a keyframe is told after so many scans at the latest."""
@@ -58,10 +60,8 @@ class Mapper:
         self._patience = 0  # scans until then
         self._told = ToldPose()
         self._publisher = Publisher()
-        self._scan_place = Rows(2, np.int64)  # per scan: stamp, keyframe
-        self._scan_motion = Rows(4, np.float32)  # per scan: local motion since that keyframe, and its way
-        self._online = Rows(3, np.float32)  # per scan: what was told of it at once
-        self._keys = 0
+        self._log = ScanLog()
+        self._key_stamps = Rows(1, np.int64)
         self._neff, self._health = float(self.config.particles), 1.0
         self._T_odom_base: Transform | None = None
         self._stamp_ns: int | None = None
@@ -96,7 +96,7 @@ class Mapper:
         if due:
             self._hand_on(scan, points, step.inliers)
         watch.start()  # what the back end took is told by its own watch
-        self._record(scan.stamp_ns)
+        self._log.add(scan.stamp_ns, self._keys - 1, self._since, self.T_map_base)
         watch.lap("record")
         return UpdateInfo(
             processed=due, T_map_base=self.T_map_base, neff=self._neff, resampled=resampled, match_score=step.inliers,
@@ -148,16 +148,16 @@ class Mapper:
         )  # fmt: skip
         self._told.go_on(arrival[MOTION])
         self._verdict = self._crew.begin(lambda: back.take(key))
-        self._keys += 1
+        self._key_stamps.add(scan.stamp_ns)
         self.stats.processed += 1
         self._patience = SETTLE_SCANS
 
-    def _record(self, stamp_ns: int) -> None:
-        self._scan_place.add((stamp_ns, self._keys - 1))
-        self._scan_motion.add((*self._since.T_key_base, self._since.way_m))
-        self._online.add(self.T_map_base)
-
     # -- what it knows -------------------------------------------------------------------------------------------------
+
+    @property
+    def _keys(self) -> int:
+        """How many keyframes there are."""
+        return self._key_stamps.size
 
     @property
     def _back(self) -> BackEnd:
@@ -200,20 +200,20 @@ class Mapper:
 
     def trajectory(self) -> Keyframes:
         """Return the pose of every accepted scan, in the order fed, as the best particle remembers it now."""
-        place, motion = self._scan_place.rows, self._scan_motion.rows.astype(np.float64)
-        poses = spread(self._back.smoothed(), place[:, 1], motion[:, :3], motion[:, 3], self._back.arrivals)
-        return Keyframes(place[:, 0].copy(), poses)
+        log, back = self._log.rows, self._back
+        motion, way = log["T_key_base"].astype(np.float64), log["way_m"].astype(np.float64)
+        return Keyframes(log["stamp_ns"].copy(), spread(back.smoothed(), log["key"], motion, way, back.arrivals))
 
     def online_trajectory(self) -> Keyframes:
         """Return the pose of every accepted scan as it was known when the scan came."""
-        return Keyframes(self._scan_place.rows[:, 0].copy(), self._online.rows.astype(np.float64))
+        log = self._log.rows
+        return Keyframes(log["stamp_ns"].copy(), log["T_online"].astype(np.float64))
 
     def snapshot(self) -> LocalMap:
         """Return the best particle's map as tiles with revisions, and its keyframes."""
-        place, back = self._scan_place.rows, self._back
+        back = self._back
         particles = back.filter
-        first = np.searchsorted(place[:, 1], np.arange(self._keys))
-        keyframes = Keyframes(place[first, 0].copy(), back.T_map_key.copy())
+        keyframes = Keyframes(self._key_stamps.rows[:, 0].copy(), back.T_map_key.copy())
         return LocalMap(self._publisher.publish(particles.store, particles.best), keyframes)
 
     def use_particles(self, count: int) -> None:
@@ -236,10 +236,10 @@ class Mapper:
         return {
             "layout": LAYOUT, "front": self._front.state(), "back": self._back.state(),
             "publisher": self._publisher.state(), "since": self._since.state(), "T_map_key": self._told.T_map_key,
-            "neff": self._neff, "health": self._health, "scan_place": self._scan_place.rows,
-            "scan_motion": self._scan_motion.rows, "online": self._online.rows, "T_odom_base": self._T_odom_base,
-            "stamp_ns": self._stamp_ns, "ranges": self._ranges, "stats": dict(vars(self.stats)),
-            "patience": self._patience, "verdict": None if self._verdict is None else self._verdict.result().state(),
+            "neff": self._neff, "health": self._health, "log": self._log.state(), "stamp_ns": self._stamp_ns,
+            "key_stamps": self._key_stamps.rows, "T_odom_base": self._T_odom_base, "ranges": self._ranges,
+            "stats": dict(vars(self.stats)), "patience": self._patience,
+            "verdict": None if self._verdict is None else self._verdict.result().state(),
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -252,12 +252,11 @@ class Mapper:
         self._front.restore(state["front"])
         self._verdict = None if state["verdict"] is None else Pending.done(Verdict(**state["verdict"]))
         self._busy_back.restore(state["back"])
-        self._keys, self._patience = self._busy_back.filter.keys, state["patience"]
+        self._patience = state["patience"]
         self._publisher.restore(state["publisher"])
         self._since.restore(state["since"])
         self._told.T_map_key = state["T_map_key"]
         self._neff, self._health = state["neff"], state["health"]
-        self._scan_place, self._scan_motion = Rows.of(state["scan_place"]), Rows.of(state["scan_motion"])
-        self._online = Rows.of(state["online"])
+        self._log, self._key_stamps = ScanLog.of(state["log"]), Rows.of(state["key_stamps"])
         self._T_odom_base, self._stamp_ns, self._ranges = state["T_odom_base"], state["stamp_ns"], state["ranges"]
         self.stats = Stats(**state["stats"])

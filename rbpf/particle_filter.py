@@ -16,10 +16,10 @@ from rbpf.nearest import COS, SIN
 from rbpf.outcome import Stopwatch
 from rbpf.particles import insert_range, propose
 from rbpf.resampling import effective, normalised, systematic
+from rbpf.rows import Rows
 from rbpf.scan_points import spaced
 from rbpf.sight import SPACING_M
 from rbpf.tile_store import NO_ENDS, TileStore
-from rbpf.trajectory import Rows
 from spatial import se2
 from spatial.se2 import Transform
 
@@ -164,7 +164,7 @@ class ParticleFilter:
         self.crew.share(lambda first, last: insert_range(*place, points, ends, SKIP_M, first, last), self.count)
 
     def adopt(
-        self, poses: Transform, kept: list[int], scans: list[NDArray[np.float32]], origins: list[NDArray[np.float64]]
+        self, poses: Transform, kept: list[int], scans: list[NDArray[np.float32]], origins: NDArray[np.float64]
     ) -> None:
         """Let all go on from this trajectory ``(K, 3)`` and the map that the kept scans make on it: one history."""
         store = self.store

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from mmap import ACCESS_COPY, mmap
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,46 +13,6 @@ from spatial.se2 import Transform
 
 ANCHOR_M, ANCHOR_RAD = 0.05, 0.02
 """How far smoothing may take a keyframe from where its particle has it (standard deviations)."""
-
-
-class Rows:
-    """A growing ``(n, columns)`` table of numbers."""
-
-    def __init__(self, columns: int, dtype: type = np.float64) -> None:
-        self._data = _pages(64, columns, np.dtype(dtype))
-        self.size = 0
-
-    def add(self, row: Any) -> None:
-        """Append one row."""
-        if self.size == self._data.shape[0]:
-            grown = _pages(2 * self.size, self._data.shape[1], self._data.dtype)
-            grown[: self.size] = self._data
-            self._data = grown
-        self._data[self.size] = row
-        self.size += 1
-
-    @classmethod
-    def of(cls, rows: NDArray[Any]) -> Rows:
-        """Return a table that holds these rows."""
-        table = cls(rows.shape[1], rows.dtype.type)
-        table.size = rows.shape[0]
-        table._data = _pages(table.size + max(64, table.size), rows.shape[1], rows.dtype)
-        table._data[: table.size] = rows
-        return table
-
-    @property
-    def rows(self) -> NDArray[Any]:
-        """View of what was added."""
-        return self._data[: self.size]
-
-
-def _pages(count: int, columns: int, dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Return a zeroed table on memory pages of its own: those not used cost nothing, and all go back when it does.
-
-    The allocator keeps what a growing table leaves behind: a step in memory with every doubling.
-    """
-    own = mmap(-1, count * columns * dtype.itemsize, access=ACCESS_COPY)
-    return np.frombuffer(own, dtype=dtype).reshape(count, columns)
 
 
 def smoothed(T_map_key: Transform, arrivals: NDArray[np.float64], config: MapperConfig) -> Transform:

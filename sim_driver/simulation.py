@@ -14,11 +14,11 @@ from sim_driver.mission_config import RobotConfig
 from sim_driver.radio import Radio
 from sim_driver.robots import LASERS, Fleet, LaserModel, SimulatedRobot
 from sim_driver.seeds import seed_for
-from sim_driver.spool import Spool
 from sim_driver.worlds import World, load_world
 from spatial import InputError
 from spatial.files import write_text
 from spatial.se2 import Transform
+from spatial.spool import Spool
 from spatial.tum import read_tum, write_tum
 
 LINKS_FILE = "links.csv"
@@ -43,7 +43,8 @@ class Simulation:
         self._sensed: dict[str, list[Sensed]] = defaultdict(list)
         self._qualities: dict[str, dict[str, float]] = {}
         self._pairs = list(combinations(sorted(self.fleet.robots), 2))
-        self._truth = Spool(1 + 3 * len(self.fleet.robots) + len(self._pairs))  # time, poses, qualities of links
+        columns = 1 + 3 * len(self.fleet.robots) + len(self._pairs)  # time, poses, qualities of links
+        self._truth = Spool((np.float64, columns))
         self._next_ns = 0
 
     def _placed(self, mission: Mission, rng: np.random.Generator) -> dict[str, SimulatedRobot]:
