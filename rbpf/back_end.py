@@ -85,7 +85,7 @@ class BackEnd:
         relaxed = self.loops.relaxed(poses, chain_cov(self.config, self.arrivals))
         if np.hypot(*(relaxed - poses)[:, :2].T).max() < MOVED_M:
             return False
-        self.filter.adopt(relaxed, self.loops.kept, self.loops.scans, self.loops.origins)
+        self.filter.adopt(relaxed, self.loops.scans, self.loops.origins)
         return True
 
     def smoothed(self) -> Transform:

@@ -36,7 +36,7 @@ GROUP = 12
 """Keyframes to either side of the old one that make its map."""
 TAIL = 4
 """Keyframes before the newest one that are matched with it."""
-POINTS_OF_KEY = 90
+POINTS_OF_KEY, POINTS_APART_M = 90, 0.05
 CONSISTENT_M, CONSISTENT_RAD = 0.12, 0.03
 """A fit within this of the trajectory is believed at once."""
 AGREE_M, AGREE_RAD = 0.25, 0.05
@@ -55,7 +55,6 @@ MOVED_M = 0.05
 """The map is made anew when relaxation moves a keyframe by more than this."""
 SEEN_MOST, SEEN_M, SEEN_RAD = 12, 0.7, 0.5
 """Of scans taken within this of each other so many are kept, the newest: memory grows with the area, not with time."""
-NO_POINTS = np.empty((0, POINT_COLUMNS), dtype=np.float32)
 SHARE = 0.02
 """Beams of many scans on one wall are far from independent: share of the matcher's information that an edge gets."""
 
@@ -65,10 +64,8 @@ class LoopCloser:
 
     def __init__(self, config: MapperConfig) -> None:
         self.config = config
-        self.scans: list[NDArray[np.float32]] = []
-        """Per keyframe: points ``(N, 5)`` in its base frame; none where enough were seen from there since."""
-        self.kept: list[int] = []
-        """Keyframes whose scans are still there, in the order of time."""
+        self.scans: dict[int, NDArray[np.float32]] = {}
+        """By keyframe, in the order of time: points ``(N, 5)`` in its base frame; not of all, see :meth:`forget`."""
         self._origins = Rows(2)
         self._way = Rows(1)
         self._edges, self._fits = (
@@ -83,8 +80,7 @@ class LoopCloser:
     def add_key(self, points: NDArray[np.float64], origin: NDArray[np.float64], way_m: float) -> None:
         """Remember a scan taken from ``origin`` on the base, ``way_m`` after the keyframe before."""
         self._origins.add(origin)
-        self.kept.append(len(self.scans))
-        self.scans.append(points.astype(np.float32))
+        self.scans[self._way.size] = points.astype(np.float32)
         self._way.add(way_m + (self.way[-1] if self._way.size else 0.0))
 
     @property
@@ -107,18 +103,17 @@ class LoopCloser:
         kept, away, turned = self._from_newest(T_map_key)
         here = kept[(away < SEEN_M) & (turned < SEEN_RAD)]
         if here.size > SEEN_MOST:
-            self.scans[here[0]] = NO_POINTS
-            self.kept.remove(here[0])
+            del self.scans[int(here[0])]
 
     def _from_newest(self, T_map_key: Transform) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
         """Return the keyframes whose scans are kept, and how far from the newest and turned against it each is."""
-        kept = np.array(self.kept)
+        kept = np.array(list(self.scans))
         away = np.hypot(*(T_map_key[kept, :2] - T_map_key[-1, :2]).T)
         return kept, away, np.abs(se2.wrap(T_map_key[kept, 2] - T_map_key[-1, 2]))
 
     def look(self, T_map_key: Transform) -> bool:
         """Compare the newest place with old ones near it; return whether a new edge contradicts the trajectory."""
-        now = len(self.scans) - 1
+        now = self._way.size - 1
         way = self.way[now]
         lost_m = way - self._anchored_m  # way since the trajectory was last seen to agree with an old place
         if way - self._last_fit_m < EDGE_WAY_M:
@@ -142,7 +137,7 @@ class LoopCloser:
     def _compare(self, T_map_key: Transform, old: int, now: int, lost_m: float) -> bool:
         T_old_now = se2.between(T_map_key[old], T_map_key[now])
         group = range(max(0, old - GROUP), min(old + GROUP + 1, now - TAIL))
-        source = self._points_of(T_map_key, range(max(0, now - TAIL), now + 1), now, 0.05, POINTS_OF_KEY)
+        source = self._points_of(T_map_key, range(max(0, now - TAIL), now + 1), now)
         fine = self._draw(0, T_map_key, group, old, T_old_now)
         spread_m, spread_rad = 0.05 + DRIFT * lost_m, 0.02 + 0.002 * lost_m
         prior = np.diag([1.0 / spread_m**2, 1.0 / spread_m**2, 1.0 / spread_rad**2])
@@ -207,22 +202,19 @@ class LoopCloser:
         store.cover(T_old_now[:2] - reach, T_old_now[:2] + reach)
         T_old_key = se2.between(T_map_key[old], T_map_key[group.start : group.stop])
         store.cover(T_old_key[:, :2].min(axis=0) - reach, T_old_key[:, :2].max(axis=0) + reach)
-        for k, pose in zip(group, T_old_key, strict=True):
-            points = self.scans[k].astype(np.float64)
+        for k in sorted(self.scans.keys() & set(group)):
+            points, pose = self.scans[k].astype(np.float64), T_old_key[k - group.start]
             store.own(0, self.origins[k], pose[None], points, NO_ENDS, True)
             store.insert(0, self.origins[k], pose, points, NO_ENDS, SKIP_M)
         return store.pool, store.tables[0], store.row0, store.col0, store.resolution_m
 
-    def _points_of(
-        self, T_map_key: Transform, keys: range, frame: int, spacing_m: float, most: int
-    ) -> NDArray[np.float64]:
-        """Return the points of several keyframes in the frame of one of them."""
+    def _points_of(self, T_map_key: Transform, keys: range, frame: int) -> NDArray[np.float64]:
+        """Return some points of several keyframes in the frame of one of them."""
         parts = []
-        for k in keys:
+        for k in sorted(self.scans.keys() & set(keys)):
             points = self.scans[k].astype(np.float64)
-            if spacing_m > 0.0:
-                few = np.empty((points.shape[0], POINT_COLUMNS))
-                points = few[: spaced(points, self.origins[k], spacing_m, most, few)]
+            few = np.empty((points.shape[0], POINT_COLUMNS))
+            points = few[: spaced(points, self.origins[k], POINTS_APART_M, POINTS_OF_KEY, few)]
             T = se2.between(T_map_key[frame], T_map_key[k])
             cos, sin = np.cos(T[2]), np.sin(T[2])
             x, y, nx, ny, q = points.T
@@ -233,17 +225,16 @@ class LoopCloser:
     def state(self) -> dict[str, Any]:
         """Return everything that a resumed search needs."""
         return {
-            "scans": list(self.scans), "origins": self.origins, "way": self._way.rows, "edges": self._edges.rows,
-            "fits": self._fits.rows,
+            "kept": list(self.scans), "scans": list(self.scans.values()), "origins": self.origins,
+            "way": self._way.rows, "edges": self._edges.rows, "fits": self._fits.rows,
             "pending": None if self._pending is None else [self._pending[0], self._pending[1]],
             "last": [self._last_fit_m, self._anchored_m],
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
         """Become the search that was saved."""
-        self.scans = state["scans"]
+        self.scans = dict(zip(state["kept"], state["scans"], strict=True))
         self._origins, self._way = Rows.of(state["origins"]), Rows.of(state["way"])
-        self.kept = [k for k, scan in enumerate(self.scans) if scan.shape[0] > 0]
         self._edges, self._fits = Rows.of(state["edges"]), Rows.of(state["fits"])
         self._pending = None if state["pending"] is None else (state["pending"][0], state["pending"][1])
         self._last_fit_m, self._anchored_m = state["last"]

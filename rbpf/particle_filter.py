@@ -163,16 +163,14 @@ class ParticleFilter:
         place = (store.pool, store.refs, store.tables, store.row0, store.col0, store.resolution_m, key.origin, poses)
         self.crew.share(lambda first, last: insert_range(*place, points, ends, SKIP_M, first, last), self.count)
 
-    def adopt(
-        self, poses: Transform, kept: list[int], scans: list[NDArray[np.float32]], origins: NDArray[np.float64]
-    ) -> None:
-        """Let all go on from this trajectory ``(K, 3)`` and the map that the kept scans make on it: one history."""
+    def adopt(self, poses: Transform, scans: dict[int, NDArray[np.float32]], origins: NDArray[np.float64]) -> None:
+        """Let all go on from this trajectory ``(K, 3)`` and the map that the scans of some keyframes make on it."""
         store = self.store
         store.cover(poses[:, :2].min(axis=0) - self._reach_m, poses[:, :2].max(axis=0) + self._reach_m)
         for i in range(self.count):
             store.clear(i)
-        for k in kept:
-            points = scans[k].astype(np.float64)
+        for k, scan in scans.items():
+            points = scan.astype(np.float64)
             store.own(0, origins[k], poses[k : k + 1], points, NO_ENDS, True)
             store.insert(0, origins[k], poses[k], points, NO_ENDS, SKIP_M)
         store.resample(np.zeros(self.count, dtype=np.int64))

@@ -70,10 +70,10 @@ def test_rounds_in_one_room_cost_no_memory() -> None:
         for k, pose in enumerate(poses):
             mapper.update(make_scan(pose, (lap * 50 + k) * 10**8, beams=90, rng=rng), pose)
         back = mapper._back
-        scans.append(sum(scan.nbytes for scan in back.loops.scans))
+        scans.append(sum(scan.nbytes for scan in back.loops.scans.values()))
         tiles.append(back.filter.store.tiles_used)
-    assert back.filter.keys == len(back.loops.scans) > 1.8 * len(back.loops.kept)
-    assert back.loops.kept == [k for k, scan in enumerate(back.loops.scans) if scan.shape[0] > 0]
+    assert back.filter.keys == len(back.loops.way) > 1.8 * len(back.loops.scans)
+    assert max(back.loops.scans) == back.filter.keys - 1 and min(back.loops.scans) > 0
     assert scans[-1] < 1.05 * scans[16] and tiles[-1] < 1.5 * tiles[16]
     assert errors(mapper, np.tile(poses, (32, 1)))[0] < 0.08
 
