@@ -110,7 +110,7 @@ class Agent:
         fields = {"health": round(info.health, 3), "match_score": round(info.match_score, 3)}
         return [Event(now_ns, verdict, fields)]
 
-    def _fits_what_was_published(self, scan: Scan, T_map_base: Transform) -> bool:
+    def _fits_what_was_published(self, scan: Scan, T_map_base: Transform) -> bool | None:
         own = self.node.store.maps.get(self.robot_id)
         if own is None:
             return True

@@ -49,17 +49,22 @@ class SelfDoubt:
     _doubted_ns: int = 0
     _looked_ns: int | None = None
 
-    def look(self, health: float, match_score: float, fits: Callable[[], bool], now_ns: int) -> str | None:
+    def look(self, health: float, match_score: float, fits: Callable[[], bool | None], now_ns: int) -> str | None:
         """Return "doubtful", "recovered" or "given_up" when that has just become so.
 
         ``match_score`` : share of the scan that fits the scans before, 0..1. ``fits()`` says whether it fits the map
-        that was last given out; it is asked only after the view had changed at once.
+        that was last given out, None where that cannot tell; it is asked only when the view has changed at once.
+        A robot that was resumed has driven on since it was saved, so its view may well have changed: it doubts its
+        place, which its wheels tell, only if that map contradicts.
         """
         self._seen += 1
+        is_back = self._looked_ns is None
         waited_ns = 0 if self._looked_ns is None else max(now_ns - self._looked_ns, 0)
         self._looked_ns = now_ns
         if not self.doubtful:
             torn = self._seen > SCANS_LEAST and match_score < TORN * self._usual
+            if torn and is_back:
+                torn = fits() is False
             self._usual += USUAL_MEMORY * (match_score - self._usual)
             if not torn and health >= self.min_health:
                 return None
@@ -82,7 +87,7 @@ class SelfDoubt:
         """Return one with these limits that goes on from what :meth:`state` told; the time between does not count."""
         return replace(self, **{name: state[name] for name in SAVED}, _looked_ns=None)
 
-    def _has_recovered(self, health: float, fits: Callable[[], bool]) -> bool:
+    def _has_recovered(self, health: float, fits: Callable[[], bool | None]) -> bool:
         if self.torn:
             self._fitting = self._fitting + 1 if fits() else 0
             if self._fitting < FITTING_LEAST:
@@ -90,10 +95,10 @@ class SelfDoubt:
         return health >= self.min_health + CERTAIN
 
 
-def fits_map(scan: Scan, T_map_base: Transform, grid: OccupancyGrid) -> bool:
+def fits_map(scan: Scan, T_map_base: Transform, grid: OccupancyGrid) -> bool | None:
     """Return whether a scan taken at this pose agrees with a map: most of what it hits there are walls.
 
-    Where the map knows too little of what the scan hits, it does not.
+    None where the map knows too little of what the scan hits.
     """
     hit = np.isfinite(scan.ranges_m)
     angles = scan.angles_rad[hit]
@@ -109,7 +114,9 @@ def fits_map(scan: Scan, T_map_base: Transform, grid: OccupancyGrid) -> bool:
         for j in (-1, 0, 1):
             walls |= grid.cells[row + i, col + j] >= 50
     known |= walls
-    return bool(known.sum() >= KNOWN_LEAST * max(hit.sum(), 1) and walls.sum() >= FITS * known.sum())
+    if known.sum() < KNOWN_LEAST * max(hit.sum(), 1):
+        return None
+    return bool(walls.sum() >= FITS * known.sum())
 
 
 def contradicts_itself(local: LocalMap) -> str | None:

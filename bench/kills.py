@@ -1,6 +1,6 @@
 """A team of real processes, killed again and again, against the same team left in peace, as one JSON line.
 
-    python bench/kills.py [--robots 4] [--kills 20] [--seconds 240] [--seeds 1 2 3] [--world office]
+    python bench/kills.py [--robots 4] [--kills 20] [--seconds 240] [--seeds 1 2 3] [--world office] [--out DIR]
 
 ``mission.restart`` is on: whoever dies is started again from its checkpoint. For each seed the mission runs twice; the
 kills come at random moments between a tenth and nine tenths of it, SIGKILL, to a random robot. Told are the best team
@@ -64,9 +64,10 @@ def play(options: argparse.Namespace, seed: int, kills: int) -> dict[str, float]
     }
     rng = np.random.default_rng(seed)
     killer = Killer(rng.uniform(0.1 * options.seconds, 0.9 * options.seconds, kills).tolist(), rng)
-    with tempfile.TemporaryDirectory() as folder:
-        metrics = run_mission(make_mission(tables, Path("kills.toml")), Path(folder), killer.progress, tell)
-        assessment = assess(Path(folder))
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = (options.out or Path(temporary)) / f"seed{seed}_kills{kills}"
+        metrics = run_mission(make_mission(tables, Path("kills.toml")), folder, killer.progress, tell)
+        assessment = assess(folder)
     pairs = [pair for pair in metrics["pairs"] if pair["status"] == "accepted"]
     ate = [robot["trajectory"]["ate_rmse_m"] for robot in assessment["robots"].values() if robot.get("trajectory")]
     tell(f"seed {seed}, {killer.killed} kills: {metrics['team']}, restarts {metrics['restarts']}")
@@ -92,6 +93,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=240.0)
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3])
     parser.add_argument("--world", default="office")
+    parser.add_argument("--out", type=Path, help="folder that keeps the missions")
     options = parser.parse_args()
     ensure_compiled(tell)
     begun_s = time.monotonic()

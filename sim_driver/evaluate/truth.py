@@ -27,12 +27,18 @@ NEAR_WALL_CELLS = 2.0
 
 
 def true_starts(mission: Mission, folder: Path) -> dict[str, Transform]:
-    """Return ``T_world_map`` of every simulated robot: its map's frame is its pose at its first scan."""
+    """Return ``T_world_map`` of every simulated robot: its map's frame is its pose at the map's first scan.
+
+    That is not where it set out if it gave its map up, or lost it, and began a new one.
+    """
     found = {}
     for robot in mission.robots:
-        path = folder / robot.id / "truth.tum"
-        if path.exists():
-            found[robot.id] = read_tum(path)[1][0]
+        truth, mapped = (folder / robot.id / name for name in ("truth.tum", "trajectory.tum"))
+        if not truth.exists():
+            continue
+        stamps_ns, poses = read_tum(truth)
+        first_ns = read_tum(mapped)[0][:1] if mapped.exists() else stamps_ns[:1]
+        found[robot.id] = poses[int(np.abs(stamps_ns - first_ns).argmin()) if first_ns.size else 0]
     return found
 
 

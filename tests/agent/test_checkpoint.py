@@ -154,8 +154,12 @@ def test_a_keeper_saves_in_time_and_tells_trouble_once(tmp_path: Path, monkeypat
     live([one], 0, 5)
     keeper = Keeper(tmp_path / "state", 5.0, Inline())
     assert keeper.look(one, 0, 0) == [] and not keeper.path.exists()
-    keeper.look(one, 5 * S, 0)
+    keeper.look(one, S, 0)  # soon at first, and then every five seconds
     assert keeper.path.exists()
+    keeper.path.unlink()
+    keeper.look(one, 6 * S - 1, 0)
+    assert not keeper.path.exists()
+    keeper.look(one, 6 * S, 0)
     kept = keeper.path.read_bytes()
 
     def full(*_: Any) -> None:
@@ -163,10 +167,10 @@ def test_a_keeper_saves_in_time_and_tells_trouble_once(tmp_path: Path, monkeypat
 
     with monkeypatch.context() as patched:
         patched.setattr("agent.checkpoint.write_state", full)
-        told = [event.kind for t in range(6, 26) for event in keeper.look(one, t * S, t * S)]
+        told = [event.kind for t in range(7, 27) for event in keeper.look(one, t * S, t * S)]
     assert told == ["checkpoint_failed"] and keeper.failures >= 2
     assert keeper.path.read_bytes() == kept
-    assert [event.kind for t in range(26, 40) for event in keeper.look(one, t * S, t * S)] == ["checkpoint_works_again"]
+    assert [event.kind for t in range(27, 41) for event in keeper.look(one, t * S, t * S)] == ["checkpoint_works_again"]
 
 
 def test_inline_runs_at_once() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from agent.doubt import SelfDoubt, contradicts_itself, fits_map
 from spatial import Keyframes, LocalMap, OccupancyGrid, Scan, TiledMap
@@ -44,6 +45,20 @@ def test_a_view_that_changes_at_once_is_doubted_until_the_old_map_fits_again() -
     assert told == [None] * 7 + ["recovered"]
 
 
+@pytest.mark.parametrize(("fits", "told"), [(True, None), (None, None), (False, "doubtful")])
+def test_a_robot_that_comes_back_where_it_has_driven_on_doubts_only_what_its_map_contradicts(
+    fits: bool | None, told: str | None
+) -> None:
+    doubt = SelfDoubt(0.4, 10 * S)
+    assert [doubt.look(1.0, 0.9, never, t * S) for t in range(30)] == [None] * 30
+    resumed = SelfDoubt(0.4, 10 * S).resumed(doubt.state())
+    assert resumed.look(0.45, 0.0, lambda: fits, 60 * S) == told
+    assert resumed.doubtful == (told is not None)
+    again = SelfDoubt(0.4, 10 * S).resumed(doubt.state())
+    assert again.look(1.0, 0.9, never, 60 * S) is None
+    assert again.look(1.0, 0.2, lambda: fits, 61 * S) == "doubtful"  # only the first scan is another view
+
+
 def test_a_young_robot_and_one_in_the_dark_do_not_tear() -> None:
     doubt = SelfDoubt(0.4, 100 * S)
     assert [doubt.look(1.0, 0.2, never, t) for t in range(10)] == [None] * 10
@@ -62,8 +77,8 @@ def test_a_scan_fits_the_map_where_it_was_taken_and_not_elsewhere() -> None:
         range_max_m=20.0,
     )  # fmt: skip
     assert fits_map(scan, np.zeros(3), grid)
-    assert not fits_map(scan, np.array([1.0, 0.5, 0.6]), grid)
-    assert not fits_map(scan, np.array([30.0, 0.0, 0.0]), grid)
+    assert fits_map(scan, np.array([1.0, 0.5, 0.6]), grid) is False
+    assert fits_map(scan, np.array([30.0, 0.0, 0.0]), grid) is None
 
 
 def told(turn: float) -> LocalMap:

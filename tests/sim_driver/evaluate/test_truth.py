@@ -1,9 +1,14 @@
 from __future__ import annotations
 
-import numpy as np
+from pathlib import Path
 
-from sim_driver.evaluate.truth import Judge
+import numpy as np
+import pytest
+
+from sim_driver.evaluate.truth import Judge, true_starts
+from sim_driver.mission import make_mission
 from spatial import OccupancyGrid
+from spatial.tum import write_tum
 
 
 def room(wall_col: int) -> OccupancyGrid:
@@ -29,3 +34,16 @@ def test_two_maps_contradict_where_a_wall_moved_stands_on_floor_that_the_other_s
     assert judge.contradiction_m(own, own, np.array([0.3, 0.0, 0.0])) == 1.0  # 20 cells of 0.05 m
     blind = (OccupancyGrid(np.full((20, 20), -1, dtype=np.int8), 0.05), np.zeros(3))
     assert judge.contradiction_m(own, blind, np.array([0.3, 0.0, 0.0])) == 0.0
+
+
+@pytest.mark.parametrize(("first_s", "x"), [(None, 0.0), (0, 0.0), (4, 4.0)])
+def test_the_frame_of_a_map_begun_anew_is_where_the_robot_was_then(
+    tmp_path: Path, first_s: int | None, x: float
+) -> None:
+    tables = {"mission": {"name": "one"}, "world": {"name": "office"}, "robots": [{"id": "a"}]}
+    stamps_ns = np.arange(10) * 10**9
+    poses = np.stack([np.arange(10.0), np.zeros(10), np.zeros(10)], axis=1)
+    write_tum(tmp_path / "a" / "truth.tum", stamps_ns, poses)
+    if first_s is not None:
+        write_tum(tmp_path / "a" / "trajectory.tum", stamps_ns[first_s:], poses[first_s:] - poses[first_s])
+    assert true_starts(make_mission(tables, tmp_path / "m.toml"), tmp_path)["a"].tolist() == [x, 0.0, 0.0]
