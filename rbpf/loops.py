@@ -68,10 +68,8 @@ class LoopCloser:
         """By keyframe, in the order of time: points ``(N, 5)`` in its base frame; not of all, see :meth:`forget`."""
         self._origins = Rows(2)
         self._way = Rows(1)
-        self._edges, self._fits = (
-            Rows(2, np.int64),
-            Rows(3 + 9),
-        )  # keyframes; where the second is from the first, how sure
+        self._edges = Rows(2, np.int64)  # an old keyframe, and the one that saw it again
+        self._found = Rows(3 + 9)  # where the second is in the frame of the first, and the information of that
         self._pending: tuple[int, Transform] | None = None
         self._last_fit_m, self._anchored_m = -1e9, 0.0
         self._stores = (TileStore(1, config.resolution_m), TileStore(1, 4.0 * config.resolution_m))
@@ -180,7 +178,7 @@ class LoopCloser:
         floor = np.diag([0.01**2, 0.01**2, 0.003**2])
         covariance = np.linalg.inv(SHARE * information(fitted) + np.diag([1e-2, 1e-2, 1e-2])) + floor
         self._edges.add((old, now))
-        self._fits.add((*T_fit, *np.linalg.inv(covariance).flat))
+        self._found.add((*T_fit, *np.linalg.inv(covariance).flat))
         return not consistent
 
     def relaxed(self, T_map_key: Transform, motion_cov: NDArray[np.float64]) -> Transform:
@@ -190,8 +188,8 @@ class LoopCloser:
             return T_map_key.copy()
         chain = np.arange(count - 1)
         first, second = np.concatenate([np.stack([chain, chain + 1], axis=1), self._edges.rows]).T
-        T = np.concatenate([se2.between(T_map_key[:-1], T_map_key[1:]), self._fits.rows[:, :3]])
-        info = np.concatenate([np.linalg.inv(motion_cov[1:]), self._fits.rows[:, 3:].reshape(-1, 3, 3)])
+        T = np.concatenate([se2.between(T_map_key[:-1], T_map_key[1:]), self._found.rows[:, :3]])
+        info = np.concatenate([np.linalg.inv(motion_cov[1:]), self._found.rows[:, 3:].reshape(-1, 3, 3)])
         robust = np.arange(first.size) >= count - 1
         return relax(T_map_key, first, second, T, info, robust)
 
@@ -226,7 +224,7 @@ class LoopCloser:
         """Return everything that a resumed search needs."""
         return {
             "kept": list(self.scans), "scans": list(self.scans.values()), "origins": self.origins,
-            "way": self._way.rows, "edges": self._edges.rows, "fits": self._fits.rows,
+            "way": self._way.rows, "edges": self._edges.rows, "found": self._found.rows,
             "pending": None if self._pending is None else [self._pending[0], self._pending[1]],
             "last": [self._last_fit_m, self._anchored_m],
         }  # fmt: skip
@@ -235,7 +233,7 @@ class LoopCloser:
         """Become the search that was saved."""
         self.scans = dict(zip(state["kept"], state["scans"], strict=True))
         self._origins, self._way = Rows.of(state["origins"]), Rows.of(state["way"])
-        self._edges, self._fits = Rows.of(state["edges"]), Rows.of(state["fits"])
+        self._edges, self._found = Rows.of(state["edges"]), Rows.of(state["found"])
         self._pending = None if state["pending"] is None else (state["pending"][0], state["pending"][1])
         self._last_fit_m, self._anchored_m = state["last"]
 

@@ -14,6 +14,7 @@ from sim_driver.evaluate.truth import pair_error, team_figures, true_starts
 from sim_driver.mission import Mission
 from sim_driver.usage import USAGE
 from spatial.files import write_text
+from spatial.se2 import Transform
 from spatial.tum import read_tum
 
 NEVER_MET = "never exchanged maps"
@@ -26,8 +27,9 @@ def write_metrics(mission: Mission, folder: Path, *, wall_s: float, mission_s: f
         if (usage := folder / robot_id / USAGE).exists():
             robot["usage"] = json.loads(usage.read_text())
     missing = [robot.id for robot in mission.robots if robot.id not in robots]
-    pairs = [_pair(mission, folder, robots, a, b) for a, b in combinations(sorted(robots), 2)]
-    team = team_figures(mission, folder, pairs)
+    starts = true_starts(mission, folder)
+    pairs = [_pair(mission, folder, robots, starts, a, b) for a, b in combinations(sorted(robots), 2)]
+    team = team_figures(mission, folder, starts, pairs)
     metrics = {
         "name": mission.mission.name,
         "seed": mission.mission.seed,
@@ -46,7 +48,9 @@ def write_metrics(mission: Mission, folder: Path, *, wall_s: float, mission_s: f
     return metrics
 
 
-def _pair(mission: Mission, folder: Path, robots: dict[str, Any], a: str, b: str) -> dict[str, Any]:
+def _pair(
+    mission: Mission, folder: Path, robots: dict[str, Any], starts: dict[str, Transform], a: str, b: str
+) -> dict[str, Any]:
     """Return what is believed of a pair: by robot a, or by b or another where a has not accepted it."""
     views = [row for robot in (a, b, *robots) for row in robots[robot]["pairs"] if (row["a"], row["b"]) == (a, b)]
     if not views:
@@ -54,17 +58,16 @@ def _pair(mission: Mission, folder: Path, robots: dict[str, Any], a: str, b: str
         views[0]["reason"] = NEVER_MET
     row = dict(next((view for view in views if view["status"] == "accepted"), views[0]))
     row["status"] = "accepted" if row["status"] == "accepted" else "rejected"
-    row["error_m"], row["error_deg"], row["judged_by"] = _error(mission, folder, a, b, row["T_a_b"])
+    row["error_m"], row["error_deg"], row["judged_by"] = _error(mission, folder, starts, a, b, row["T_a_b"])
     return row
 
 
 def _error(
-    mission: Mission, folder: Path, a: str, b: str, T_a_b: list[float] | None
+    mission: Mission, folder: Path, starts: dict[str, Transform], a: str, b: str, T_a_b: list[float] | None
 ) -> tuple[float | None, float | None, str]:
     """Return the pair's mean error (m, deg) and what it was judged by."""
     if T_a_b is None:
         return None, None, "not merged"
-    starts = true_starts(mission, folder)
     if a in starts and b in starts:
         off_m, off_deg = pair_error(np.array(T_a_b), starts[a], starts[b])
         return round(off_m, 4), round(off_deg, 4), "simulated truth"

@@ -48,9 +48,10 @@ def pair_error(T_a_b: Transform, T_world_a: Transform, T_world_b: Transform) -> 
     return distance_m, float(np.degrees(angle_rad))
 
 
-def team_figures(mission: Mission, folder: Path, pairs: list[dict[str, Any]]) -> dict[str, Any] | None:
-    """Return coverage, precision and merge counts of a simulated mission; None where nothing was simulated."""
-    starts = true_starts(mission, folder)
+def team_figures(
+    mission: Mission, folder: Path, starts: dict[str, Transform], pairs: list[dict[str, Any]]
+) -> dict[str, Any] | None:
+    """Return coverage, precision and merge counts of a simulated mission, by :func:`true_starts`; None without any."""
     if mission.world is None or not starts:
         return None
     judge = Judge(make_world(mission).grid, make_world(mission).reachable)
