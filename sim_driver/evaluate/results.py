@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from sim_driver.evaluate.trajectories import Trajectory
+from sim_driver.evaluate.truth import true_starts
 from sim_driver.mission import Mission
 from sim_driver.replay.again import mission_of
 from sim_driver.robots import LASERS
@@ -59,8 +60,8 @@ class RunResults:
 
     @cached_property
     def T_world_map(self) -> dict[str, Transform]:
-        """Where simulated robots' maps truly lie: a map's frame is the robot's pose at its first scan."""
-        return {robot_id: poses[0] for robot_id, (_, poses) in self.truth.items() if len(poses)}
+        """Where simulated robots' maps truly lie."""
+        return true_starts(self.mission, self.folder)
 
     def laser_truth(self, robot_id: str) -> Trajectory | None:
         """Return the true poses of a simulated robot's laser."""

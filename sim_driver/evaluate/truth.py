@@ -38,7 +38,8 @@ def true_starts(mission: Mission, folder: Path) -> dict[str, Transform]:
             continue
         stamps_ns, poses = read_tum(truth)
         first_ns = read_tum(mapped)[0][:1] if mapped.exists() else stamps_ns[:1]
-        found[robot.id] = poses[int(np.abs(stamps_ns - first_ns).argmin()) if first_ns.size else 0]
+        if len(poses):
+            found[robot.id] = poses[int(np.abs(stamps_ns - first_ns).argmin()) if first_ns.size else 0]
     return found
 
 
