@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sim_driver.evaluate.relations import cross_errors, read_relations
-from sim_driver.evaluate.truth import pair_error, team_figures, true_starts
+from sim_driver.evaluate.truth import pair_error, team_figures, true_starts, true_trajectories
 from sim_driver.mission import Mission
 from sim_driver.usage import USAGE
 from spatial.files import write_text
@@ -27,7 +27,7 @@ def write_metrics(mission: Mission, folder: Path, *, wall_s: float, mission_s: f
         if (usage := folder / robot_id / USAGE).exists():
             robot["usage"] = json.loads(usage.read_text())
     missing = [robot.id for robot in mission.robots if robot.id not in robots]
-    starts = true_starts(mission, folder)
+    starts = true_starts(true_trajectories(mission, folder), folder)
     pairs = [_pair(mission, folder, robots, starts, a, b) for a, b in combinations(sorted(robots), 2)]
     team = team_figures(mission, folder, starts, pairs)
     metrics = {

@@ -31,10 +31,10 @@ class Spool:
         self._newest[self._count] = row
         self._count += 1
         if self._count == ROWS:
-            self._put_away(self._newest)
+            self._put_away()
 
-    def _put_away(self, rows: NDArray[Any]) -> None:
-        self._waiting.append(rows.tobytes())
+    def _put_away(self) -> None:
+        self._waiting.append(self._newest.tobytes())
         self._count = 0
         with suppress(OSError):  # a full disk: what is left waits in memory, and is tried again with the next
             while self._waiting:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from sim_driver.evaluate.trajectories import Trajectory
-from sim_driver.evaluate.truth import true_starts
+from sim_driver.evaluate.truth import true_starts, true_trajectories
 from sim_driver.mission import Mission
 from sim_driver.replay.again import mission_of
 from sim_driver.robots import LASERS
@@ -51,17 +51,12 @@ class RunResults:
     @cached_property
     def truth(self) -> dict[str, Trajectory]:
         """True poses of the bases of simulated robots in the world frame, by id."""
-        found = {}
-        for robot in self.mission.robots:
-            path = self.folder / robot.id / "truth.tum"
-            if path.exists():
-                found[robot.id] = read_tum(path)
-        return found
+        return true_trajectories(self.mission, self.folder)
 
     @cached_property
     def T_world_map(self) -> dict[str, Transform]:
         """Where simulated robots' maps truly lie."""
-        return true_starts(self.mission, self.folder)
+        return true_starts(self.truth, self.folder)
 
     def laser_truth(self, robot_id: str) -> Trajectory | None:
         """Return the true poses of a simulated robot's laser."""

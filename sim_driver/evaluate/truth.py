@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from sim_driver.evaluate.trajectories import Trajectory
 from sim_driver.mission import Mission
 from sim_driver.simulation import make_world
 from spatial import OccupancyGrid, read_map, se2
@@ -26,20 +28,23 @@ NEAR_WALL_CELLS = 2.0
 """Up to this far, cells of the robot's map, is near a wall."""
 
 
-def true_starts(mission: Mission, folder: Path) -> dict[str, Transform]:
+def true_trajectories(mission: Mission, folder: Path) -> dict[str, Trajectory]:
+    """Return the true poses of the bases of simulated robots in the world frame, by id."""
+    paths = {robot.id: folder / robot.id / "truth.tum" for robot in mission.robots}
+    return {robot_id: read_tum(path) for robot_id, path in paths.items() if path.exists()}
+
+
+def true_starts(truth: Mapping[str, Trajectory], folder: Path) -> dict[str, Transform]:
     """Return ``T_world_map`` of every simulated robot: its map's frame is its pose at the map's first scan.
 
     That is not where it set out if it gave its map up, or lost it, and began a new one.
     """
     found = {}
-    for robot in mission.robots:
-        truth, mapped = (folder / robot.id / name for name in ("truth.tum", "trajectory.tum"))
-        if not truth.exists():
-            continue
-        stamps_ns, poses = read_tum(truth)
+    for robot_id, (stamps_ns, poses) in truth.items():
+        mapped = folder / robot_id / "trajectory.tum"
         first_ns = read_tum(mapped)[0][:1] if mapped.exists() else stamps_ns[:1]
         if len(poses):
-            found[robot.id] = poses[int(np.abs(stamps_ns - first_ns).argmin()) if first_ns.size else 0]
+            found[robot_id] = poses[int(np.abs(stamps_ns - first_ns).argmin()) if first_ns.size else 0]
     return found
 
 

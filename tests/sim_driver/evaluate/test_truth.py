@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim_driver.evaluate.truth import Judge, true_starts
+from sim_driver.evaluate.truth import Judge, true_starts, true_trajectories
 from sim_driver.mission import make_mission
 from spatial import OccupancyGrid
 from spatial.tum import write_tum
@@ -46,4 +46,5 @@ def test_the_frame_of_a_map_begun_anew_is_where_the_robot_was_then(
     write_tum(tmp_path / "a" / "truth.tum", stamps_ns, poses)
     if first_s is not None:
         write_tum(tmp_path / "a" / "trajectory.tum", stamps_ns[first_s:], poses[first_s:] - poses[first_s])
-    assert true_starts(make_mission(tables, tmp_path / "m.toml"), tmp_path)["a"].tolist() == [x, 0.0, 0.0]
+    truth = true_trajectories(make_mission(tables, tmp_path / "m.toml"), tmp_path)
+    assert true_starts(truth, tmp_path)["a"].tolist() == [x, 0.0, 0.0]
