@@ -46,6 +46,7 @@ class BackEnd:
         self._watch = watch
         self._arrivals = Rows(ARRIVAL_COLUMNS)
         self._health = Health()
+        self._contradicted = False  # the newest keyframe's place, by what was seen there before
 
     @property
     def arrivals(self) -> NDArray[np.float64]:
@@ -61,14 +62,12 @@ class BackEnd:
         """Update every particle, and see whether the robot is back where it has been."""
         self._watch.start()
         resamplings = self.filter.resamplings
-        result = self.filter.update(key)
+        result = self.filter.move(key)
         if result is not None:
             self._health.follow(result, key)
-        self._arrivals.add(key.arrival)
-        self.loops.add_key(key.points, key.origin, float(key.arrival[WAY]))
-        self.loops.forget(self.T_map_key)
         edges = self.loops.edges
-        closed = self.config.close_loops and self._close_loop()
+        self.filter.draw(key, beside=lambda: self._look(key))
+        closed = self._contradicted and self._relax()
         if self.loops.edges > edges:
             self._health.anchor()
         self._watch.lap("loops")
@@ -77,11 +76,18 @@ class BackEnd:
             resampled=self.filter.resamplings > resamplings, loop_closed=closed,
         )  # fmt: skip
 
-    def _close_loop(self) -> bool:
-        """Where the best particle comes to a place it has been, see whether its trajectory agrees; relax it if not."""
+    def _look(self, key: Keyframe) -> None:
+        """Where the best particle comes to a place it has been, see whether its trajectory agrees."""
+        self._arrivals.add(key.arrival)
+        self.loops.add_key(key.points, key.origin, float(key.arrival[WAY]))
         poses = self.T_map_key
-        if not self.loops.look(poses):
-            return False
+        self.loops.forget(poses)
+        self._contradicted = self.config.close_loops and self.loops.look(poses)
+        self._watch.lap("loops")
+
+    def _relax(self) -> bool:
+        """Bend the trajectory until it agrees with all places seen again; return whether that changed the map."""
+        poses = self.T_map_key
         relaxed = self.loops.relaxed(poses, chain_cov(self.config, self.arrivals))
         if np.hypot(*(relaxed - poses)[:, :2].T).max() < MOVED_M:
             return False

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from itertools import pairwise
 from typing import Generic, TypeVar
 
@@ -53,20 +55,44 @@ class Crew:
         future.add_done_callback(self._tell)
         return Pending(self, future)
 
-    def share(self, job: Callable[[int, int], None], count: int) -> None:
-        """Call ``job(first, last)`` for ranges that together are ``0 .. count - 1``, and wait for all of them."""
-        if self._pool is None or count < 2:
+    def share(
+        self,
+        job: Callable[[int, int], None],
+        count: int,
+        *,
+        before: Callable[[], None] | None = None,
+        beside: Callable[[], None] | None = None,
+    ) -> None:
+        """Call ``job(first, last)`` for ranges that together are ``0 .. count - 1``, and wait for all of them.
+
+        ``before`` is called before them; ``beside`` at any time, by anyone, and must not care for what the others do.
+        """
+        if self._pool is None:
+            for alone in (before, beside):
+                if alone is not None:
+                    alone()
             job(0, count)
             return
-        shared = _Shared(job, count, min(PARTS * self.threads, count))
-        with self._news:
-            self._shared = shared
-            self._news.notify_all()
+        shared = self._shared = _Shared()
+        if beside is not None:
+            self._put([beside])
+        if before is not None:
+            before()
+        parts = min(PARTS * self.threads, count)
+        bounds = [count * k // parts for k in range(parts + 1)]
+        self._put([partial(job, first, last) for first, last in pairwise(bounds)])
         for _ in range(self.threads - 2):  # one is here, and the caller's comes when it waits
             self._pool.submit(shared.work)
         shared.work()
         shared.wait()
         self._shared = None
+
+    def _put(self, parts: Sequence[Callable[[], None]]) -> None:
+        """Offer parts of what is shared to whoever has nothing else to do."""
+        assert self._shared is not None
+        self._shared.put(parts)
+        with self._news:
+            self._news.notify_all()
 
     def help_until_done(self, task: Future[T]) -> None:
         """Work on what is shared until the task is done."""
@@ -87,28 +113,32 @@ class Crew:
 class _Shared:
     """A job in parts."""
 
-    def __init__(self, job: Callable[[int, int], None], count: int, parts: int) -> None:
-        self._job = job
-        bounds = [count * k // parts for k in range(parts + 1)]
-        self._ranges = list(pairwise(bounds))
-        self._undone = parts
+    def __init__(self) -> None:
+        self._parts: deque[Callable[[], None]] = deque()
+        self._undone = 0
         self._errors: list[BaseException] = []
         self._news = threading.Condition()
+
+    def put(self, parts: Sequence[Callable[[], None]]) -> None:
+        """Add parts."""
+        with self._news:
+            self._parts.extend(parts)
+            self._undone += len(parts)
 
     @property
     def is_left(self) -> bool:
         """Whether there is a part that nobody has taken."""
-        return bool(self._ranges)
+        return bool(self._parts)
 
     def work(self) -> None:
         """Do parts until none is left."""
         while True:
             with self._news:
-                if not self._ranges:
+                if not self._parts:
                     return
-                first, last = self._ranges.pop(0)
+                part = self._parts.popleft()
             try:
-                self._job(first, last)
+                part()
             except BaseException as error:  # noqa: BLE001 - told by `wait` to who shared the job
                 self._errors.append(error)
             with self._news:

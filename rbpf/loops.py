@@ -19,7 +19,7 @@ from rbpf.nearest import COS, SIN
 from rbpf.rows import Rows
 from rbpf.scan_points import POINT_COLUMNS, spaced
 from rbpf.search import search
-from rbpf.tile_store import NO_ENDS, TileStore
+from rbpf.tile_store import TileStore
 from spatial import se2
 from spatial.se2 import Transform
 
@@ -105,7 +105,7 @@ class LoopCloser:
 
     def _from_newest(self, T_map_key: Transform) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
         """Return the keyframes whose scans are kept, and how far from the newest and turned against it each is."""
-        kept = np.array(list(self.scans))
+        kept = np.fromiter(self.scans, np.int64, len(self.scans))
         away = np.hypot(*(T_map_key[kept, :2] - T_map_key[-1, :2]).T)
         return kept, away, np.abs(se2.wrap(T_map_key[kept, 2] - T_map_key[-1, 2]))
 
@@ -200,16 +200,15 @@ class LoopCloser:
         store.cover(T_old_now[:2] - reach, T_old_now[:2] + reach)
         T_old_key = se2.between(T_map_key[old], T_map_key[group.start : group.stop])
         store.cover(T_old_key[:, :2].min(axis=0) - reach, T_old_key[:, :2].max(axis=0) + reach)
-        for k in sorted(self.scans.keys() & set(group)):
-            points, pose = self.scans[k].astype(np.float64), T_old_key[k - group.start]
-            store.own(0, self.origins[k], pose[None], points, NO_ENDS, True)
-            store.insert(0, self.origins[k], pose, points, NO_ENDS, SKIP_M)
+        keys = [k for k in group if k in self.scans]
+        poses = T_old_key[np.array(keys) - group.start]
+        store.draw(0, self.origins[keys], poses, [self.scans[k] for k in keys], SKIP_M)
         return store.pool, store.tables[0], store.row0, store.col0, store.resolution_m
 
     def _points_of(self, T_map_key: Transform, keys: range, frame: int) -> NDArray[np.float64]:
         """Return some points of several keyframes in the frame of one of them."""
         parts = []
-        for k in sorted(self.scans.keys() & set(keys)):
+        for k in (k for k in keys if k in self.scans):
             points = self.scans[k].astype(np.float64)
             few = np.empty((points.shape[0], POINT_COLUMNS))
             points = few[: spaced(points, self.origins[k], POINTS_APART_M, POINTS_OF_KEY, few)]

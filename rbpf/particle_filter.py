@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,7 +21,7 @@ from rbpf.resampling import effective, normalised, systematic
 from rbpf.rows import Rows
 from rbpf.scan_points import spaced
 from rbpf.sight import SPACING_M
-from rbpf.tile_store import NO_ENDS, TileStore
+from rbpf.tile_store import TileStore
 from spatial import se2
 from spatial.se2 import Transform
 
@@ -31,6 +33,8 @@ scan and far better than its noise says (a tenth of that in rooms, a half at wor
 room to correct it; drawn in full, the best particle's heading walks 0.4 deg at random in a small arena, else 0.2."""
 APART_MOST = 1024
 """Particles remember so many keyframes each for itself; of what is older, all remember what the best one has."""
+DRAWN_AT_ONCE = 64
+"""Scans of a map that is drawn anew are unpacked so many at a time."""
 BEYOND_M = 2.0
 """Maps reach this much farther than the laser is used, metres."""
 
@@ -78,8 +82,11 @@ class ParticleFilter:
         """``(N,)``, their sum 1."""
         return normalised(self.log_weights)
 
-    def update(self, key: Keyframe) -> NDArray[np.float64] | None:
-        """Take a keyframe; return the row that the matcher wrote for the best particle, None at the very first."""
+    def move(self, key: Keyframe) -> NDArray[np.float64] | None:
+        """Bring the particles to a keyframe, to be drawn next (:meth:`draw`), and resample them where it is time.
+
+        Return the row that the matcher wrote for the best particle, None at the very first.
+        """
         result: NDArray[np.float64] | None = None
         if self.keys == 0:
             self.store.cover(np.full(2, -self._reach_m), np.full(2, self._reach_m))
@@ -96,8 +103,6 @@ class ParticleFilter:
             self._replace(systematic(weights, self.count, float(self._rng.random())), weights)
             self.resamplings += 1
         self.watch.lap("resample")
-        self._insert(key)
-        self.watch.lap("map update")
         return result
 
     def _propose(self, key: Keyframe) -> NDArray[np.float64]:
@@ -156,12 +161,18 @@ class ParticleFilter:
         self._poses = np.zeros((own.shape[0], max(64, 2 * rest.shape[1]), 3))
         self._poses[:, : rest.shape[1]] = rest
 
-    def _insert(self, key: Keyframe) -> None:
+    def draw(self, key: Keyframe, beside: Callable[[], None]) -> None:
+        """Draw the newest keyframe into all maps; ``beside`` is called meanwhile, and must let them be."""
         store, points, ends = self.store, key.points, key.ends
         poses = np.ascontiguousarray(self.ends)
-        store.own(0, key.origin, poses, points, ends, True)
-        place = (store.pool, store.refs, store.tables, store.row0, store.col0, store.resolution_m, key.origin, poses)
-        self.crew.share(lambda first, last: insert_range(*place, points, ends, SKIP_M, first, last), self.count)
+
+        def insert(first: int, last: int) -> None:
+            place = (store.pool, store.refs, store.tables, store.row0, store.col0, store.resolution_m, key.origin)
+            insert_range(*place, poses, points, ends, SKIP_M, first, last)
+
+        own = partial(store.own, 0, key.origin, poses, points, ends, True)
+        self.crew.share(insert, self.count, before=own, beside=beside)
+        self.watch.lap("map update")
 
     def adopt(self, poses: Transform, scans: dict[int, NDArray[np.float32]], origins: NDArray[np.float64]) -> None:
         """Let all go on from this trajectory ``(K, 3)`` and the map that the scans of some keyframes make on it."""
@@ -169,10 +180,10 @@ class ParticleFilter:
         store.cover(poses[:, :2].min(axis=0) - self._reach_m, poses[:, :2].max(axis=0) + self._reach_m)
         for i in range(self.count):
             store.clear(i)
-        for k, scan in scans.items():
-            points = scan.astype(np.float64)
-            store.own(0, origins[k], poses[k : k + 1], points, NO_ENDS, True)
-            store.insert(0, origins[k], poses[k], points, NO_ENDS, SKIP_M)
+        kept = list(scans)
+        for first in range(0, len(kept), DRAWN_AT_ONCE):
+            keys = kept[first : first + DRAWN_AT_ONCE]
+            store.draw(0, origins[keys], poses[keys], [scans[k] for k in keys], SKIP_M)
         store.resample(np.zeros(self.count, dtype=np.int64))
         self._shared = Rows.of(poses[:-1])
         self._poses = np.zeros((self.count, 64, 3))

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from rbpf.drawing import mark_tiles
+from rbpf.drawing import insert_scan, mark_tiles
 
 
 @njit(cache=True, nogil=True)
@@ -80,6 +80,46 @@ def own_touched(
         if free_count < count:
             return i, free_count, count
         free_count = own_tiles(pool, refs, free, free_count, tables[first + i], rows, cols, count, stamps, stamp + i)
+    return poses.shape[0], free_count, 0
+
+
+@njit(cache=True, nogil=True)
+def draw_scans(
+    pool: NDArray[np.uint32],
+    refs: NDArray[np.int32],
+    free: NDArray[np.int32],
+    free_count: int,
+    table: NDArray[np.int32],
+    stamps: NDArray[np.int64],
+    stamp: int,
+    mark: NDArray[np.int32],
+    marked: int,
+    row0: int,
+    col0: int,
+    resolution_m: float,
+    origins: NDArray[np.float64],
+    poses: NDArray[np.float64],
+    points: NDArray[np.float64],
+    starts: NDArray[np.int64],
+    ends: NDArray[np.float64],
+    skip_m: float,
+    begin: int,
+    rows: NDArray[np.int32],
+    cols: NDArray[np.int32],
+) -> tuple[int, int, int]:  # pragma: no cover - compiled
+    """Add scans ``i = begin ..`` to one map: ``points[starts[i] : starts[i + 1]]``, taken at ``poses[i]``.
+
+    Stops where tiles run out, and returns and takes the same as :func:`own_touched`.
+    """
+    for i in range(begin, poses.shape[0]):
+        scan = points[starts[i] : starts[i + 1]]
+        count = mark_tiles(
+            mark, marked + i, row0, col0, resolution_m, origins[i], poses[i], scan, ends, True, rows, cols
+        )
+        if free_count < count:
+            return i, free_count, count
+        free_count = own_tiles(pool, refs, free, free_count, table, rows, cols, count, stamps, stamp + i)
+        insert_scan(pool, refs, table, row0, col0, resolution_m, origins[i], poses[i], scan, ends, skip_m)
     return poses.shape[0], free_count, 0
 
 

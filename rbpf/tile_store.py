@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rbpf.cells import TILE, TILE_WORDS
-from rbpf.drawing import bounds, insert_hits, insert_scan
-from rbpf.tile_sharing import copy_tables, own_touched
+from rbpf.drawing import bounds, insert_hits
+from rbpf.tile_sharing import copy_tables, draw_scans, own_touched
 
 GROWTH_TILES = 8
 """Spare tiles laid around the window whenever it has to grow."""
@@ -87,36 +88,50 @@ class TileStore:
         through: bool,
     ) -> None:
         """Make every tile that this scan touches from ``poses[i]``, ``(n, 3)``, map ``first + i``'s own."""
-        if self._rows.size < self._mark.size:
-            self._rows = np.empty(2 * self._mark.size, dtype=np.int32)
-            self._cols = np.empty(2 * self._mark.size, dtype=np.int32)
-        done, needed = 0, 0
-        while done < poses.shape[0]:
-            self._reserve(needed)
-            # A map that ran out of tiles is marked once more: under the next number, or nothing would seem new.
-            self._stamp += needed > 0
-            done, self.free_count, needed = own_touched(
+
+        def some(done: int) -> tuple[int, int, int]:
+            return own_touched(
                 self.pool, self.refs, self.free, self.free_count, self.tables, self.stamps, self.writes + 1,
                 self._mark, self._stamp + 1, self.row0, self.col0, self.resolution_m, origin, poses, points, ends,
                 through, first, done, self._rows, self._cols,
             )  # fmt: skip
-        self._stamp += poses.shape[0]
-        self.writes += poses.shape[0]
 
-    def insert(
+        self._in_stretches(some, poses.shape[0])
+
+    def draw(
         self,
         index: int,
-        origin: NDArray[np.float64],
-        pose: NDArray[np.float64],
-        points: NDArray[np.float64],
-        ends: NDArray[np.float64],
+        origins: NDArray[np.float64],
+        poses: NDArray[np.float64],
+        scans: Sequence[NDArray[Any]],
         skip_m: float,
     ) -> None:
-        """Add one scan, with its beams, to tiles that are owned."""
-        insert_scan(
-            self.pool, self.refs, self.tables[index], self.row0, self.col0, self.resolution_m, origin, pose, points,
-            ends, skip_m,
-        )  # fmt: skip
+        """Add scans with their beams, each ``(N, 5)`` taken at ``poses (n, 3)`` from ``origins (n, 2)`` on the base."""
+        starts = np.cumsum([0, *map(len, scans)])
+        points = np.concatenate(scans, dtype=np.float64)
+
+        def some(done: int) -> tuple[int, int, int]:
+            return draw_scans(
+                self.pool, self.refs, self.free, self.free_count, self.tables[index], self.stamps, self.writes + 1,
+                self._mark, self._stamp + 1, self.row0, self.col0, self.resolution_m, origins, poses, points, starts,
+                NO_ENDS, skip_m, done, self._rows, self._cols,
+            )  # fmt: skip
+
+        self._in_stretches(some, poses.shape[0])
+
+    def _in_stretches(self, some: Callable[[int], tuple[int, int, int]], count: int) -> None:
+        """Let ``some`` go on from 0 to ``count``, with more tiles wherever it stops for want of them."""
+        if self._rows.size < self._mark.size:
+            self._rows = np.empty(2 * self._mark.size, dtype=np.int32)
+            self._cols = np.empty(2 * self._mark.size, dtype=np.int32)
+        done, needed = 0, 0
+        while done < count:
+            self._reserve(needed)
+            # What ran out of tiles is marked once more: under the next number, or nothing would seem new.
+            self._stamp += needed > 0
+            done, self.free_count, needed = some(done)
+        self._stamp += count
+        self.writes += count
 
     def add_points(self, index: int, pose: NDArray[np.float64], points: NDArray[np.float64]) -> None:
         """Add a scan's hits only, to a map that shares no tiles; the window grows as needed."""

@@ -30,5 +30,6 @@ def warm_up() -> None:
     systematic(np.ones(2), 2, 0.5)
     mapper._back.filter.store.resample(np.zeros(3, dtype=np.int64))
     store = TileStore(1, 0.05)
+    store.draw(0, np.zeros((1, 2)), np.zeros((1, 3)), [np.zeros((20, 5), dtype=np.float32)], 0.1)
     place = (store.pool, store.tables[0], store.row0, store.col0, store.resolution_m, np.zeros((20, 5)))
     search(*place, 10, np.zeros(3), 0.1, 0.05, 0.1, 0.1, COS, SIN, np.zeros(3))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 
 import pytest
 
@@ -40,6 +41,32 @@ def test_who_waits_takes_its_share() -> None:
 
     crew.begin(lambda: crew.share(job, 2)).result()
     assert len(set(names)) == 2
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3])
+def test_what_comes_before_is_done_before_and_what_is_beside_is_done_once(threads: int) -> None:
+    crew = Crew(threads)
+    for _ in range(50):
+        events: list[str] = []
+
+        def job(first: int, last: int, events: list[str] = events) -> None:
+            events.extend("j" * (last - first))
+
+        def task(job: Callable[[int, int], None] = job, events: list[str] = events) -> None:
+            crew.share(job, 5, before=lambda: events.append("b"), beside=lambda: events.append("s"))
+
+        crew.begin(task).result()
+        assert sorted(events) == ["b", *"jjjjj", "s"]
+        assert events.index("b") < events.index("j")
+
+
+def test_what_is_beside_does_not_wait_for_what_comes_before() -> None:
+    crew, here = Crew(2), threading.Event()
+
+    def before() -> None:
+        assert here.wait(30.0), "what is beside waited"
+
+    crew.begin(lambda: crew.share(lambda first, last: None, 3, before=before, beside=here.set)).result()
 
 
 @pytest.mark.parametrize("threads", [1, 2, 3])

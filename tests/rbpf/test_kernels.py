@@ -16,7 +16,7 @@ from rbpf.poses import between, compose
 from rbpf.publisher import EDGES, LEVELS, quantise
 from rbpf.scan_points import UNSURE, scan_points, spaced
 from rbpf.search import search
-from rbpf.tile_store import NO_ENDS, TileStore
+from rbpf.tile_store import TileStore
 from rbpf.trajectory import spread
 from spatial import se2
 from tests.rbpf.rooms import make_scan
@@ -29,8 +29,7 @@ def seen_room(noise: float = 0.0) -> tuple[TileStore, np.ndarray]:
     n = scan_points(scan.ranges_m, np.cos(angles), np.sin(angles), scan.T_base_laser, 40.0, buffer)
     store = TileStore(1, 0.05)
     store.cover(np.full(2, -20.0), np.full(2, 20.0))
-    store.own(0, np.zeros(2), np.zeros((1, 3)), buffer[:n], NO_ENDS, True)
-    store.insert(0, np.zeros(2), np.zeros(3), buffer[:n], NO_ENDS, 0.1)
+    store.draw(0, np.zeros((1, 2)), np.zeros((1, 3)), [buffer[:n]], 0.1)
     return store, buffer[:n].copy()
 
 

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from rbpf.drawing import insert_scan
 from rbpf.tile_store import NO_ENDS, TileStore
 
 ORIGIN = np.zeros(2)
@@ -14,8 +15,12 @@ def points(*xy: tuple[float, float]) -> np.ndarray:
 def write(store: TileStore, index: int, pose: tuple[float, float, float], pts: np.ndarray) -> None:
     T = np.array(pose)
     store.cover(T[:2] - 20.0, T[:2] + 20.0)
-    store.own(index, ORIGIN, T[None], pts, NO_ENDS, True)
-    store.insert(index, ORIGIN, T, pts, NO_ENDS, 0.0)
+    store.draw(index, ORIGIN[None], T[None], [pts], 0.0)
+
+
+def insert(store: TileStore, index: int, pose: np.ndarray, pts: np.ndarray) -> None:
+    place = (store.pool, store.refs, store.tables[index], store.row0, store.col0, store.resolution_m)
+    insert_scan(*place, ORIGIN, pose, pts, NO_ENDS, 0.0)
 
 
 def content(store: TileStore, index: int) -> dict[tuple[int, int], bytes]:
@@ -98,14 +103,32 @@ def test_maps_owned_at_once_are_as_if_one_after_the_other_though_tiles_run_out_b
     for store in stores:
         store.cover(np.full(2, -30.0), np.full(2, 30.0))
         for i in range(5):
-            store.insert(i, ORIGIN, poses[i], pts, NO_ENDS, 0.0)  # nothing is owned yet: no effect
+            insert(store, i, poses[i], pts)  # nothing is owned yet: no effect
     stores[0].own(0, ORIGIN, poses, pts, NO_ENDS, True)
     for i in range(5):
         stores[1].own(i, ORIGIN, poses[i : i + 1], pts, NO_ENDS, True)
     for store in stores:
         for i in range(5):
-            store.insert(i, ORIGIN, poses[i], pts, NO_ENDS, 0.0)
+            insert(store, i, poses[i], pts)
         recount(store)
     assert stores[0].writes == stores[1].writes == 5
     for i in range(5):
         assert content(stores[0], i) == content(stores[1], i) != {}
+
+
+def test_scans_drawn_at_once_are_as_if_one_after_the_other_though_tiles_run_out_between() -> None:
+    poses = np.array([[2.0 * i, -1.5 * i, 0.7 * i] for i in range(5)])
+    origins = np.array([[0.1 * i, 0.05] for i in range(5)])
+    scans = [points((9, 2), (0, 12), *[(-14, 3)] * i).astype(np.float32) for i in range(5)]
+    stores = TileStore(1, 0.05, spare_tiles=30), TileStore(1, 0.05, spare_tiles=4000)
+    for store in stores:
+        store.cover(np.full(2, -40.0), np.full(2, 40.0))
+    stores[0].draw(0, origins, poses, scans, 0.1)
+    for i in range(5):
+        stores[1].own(0, origins[i], poses[i : i + 1], scans[i].astype(np.float64), NO_ENDS, True)
+        place = (stores[1].pool, stores[1].refs, stores[1].tables[0], stores[1].row0, stores[1].col0, 0.05)
+        insert_scan(*place, origins[i], poses[i], scans[i].astype(np.float64), NO_ENDS, 0.1)
+    assert content(stores[0], 0) == content(stores[1], 0) != {}
+    assert stores[0].writes == stores[1].writes == 5
+    for store in stores:
+        recount(store)
