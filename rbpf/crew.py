@@ -68,7 +68,7 @@ class Crew:
         ``before`` is called before them; ``beside`` at any time, by anyone, and must not care for what the others do.
         """
         if self._pool is None:
-            for alone in (before, beside):
+            for alone in (beside, before):
                 if alone is not None:
                     alone()
             job(0, count)
