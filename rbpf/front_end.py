@@ -35,6 +35,8 @@ LOST_INLIERS = 0.4
 WORSE, BETTER, USUAL_MEMORY = 0.15, 0.08, 0.05
 """A match whose score is so much worse than usual is doubted. Another, far from the prediction, replaces it only if it
 is as good as usual again, or much better: where everything fits badly, self-similar places are everywhere."""
+STANDING = 0.02
+"""A robot whose wheels stand moved if another place fits by so much better."""
 NEAR_M, FAR_M = 0.1, 0.4
 """How far to either side a better match is looked for: when in slight doubt, and in serious doubt, metres."""
 FAR_TURN_RAD = 0.45
@@ -95,19 +97,23 @@ class FrontEnd:
         self.predictor.wait(elapsed_s)
         predicted, spread, slip = self.predictor.predict(T_before_odom)
         out = self._match(points, compose(before, predicted), predicted, spread, slip)
-        unseen = out[BLIND] > 0.0 and not self._doubtful(out)
-        if unseen or self._doubtful(out):
-            other = self.predictor.otherwise(T_before_odom, predicted)
-            # Odometry may have jumped: where walls do not tell, the motion before is the better guess.
-            if other is not None:
-                first, least = out.copy(), out[SCORE] - BETTER if unseen else self._least(out)
-                out = self._match(points, compose(before, other[0]), *other)
+        doubtful = self._doubtful(out)
+        unseen = out[BLIND] > 0.0 and not doubtful
+        stands = self.predictor.says_it_stands(T_before_odom)
+        if doubtful or unseen or (stands and (out[INLIERS] < GOOD_INLIERS or self.predictor.was_moving)):
+            best, least = out.copy(), self._least(out)
+            if stands:  # then it sees what it saw
+                least = out[SCORE] + STANDING
+            elif unseen:  # odometry may have jumped: where walls do not tell, the motion before is the better guess
+                least = out[SCORE] - BETTER
+            for other in self.predictor.otherwise(T_before_odom, predicted):
+                self._match(points, compose(before, other[0]), *other)
                 # Where it stood before a pause it sees what it saw; less would fit in any similar room.
                 is_there = out[INLIERS] >= GOOD_INLIERS or not self.predictor.is_after_pause
-                if out[SCORE] <= least or not is_there:
-                    out[:] = first
-                else:
+                if out[SCORE] > least and is_there and not (stands and out[BLIND] > 0.0):
+                    best, least = out.copy(), out[SCORE]
                     predicted, spread, slip = other
+            out[:] = best
         self.T_local_base = out[:3].copy()
         motion = between(before, self.T_local_base)
         missed = between(predicted, motion)

@@ -47,6 +47,11 @@ JUMP_M, JUMP_RAD = 0.3, 0.3
 APART_M, APART_RAD = 0.15, 0.15
 """Guesses farther apart than this lead to different matches."""
 
+STILL = 1e-3
+"""Wheels that turned less than this, metres and radians, say that the robot stands."""
+DEAD = 5
+"""So many scans that moved while the wheels stood make them dead, until they turn again."""
+
 Guess = tuple[Transform, tuple[float, float, float], float]
 """A motion, its deviations (x, y, theta) from scan to scan, and its error per metre of way.
 
@@ -73,6 +78,8 @@ class Predictor:
         self._veered = 0  # stretches that told so
         self.slip = odometry_noise
         """Error of corrected odometry over longer stretches, as a share of the way."""
+        self.stuck = 0
+        """Scans that moved while the wheels stood, since the wheels turned last."""
         self._told, self._found = np.zeros(3), np.zeros(3)
         self._seen = True
         self._step = np.zeros(3)
@@ -100,7 +107,7 @@ class Predictor:
 
     def predict(self, T_before_odom: Transform | None) -> Guess:
         """Return the motion expected."""
-        if T_before_odom is None or self._too_far(T_before_odom):
+        if T_before_odom is None or self._tells_nothing(T_before_odom):
             return self._steadily()
         if self.is_after_pause:
             return self._guess(self.corrected(T_before_odom), 0, 0)
@@ -117,23 +124,34 @@ class Predictor:
         is_possible = math.hypot(velocity[0], velocity[1]) <= MAX_SPEED_M_S and abs(velocity[2]) <= MAX_TURN_RAD_S
         return velocity if is_possible else np.zeros(3)
 
-    def otherwise(self, T_before_odom: Transform | None, predicted: Transform) -> Guess | None:
-        """Return another motion, where the one predicted fits badly or cannot be seen; None where there is none.
+    def otherwise(self, T_before_odom: Transform | None, predicted: Transform) -> list[Guess]:
+        """Return other motions, where the one predicted fits badly or cannot be seen.
 
-        That is what odometry says if the motion before was preferred to it, or else the motion before if odometry may
-        have jumped. After a pause it is none at all: wheels that counted on while the robot was off may say anything.
+        They are what odometry says if the motion before was preferred to it, and the motion before if odometry may have
+        jumped or stopped to count. After a pause it is none at all: wheels that counted on while the robot was off may
+        say anything.
         """
-        if T_before_odom is None or self._too_far(T_before_odom):
-            return None
-        if self.is_after_pause:
-            return STOOD if _apart(self.corrected(T_before_odom), STOOD[0]) else None
+        if T_before_odom is None or self._tells_nothing(T_before_odom):
+            return []
         told = self.corrected(T_before_odom)
-        if _apart(told, predicted):
-            return self._guess(told, 0, 0)
-        return self._steadily() if self._jumped(T_before_odom) else None
+        if self.is_after_pause:
+            return [STOOD] if _apart(told, STOOD[0]) else []
+        others = [self._guess(told, 0, 0)] if _apart(told, predicted) else []
+        may_be_wrong = self._jumped(T_before_odom) or self.says_it_stands(T_before_odom)
+        return [*others, self._steadily()] if may_be_wrong else others
 
-    def _too_far(self, T_before_odom: Transform) -> bool:
-        return math.hypot(T_before_odom[0], T_before_odom[1]) > max(MAX_STEP_M, MAX_SPEED_M_S * self._pause_s)
+    @property
+    def was_moving(self) -> bool:
+        """Whether the robot moved before this scan."""
+        return math.hypot(self.velocity[0], self.velocity[1]) > LEAST_M or abs(self.velocity[2]) > LEAST_RAD
+
+    def says_it_stands(self, T_before_odom: Transform | None) -> bool:
+        """Return whether odometry says that the robot stands, and may be right."""
+        return T_before_odom is not None and self.stuck < DEAD and _still(T_before_odom)
+
+    def _tells_nothing(self, T_before_odom: Transform) -> bool:
+        too_far = math.hypot(T_before_odom[0], T_before_odom[1]) > max(MAX_STEP_M, MAX_SPEED_M_S * self._pause_s)
+        return too_far or (self.stuck >= DEAD and _still(T_before_odom))
 
     def _steadily(self) -> Guess:
         length, turn = math.hypot(self.velocity[0], self.velocity[1]), abs(self.velocity[2])
@@ -169,8 +187,19 @@ class Predictor:
             self._judge_step(motion, T_before_odom, match)
         if self.is_after_pause:
             return
+        if T_before_odom is not None:
+            self._watch_standing(motion, T_before_odom, match)
         self.velocity = motion if match[INLIERS] >= GOOD_INLIERS else GO_ON * self.velocity
         self._step = np.zeros(3) if T_before_odom is None else T_before_odom
+
+    def _watch_standing(self, motion: Transform, T_before_odom: Transform, match: NDArray[np.float64]) -> None:
+        """Count scans that moved while the wheels said that the robot stands."""
+        if not _still(T_before_odom):
+            self.stuck = 0
+        elif math.hypot(motion[0], motion[1]) > LEAST_M or abs(motion[2]) > LEAST_RAD:
+            self.stuck += match[INLIERS] >= GOOD_INLIERS
+        elif self.stuck < DEAD:
+            self.stuck = max(self.stuck - 1, 0)
 
     def _judge_step(self, motion: Transform, T_before_odom: Transform, match: NDArray[np.float64]) -> None:
         length, turn = math.hypot(motion[0], motion[1]), abs(motion[2])
@@ -215,7 +244,7 @@ class Predictor:
         return {
             "velocity": self.velocity, "errors": self.errors, "gains": self.gains, "slip": self.slip,
             "stretch": [self._told, self._found, bool(self._seen)], "step": self._step,
-            "interval_s": self._interval_s, "veer": [self.veer, self._veered],
+            "interval_s": self._interval_s, "veer": [self.veer, self._veered], "stuck": int(self.stuck),
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -225,11 +254,16 @@ class Predictor:
         self._told, self._found, self._seen = state["stretch"]
         self._step, self._interval_s = state["step"], state["interval_s"]
         self.veer, self._veered = state["veer"]
+        self.stuck = state["stuck"]
 
 
 def _apart(one: Transform, two: Transform) -> bool:
     turn = abs(math.remainder(one[2] - two[2], 2.0 * math.pi))
     return math.hypot(one[0] - two[0], one[1] - two[1]) > APART_M or turn > APART_RAD
+
+
+def _still(motion: Transform) -> bool:
+    return math.hypot(motion[0], motion[1]) < STILL and abs(motion[2]) < STILL
 
 
 def _way(motion: Transform) -> float:

@@ -93,3 +93,32 @@ def test_odometry_that_makes_no_sense_does_no_harm(odometry: list[float] | None)
         told = pose if k % 30 != 29 else None if odometry is None else np.array(odometry)
         mapper.update(make_scan(pose, k, rng=rng), told)
     assert errors(mapper, poses)[0] < 0.1
+
+
+def corridor_with_recesses() -> np.ndarray:
+    """Walls ``x0, y0, x1, y1``, 40 m along y."""
+    lines = []
+    for x, out, recesses in ((0.4, -0.3, (4.0, 11.0, 15.5, 24.0, 33.0)), (2.9, 0.3, (2.0, 8.5, 18.0, 22.0, 29.0))):
+        y = 0.0
+        for recess in recesses:
+            corners = [(x, y), (x, recess), (x + out, recess), (x + out, recess + 1.0), (x, recess + 1.0)]
+            lines += [[*corners[i], *corners[i + 1]] for i in range(4)]
+            y = recess + 1.0
+        lines.append([x, y, x, 40.0])
+    return np.array([*lines, [0.4, 0.0, 2.9, 0.0], [0.4, 40.0, 2.9, 40.0]])
+
+
+def test_wheels_that_stop_to_count_do_not_stop_the_robot(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tests.rbpf.rooms.WALLS", corridor_with_recesses())
+    poses = np.array([[0.15 * k, 0.0, 0.0] for k in range(120)])
+    mapper = Mapper(SMALL, seed=1)
+    feed(mapper, poses, poses[np.minimum(np.arange(120), 40)])
+    assert errors(mapper, poses)[0] < 0.4
+
+
+def test_a_robot_that_stops_is_not_carried_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tests.rbpf.rooms.WALLS", corridor_with_recesses())
+    poses = np.array([[0.15 * min(k, 40), 0.0, 0.0] for k in range(80)])
+    mapper = Mapper(SMALL, seed=1)
+    feed(mapper, poses, poses)
+    assert errors(mapper, poses)[0] < 0.1

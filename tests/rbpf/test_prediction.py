@@ -77,13 +77,41 @@ def test_a_jump_offers_the_motion_before_instead() -> None:
     for _ in range(50):
         predictor.learn(np.array([0.1, 0.0, 0.0]), np.array([0.1, 0.0, 0.0]), seen())
     calm = np.array([0.12, 0.0, 0.0])
-    assert predictor.otherwise(calm, predictor.predict(calm)[0]) is None
+    assert predictor.otherwise(calm, predictor.predict(calm)[0]) == []
     jump = np.array([1.0, 0.5, 0.0])
-    other = predictor.otherwise(jump, predictor.predict(jump)[0])
-    assert other is not None and other[0][0] == pytest.approx(0.1) and other[2] == 1.0
-    assert predictor.otherwise(None, jump) is None
+    [other] = predictor.otherwise(jump, predictor.predict(jump)[0])
+    assert other[0][0] == pytest.approx(0.1) and other[2] == 1.0
+    assert predictor.otherwise(None, jump) == []
     far = np.array([50.0, 0.0, 0.0])
     assert predictor.predict(far)[0][0] == pytest.approx(0.1)
+
+
+def test_a_jump_offers_the_motion_before_though_its_turn_was_not_believed_anyway() -> None:
+    predictor = Predictor(0.1)
+    for _ in range(50):  # wheels that tell the way well, and turns wrong
+        predictor.learn(np.array([0.1, 0.0, -0.05]), np.array([0.1, 0.0, -0.01]), seen())
+    jump = np.array([1.7, -1.4, -0.45])
+    predicted = predictor.predict(jump)[0]
+    assert predicted[2] == pytest.approx(-0.05)
+    told, steady = predictor.otherwise(jump, predicted)
+    assert told[0][2] < -0.4 and steady[0] == pytest.approx([0.1, 0.0, -0.05])
+
+
+def test_wheels_that_stand_while_the_robot_drives_are_not_heard_until_they_turn() -> None:
+    predictor, driven, stood = Predictor(0.1), np.array([0.1, 0.0, 0.0]), np.zeros(3)
+    for _ in range(10):
+        predictor.learn(driven, driven, seen())
+    assert predictor.predict(stood)[0].tolist() == [0.0, 0.0, 0.0]  # it may have stopped
+    assert predictor.otherwise(stood, stood)[-1][0] == pytest.approx(driven)  # or they did
+    for _ in range(5):
+        predictor.learn(driven, stood, seen())
+    assert not predictor.says_it_stands(stood)
+    assert predictor.predict(stood)[0] == pytest.approx(driven) and predictor.otherwise(stood, stood) == []
+    restored = Predictor(0.1)
+    restored.restore(predictor.state())
+    assert not restored.says_it_stands(stood)
+    predictor.learn(driven, driven, seen())
+    assert predictor.says_it_stands(stood)
 
 
 def test_after_a_pause_the_wheels_are_believed_as_far_as_a_robot_can_drive() -> None:
@@ -95,8 +123,8 @@ def test_after_a_pause_the_wheels_are_believed_as_far_as_a_robot_can_drive() -> 
     assert predictor.predict(far)[0][0] == pytest.approx(0.1)  # a leap from one scan to the next
     predictor.wait(30.0)
     assert predictor.predict(far)[0] == pytest.approx(far, rel=0.05)
-    other = predictor.otherwise(far, far)
-    assert other is not None and not other[0].any()  # or else it stood, and the wheels counted on
+    [other] = predictor.otherwise(far, far)
+    assert not other[0].any()  # or else it stood, and the wheels counted on
     assert predictor.predict(np.array([120.0, 0.0, 0.0]))[0].tolist() == [0.0, 0.0, 0.0]
     assert predictor.predict(None)[0].tolist() == [0.0, 0.0, 0.0]
     predictor.learn(far, far, seen())
