@@ -102,7 +102,7 @@ class FrontEnd:
         stands = self.predictor.says_it_stands(T_before_odom)
         if doubtful or unseen or (stands and (out[INLIERS] < GOOD_INLIERS or self.predictor.was_moving)):
             best, least = out.copy(), self._least(out)
-            if stands:  # then it sees what it saw
+            if stands and not doubtful:  # then it sees what it saw
                 least = out[SCORE] + STANDING
             elif unseen:  # odometry may have jumped: where walls do not tell, the motion before is the better guess
                 least = out[SCORE] - BETTER
