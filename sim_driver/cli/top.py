@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -118,19 +119,20 @@ def _show_once(watch: Watch, wait_s: float, as_json: bool) -> None:
 
 
 def _show_live(watch: Watch, wait_s: float) -> None:
+    told: list[int] = []
+    # An exception may be raised where nobody hears it, in a callback or a finaliser.
+    before = signal.signal(signal.SIGINT, lambda number, frame: told.append(number))
     begun, drawn_s = time.monotonic(), 0.0
     with Live(Text("looking for robots ..."), console=console, auto_refresh=False) as live:
-        try:
-            while True:
-                watch.look()
-                now_s = time.monotonic()
-                if now_s - drawn_s >= REFRESH_S:
-                    drawn_s = now_s
-                    words = nobody(watch, now_s - begun) if now_s - begun > wait_s else "looking for robots ..."
-                    live.update(render(watch.view.snapshot(now_s), words), refresh=True)
-                time.sleep(LOOK_S)
-        except KeyboardInterrupt:
-            return
+        while not told:
+            watch.look()
+            now_s = time.monotonic()
+            if now_s - drawn_s >= REFRESH_S:
+                drawn_s = now_s
+                words = nobody(watch, now_s - begun) if now_s - begun > wait_s else "looking for robots ..."
+                live.update(render(watch.view.snapshot(now_s), words), refresh=True)
+            time.sleep(LOOK_S)
+    signal.signal(signal.SIGINT, before)
 
 
 def nobody(watch: Watch, waited_s: float) -> str:
