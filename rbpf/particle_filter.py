@@ -37,6 +37,8 @@ DRAWN_AT_ONCE = 64
 """Scans of a map that is drawn anew are unpacked so many at a time."""
 BEYOND_M = 2.0
 """Maps reach this much farther than the laser is used, metres."""
+SKIP_CELLS = 2.0
+"""In maps of small cells beams clear the map up to this many before their end: floor beside a wall is known, too."""
 
 
 class ParticleFilter:
@@ -57,6 +59,7 @@ class ParticleFilter:
         self._poses = np.zeros((n, 64, 3))  # (particle, keyframe) of those after
         self._rng = np.random.default_rng(seed)
         self._reach_m = config.usable_range_m + BEYOND_M
+        self._skip_m = min(SKIP_M, SKIP_CELLS * config.resolution_m)
 
     @property
     def count(self) -> int:
@@ -168,7 +171,7 @@ class ParticleFilter:
 
         def insert(first: int, last: int) -> None:
             place = (store.pool, store.refs, store.tables, store.row0, store.col0, store.resolution_m, key.origin)
-            insert_range(*place, poses, points, ends, SKIP_M, first, last)
+            insert_range(*place, poses, points, ends, self._skip_m, first, last)
 
         own = partial(store.own, 0, key.origin, poses, points, ends, True)
         self.crew.share(insert, self.count, before=own, beside=beside)
@@ -183,7 +186,7 @@ class ParticleFilter:
         kept = list(scans)
         for first in range(0, len(kept), DRAWN_AT_ONCE):
             keys = kept[first : first + DRAWN_AT_ONCE]
-            store.draw(0, origins[keys], poses[keys], [scans[k] for k in keys], SKIP_M)
+            store.draw(0, origins[keys], poses[keys], [scans[k] for k in keys], self._skip_m)
         store.resample(np.zeros(self.count, dtype=np.int64))
         self._shared = Rows.of(poses[:-1])
         self._poses = np.zeros((self.count, 64, 3))

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from rbpf import Mapper, MapperConfig
+from sim_driver.evaluate.truth import values_at
 from sim_driver.feeds import open_feed
 from spatial import InputError, Scan, se2
-from tests.rbpf.rooms import SMALL, drive, errors, feed, make_scan
+from tests.rbpf.rooms import SMALL, T_WORLD_START, drive, errors, feed, make_scan
 
 
 def test_follows_the_truth_within_centimetres() -> None:
@@ -39,6 +40,15 @@ def test_map_shows_the_room() -> None:
     walls = grid.centres(grid.is_occupied)
     assert walls.shape[0] > 300
     assert 5.8 < np.ptp(walls[:, 0]) < 6.3 and 9.0 < np.ptp(walls[:, 1]) < 10.4
+
+
+def test_floor_beside_a_wall_is_known_in_a_map_of_small_cells() -> None:
+    poses = drive(100)
+    mapper = Mapper(replace(SMALL, resolution_m=0.02), seed=1)
+    feed(mapper, poses)
+    beside = np.stack([np.linspace(5.0, 9.0, 400), np.full(400, 0.06)], axis=1)
+    seen = values_at(mapper.snapshot().map.to_grid(), se2.apply(se2.inverse(T_WORLD_START), beside))
+    assert np.mean(seen == 0) > 0.95
 
 
 @pytest.mark.parametrize(
