@@ -16,6 +16,7 @@ from agent import Agent, Body, Keeper, ProcessShell, Runner, SensorBody, Setting
 from comms import ZenohSensors, load_keys
 from sim_driver.cli.console import console, say
 from sim_driver.cli.progress import Lines
+from sim_driver.cli.signals import signals_heard
 from sim_driver.feeds import open_feed
 from sim_driver.kernels import ensure_compiled
 from sim_driver.locate import locate
@@ -108,9 +109,7 @@ def _body(options: AgentOptions, clock: WallClock) -> Iterator[tuple[Body, Calla
 @contextmanager
 def _until_told(options: AgentOptions, agent: Agent, words: Callable[[], str]) -> Iterator[Callable[[], bool]]:
     """Yield what says whether it is over: a signal came, or the time is up; meanwhile it shows how things go."""
-    told: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda number, frame: told.append(number))
+    told = signals_heard(signal.SIGINT, signal.SIGTERM)
     end_s = math.inf if options.duration_s is None else time.monotonic() + options.duration_s
     shown_s = 0.0
     lines = Lines(say, LOG_S)

@@ -17,6 +17,7 @@ from rich.text import Text
 
 from comms import TeamView, ZenohWatcher, own_keys
 from comms.local_robots import LocalRobot, local_robots
+from sim_driver.cli.signals import signals_heard
 from sim_driver.cli.top_tables import render
 
 console = Console(soft_wrap=False)
@@ -27,6 +28,7 @@ REFRESH_S = 0.5
 """How often the view is drawn anew, seconds."""
 GATHER_S = 1.2
 """One snapshot waits for so long at least: each robot tells its status once a second."""
+LOOKING = "looking for robots ..."
 
 
 class Watch:
@@ -119,20 +121,17 @@ def _show_once(watch: Watch, wait_s: float, as_json: bool) -> None:
 
 
 def _show_live(watch: Watch, wait_s: float) -> None:
-    told: list[int] = []
-    # An exception may be raised where nobody hears it, in a callback or a finaliser.
-    before = signal.signal(signal.SIGINT, lambda number, frame: told.append(number))
+    told = signals_heard(signal.SIGINT)
     begun, drawn_s = time.monotonic(), 0.0
-    with Live(Text("looking for robots ..."), console=console, auto_refresh=False) as live:
+    with Live(Text(LOOKING), console=console, auto_refresh=False) as live:
         while not told:
             watch.look()
             now_s = time.monotonic()
             if now_s - drawn_s >= REFRESH_S:
                 drawn_s = now_s
-                words = nobody(watch, now_s - begun) if now_s - begun > wait_s else "looking for robots ..."
+                words = nobody(watch, now_s - begun) if now_s - begun > wait_s else LOOKING
                 live.update(render(watch.view.snapshot(now_s), words), refresh=True)
             time.sleep(LOOK_S)
-    signal.signal(signal.SIGINT, before)
 
 
 def nobody(watch: Watch, waited_s: float) -> str:
