@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from spatial import InputError
+from spatial.files import is_file, is_folder
 
 DATA_VARIABLE = "MRSLAM_DATA"
 
@@ -19,7 +20,7 @@ def locate(name: str, beside: Path | None = None) -> Path:
     """
     tried = [folder / name for folder in _folders(beside)]
     for path in tried:
-        if path.exists():
+        if is_file(path) or is_folder(path):
             return path.resolve()
     places = ", ".join(str(path.parent) for path in tried)
     raise InputError(f"{name}: not found in {places}; set {DATA_VARIABLE} to the folder that holds it")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from spatial import InputError
+from spatial.files import is_file, is_folder
 
 FOLDER = Path(__file__).parent / "missions"
 """A link to the checkout's ``missions``; a folder of its own in a wheel."""
@@ -21,10 +22,10 @@ def find_mission(path: Path) -> Path:
     ``office``, ``office.toml`` and ``missions/office.toml`` all mean the shipped one where there is no such file.
     Raises ``InputError`` that names the shipped ones.
     """
-    if path.is_file():
+    if is_file(path):
         return path
     names = shipped_missions()
-    if path.is_dir():
+    if is_folder(path):
         raise InputError(f"{path}: is a folder; name the mission file (.toml) itself")
     if path.suffix in ("", ".toml") and path.stem in names and path.parent in (Path(), Path("missions")):
         return FOLDER / f"{path.stem}.toml"

@@ -10,6 +10,11 @@ class InputError(ValueError):
     """
 
 
+def first_line(error: BaseException) -> str:
+    """Return the first line of what another's error says, or its kind where it says nothing."""
+    return (str(error).splitlines() or [""])[0] or type(error).__name__
+
+
 def require(condition: bool, name: str, rule: str, value: object) -> None:
     """Raise :class:`InputError` "<name> must be <rule>, got <value>" unless ``condition`` holds."""
     if not condition:

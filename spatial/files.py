@@ -4,9 +4,27 @@ from __future__ import annotations
 
 import os
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 from spatial.errors import InputError
+
+
+def is_file(path: Path) -> bool:
+    """Return whether there is such a file that may be looked at; names that no file can have are none."""
+    return _is(path, Path.is_file)
+
+
+def is_folder(path: Path) -> bool:
+    """Return whether there is such a folder that may be looked at; names that no folder can have are none."""
+    return _is(path, Path.is_dir)
+
+
+def _is(path: Path, kind: Callable[[Path], bool]) -> bool:
+    try:
+        return kind(path)
+    except OSError:  # the name is too long, or a folder above is closed to us
+        return False
 
 
 def write_bytes(path: Path, *pieces: bytes) -> None:

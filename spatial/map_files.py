@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import logging
-import struct
-import zipfile
-import zlib
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +10,9 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from spatial.errors import InputError
-from spatial.files import write_text
+from spatial.archives import read_arrays
+from spatial.errors import InputError, first_line
+from spatial.files import is_file, is_folder, write_text
 from spatial.grid import OCCUPIED_MIN, UNKNOWN, OccupancyGrid
 from spatial.images import read_grey, write_image
 
@@ -22,11 +20,6 @@ log = logging.getLogger(__name__)
 
 PIXEL_FREE, PIXEL_UNKNOWN, PIXEL_OCCUPIED = 254, 205, 0
 DEFAULT_RESOLUTION_M = 0.05
-ARCHIVE_ERRORS = (
-    *(OSError, LookupError, ValueError, TypeError, EOFError, ArithmeticError, MemoryError, RuntimeError, SyntaxError),
-    *(struct.error, zipfile.BadZipFile, zlib.error),
-)
-"""What numpy and zipfile raise on damaged archives."""
 
 
 def write_map(path: Path, grid: OccupancyGrid) -> None:
@@ -61,10 +54,10 @@ def read_map(path: Path | str, key: str = "a", resolution_m: float | None = None
     ``key`` "a" or "b", the array and ``origin_<key>``. Raises ``InputError`` with what is wrong in which file.
     """
     path = Path(path)
-    if not path.exists():
-        raise InputError(f"{path}: no such map file")
-    if path.is_dir():
+    if is_folder(path):
         raise InputError(f"{path}: is a folder, not a map file (.yaml, an image or .npz)")
+    if not is_file(path):
+        raise InputError(f"{path}: no such map file")
     if path.suffix == ".npz":
         return _read_npz(path, key)
     if path.suffix.lower() in (".yaml", ".yml"):
@@ -79,12 +72,12 @@ def _read_yaml(path: Path) -> OccupancyGrid:
     try:
         meta: Any = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise InputError(f"{path}: not a readable YAML file ({_first_line(error)})") from error
+        raise InputError(f"{path}: not a readable YAML file ({first_line(error)})") from error
     if not isinstance(meta, dict) or not {"image", "resolution", "origin"} <= meta.keys():
         raise InputError(f"{path}: a map file needs the keys image, resolution and origin")
     image_path = path.parent / str(meta["image"])
-    if not image_path.is_file():
-        raise InputError(f"{path}: its image {image_path} does not exist or is not a file")
+    if not is_file(image_path):
+        raise InputError(f"{path}: its image {meta['image']!r} does not exist or is not a file")
     try:
         resolution = float(meta["resolution"])
         x, y, yaw = (float(v) for v in meta["origin"])
@@ -97,10 +90,6 @@ def _read_yaml(path: Path) -> OccupancyGrid:
     if not abs(yaw) <= 1e-6:
         raise InputError(f"{path}: origins with a rotation are not supported, got {yaw} rad; rotate the map first")
     return _grid(path, _trinary(read_grey(image_path), negate, occupied, free), resolution, (x, y))
-
-
-def _first_line(error: BaseException) -> str:
-    return (str(error).splitlines() or [type(error).__name__])[0]
 
 
 def _grid(path: Path, cells: NDArray[np.int8], resolution_m: float, origin_m: tuple[float, float]) -> OccupancyGrid:
@@ -122,12 +111,12 @@ def _trinary(image: NDArray[np.uint8], negate: bool, occupied_thresh: float, fre
 
 
 def _read_npz(path: Path, key: str) -> OccupancyGrid:
+    arrays = read_arrays(path, key, f"origin_{key}", "res")
     try:
-        with np.load(path, allow_pickle=False) as arrays:
-            cells, resolution = arrays[key], float(arrays["res"])
-            origin = np.asarray(arrays[f"origin_{key}"], dtype=np.float64)
-    except ARCHIVE_ERRORS as error:
-        raise InputError(f"{path}: needs arrays {key}, origin_{key} and res ({_first_line(error)})") from error
+        cells, resolution = arrays[key], float(arrays["res"])
+        origin = np.asarray(arrays[f"origin_{key}"], dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{path}: origin_{key} and res must be numbers ({first_line(error)})") from error
     if origin.shape != (2,):
         raise InputError(f"{path}: origin_{key} must have 2 numbers, got shape {origin.shape}")
     if cells.dtype != np.int8:

@@ -63,7 +63,7 @@ def read_state(path: Path, kind: str, version: int) -> Any:
     header, _, blob = body.partition(b"\n")
     try:
         return _unpacked(json.loads(header), memoryview(blob))
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError, RecursionError) as error:
         raise InputError(f"{path}: the checkpoint does not fit this program ({error})") from error
 
 

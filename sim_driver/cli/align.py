@@ -14,6 +14,7 @@ from sim_driver.cli.console import say
 from sim_driver.kernels import ensure_compiled
 from sim_driver.settings import build, with_overrides
 from spatial import InputError, read_map
+from spatial.archives import arrays_in
 
 
 def align_files(
@@ -45,8 +46,7 @@ def _key(path: Path) -> str:
     """Return which array of an .npz is meant: a pair's second map is "b", a file of one map has "a"."""
     if path.suffix != ".npz":
         return "a"
-    with np.load(path, allow_pickle=False) as arrays:
-        return "b" if "b" in arrays else "a"
+    return "b" if "b" in arrays_in(path) else "a"
 
 
 def check_method(method: str) -> None:

@@ -19,7 +19,8 @@ from sim_driver.cli.progress import progress_bar
 from sim_driver.kernels import ensure_compiled
 from sim_driver.settings import build, with_overrides
 from spatial import InputError, OccupancyGrid, read_map, write_map
-from spatial.files import make_folder, write_text
+from spatial.archives import arrays_in
+from spatial.files import is_file, make_folder, write_text
 from spatial.images import write_image
 from spatial.se2 import Transform, transform
 
@@ -70,22 +71,12 @@ def read_maps(paths: list[Path], resolution_m: float | None) -> dict[str, Occupa
         unique = name if names.count(name) == 1 else f"{path.resolve().parent.name}/{name}"
         if unique in grids:
             raise InputError(f"{path}: given twice")
-        if path.suffix == ".npz" and _holds_pair(path):
+        if path.suffix == ".npz" and is_file(path) and "b" in arrays_in(path):
             grids[f"{unique}:a"] = read_map(path, "a")
             grids[f"{unique}:b"] = read_map(path, "b")
         else:
             grids[unique] = read_map(path, "a", resolution_m)
     return grids
-
-
-def _holds_pair(path: Path) -> bool:
-    if not path.exists():
-        raise InputError(f"{path}: no such map file")
-    try:
-        with np.load(path, allow_pickle=False) as arrays:
-            return "b" in arrays
-    except (OSError, ValueError, EOFError) as error:
-        raise InputError(f"{path}: not a readable .npz ({error})") from error
 
 
 def read_poses(path: Path, names: list[str]) -> dict[str, Transform]:

@@ -11,6 +11,7 @@ from sim_driver.feeds.carmen import CarmenFeed
 from sim_driver.feeds.floats import warm_up
 from sim_driver.feeds.rosbag import RosbagFeed
 from spatial import InputError
+from spatial.files import is_file, is_folder
 
 FEEDS: dict[str, Callable[[Path], Feed]] = {"carmen": CarmenFeed, "rosbag": RosbagFeed}
 """Format name -> reader."""
@@ -28,12 +29,12 @@ SUFFIXES = {
 
 def guess_format(path: Path) -> str:
     """Return the format that the file's name tells, or raise ``InputError``."""
-    if not path.exists():
-        raise InputError(f"{path}: no such log")
-    if path.is_dir():
-        if (path / "metadata.yaml").is_file():
+    if is_folder(path):
+        if is_file(path / "metadata.yaml"):
             return "rosbag"
         raise InputError(f"{path}: a folder without metadata.yaml is no ROS2 recording; name the log file itself")
+    if not is_file(path):
+        raise InputError(f"{path}: no such log")
     suffix = path.with_suffix("").suffix if path.suffix == ".gz" else path.suffix
     if suffix not in SUFFIXES:
         raise InputError(

@@ -20,6 +20,9 @@ class Motion:
         self._poses: list[tuple[float, float, float]] = []
         self._sorted: tuple[NDArray[np.int64], NDArray[np.float64]] | None = None
 
+    def __len__(self) -> int:
+        return len(self._stamps_ns)
+
     def add(self, stamp_ns: int, position: Any, orientation: Any) -> None:
         """Add one ROS pose; those that are not finite are passed over."""
         yaw = float(np.arctan2(*_rotation(orientation)[1::-1, 0]))

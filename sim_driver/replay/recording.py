@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 import io
-import struct
-import zlib
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 
 from agent import Agent, Event, Sensed
 from spatial import InputError, Scan
-from spatial.files import write_bytes
+from spatial.archives import read_arrays
+from spatial.files import is_file, write_bytes
 
 SCANS_FILE = "scans.npz"
-DAMAGED = (
-    OSError, EOFError, ValueError, TypeError, KeyError, MemoryError, RuntimeError, BadZipFile, zlib.error, struct.error,
-)  # fmt: skip
-"""What a file can raise that is not, or no longer, an archive of arrays."""
 
 
 class Recorder:
@@ -63,9 +57,10 @@ def write_recording(path: Path, sensed: list[Sensed]) -> None:
 
 def read_recording(path: Path) -> list[Sensed]:
     """Return the scans in the order they came; raise ``InputError`` where the file is none."""
+    if not is_file(path):
+        raise InputError(f"{path}: no such file; the run kept no scans (mission.record = false?)")
+    table = read_arrays(path)
     try:
-        with np.load(path, allow_pickle=False) as arrays:
-            table = {name: arrays[name] for name in arrays.files}
         geometry = [*map(float, table["geometry"]), 0.0]  # older recordings do not tell the time between beams
         angle_min, increment, range_max, range_min, interval = geometry[:5]
         rows = zip(table["t_ns"].tolist(), table["stamps_ns"].tolist(), table["T_odom_base"], strict=True)
@@ -86,7 +81,5 @@ def read_recording(path: Path) -> list[Sensed]:
             )
             for (t_ns, stamp_ns, T_odom_base), ranges_m in zip(rows, table["ranges_m"], strict=True)
         ]
-    except FileNotFoundError as error:
-        raise InputError(f"{path}: no such file; the run kept no scans (mission.record = false?)") from error
-    except DAMAGED as error:
+    except (TypeError, ValueError, LookupError, OverflowError) as error:
         raise InputError(f"{path}: not a recording of scans ({error})") from error

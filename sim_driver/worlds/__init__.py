@@ -8,6 +8,7 @@ from sim_driver.worlds.builtin import BUILT_IN
 from sim_driver.worlds.office import office
 from sim_driver.worlds.world import World
 from spatial import InputError, OccupancyGrid, read_map
+from spatial.files import is_file
 from spatial.images import read_grey
 
 DARK_BELOW = 128
@@ -30,7 +31,7 @@ def load_world(name_or_path: str | Path, scale_m: float | None = None) -> World:
             raise InputError(f"world {name!r}: the seed after office: must be a whole number >= 0")
         return World(name, office(int(seed)))
     path = Path(name)
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(
             f"world {name!r}: no such file, and no built-in world; those are {', '.join(BUILT_IN)}, office:SEED"
         )

@@ -1,4 +1,6 @@
 import contextlib
+import io
+import zipfile
 
 import numpy as np
 import pytest
@@ -81,8 +83,17 @@ def test_npz_pairs(tmp_path):
     np.savez(tmp_path / "p.npz", a=a, b=b, origin_a=[1.0, 2.0], origin_b=[0.0, 0.0], res=0.05)
     assert read_map(tmp_path / "p.npz").origin_m == (1.0, 2.0)
     np.testing.assert_array_equal(read_map(tmp_path / "p.npz", "b").cells, b)
-    with pytest.raises(InputError, match="needs arrays c, origin_c and res"):
+    with pytest.raises(InputError, match="needs arrays c, origin_c, res"):
         read_map(tmp_path / "p.npz", "c")
+
+
+def test_an_array_whose_header_does_not_end(tmp_path):
+    header = io.BytesIO()
+    np.save(header, np.zeros((2, 3), dtype=np.int8))
+    with zipfile.ZipFile(tmp_path / "p.npz", "w") as archive:
+        archive.writestr("a.npy", header.getvalue().replace(b"(2, 3)", b"(2, 3 "))
+    with pytest.raises(InputError, match="not a readable"):
+        read_map(tmp_path / "p.npz")
 
 
 GOOD = {"image": "m.png", "resolution": 0.05, "origin": [0.0, 0.0, 0.0]}
@@ -92,7 +103,9 @@ GOOD = {"image": "m.png", "resolution": 0.05, "origin": [0.0, 0.0, 0.0]}
     ("change", "message"),
     [
         ({"image": None}, "image"),
-        ({"image": "gone.png"}, "gone.png does not exist"),
+        ({"image": "gone.png"}, "gone.png' does not exist"),
+        ({"image": "m" * 300}, "does not exist"),
+        ({"image": "two\nlines.png"}, "lines.png' does not exist"),
         ({"image": 7}, "does not exist"),
         ({"image": "."}, "is not a file"),
         ({"resolution": None}, "needs the keys"),

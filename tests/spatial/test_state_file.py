@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from spatial import InputError
-from spatial.state_file import pack, read_state, write_state
+from spatial.state_file import Packed, pack, read_state, write_state
 
 arrays = st.sampled_from(["float64", "float32", "int64", "int32", "uint32", "int8", "bool"]).flatmap(
     lambda dtype: hnp.arrays(dtype, hnp.array_shapes(min_dims=1, max_dims=3, min_side=0, max_side=4))
@@ -68,6 +68,10 @@ def test_errors_say_what_is_wrong(tmp_path: Path) -> None:
         read_state(path, "thing", 2)
     with pytest.raises(InputError, match="not a other file"):
         read_state(path, "other", 1)
+    for header in (b'{"array":["int8",[3],99999999999999999999]}', b"[" * 100_000):
+        write_state(path, "thing", 1, Packed(header, (bytes(3),)))
+        with pytest.raises(InputError, match="does not fit this program"):
+            read_state(path, "thing", 1)
     path.write_bytes(path.read_bytes()[:-1])
     with pytest.raises(InputError, match="cut off or damaged"):
         read_state(path, "thing", 1)

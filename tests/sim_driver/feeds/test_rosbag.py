@@ -1,5 +1,4 @@
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +8,8 @@ from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from sim_driver.feeds import open_feed
-from sim_driver.feeds.rosbag import RosbagFeed, _beam_interval_s
+from sim_driver.feeds.bag_contents import LaserMessage
+from sim_driver.feeds.rosbag import RosbagFeed
 from spatial import InputError, se2
 
 NS = 1_000_000_000
@@ -252,8 +252,27 @@ def test_a_folder_needs_metadata(tmp_path):
     ],
 )
 def test_an_impossible_time_between_beams_is_not_believed(interval_s, scan_s, believed):
-    message = SimpleNamespace(time_increment=interval_s, scan_time=scan_s)
-    assert _beam_interval_s(message, 500) == (interval_s if believed else 0.0)
+    message = LaserMessage("laser", 1, np.ones(500, np.float32), -1.0, 0.004, 30.0, 0.0, interval_s, scan_s)
+    assert message.beam_interval_s == (interval_s if believed else 0.0)
+
+
+def test_a_recording_whose_own_message_definition_lacks_a_field(tmp_path):
+    path = target(tmp_path, "mcap")
+    with Recorder(path, "mcap") as out:
+        for i in range(3):
+            out.scan(i * NS, [1.0] * 9)
+            out.odometry(i * NS, 0.1 * i, 0.0, 0.0)
+    file = next(path.glob("*.mcap"))
+    for old, new, lost in ((b"range_max", b"range_may", "scan"), (b"child_frame_id", b"child_frame_ib", "odometry")):
+        broken = tmp_path / f"{lost}.mcap"
+        broken.write_bytes(file.read_bytes().replace(old, new))
+        if lost == "scan":
+            with pytest.raises(InputError, match="3 messages could not be decoded"):
+                open_feed(broken)
+        else:
+            feed = open_feed(broken)
+            assert len(feed.readings) == 3 and feed.readings[0].T_odom_base is None
+            assert "3 messages could not be decoded" in feed.notes
 
 
 def test_the_real_bag_equals_its_carmen_copy(data_dir):
