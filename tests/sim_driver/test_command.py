@@ -83,7 +83,7 @@ def test_a_missing_or_broken_map_is_one_clear_line(tmp_path: Path) -> None:
     good = room(tmp_path / "a.yaml")
     assert "no such map file" in one_line_error(mrslam("align", good, tmp_path / "b.yaml"))
     (tmp_path / "b.yaml").write_text("image: b.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n")
-    assert "b.pgm does not exist" in one_line_error(mrslam("align", good, tmp_path / "b.yaml"))
+    assert "'b.pgm' does not exist" in one_line_error(mrslam("align", good, tmp_path / "b.yaml"))
     assert "no alignment method 'magic'" in one_line_error(mrslam("align", good, good, "--method", "magic"))
     assert "two maps or more" in one_line_error(mrslam("merge", good, "-o", tmp_path / "out"))
 

@@ -74,7 +74,7 @@ def test_scans_come_back_as_they_were(recorded: Path) -> None:
 def test_a_damaged_recording_is_named(recorded: Path, tmp_path: Path) -> None:
     raw = (recorded / "r1" / "scans.npz").read_bytes()
     (tmp_path / "scans.npz").write_bytes(raw[:1000])
-    with pytest.raises(InputError, match="not a recording"):
+    with pytest.raises(InputError, match="not a readable"):
         read_recording(tmp_path / "scans.npz")
     with pytest.raises(InputError, match=r"mission\.record"):
         read_recording(tmp_path / "none.npz")
