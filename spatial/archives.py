@@ -18,11 +18,15 @@ def read_arrays(path: Path, *names: str) -> dict[str, NDArray[Any]]:
     """
     try:
         with np.load(path, allow_pickle=False) as archive:
-            return {name: archive[name] for name in names or archive.files}
+            arrays = {name: archive[name] for name in names or archive.files}
     except KeyError as error:
         raise InputError(f"{path}: needs arrays {', '.join(names)} ({first_line(error)})") from error
     except Exception as error:  # what numpy, zipfile and zlib raise on damaged archives is anything
         raise InputError(f"{path}: not a readable .npz ({first_line(error)})") from error
+    for name, array in arrays.items():
+        if not isinstance(array, np.ndarray):
+            raise InputError(f"{path}: {name} is no array")
+    return arrays
 
 
 def arrays_in(path: Path) -> list[str]:

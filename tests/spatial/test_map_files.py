@@ -96,6 +96,14 @@ def test_an_array_whose_header_does_not_end(tmp_path):
         read_map(tmp_path / "p.npz")
 
 
+def test_a_member_that_is_no_array(tmp_path):
+    np.savez(tmp_path / "p.npz", origin_a=[0.0, 0.0], res=0.05)
+    with zipfile.ZipFile(tmp_path / "p.npz", "a") as archive:
+        archive.writestr("a.npy", b"text")
+    with pytest.raises(InputError, match="a is no array"):
+        read_map(tmp_path / "p.npz")
+
+
 GOOD = {"image": "m.png", "resolution": 0.05, "origin": [0.0, 0.0, 0.0]}
 
 
