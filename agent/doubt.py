@@ -54,17 +54,16 @@ class SelfDoubt:
 
         ``match_score`` : share of the scan that fits the scans before, 0..1. ``fits()`` says whether it fits the map
         that was last given out, None where that cannot tell; it is asked only when the view has changed at once.
-        A robot that was resumed has driven on since it was saved, so its view may well have changed: it doubts its
-        place, which its wheels tell, only if that map contradicts.
+        A robot that was resumed has driven on since it was saved, so its view may well have changed: its place, which
+        its wheels tell, is doubted unless that map confirms it. They may have been set to nought, or the robot carried.
         """
+        is_back = self._looked_ns is None and self._seen > 0
         self._seen += 1
-        is_back = self._looked_ns is None
         waited_ns = 0 if self._looked_ns is None else max(now_ns - self._looked_ns, 0)
         self._looked_ns = now_ns
         if not self.doubtful:
-            torn = self._seen > SCANS_LEAST and match_score < TORN * self._usual
-            if torn and is_back:
-                torn = fits() is False
+            torn = match_score < TORN * self._usual
+            torn = torn and (fits() is not True if is_back else self._seen > SCANS_LEAST)
             self._usual += USUAL_MEMORY * (match_score - self._usual)
             if not torn and health >= self.min_health:
                 return None

@@ -45,8 +45,8 @@ def test_a_view_that_changes_at_once_is_doubted_until_the_old_map_fits_again() -
     assert told == [None] * 7 + ["recovered"]
 
 
-@pytest.mark.parametrize(("fits", "told"), [(True, None), (None, None), (False, "doubtful")])
-def test_a_robot_that_comes_back_where_it_has_driven_on_doubts_only_what_its_map_contradicts(
+@pytest.mark.parametrize(("fits", "told"), [(True, None), (None, "doubtful"), (False, "doubtful")])
+def test_a_robot_that_comes_back_where_it_has_driven_on_believes_its_wheels_only_if_its_map_confirms_them(
     fits: bool | None, told: str | None
 ) -> None:
     doubt = SelfDoubt(0.4, 10 * S)
@@ -57,6 +57,13 @@ def test_a_robot_that_comes_back_where_it_has_driven_on_doubts_only_what_its_map
     again = SelfDoubt(0.4, 10 * S).resumed(doubt.state())
     assert again.look(1.0, 0.9, never, 60 * S) is None
     assert again.look(1.0, 0.2, lambda: fits, 61 * S) == "doubtful"  # only the first scan is another view
+
+
+def test_a_young_robot_that_comes_back_elsewhere_doubts() -> None:
+    doubt = SelfDoubt(0.4, 10 * S)
+    assert [doubt.look(1.0, 0.9, never, t * S) for t in range(5)] == [None] * 5
+    resumed = SelfDoubt(0.4, 10 * S).resumed(doubt.state())
+    assert resumed.look(1.0, 0.2, lambda: None, 60 * S) == "doubtful"
 
 
 def test_a_young_robot_and_one_in_the_dark_do_not_tear() -> None:
