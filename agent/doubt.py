@@ -62,8 +62,7 @@ class SelfDoubt:
         waited_ns = 0 if self._looked_ns is None else max(now_ns - self._looked_ns, 0)
         self._looked_ns = now_ns
         if not self.doubtful:
-            torn = match_score < TORN * self._usual
-            torn = torn and (fits() is not True if is_back else self._seen > SCANS_LEAST)
+            torn = match_score < TORN * self._usual and (not fits() if is_back else self._seen > SCANS_LEAST)
             self._usual += USUAL_MEMORY * (match_score - self._usual)
             if not torn and health >= self.min_health:
                 return None

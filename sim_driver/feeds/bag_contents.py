@@ -45,7 +45,7 @@ class LaserMessage:
     def of(cls, message: Any, recorded_ns: int) -> LaserMessage:
         """Return what a message says; raise anything where it is none."""
         return cls(
-            frame=frame_name(message.header.frame_id),
+            frame=_frame_name(message.header.frame_id),
             stamp_ns=_stamp_ns(message.header, recorded_ns),
             ranges_m=np.asarray(message.ranges, dtype=np.float32),
             angle_min_rad=float(message.angle_min),
@@ -94,12 +94,12 @@ class BagContents:
             scan = LaserMessage.of(message, recorded_ns)
             self.scans[topic].append(scan)
         elif kind == ODOMETRY:
-            self.children.setdefault(topic, frame_name(message.child_frame_id))
+            self.children.setdefault(topic, _frame_name(message.child_frame_id))
             pose = message.pose.pose
             self.odometry[topic].add(_stamp_ns(message.header, recorded_ns), pose.position, pose.orientation)
         else:
             for one in message.transforms:
-                names = frame_name(one.header.frame_id), frame_name(one.child_frame_id)
+                names = _frame_name(one.header.frame_id), _frame_name(one.child_frame_id)
                 stamp_ns = _stamp_ns(one.header, recorded_ns)
                 self.tree.add(*names, stamp_ns, one.transform.translation, one.transform.rotation)
 
@@ -136,7 +136,7 @@ def read_contents(path: Path, notes: list[str]) -> BagContents:
     return contents
 
 
-def frame_name(name: str) -> str:
+def _frame_name(name: str) -> str:
     """Return a frame's name without the leading slash that ROS1 allowed."""
     return name.lstrip("/")
 
