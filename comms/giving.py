@@ -38,11 +38,12 @@ class Giving:
     def on_get(self, exchange: Exchange, message: Get, now_ns: int) -> None:
         """The peer asks for items of a manifest."""
         offered = exchange.offered.get((message.robot, message.epoch, message.base, message.target))
-        if offered is None:
+        chunks = [] if offered is None else chunks_for(self._station.store, offered, message, self._station.config)
+        if not chunks:  # not offered here, or gone since: a map that was given up, or a version too old to be kept
             self._offer_or_end(exchange, message)
             return
         budget = self._station.config.exchange_budget_bytes
-        for chunk in chunks_for(self._station.store, offered, message, self._station.config):
+        for chunk in chunks:
             if budget and exchange.served and exchange.served + len(chunk.packed) > budget:
                 self._give_no_more(exchange)
                 return
