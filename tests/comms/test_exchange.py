@@ -133,6 +133,17 @@ def test_a_broken_exchange_goes_on_with_another_robot_and_a_newer_map():
     assert done.tiles <= len(first.map.tiles) - staged + 16
 
 
+def test_an_exchange_goes_on_where_its_map_is_given_up_meanwhile():
+    team = Team("ab", config=replace(QUICK, window_tiles=16), link=LinkConditions(delay_s=0.2))
+    a, b = team.nodes["a"], team.nodes["b"].store
+    a.publish(big_map(), 0)
+    assert team.run_until(lambda: len(b.staging.get("a", _NOTHING).tiles) >= 60)
+    a.begin_map()
+    a.publish(big_map(400, seed=1, revision=2), team.now_ns)
+    assert team.run_until(lambda: b.version("a") == a.store.version("a"), 10)
+    assert not team.of(ExchangeFailed)
+
+
 def test_a_budget_brings_the_most_valuable_tiles_first_and_the_rest_later():
     team = Team("ab", config=replace(QUICK, exchange_budget_bytes=2000, chunk_bytes=1000, window_tiles=200))
     team.nodes["a"].publish(big_map(), 0)
