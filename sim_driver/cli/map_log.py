@@ -6,7 +6,7 @@ import json
 import time
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 import rbpf
 from sim_driver.cli.console import say
 from sim_driver.cli.progress import progress_bar
+from sim_driver.evaluate.doubtful import find_doubts
 from sim_driver.evaluate.relations import Relations, own_errors, read_relations
 from sim_driver.feeds import Reading, open_feed
 from sim_driver.kernels import ensure_compiled
@@ -83,6 +84,8 @@ def map_log(
         "resamplings": mapper.stats.resamplings,
         "known_area_m2": round(grid.known_area_m2(), 1),
     }
+    doubts = find_doubts(trajectory.stamps_ns, np.array(way.health))
+    metrics["doubtful"] = asdict(doubts)
     if way.fed < len(feed.readings):
         metrics["interrupted_after_scans"] = way.fed
     for name, known in (("trajectory", trajectory), ("trajectory_online", online)):
@@ -95,6 +98,8 @@ def map_log(
         write_image(out / "map.png", pixels(grid))
     write_text(out / "metrics.json", json.dumps(metrics, indent=1, allow_nan=False) + "\n")
     _report(metrics, out, as_json)
+    if doubts.scans:
+        say(doubts.text)
     if way.fed < len(feed.readings):
         say(f"interrupted after {way.fed} of {len(feed.readings)} scans: these are the results so far")
         raise typer.Exit(130)
@@ -107,6 +112,8 @@ class _Way:
     fed: int = 0
     accepted: list[int] = field(default_factory=list)
     """Scans that the mapper could use, by their place in the log."""
+    health: list[float] = field(default_factory=list)
+    """What the mapper thought of its pose at each scan that it could use, 0..1."""
     processed_ms: list[float] = field(default_factory=list)
     """What each scan took that the particles took, wall time."""
 
@@ -123,6 +130,7 @@ def _feed_all(mapper: rbpf.Mapper, readings: Sequence[Reading], name: str, show:
                 way.processed_ms.append((time.perf_counter() - start) * 1e3)
             if info.reason is None:
                 way.accepted.append(index)
+                way.health.append(info.health)
             if show is not None:
                 show.on_scan(reading.scan)
             advance()

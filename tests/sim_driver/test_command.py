@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import subprocess
 import sys
@@ -150,6 +151,26 @@ def test_map_writes_what_it_promises_and_the_same_bytes_for_one_seed(tmp_path: P
     promised = "wall_s cpu_s scans scans_processed ms_per_processed_p50 ms_per_processed_p95 peak_rss_mb neff_min"
     assert {*promised.split(), "resamplings", "compile_s"} <= metrics.keys()
     assert len((tmp_path / "one" / "trajectory.tum").read_text().splitlines()) == metrics["scans"] == 551
+    assert metrics["doubtful"]["scans"] == 0 and "doubtful" not in result.stderr
+
+
+def test_map_tells_where_a_log_goes_on_elsewhere(tmp_path: Path, data_dir: Path) -> None:
+    """The wheels begin anew, and the robot was carried to another building: nothing tells how both lie."""
+    lines = []
+    for name, count in (("intel", 600), ("mit-csail", 300)):
+        with gzip.open(data_dir / "slam" / f"{name}.clf.gz", "rt", errors="replace") as file:
+            lines.append([line.split() for line in file if line.startswith("FLASER")][:count])
+    later_s = float(lines[0][-1][-3]) + 20.0 - float(lines[1][0][-3])
+    for words in lines[1]:
+        words[-3] = f"{float(words[-3]) + later_s:.6f}"
+    log = tmp_path / "torn.clf"
+    log.write_text("".join(" ".join(words) + "\n" for part in lines for words in part))
+    result = mrslam("map", log, "--particles", 5, "--out", tmp_path / "out")
+    assert result.returncode == 0, result.stderr
+    began_s = float(lines[1][0][-3]) - float(lines[0][0][-3])
+    stretches = json.loads((tmp_path / "out" / "metrics.json").read_text())["doubtful"]["stretches_s"]
+    assert any(abs(begin - began_s) < 1.0 for begin, _ in stretches)
+    assert "doubtful where the robot was for" in result.stderr
 
 
 def test_map_interrupted_keeps_what_it_has_and_relations_are_judged(tmp_path: Path, data_dir: Path) -> None:
