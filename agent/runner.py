@@ -15,7 +15,10 @@ from agent.outputs import EventLog, write_robot
 from agent.watcher import Watcher
 from alignment import Alignment, Rejection, align
 from comms import Incoming, PeerJoined, PeerLeft, Transport
-from spatial.heap import give_back
+from spatial.heap import give_back, trim
+
+TRIM_NS = 60_000_000_000
+"""Mission time between two times that free pages go back to the system, nanoseconds."""
 
 
 class LinkSource(Protocol):
@@ -45,6 +48,7 @@ class Runner:
         """Bytes given to the network by lane; what goes to all counts once."""
         self.keeper = keeper
         self.events = EventLog(folder, agent.robot_id)
+        self._next_trim_ns = 0
 
     def receive(self, timeout_s: float, now_ns: Callable[[], int]) -> None:
         """Hand the agent all that came from the network."""
@@ -69,6 +73,9 @@ class Runner:
 
     def tick(self, now_ns: int) -> None:
         """Tell the agent the link qualities where they come from outside, and let it look after its links."""
+        if now_ns >= self._next_trim_ns:
+            self._next_trim_ns = now_ns + TRIM_NS
+            trim()
         if self.links is not None:
             for peer, quality in sorted(self.links.qualities(now_ns).items()):
                 self.perform(self.agent.set_link_quality(peer, quality, now_ns))

@@ -27,15 +27,20 @@ def _libc(name: str) -> Callable[..., int] | None:
 _TRIM, _ADVISE = _libc("malloc_trim"), _libc("madvise")
 
 
+def trim() -> bool:
+    """Return free pages to the system; False where none could be. Takes a millisecond; call it now and then."""
+    return _TRIM is not None and bool(_TRIM(0))
+
+
 def give_back() -> bool:
     """Return free pages, and libraries' code, to the system; False where no free page could be.
 
-    Takes milliseconds; call it after large work. Code that is needed after all is read again as it runs.
+    Takes some 20 ms; call it after large work. Code that is needed after all is read again as it runs.
     """
     if _ADVISE is not None and MAPS.exists():  # some kernels do not tell
         for begin, end in _code():
             _ADVISE(ctypes.c_void_p(begin), ctypes.c_size_t(end - begin), DONTNEED)
-    return _TRIM is not None and bool(_TRIM(0))
+    return trim()
 
 
 def _code() -> Iterator[tuple[int, int]]:
