@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from alignment import Alignment, Rejection
+from alignment.align import MIN_KNOWN_M2
 from merge.all_pairs import try_every_pair
 from merge.cluster_search import ClusterSearch
 from merge.config import MergeConfig
@@ -85,5 +86,7 @@ def _why(name: str, reason: str, pairs: PairAligner) -> str:
     tries = {pair: found for pair, found in pairs.rejections.items() if name in pair}
     if reason != "no accepted alignment" or not tries:
         return reason
+    if (shown_m2 := pairs.grids[name].known_area_m2()) < MIN_KNOWN_M2:
+        return f"it shows {shown_m2:.1f} m2, at least {MIN_KNOWN_M2:.0f} m2 are needed"
     best = max(sorted(tries), key=lambda pair: tries[pair].confidence)
     return f"{reason}; nearest was {best[0] if best[1] == name else best[1]}: {tries[best].reason}"

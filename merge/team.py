@@ -13,8 +13,8 @@ from merge.edges import AlignmentLike, Edge, Pair
 from merge.fusion_tree import FusionTree
 from merge.graph import Placement, TeamGraph
 from merge.layers import Layer
-from spatial import TILE_CELLS, UNKNOWN, OccupancyGrid, TiledMap, se2
-from spatial.tiles import TileIndex
+from spatial import TILE_CELLS, UNKNOWN, InputError, OccupancyGrid, TiledMap, se2
+from spatial.tiles import MOST_CELLS, TileIndex, box_cells
 
 _Compared = tuple[OccupancyGrid, OccupancyGrid, str | None]
 REMEMBERED = 4
@@ -149,6 +149,12 @@ def _assembled(tiles: dict[TileIndex, NDArray[np.int8]], resolution_m: float) ->
     if not tiles:
         return OccupancyGrid(np.empty((0, 0), dtype=np.int8), resolution_m)
     rows, cols = [i for i, _ in tiles], [j for _, j in tiles]
+    if box_cells(tiles) > MOST_CELLS:
+        height_m, width_m = (resolution_m * TILE_CELLS * (max(side) - min(side) + 1) for side in (rows, cols))
+        raise InputError(
+            f"the team map would be {width_m:.0f} x {height_m:.0f} m of {resolution_m:g} m cells, more than memory "
+            "holds: are known poses in metres? merge.resolution_m may be larger"
+        )
     i0, j0 = min(rows), min(cols)
     shape = ((max(rows) - i0 + 1) * TILE_CELLS, (max(cols) - j0 + 1) * TILE_CELLS)
     cells = np.full(shape, UNKNOWN, dtype=np.int8)

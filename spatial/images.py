@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -12,35 +13,51 @@ from numpy.typing import NDArray
 from spatial.errors import InputError
 from spatial.files import write_bytes
 
-MAX_PIXELS = 20_000 * 20_000
+RAW_PGM = re.compile(rb"P5(?:\s|#[^\n]*\n)+(\d{1,9})\s+(\d{1,9})\s+(\d{1,9})\s")
+"""Width, height and the number that is white."""
 SILENT = 0
 _LOG = getattr(cv2.utils, "logging", cv2)
 """Where OpenCV is told to be silent: it moved in version 5."""
 
 
-def read_grey(path: Path) -> NDArray[np.uint8]:
-    """Return the image as ``(H, W) uint8``, first row on top; raise ``InputError`` where it is not an image."""
+def read_image(path: Path) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]:
+    """Return an image's greys ``(H, W) uint8``, first row on top, and which pixels are opaque, None for all.
+
+    Raises ``InputError`` where it is not an image.
+    """
     try:
         raw = np.frombuffer(path.read_bytes(), dtype=np.uint8)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
     said = _LOG.setLogLevel(SILENT)  # its own words help nobody
     try:
-        image = cv2.imdecode(raw, cv2.IMREAD_GRAYSCALE) if raw.size else None
-    except cv2.error:
-        image = None
+        grey, whole = _decode(raw, cv2.IMREAD_GRAYSCALE), _decode(raw, cv2.IMREAD_UNCHANGED)
     finally:
         _LOG.setLogLevel(said)
-    if image is None or image.size == 0:
+    if grey is None or whole is None:
         raise InputError(f"{path}: not a readable image: {_fault(raw.tobytes())}")
-    return image.astype(np.uint8, copy=False)
+    header = RAW_PGM.match(raw[:1000].tobytes())
+    white = int(header[3]) if header else 255
+    if header and white not in (255, 65535):  # the decoder takes the numbers as they are
+        grey = np.clip(np.rint(whole * (255.0 / max(white, 1))), 0, 255).astype(np.uint8)
+    has_alpha = whole.ndim == 3 and whole.shape[2] == 4
+    opaque = whole[..., 3] == np.iinfo(whole.dtype).max if has_alpha else None
+    return grey.astype(np.uint8, copy=False), opaque
+
+
+def _decode(raw: NDArray[np.uint8], how: int) -> NDArray[Any] | None:
+    try:
+        image = cv2.imdecode(raw, how) if raw.size else None
+    except cv2.error:
+        return None
+    return image if image is not None and image.size else None
 
 
 def _fault(raw: bytes) -> str:
     """Return what is wrong with bytes that OpenCV cannot read as an image."""
     if not raw:
         return "the file is empty"
-    header = re.match(rb"P5(?:\s|#[^\n]*\n)+(\d{1,9})\s+(\d{1,9})\s+(\d{1,9})\s", raw)
+    header = RAW_PGM.match(raw)
     if header:
         width, height, top = (int(number) for number in header.groups())
         wanted, held = width * height * (1 if top < 256 else 2), len(raw) - header.end()

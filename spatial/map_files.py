@@ -14,11 +14,11 @@ from spatial.archives import read_arrays
 from spatial.errors import InputError, first_line
 from spatial.files import is_file, is_folder, write_text
 from spatial.grid import OCCUPIED_MIN, UNKNOWN, OccupancyGrid
-from spatial.images import read_grey, write_image
+from spatial.images import read_image, write_image
+from spatial.pixels import FREE, GREY, OCCUPIED, Pixels
 
 log = logging.getLogger(__name__)
 
-PIXEL_FREE, PIXEL_UNKNOWN, PIXEL_OCCUPIED = 254, 205, 0
 DEFAULT_RESOLUTION_M = 0.05
 
 
@@ -41,9 +41,9 @@ def write_map(path: Path, grid: OccupancyGrid) -> None:
 
 def pixels(grid: OccupancyGrid) -> NDArray[np.uint8]:
     """Return the grid as a grey image, first row on top: white free, black occupied, grey unknown."""
-    image = np.full(grid.shape, PIXEL_UNKNOWN, dtype=np.uint8)
-    image[grid.is_free] = PIXEL_FREE
-    image[grid.is_occupied] = PIXEL_OCCUPIED
+    image = np.full(grid.shape, GREY, dtype=np.uint8)
+    image[grid.is_free] = FREE
+    image[grid.is_occupied] = OCCUPIED
     return np.ascontiguousarray(image[::-1])
 
 
@@ -65,7 +65,7 @@ def read_map(path: Path | str, key: str = "a", resolution_m: float | None = None
     if resolution_m is None:
         resolution_m = DEFAULT_RESOLUTION_M
         log.warning("%s has no YAML beside its name: taking %g m a cell", path, resolution_m)
-    return OccupancyGrid(_trinary(read_grey(path), False, OCCUPIED_MIN / 100, 0.196), resolution_m)
+    return OccupancyGrid(Pixels(occupied_thresh=OCCUPIED_MIN / 100).cells(*read_image(path)), resolution_m)
 
 
 def _read_yaml(path: Path) -> OccupancyGrid:
@@ -82,14 +82,16 @@ def _read_yaml(path: Path) -> OccupancyGrid:
         resolution = float(meta["resolution"])
         x, y, yaw = (float(v) for v in meta["origin"])
         occupied, free = float(meta.get("occupied_thresh", 0.65)), float(meta.get("free_thresh", 0.196))
-        negate = bool(int(meta.get("negate", 0)))
+        negate, mode = bool(int(meta.get("negate", 0))), str(meta.get("mode", "trinary"))
     except (TypeError, ValueError) as error:
         raise InputError(f"{path}: resolution, origin [x, y, yaw] and thresholds must be numbers ({error})") from error
-    if not 0.0 <= free <= occupied <= 1.0:
-        raise InputError(f"{path}: need 0 <= free_thresh <= occupied_thresh <= 1, got {free} and {occupied}")
+    try:
+        meaning = Pixels(mode, negate, occupied, free)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
     if not abs(yaw) <= 1e-6:
         raise InputError(f"{path}: origins with a rotation are not supported, got {yaw} rad; rotate the map first")
-    return _grid(path, _trinary(read_grey(image_path), negate, occupied, free), resolution, (x, y))
+    return _grid(path, meaning.cells(*read_image(image_path)), resolution, (x, y))
 
 
 def _grid(path: Path, cells: NDArray[np.int8], resolution_m: float, origin_m: tuple[float, float]) -> OccupancyGrid:
@@ -98,16 +100,6 @@ def _grid(path: Path, cells: NDArray[np.int8], resolution_m: float, origin_m: tu
         return OccupancyGrid(cells, resolution_m, origin_m)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
-
-
-def _trinary(image: NDArray[np.uint8], negate: bool, occupied_thresh: float, free_thresh: float) -> NDArray[np.int8]:
-    """Return cells by the map tools' rule: occupancy is darkness (lightness if ``negate``) in [0, 1]."""
-    lightness = image[::-1].astype(np.float32) / 255.0
-    occupancy = lightness if negate else 1.0 - lightness
-    cells = np.full(image.shape, UNKNOWN, dtype=np.int8)
-    cells[occupancy < free_thresh] = 0
-    cells[occupancy > occupied_thresh] = 100
-    return cells
 
 
 def _read_npz(path: Path, key: str) -> OccupancyGrid:

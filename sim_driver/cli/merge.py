@@ -60,23 +60,41 @@ def merge_files(
         say(f"{name} placed at x {x:.3f} m, y {y:.3f} m, turned by {np.degrees(theta):.2f} deg")
     for name, reason in result.team_map.unplaced.items():
         say(f"{name} not placed: {reason}")
+    for (a, b), reason in result.team_map.dropped.items():
+        say(f"how {a} and {b} fit was found, and not used: {reason}")
     say(f"{target.with_suffix('.png')}, {target} ({row['seconds']:.1f} s)")
 
 
 def read_maps(paths: list[Path], resolution_m: float | None) -> dict[str, OccupancyGrid]:
-    """Return the maps by a short name that is unique: the file's, with its folder's where two files share one."""
-    names = [path.stem for path in paths]
+    """Return the maps by their short names."""
     grids: dict[str, OccupancyGrid] = {}
-    for path, name in zip(paths, names, strict=True):
-        unique = name if names.count(name) == 1 else f"{path.resolve().parent.name}/{name}"
-        if unique in grids:
-            raise InputError(f"{path}: given twice")
+    for path, name in zip(paths, short_names(paths), strict=True):
         if path.suffix == ".npz" and is_file(path) and "b" in arrays_in(path):
-            grids[f"{unique}:a"] = read_map(path, "a")
-            grids[f"{unique}:b"] = read_map(path, "b")
+            grids[f"{name}:a"] = read_map(path, "a")
+            grids[f"{name}:b"] = read_map(path, "b")
         else:
-            grids[unique] = read_map(path, "a", resolution_m)
+            grids[name] = read_map(path, "a", resolution_m)
     return grids
+
+
+def short_names(paths: list[Path]) -> list[str]:
+    """Return what tells files apart: their names, with folders before and the suffix after only where it needs them.
+
+    Raises ``InputError`` where a file is given twice.
+    """
+    files = [path.resolve() for path in paths]
+    for path, file in zip(paths, files, strict=True):
+        if files.count(file) > 1:
+            raise InputError(f"{path}: given twice")
+    return [_short_name(file, files) for file in files]
+
+
+def _short_name(file: Path, files: list[Path]) -> str:
+    twins = [other for other in files if other.with_suffix("") == file.with_suffix("")]
+    ways = [other.with_suffix("").parts[1:] for other in files if other not in twins]
+    parts = file.with_suffix("").parts[1:]
+    depth = next(d for d in range(1, len(parts) + 2) if all(way[-d:] != parts[-d:] for way in ways))
+    return "/".join(parts[-depth:]) + (file.suffix if len(twins) > 1 else "")
 
 
 def read_poses(path: Path, names: list[str]) -> dict[str, Transform]:
@@ -91,7 +109,7 @@ def read_poses(path: Path, names: list[str]) -> dict[str, Transform]:
     for number, row in enumerate(csv.reader(text), start=1):
         if not row or row[0].lstrip().startswith("#") or row[0].strip() == "map":
             continue
-        name = row[0].strip() if row[0].strip() in names else Path(row[0].strip()).stem
+        name = _named(row[0].strip(), names)
         try:
             x, y, theta = (float(word) for word in row[1:4])
         except ValueError as error:
@@ -104,6 +122,14 @@ def read_poses(path: Path, names: list[str]) -> dict[str, Transform]:
     if not poses:
         raise InputError(f"{path}: holds no pose")
     return poses
+
+
+def _named(word: str, names: list[str]) -> str:
+    """Return which of the maps is meant: by its name, or by a path that ends with it; the word where it is none."""
+    path = Path(word)
+    parts = (*path.parts[:-1], path.stem)
+    meant = [name for name in names if word == name or parts[-len(Path(name).parts) :] == Path(name).parts]
+    return max(meant, key=len, default=word)
 
 
 def as_json_row(result: MergeResult) -> dict[str, Any]:

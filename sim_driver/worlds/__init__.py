@@ -9,7 +9,7 @@ from sim_driver.worlds.office import office
 from sim_driver.worlds.world import World
 from spatial import InputError, OccupancyGrid, read_map
 from spatial.files import is_file
-from spatial.images import read_grey
+from spatial.images import read_image
 
 DARK_BELOW = 128
 """Grey value below which a bitmap's pixel is wall."""
@@ -37,7 +37,9 @@ def load_world(name_or_path: str | Path, scale_m: float | None = None) -> World:
         )
     if path.suffix.lower() in (".yaml", ".yml"):
         return World(path.stem, read_map(path))
-    cells = (read_grey(path)[::-1] < DARK_BELOW).astype("int8") * 100
+    grey, opaque = read_image(path)
+    is_wall = grey < DARK_BELOW if opaque is None else (grey < DARK_BELOW) & opaque
+    cells = is_wall[::-1].astype("int8") * 100
     return World(path.stem, OccupancyGrid(cells, scale_m or 0.05))
 
 

@@ -84,6 +84,13 @@ def test_known_poses_place_maps_that_share_nothing_and_far_pairs_are_not_even_tr
     assert result.team_map.grid.known_area_m2() == pytest.approx(2 * maps["a"].known_area_m2(), rel=0.02)
 
 
+def test_known_poses_that_memory_cannot_hold_are_refused():
+    poses = {"a": se2.IDENTITY, "b": se2.transform(12_000.0, 15_000.0, 0.0)}
+    maps = {name: part(PLAN, 0, WIDTH // 3, se2.IDENTITY) for name in poses}
+    with pytest.raises(InputError, match=r"the team map would be 120\d\d x 150\d\d m of 0.05 m cells, .* in metres"):
+        merge_maps(maps, known_poses=poses)
+
+
 def test_known_poses_a_little_off_are_corrected_where_maps_overlap():
     maps, poses = team(2, seed=3, share=0.7)
     given = {"m0": poses["m0"], "m1": poses["m1"] + np.array([0.15, -0.1, 0.01])}
@@ -129,7 +136,7 @@ def test_empty_and_single_maps():
     empty = OccupancyGrid(np.empty((0, 0), dtype=np.int8), 0.05)
     result = merge_maps({"a": PLAN, "nothing": empty})
     assert list(result.team_map.T_team_map) == ["a"]
-    assert "m2" in result.team_map.unplaced["nothing"]
+    assert result.team_map.unplaced["nothing"] == "it shows 0.0 m2, at least 2 m2 are needed"
     alone = merge_maps({"a": PLAN})
     np.testing.assert_array_equal(alone.team_map.grid.cells, PLAN.cells)
 

@@ -3,14 +3,24 @@ import numpy as np
 import pytest
 
 from spatial import InputError
-from spatial.images import read_grey, write_image
+from spatial.images import read_image, write_image
 
 
 @pytest.mark.parametrize("suffix", [".pgm", ".png"])
 def test_grey_images_round_trip_to_the_byte(tmp_path, suffix):
     image = np.random.default_rng(0).integers(0, 256, size=(7, 11)).astype(np.uint8)
     write_image(tmp_path / f"a{suffix}", image)
-    np.testing.assert_array_equal(read_grey(tmp_path / f"a{suffix}"), image)
+    grey, opaque = read_image(tmp_path / f"a{suffix}")
+    np.testing.assert_array_equal(grey, image)
+    assert opaque is None
+
+
+@pytest.mark.parametrize("white", [15, 100, 255, 1000, 65535])
+def test_greys_are_shares_of_what_a_file_calls_white(tmp_path, white):
+    size = 1 if white < 256 else 2
+    body = b"".join(value.to_bytes(size, "big") for value in (0, white // 5, white))
+    (tmp_path / "a.pgm").write_bytes(b"P5\n# a comment\n3 1\n%d\n" % white + body)
+    assert read_image(tmp_path / "a.pgm")[0].tolist() == [[0, 51, 255]]
 
 
 def test_colours_are_rgb(tmp_path):
@@ -27,7 +37,7 @@ def test_colours_are_rgb(tmp_path):
 def test_what_is_no_image_is_named(tmp_path, content):
     (tmp_path / "a.pgm").write_bytes(content)
     with pytest.raises(InputError, match=r"a\.pgm: not a readable image"):
-        read_grey(tmp_path / "a.pgm")
+        read_image(tmp_path / "a.pgm")
 
 
 def test_a_cut_image_says_how_much_is_missing_and_nothing_else_is_printed(tmp_path, capfd):
@@ -36,9 +46,9 @@ def test_a_cut_image_says_how_much_is_missing_and_nothing_else_is_printed(tmp_pa
         write_image(tmp_path / name, image)
         (tmp_path / name).write_bytes((tmp_path / name).read_bytes()[:60])
     with pytest.raises(InputError, match=r"cut short: 12 x 10 cells need 120 bytes, the file holds 4[0-9]"):
-        read_grey(tmp_path / "a.pgm")
+        read_image(tmp_path / "a.pgm")
     with pytest.raises(InputError, match="damaged or cut short"):
-        read_grey(tmp_path / "a.png")
+        read_image(tmp_path / "a.png")
     printed = capfd.readouterr()
     assert printed.out == ""
     # Before OpenCV 5 libpng wrote a line of its own that nobody could turn off.
@@ -47,7 +57,7 @@ def test_a_cut_image_says_how_much_is_missing_and_nothing_else_is_printed(tmp_pa
 
 def test_a_missing_image_is_named(tmp_path):
     with pytest.raises(InputError, match=r"gone\.pgm: cannot be read"):
-        read_grey(tmp_path / "gone.pgm")
+        read_image(tmp_path / "gone.pgm")
 
 
 @pytest.mark.parametrize("name", ["a.nonsense", "a"])
@@ -63,4 +73,4 @@ def test_unknown_formats_are_refused(tmp_path, name):
 def test_a_header_made_to_take_long_is_refused_at_once(tmp_path, header):
     (tmp_path / "a.pgm").write_bytes(header + b"\xc9")
     with pytest.raises(InputError, match="damaged or cut short"):
-        read_grey(tmp_path / "a.pgm")
+        read_image(tmp_path / "a.pgm")

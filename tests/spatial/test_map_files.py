@@ -2,6 +2,7 @@ import contextlib
 import io
 import zipfile
 
+import cv2
 import numpy as np
 import pytest
 import yaml
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from spatial import InputError, OccupancyGrid, read_map, write_map
-from spatial.images import write_image
+from spatial.images import read_image, write_image
 
 trinary = arrays(np.int8, st.tuples(st.integers(1, 12), st.integers(1, 12)), elements=st.sampled_from([-1, 0, 100]))
 
@@ -33,11 +34,9 @@ def test_shades_are_written_as_free_unknown_or_occupied(tmp_path):
 
 
 def test_the_first_row_of_cells_is_the_bottom_of_the_image(tmp_path):
-    from spatial.images import read_grey
-
     cells = np.array([[100, 100], [0, 0]], dtype=np.int8)
     write_map(tmp_path / "map.yaml", OccupancyGrid(cells, 0.05))
-    assert read_grey(tmp_path / "map.pgm").tolist() == [[254, 254], [0, 0]]
+    assert read_image(tmp_path / "map.pgm")[0].tolist() == [[254, 254], [0, 0]]
 
 
 def test_the_files_hold_what_other_map_tools_ask_for(tmp_path):
@@ -66,6 +65,39 @@ def test_negated_images_and_own_thresholds(tmp_path):
         "image: m.png\nresolution: 0.1\norigin: [0, 0, 0]\nnegate: 1\noccupied_thresh: 0.9\nfree_thresh: 0.1\n"
     )
     assert read_map(tmp_path / "m.yaml").cells.tolist() == [[0, -1, 100]]
+
+
+def read_as(tmp_path, image, **meta):
+    write_image(tmp_path / "m.png", np.array(image, dtype=np.uint8))
+    text = yaml.safe_dump({"image": "m.png", "resolution": 0.1, "origin": [0, 0, 0], **meta})
+    (tmp_path / "m.yaml").write_text(text)
+    return read_map(tmp_path / "m.yaml").cells.tolist()
+
+
+def test_a_map_savers_unknown_is_unknown_though_its_own_threshold_makes_it_free(tmp_path):
+    """Nav2 saves unknown as 205, occupancy 0.196, beside ``free_thresh: 0.25``."""
+    assert read_as(tmp_path, [[0, 205, 254]], free_thresh=0.25) == [[100, -1, 0]]
+    assert read_as(tmp_path, [[255, 50, 1]], free_thresh=0.25, negate=1) == [[100, -1, 0]]
+    assert read_as(tmp_path, [[0, 205, 206, 254]], free_thresh=0.25) == [[100, 0, 0, 0]]  # one of many greys
+
+
+def test_modes_of_map_servers(tmp_path):
+    greys = [[0, 65, 100, 101, 205, 255]]
+    assert read_as(tmp_path, greys, mode="raw") == [[0, 65, 100, -1, -1, -1]]
+    cells = read_as(tmp_path, [[255, 204, 153, 51, 0]], mode="scale", free_thresh=0.1, occupied_thresh=0.6)
+    assert cells == [[0, 20, 60, 100, 100]]
+    with pytest.raises(InputError, match=r"m\.yaml: mode must be one of trinary, scale, raw, got 'rwa'"):
+        read_as(tmp_path, greys, mode="rwa")
+
+
+@pytest.mark.parametrize("mode", ["trinary", "scale"])
+def test_what_is_transparent_is_unknown(tmp_path, mode):
+    image = np.zeros((1, 4, 4), dtype=np.uint8)
+    image[0, :2, :3] = 255
+    image[0, ::2, 3] = 255
+    cv2.imwrite(str(tmp_path / "m.png"), image)
+    (tmp_path / "m.yaml").write_text(f"image: m.png\nresolution: 0.1\norigin: [0, 0, 0]\nmode: {mode}\n")
+    assert read_map(tmp_path / "m.yaml").cells.tolist() == [[0, -1, 100, -1]]
 
 
 def test_a_bare_image_takes_the_resolution_given(tmp_path, caplog):

@@ -1,0 +1,42 @@
+"""How `mrslam merge` names the maps it is given, and the poses that are known of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from sim_driver.cli.merge import read_poses, short_names
+from spatial import InputError
+
+
+@pytest.mark.parametrize(
+    ("files", "names"),
+    [
+        (["a.yaml", "maps/b.png"], ["a", "b"]),
+        (["run1/map.yaml", "run2/map.yaml", "b.yaml"], ["run1/map", "run2/map", "b"]),
+        (["r1/maps/map.yaml", "r2/maps/map.yaml"], ["r1/maps/map", "r2/maps/map"]),
+        (["maps/map.yaml", "maps/map.png", "map.yaml"], ["maps/map.yaml", "maps/map.png", "here/map"]),
+        (["/map.yaml", "/here/map.yaml"], ["map", "here/map"]),
+    ],
+)
+def test_files_are_called_as_short_as_tells_them_apart(files: list[str], names: list[str]) -> None:
+    assert short_names([Path("/there/here") / file for file in files]) == names
+
+
+def test_a_file_given_twice_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="given twice"):
+        short_names([tmp_path / "a.yaml", tmp_path / "b" / ".." / "a.yaml"])
+
+
+def test_known_poses_name_maps_as_they_are_called_or_by_their_files(tmp_path: Path) -> None:
+    path = tmp_path / "poses.csv"
+    path.write_text("map,x_m,y_m,theta_rad\nr1/maps/map.yaml,1,0,0\n/data/r2/maps/map.yaml,2,0,0\nb,3,0,0\n")
+    names = ["r1/maps/map", "r2/maps/map", "b", "map"]
+    assert {name: pose[0] for name, pose in read_poses(path, names).items()} == dict(
+        zip(names, (1, 2, 3), strict=False)
+    )
+    for word in ("ab.yaml", "", "."):
+        path.write_text(f"{word},1,0,0\n")
+        with pytest.raises(InputError, match="line 1: needs one of the maps"):
+            read_poses(path, names)
