@@ -71,15 +71,20 @@ class Team:
         """Forget at once where a robot's old map lay; where it was the own one, that was everyone's frame."""
         self._graph.remove_map(robot_id)
         lost = self.T_team_map.keys() - {self.robot_id} if robot_id == self.robot_id else {robot_id}
-        self._adopt({one: T for one, T in self.T_team_map.items() if one not in lost}, self._contradicted)
+        others = {pair: reason for pair, reason in self._contradicted.items() if robot_id not in pair}
+        self._adopt({one: T for one, T in self.T_team_map.items() if one not in lost}, others)
         self._stale = True
 
     def take_up(self, pairs: Mapping[tuple[str, str], PairStatus]) -> None:
         """Go on with the maps in the store and these alignments of an earlier life."""
         for robot_id, local in sorted(self._store.maps.items()):
+            if robot_id != self.robot_id and self._doubts(robot_id, local):
+                continue
             self.pairs.map_changed(robot_id, self._store.version(robot_id), local.map)
             self._graph.set_map(robot_id, local.map, local.map.revision)
         for (a, b), status in pairs.items():
+            if self.doubted.keys() & {a, b}:
+                continue
             self.pairs.pairs[a, b] = status
             if status.alignment is not None:
                 self._graph.set_edge(a, b, status.alignment)

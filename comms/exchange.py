@@ -9,6 +9,7 @@ from comms.bitmask import to_mask
 from comms.config import CommsConfig
 from comms.content import open_chunk
 from comms.frames import WireError
+from comms.in_flight import InFlight
 from comms.keyframe_codec import BLOCK
 from comms.messages import Chunk, Get, Manifest, Version
 from comms.snapshots import Snapshot
@@ -17,6 +18,14 @@ from spatial.tiles import MOST_CELLS, TileIndex, box_cells
 
 MAX_OFFERED = 1024
 """Manifests one exchange remembers."""
+
+Offer = tuple[str, int, int, int]
+"""A manifest's robot, epoch, base and target."""
+
+
+def offer_of(one: Manifest | Get) -> Offer:
+    """Return which manifest this is, or is about."""
+    return one.robot, one.epoch, one.base, one.target
 
 
 @dataclass
@@ -42,8 +51,10 @@ class Exchange:
     theirs: dict[str, Version] = field(default_factory=dict)
     """What the peer held when the exchange began."""
     pulls: dict[str, Pull] = field(default_factory=dict)
-    offered: OrderedDict[tuple[str, int, int, int], Manifest] = field(default_factory=OrderedDict)
-    """Manifests I gave, by robot, epoch, base and target."""
+    offered: OrderedDict[Offer, Manifest] = field(default_factory=OrderedDict)
+    """Manifests I gave."""
+    in_flight: dict[Offer, InFlight] = field(default_factory=dict)
+    """What of them was sent."""
     useful_ns: int = 0
     """When it last came nearer to its end; messages that go round in circles do not count."""
     asked_ns: int = 0
@@ -64,9 +75,9 @@ class Exchange:
 
     def offer(self, manifest: Manifest) -> None:
         """Remember a manifest that was given, for the requests that refer to it."""
-        self.offered[manifest.robot, manifest.epoch, manifest.base, manifest.target] = manifest
+        self.offered[offer_of(manifest)] = manifest
         while len(self.offered) > MAX_OFFERED:
-            self.offered.popitem(last=False)
+            self.in_flight.pop(self.offered.popitem(last=False)[0], None)
 
     def costs(self, now_ns: int) -> tuple[str, int, int, int, int, int, float]:
         """Return what it came to, as its end is told: peer, bytes sent, received, whole as LZ4 and raw, tiles, s."""
@@ -101,10 +112,11 @@ def check_manifest(manifest: Manifest, config: CommsConfig) -> None:
         raise WireError("bad manifest", "keyframes")
 
 
-def check_extent(manifest: Manifest, base: Snapshot) -> None:
-    """Raise :class:`WireError` where the map would span more cells than any memory holds."""
-    if box_cells([*base.map.tiles, *zip(manifest.rows, manifest.cols, strict=True)]) > MOST_CELLS:
-        raise WireError("bad manifest", "the map is too wide")
+def check_extent(manifest: Manifest, base: Snapshot, config: CommsConfig) -> None:
+    """Raise :class:`WireError` where the map would span more cells than any memory holds, or hold too many tiles."""
+    tiles = {*base.map.tiles, *zip(manifest.rows, manifest.cols, strict=True)}
+    if box_cells(tiles) > MOST_CELLS or len(tiles) > config.max_tiles:
+        raise WireError("bad manifest", "the map is too large")
 
 
 def next_get(pull: Pull, store: MapStore, sender: str, xid: int, config: CommsConfig) -> Get | None:

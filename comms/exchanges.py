@@ -194,6 +194,8 @@ class Exchanges:
         else:
             exchange.peer_done = True
         self._settle(exchange, now_ns)
+        if message.code == LONG_DONE and self.active.get(exchange.peer) is exchange:
+            self._fail(exchange, "it is over there", now_ns)  # and I want more: begin anew
 
     def _settle(self, exchange: Exchange, now_ns: int) -> None:
         """Tell the peer when I hold all it had; close when both do."""

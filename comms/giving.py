@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from comms.exchange import Exchange
+from comms.bitmask import from_mask
+from comms.exchange import Exchange, offer_of
+from comms.in_flight import InFlight
 from comms.messages import GIVE_NO_MORE, Accept, Ask, Done, Get, Open, Version
 from comms.provider import chunks_for, manifest_for
 from comms.station import Station
 from comms.store import NOTHING
+
+RESEND = 4
+"""Chunks of which none arrives are sent again after so many times ``retry_s``."""
 
 
 class Giving:
@@ -37,13 +42,18 @@ class Giving:
 
     def on_get(self, exchange: Exchange, message: Get, now_ns: int) -> None:
         """The peer asks for items of a manifest."""
-        offered = exchange.offered.get((message.robot, message.epoch, message.base, message.target))
-        chunks = [] if offered is None else chunks_for(self._station.store, offered, message, self._station.config)
-        if not chunks:  # not offered here, or gone since: a map that was given up, or a version too old to be kept
-            self._offer_or_end(exchange, message)
+        store, config = self._station.store, self._station.config
+        offer = offer_of(message)
+        offered = exchange.offered.get(offer)
+        if offered is None or store.at(message.robot, message.epoch, message.target) is None:
+            self._offer_or_end(exchange, message)  # a map that was given up since, or a version too old to be kept
             return
-        budget = self._station.config.exchange_budget_bytes
-        for chunk in chunks:
+        flow = exchange.in_flight.setdefault(offer, InFlight(now_ns))
+        wanted = from_mask(message.mask, len(offered.blocks) + len(offered.rows))
+        due = flow.due(wanted, now_ns, round(RESEND * config.retry_s * 1e9))
+        exchange.useful_ns = max(exchange.useful_ns, flow.moved_ns)
+        budget = config.exchange_budget_bytes
+        for chunk in chunks_for(store, offered, due, config):
             if budget and exchange.served and exchange.served + len(chunk.packed) > budget:
                 self._give_no_more(exchange)
                 return
@@ -76,4 +86,4 @@ class Giving:
     def _give_no_more(self, exchange: Exchange) -> None:
         exchange.budget_spent = True
         message = Done(self._station.own_id, exchange.xid, GIVE_NO_MORE)
-        exchange.bytes_sent += self._station.post(message, exchange.peer, "control")
+        exchange.bytes_sent += self._station.post(message, exchange.peer, "bulk")  # not before the last chunk

@@ -138,9 +138,8 @@ class CommsNode:
         self._around.on_tick(now_ns)
         self._exchanges.on_tick(now_ns)
         if not self.must_stop:
-            for peer in self.rendezvous.due(now_ns):
-                if peer in self.peers and not self._is_pointless(peer):
-                    self._exchanges.open(peer, now_ns)
+            for peer in self.rendezvous.due(now_ns, self._is_worth):
+                self._exchanges.open(peer, now_ns)
         return self._flush()
 
     def on_message(self, payload: bytes, now_ns: int, sender: str | None = None) -> list[fx.Effect]:
@@ -195,10 +194,10 @@ class CommsNode:
         known = self.peers.get(peer)
         return known is None or MODES[known.mode] != "mapper"
 
-    def _is_pointless(self, peer: str) -> bool:
+    def _is_worth(self, peer: str) -> bool:
         """Two robots that both only give maps have nothing to tell each other; one not heard yet may be such a one."""
-        known = self.peers[peer]
-        return known.boot == 0 or (self.mode == "mapper" and MODES[known.mode] == "mapper")
+        known = self.peers.get(peer)
+        return known is not None and known.boot != 0 and not (self.mode == MODES[known.mode] == "mapper")
 
     # -- out -------------------------------------------------------------------------------------------------------
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from comms.bitmask import from_mask, to_mask
+from comms.bitmask import to_mask
 from comms.config import CommsConfig
 from comms.content import content_hash
 from comms.keyframe_codec import pack_block
-from comms.messages import Chunk, Get, Manifest, SignedManifest, Version
+from comms.messages import Chunk, Manifest, SignedManifest, Version
 from comms.snapshots import Snapshot, value_of
 from comms.store import MapStore
 from comms.tile_codec import MAX_TILES_PER_CHUNK, compress, pack_tiles, unknown_tile
@@ -73,13 +73,12 @@ def _replaces(target: Snapshot, base: Snapshot | None, base_revision: int) -> bo
     return all(tile.revision > base_revision for tile in target.map.tiles.values())
 
 
-def chunks_for(store: MapStore, manifest: Manifest, get: Get, config: CommsConfig) -> list[Chunk]:
-    """Return the asked items of a manifest as chunks, each below ``chunk_bytes``; none where the snapshot is gone."""
-    target = store.at(get.robot, get.epoch, get.target)
+def chunks_for(store: MapStore, manifest: Manifest, items: list[int], config: CommsConfig) -> list[Chunk]:
+    """Return these items of a manifest as chunks, each below ``chunk_bytes``; none where the snapshot is gone."""
+    target = store.at(manifest.robot, manifest.epoch, manifest.target)
     if target is None:
         return []
-    base = store.at(get.robot, get.epoch, get.base) if get.base else None
-    items = from_mask(get.mask, len(manifest.blocks) + len(manifest.rows))
+    base = store.at(manifest.robot, manifest.epoch, manifest.base) if manifest.base else None
     size = MAX_TILES_PER_CHUNK
     groups = [items[i : i + size] for i in range(0, len(items), size)]
     chunks: list[Chunk] = []

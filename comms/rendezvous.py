@@ -7,6 +7,7 @@ that has waited longest goes first.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -71,12 +72,16 @@ class Rendezvous:
         """The peer started anew and holds nothing: the next exchange is due at once."""
         self.peers.pop(peer, None)
 
-    def due(self, now_ns: int) -> list[str]:
+    def due(self, now_ns: int, is_worth: Callable[[str], bool] = lambda peer: True) -> list[str]:
         """Return the peers to open an exchange with now, longest waiting first, as many as may run at once."""
         free = self.config.max_parallel_exchanges - sum(known.is_busy for known in self.peers.values())
         if free <= 0:
             return []
-        ready = [peer for peer, known in self.peers.items() if not known.is_busy and now_ns >= self._due_ns(peer)]
+        ready = [
+            peer
+            for peer, known in self.peers.items()
+            if not known.is_busy and now_ns >= self._due_ns(peer) and is_worth(peer)
+        ]
         return sorted(ready, key=lambda peer: (self.peers[peer].turn, peer))[:free]
 
     def _due_ns(self, peer: str) -> float:

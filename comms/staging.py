@@ -18,8 +18,19 @@ class Staging:
     epoch: int
     target: int = 0
     """Revision that the newest manifest leads to."""
+    manifest: Manifest | None = None
+    """That newest one."""
     tiles: dict[TileIndex, Tile] = field(default_factory=dict)
     blocks: dict[int, KeyframeBlock] = field(default_factory=dict)
+
+    def keep_for(self, manifest: Manifest) -> None:
+        """Gather for this manifest from now on, and keep of what is here only what it names."""
+        if manifest is self.manifest:
+            return
+        self.manifest, self.target = manifest, manifest.target
+        places, blocks = set(changed_tiles(manifest)), set(manifest.blocks)
+        self.tiles = {index: tile for index, tile in self.tiles.items() if index in places}
+        self.blocks = {i: block for i, block in self.blocks.items() if i in blocks}
 
     def missing(self, manifest: Manifest) -> tuple[list[int], list[int]]:
         """Return positions in the manifest's tile list and its block list of what has not arrived yet."""

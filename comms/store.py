@@ -125,15 +125,15 @@ class MapStore:
     def try_commit(self, manifest: Manifest) -> tuple[TileIndex, ...] | None:
         """Put a staged snapshot in place if all of the manifest is there; return the changed tiles, else None.
 
-        Raises :class:`WireError` where it is not what the map's own robot signed.
+        Raises :class:`WireError` where it is not what the manifest says, or not what the map's own robot signed.
         """
         robot, staging, base = manifest.robot, self._parts_of(manifest), self.base_of(manifest)
         if base is None or any(staging.missing(manifest)) or (manifest.epoch, manifest.target) <= self.version(robot):
             return None
         whole = staging.laid_on(base, manifest, self._proof_of(manifest))
         self.staging.pop(robot, None)
-        if whole.keyframes != manifest.keyframes or len(whole.map.tiles) > self._config.max_tiles:
-            return None
+        if whole.keyframes != manifest.keyframes:
+            raise WireError("bad manifest", "keyframes do not come to what it says")
         if self._is_forged(robot, whole):
             raise WireError("forged", f"a map of {robot!r} that is not what it signed")
         self._set(robot, whole)
@@ -176,9 +176,17 @@ class MapStore:
         return held if held is not None and held.version == (manifest.epoch, manifest.base) else None
 
     def stage(self, manifest: Manifest) -> Staging:
-        """Return where the parts of this manifest's target are gathered, keeping parts that still hold."""
-        staging = self.staging[manifest.robot] = self._parts_of(manifest)
-        staging.target = manifest.target
+        """Return where the parts of this manifest's target are gathered, keeping parts that still hold.
+
+        There are not more of them than robots may be known: the oldest of a robot of which there is no map goes first.
+        """
+        staging = self._parts_of(manifest)
+        self.staging.pop(manifest.robot, None)  # the newest comes last
+        self.staging[manifest.robot] = staging
+        staging.keep_for(manifest)
+        strangers = [robot for robot in self.staging if robot not in self._newest]
+        for robot in strangers[: max(len(self._newest) + len(strangers) - self._config.max_robots, 0)]:
+            del self.staging[robot]
         return staging
 
     def _parts_of(self, manifest: Manifest) -> Staging:

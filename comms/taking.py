@@ -33,9 +33,12 @@ class Taking:
         store = self._station.store
         if not self.wants(exchange.peer, message.robot, (message.epoch, message.target)):
             return
-        check_manifest(message, self._station.config)
         try:
+            check_manifest(message, self._station.config)
             store.check_proof(message)
+            base = store.base_of(message)
+            if base is not None:
+                check_extent(message, base, self._station.config)
         except WireError:
             self._distrust(exchange, message.robot)
             raise
@@ -43,12 +46,10 @@ class Taking:
         if self._is_at_work(pull, message):
             return  # heard twice; or two questions crossed, and following both answers would never end
         self._source[message.robot] = exchange.peer
-        base = store.base_of(message)
         if base is None:
             pull.manifest = None
             self._ask(exchange, message.robot)
             return
-        check_extent(message, base)
         pull.manifest = message
         self._go_on(exchange, pull)
 

@@ -100,20 +100,22 @@ def test_manifests_that_contradict_themselves_are_refused(change):
         check_manifest(msgspec.structs.replace(good, **change), QUICK)
 
 
-def test_a_map_too_wide_for_any_memory_is_refused():
+def test_a_map_too_large_is_refused():
     from comms.exchange import check_extent
     from comms.frames import WireError
     from comms.snapshots import Snapshot
 
     near = m.Manifest("b", 1, "b", 1, 0, 5, 0.05, 10, [0], [0], [0, 100], [0, 100], [0, 1])
     cells = np.zeros((64, 64), dtype=np.int8)
-    check_extent(near, Snapshot(1, TiledMap(0.05), ()))
+    check_extent(near, Snapshot(1, TiledMap(0.05), ()), QUICK)
     for far, base in (
         (msgspec.structs.replace(near, rows=[0, 2**19], cols=[0, 2**19]), {}),
         (near, {(2**19, -(2**19)): Tile(1, cells)}),
     ):
-        with pytest.raises(WireError, match="too wide"):
-            check_extent(far, Snapshot(1, TiledMap(0.05, base), ()))
+        with pytest.raises(WireError, match="too large"):
+            check_extent(far, Snapshot(1, TiledMap(0.05, base), ()), QUICK)
+    with pytest.raises(WireError, match="too large"):
+        check_extent(near, Snapshot(1, TiledMap(0.05, {(5, 5): Tile(1, cells)}), ()), replace(QUICK, max_tiles=2))
 
 
 def test_messages_of_an_exchange_may_come_from_nowhere():
