@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from sim_driver.evaluate.events import first_merge_s, read_events
 from sim_driver.evaluate.relations import cross_errors, read_relations
+from sim_driver.evaluate.sides import sides_of
 from sim_driver.evaluate.truth import pair_error, team_figures, true_starts, true_trajectories
 from sim_driver.mission import Mission
 from sim_driver.usage import USAGE
@@ -30,6 +32,8 @@ def write_metrics(mission: Mission, folder: Path, *, wall_s: float, mission_s: f
     starts = true_starts(true_trajectories(mission, folder), folder)
     pairs = [_pair(mission, folder, robots, starts, a, b) for a, b in combinations(sorted(robots), 2)]
     team = team_figures(mission, folder, starts, pairs)
+    if team is not None:
+        team["first_merge_s"] = first_merge_s(read_events(folder / robot / "events.jsonl") for robot in robots)
     metrics = {
         "name": mission.mission.name,
         "seed": mission.mission.seed,
@@ -51,12 +55,17 @@ def write_metrics(mission: Mission, folder: Path, *, wall_s: float, mission_s: f
 def _pair(
     mission: Mission, folder: Path, robots: dict[str, Any], starts: dict[str, Transform], a: str, b: str
 ) -> dict[str, Any]:
-    """Return what is believed of a pair: by robot a, or by b or another where a has not accepted it."""
-    views = [row for robot in (a, b, *robots) for row in robots[robot]["pairs"] if (row["a"], row["b"]) == (a, b)]
-    if not views:
-        views = [{"a": a, "b": b, "status": "rejected", "T_a_b": None, "accepted_at_s": None, "confidence": None}]
-        views[0]["reason"] = NEVER_MET
-    row = dict(next((view for view in views if view["status"] == "accepted"), views[0]))
+    """Return what is believed of a pair: by the first of the two that merged, or by a third where neither has."""
+    views = {
+        robot: row
+        for robot in dict.fromkeys((a, b, *robots))
+        for row in robots[robot]["pairs"]
+        if (row["a"], row["b"]) == (a, b)
+    }
+    sides = sides_of(views, a, b)
+    unknown = {"a": a, "b": b, "status": "rejected", "T_a_b": None, "confidence": None, "reason": NEVER_MET}
+    speaker = next(iter((*sides["accepted_by"], *views)), None)
+    row = {**(unknown if speaker is None else views[speaker]), **sides}
     row["status"] = "accepted" if row["status"] == "accepted" else "rejected"
     row["error_m"], row["error_deg"], row["judged_by"] = _error(mission, folder, starts, a, b, row["T_a_b"])
     return row

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from sim_driver.evaluate import References, assess
+from sim_driver.evaluate.sides import when_text
 from sim_driver.evaluate.trajectories import Trajectory
 from sim_driver.kernels import ensure_compiled
 from spatial import InputError, read_map
@@ -93,7 +94,7 @@ def _print_pairs(pairs: list[dict[str, Any]], console: Console) -> None:
     for pair in pairs:
         text = f"{pair['a']}-{pair['b']}: {pair['verdict']}"
         if pair["accepted_at_s"] is not None:
-            text += f" after {pair['accepted_at_s']:.0f} s"
+            text += f" {when_text(pair)}"
         if pair["error_m"] is not None:
             text += f", {pair['error_m']:.3f} m / {pair['error_deg']:.2f} deg off by {pair['judged_by']}"
         elif pair["status"] != "accepted" and pair["reason"]:

@@ -13,6 +13,7 @@ import typer
 from sim_driver import run as runs
 from sim_driver.cli.console import say
 from sim_driver.cli.progress import mission_progress
+from sim_driver.evaluate.sides import merged_text
 from sim_driver.mission import Mission, load_mission
 from sim_driver.replay.again import replay_mission
 from sim_driver.report import REPORT_FILE, write_report
@@ -79,12 +80,11 @@ def run_with_progress(mission: Mission, out: Path, rrd: Path | None = None, view
 def report(metrics: dict[str, Any], out: Path, wall_s: float) -> None:
     """Say in plain words what came of the mission; an interrupted one ends the command as Ctrl-C does."""
     for pair in metrics["pairs"]:
-        who = f"{pair['a']} and {pair['b']}"
         if pair["status"] != "accepted":
-            say(f"{who} not merged: {pair['reason']}")
+            say(f"{pair['a']} and {pair['b']} not merged: {pair['reason']}")
             continue
         error = "" if pair["error_m"] is None else f", {pair['error_m']:.3f} m / {pair['error_deg']:.2f} deg off"
-        say(f"{who} merged after {pair['accepted_at_s']:.0f} s (confidence {pair['confidence']:.2f}{error})")
+        say(f"{merged_text(pair)} (confidence {pair['confidence']:.2f}{error})")
     for link in metrics["links"]:
         if link["exchanges"]:
             saved = 1.0 - link["bytes_sent"] / max(link["bytes_full_lz4"], 1)

@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from sim_driver.evaluate.events import first_merge_s
 from sim_driver.evaluate.judges import Judgement, PairJudge, References, map_judge, pair_judge, relations_of
 from sim_driver.evaluate.network import bytes_by_kind, exchanges, link_rows
 from sim_driver.evaluate.relations import own_errors
 from sim_driver.evaluate.results import RunResults
+from sim_driver.evaluate.sides import sides_of
 from sim_driver.evaluate.trajectories import errors
 from sim_driver.evaluate.truth import MUST_MERGE, overlap
 from sim_driver.usage import USAGE
@@ -111,9 +113,10 @@ def _pair(run: RunResults, judge: PairJudge, a: str, b: str, not_judged: list[st
         for view in robot["pairs"]:
             if (view["a"], view["b"]) == (a, b):
                 views[robot_id] = _view(view, judge(a, b, np.array(view["T_a_b"])) if view["T_a_b"] else None)
-    # a pair is what its own robots believe of it; where neither merged it, a third may have
-    speakers = sorted(views, key=lambda robot: (views[robot]["status"] != "accepted", robot not in (a, b), robot))
-    said = views[speakers[0]] if speakers else _view({"status": "never met", "accepted_at_s": None, "reason": ""}, None)
+    sides = sides_of(views, a, b)
+    speaker = next(iter((*sides["accepted_by"], *sorted(views, key=lambda robot: (robot not in (a, b), robot)))), None)
+    never = {"status": "never met", "accepted_at_s": None, "reason": ""}
+    said = {**(_view(never, None) if speaker is None else views[speaker]), **sides}
     shared = None
     if a in run.T_world_map and b in run.T_world_map:
         shared = overlap(run.map(a), run.map(b), run.T_world_map[a], run.T_world_map[b])
@@ -143,6 +146,8 @@ def _verdict(said: dict[str, Any], met: bool, shared: float | None, views: dict[
     if any(view["is_false"] for view in views.values()):
         return "false merge"
     if said["status"] == "accepted":
+        if said["both_at_s"] is None:
+            return "merged by one only"
         return "merged, not judged" if said["is_false"] is None else "correct merge"
     if shared is not None and shared >= MUST_MERGE:
         return "missed merge" if met else "never met, though the maps overlap"
@@ -162,10 +167,11 @@ def _mission(run: RunResults, judge: PairJudge, robots: dict[str, Any], pairs: l
     verdicts = [pair["verdict"] for pair in pairs]
     return {
         "mission_s": run.metrics["mission_s"],
-        "first_merge_s": merges[0]["t"] if merges else None,
+        "first_merge_s": first_merge_s(run.events.values()),
         "first_correct_merge_s": min(correct, default=None),
         "wrong_merges_on_the_way": len(wrong),
         "correct_merges": verdicts.count("correct merge"),
+        "one_sided_merges": verdicts.count("merged by one only"),
         "false_merges": verdicts.count("false merge"),
         "missed_merges": sum(verdict in ("missed merge", "never met, though the maps overlap") for verdict in verdicts),
         "false_merges_without_overlap": sum(

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from sim_driver.evaluate.results import Event, RunResults
+from sim_driver.evaluate.events import Event
+from sim_driver.evaluate.results import RunResults
 
 
 def bytes_by_kind(run: RunResults) -> dict[str, int]:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from sim_driver.evaluate.events import Event, read_events
 from sim_driver.evaluate.trajectories import Trajectory
 from sim_driver.evaluate.truth import true_starts, true_trajectories
 from sim_driver.mission import Mission
@@ -18,8 +19,6 @@ from sim_driver.robots import LASERS
 from spatial import InputError, OccupancyGrid, read_map, se2
 from spatial.se2 import Transform
 from spatial.tum import read_tum
-
-Event = dict[str, Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,16 +72,3 @@ class RunResults:
     def map(self, robot_id: str, name: str = "map") -> OccupancyGrid:
         """Return a robot's own map, or its ``team_map`` (in its own map's frame, too)."""
         return read_map(self.folder / robot_id / f"{name}.yaml")
-
-
-def read_events(path: Path) -> list[Event]:
-    """Return the events of a file; none where there is no file."""
-    events: list[Event] = []
-    if not path.exists():
-        return events
-    for line in path.read_text(encoding="utf-8").splitlines():
-        try:
-            events.append(json.loads(line))
-        except ValueError:
-            break
-    return events

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -15,7 +17,7 @@ from scipy.spatial import cKDTree
 from sim_driver.evaluate.trajectories import Trajectory
 from sim_driver.mission import Mission
 from sim_driver.simulation import make_world
-from spatial import OccupancyGrid, read_map, se2
+from spatial import UNKNOWN, OccupancyGrid, read_map, se2
 from spatial.distance import euclidean
 from spatial.se2 import Transform
 from spatial.tum import read_tum
@@ -26,6 +28,8 @@ MUST_MERGE = 0.3
 """Pairs whose maps share at least this part of the smaller one should have merged."""
 NEAR_WALL_CELLS = 2.0
 """Up to this far, cells of the robot's map, is near a wall."""
+MARGIN_M = 1.0
+"""How far outside of a world distances to its walls are known."""
 
 
 def true_trajectories(mission: Mission, folder: Path) -> dict[str, Trajectory]:
@@ -84,7 +88,7 @@ def team_figures(
         "coverage_by_robot": {robot: round(values[0], 4) for robot, values in per_robot.items()},
         "false_merges": len(false),
         "missed_merges": len(missed),
-        "first_merge_s": min((pair["accepted_at_s"] for pair in accepted), default=None),
+        "one_sided_merges": sum(pair["both_at_s"] is None for pair in accepted),
     }
 
 
@@ -96,6 +100,18 @@ class Judge:
     reachable: NDArray[np.bool_]
     """``(H, W)`` the floor that counts."""
 
+    @cached_property
+    def _walls(self) -> tuple[OccupancyGrid, NDArray[np.float32]]:
+        """The world with a margin, for walls stand at its edge, and the distance to the nearest of them, metres."""
+        grid, margin = self.world, math.ceil(MARGIN_M / self.world.resolution_m)
+        x, y = (float(one) - margin * grid.resolution_m for one in grid.origin_m)
+        wide = OccupancyGrid(np.pad(grid.cells, margin, constant_values=UNKNOWN), grid.resolution_m, (x, y))
+        return wide, euclidean(np.ascontiguousarray(wide.is_occupied)) * np.float32(grid.resolution_m)
+
+    def _wall_m(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return how far points ``(N, 2)`` of the world are from the nearest true wall, metres; inf far outside."""
+        return field_at(*self._walls, points)
+
     def coverage(self, grid: OccupancyGrid, T_world_map: Transform) -> float:
         """Return the share of the reachable floor that the map knows to be free, 0..1."""
         floor = se2.apply(se2.inverse(T_world_map), self.world.centres(self.reachable))
@@ -106,8 +122,7 @@ class Judge:
         walls = se2.apply(T_world_map, grid.centres(grid.is_occupied))
         if len(walls) == 0:
             return 1.0
-        far_m = euclidean(np.ascontiguousarray(self.world.is_occupied)) * self.world.resolution_m
-        return float(np.mean(field_at(self.world, far_m, walls) <= _near_m(grid)))
+        return float(np.mean(self._wall_m(walls) <= _near_m(grid)))
 
     def occupied_recall(self, grid: OccupancyGrid, T_world_map: Transform) -> float | None:
         """Return the share of the true walls beside known floor that the map has within two cells; None without floor.
@@ -139,8 +154,7 @@ class Judge:
         Both maps come with where they lie in the world, ``T_world_map``.
         """
         walls = se2.apply(se2.compose(moved, shown[1]), shown[0].centres(shown[0].is_occupied))
-        far_m = euclidean(np.ascontiguousarray(self.world.is_occupied)) * self.world.resolution_m
-        is_floor = field_at(self.world, far_m, walls) > 2.0 * _near_m(shown[0])
+        is_floor = self._wall_m(walls) > 2.0 * _near_m(shown[0])
         is_shown = values_at(to[0], se2.apply(se2.inverse(to[1]), walls)) == 0
         return float(np.count_nonzero(is_floor & is_shown)) * shown[0].resolution_m
 
@@ -152,8 +166,7 @@ class Judge:
         walls = se2.apply(T_world_map, grid.centres(grid.is_occupied))
         if len(walls) == 0 or len(paths) == 0:
             return 0
-        far_m = euclidean(np.ascontiguousarray(self.world.is_occupied)) * self.world.resolution_m
-        lone = walls[field_at(self.world, far_m, walls) > _near_m(grid)]
+        lone = walls[self._wall_m(walls) > _near_m(grid)]
         if len(lone) == 0:
             return 0
         return int(np.count_nonzero(cKDTree(paths).query(lone)[0] <= radius_m))

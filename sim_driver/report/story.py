@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from sim_driver.evaluate.results import RunResults
+from sim_driver.evaluate.sides import merged_text
 
 Assessment = dict[str, Any]
 
@@ -12,11 +13,14 @@ Assessment = dict[str, Any]
 def headline(run: RunResults) -> str:
     """Return the outcome in one line."""
     robots = len(run.mission.robots)
-    together = max((len(robot["placed"]) for robot in run.robots.values()), default=0)
+    placed = [len(robot["placed"]) for robot in run.robots.values()]
+    together, whole = max(placed, default=0), placed.count(robots)
     if robots == 1:
         return "One robot mapped on its own"
     if together <= 1:
         return f"No maps were merged: {robots} robots, {robots} separate maps"
+    if 0 < whole < robots:
+        return f"{whole} of {robots} robots {'has' if whole == 1 else 'have'} the maps of all in one"
     if together == robots:
         return f"All {robots} robots share one map" if robots > 2 else "Both robots share one map"
     return f"{together} of {robots} robots share one map"
@@ -63,8 +67,10 @@ def _pair_sentence(pair: dict[str, Any], run: RunResults) -> tuple[str, str]:
         off = ""
         if shown is not None and shown["error_m"] is not None:
             off = f", {shown['error_m']:.2f} m / {shown['error_deg']:.1f} deg off"
-        after = "" if pair["accepted_at_s"] is None else f" after {pair['accepted_at_s']:.0f} s"
-        return ("bad", f"{who} were merged WRONGLY{after}{off}.") if bad else ("good", f"{who} merged{after}{off}.")
+        if bad:
+            after = "" if pair["accepted_at_s"] is None else f" after {pair['accepted_at_s']:.0f} s"
+            return "bad", f"{who} were merged WRONGLY{after}{off}."
+        return "bad" if pair["both_at_s"] is None else "good", f"{merged_text(pair)}{off}."
     times = sum(e["event"] == "exchange_done" and e["peer"] == pair["b"] for e in run.events[pair["a"]])
     if times == 0:
         return "bad", f"{who} never exchanged maps."

@@ -27,6 +27,14 @@ def test_two_cells_away_is_near_a_wall_and_three_are_not() -> None:
         assert (judge.ghosts(room(col), np.zeros(3), drive, 0.2) == 0) == bool(is_near)
 
 
+def test_a_wall_at_the_worlds_edge_is_near_on_its_far_side_too() -> None:
+    world = room(19)
+    judge = Judge(world, world.cells == 0)
+    beyond = OccupancyGrid(world.cells, 0.05, (0.1, 0.0))  # the same wall, drawn two cells farther out
+    assert judge.occupied_precision(beyond, np.zeros(3)) == 1.0
+    assert judge.occupied_precision(OccupancyGrid(world.cells, 0.05, (0.15, 0.0)), np.zeros(3)) == 0.0
+
+
 def test_two_maps_contradict_where_a_wall_moved_stands_on_floor_that_the_other_shows() -> None:
     judge = Judge(room(10), room(10).cells == 0)
     own = (room(10), np.zeros(3))

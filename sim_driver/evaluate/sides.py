@@ -1,0 +1,49 @@
+"""Who of a pair has merged: each robot decides for itself, and one may know where the other is first."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+View = Mapping[str, Any]
+"""What one robot believes of a pair: its ``status``, ``accepted_at_s`` and ``reason``, among others."""
+
+
+def sides_of(views: Mapping[str, View], a: str, b: str) -> dict[str, Any]:
+    """Return who of the pair ``(a, b)`` has merged and when, by each robot's view of it, as JSON values.
+
+    ``accepted_at_s`` : when the first did; ``both_at_s`` : when both had, None where one has not; ``accepted_by`` : who
+    has, the first one first (where neither has, a third robot may have); ``not_by`` : who of the two has not, and why.
+    """
+    merged = {robot: view for robot, view in views.items() if view["status"] == "accepted"}
+    own = {robot: view for robot, view in merged.items() if robot in (a, b)}
+    by = sorted(own or merged, key=lambda robot: (merged[robot]["accepted_at_s"], robot))
+    times = [merged[robot]["accepted_at_s"] for robot in by]
+    return {
+        "accepted_at_s": times[0] if times else None,
+        "both_at_s": times[-1] if len(own) == 2 else None,
+        "accepted_by": by,
+        "not_by": {robot: views[robot]["reason"] if robot in views else "" for robot in (a, b) if robot not in own},
+    }
+
+
+def merged_text(pair: Mapping[str, Any]) -> str:
+    """Return who has merged and when, for a person: "r1 and r2 merged after 26 s (r2 after 16 s)"."""
+    a, b = pair["a"], pair["b"]
+    if pair["both_at_s"] is not None:
+        return f"{a} and {b} merged {when_text(pair)}"
+    first, since = pair["accepted_by"][0], when_text(pair)
+    if first not in (a, b):
+        return f"{first} merged the maps of {a} and {b} {since}, they themselves have not"
+    other = b if first == a else a
+    reason = pair["not_by"][other]
+    return f"{first} merged the map of {other} {since}, {other} has not{f': {reason}' if reason else ''}"
+
+
+def when_text(pair: Mapping[str, Any]) -> str:
+    """Return since when a pair is merged: "after 26 s (r2 after 16 s)"."""
+    first_s, both_s = pair["accepted_at_s"], pair["both_at_s"]
+    if both_s is None:
+        return f"after {first_s:.0f} s"
+    early = f" ({pair['accepted_by'][0]} after {first_s:.0f} s)" if round(first_s) < round(both_s) else ""
+    return f"after {both_s:.0f} s{early}"

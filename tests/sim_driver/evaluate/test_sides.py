@@ -1,0 +1,43 @@
+"""Who of a pair has merged, and how that is said."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sim_driver.evaluate.sides import merged_text, sides_of
+
+
+def view(at_s: float | None, reason: str = "weak evidence") -> dict[str, Any]:
+    return {"status": "rejected" if at_s is None else "accepted", "accepted_at_s": at_s, "reason": reason}
+
+
+def said(views: dict[str, Any]) -> str:
+    return merged_text({"a": "r1", "b": "r2", **sides_of(views, "r1", "r2")})
+
+
+def test_both_have_merged_when_the_second_has() -> None:
+    sides = sides_of({"r1": view(26.0), "r2": view(16.0), "r3": view(9.0)}, "r1", "r2")
+    assert sides == {"accepted_at_s": 16.0, "both_at_s": 26.0, "accepted_by": ["r2", "r1"], "not_by": {}}
+    assert said({"r1": view(26.0), "r2": view(16.0)}) == "r1 and r2 merged after 26 s (r2 after 16 s)"
+    assert said({"r1": view(16.2), "r2": view(16.0)}) == "r1 and r2 merged after 16 s"
+
+
+def test_one_may_have_merged_and_the_other_not() -> None:
+    sides = sides_of({"r1": view(None), "r2": view(16.0)}, "r1", "r2")
+    assert sides["both_at_s"] is None and sides["not_by"] == {"r1": "weak evidence"}
+    assert said({"r1": view(None), "r2": view(16.0)}) == "r2 merged the map of r1 after 16 s, r1 has not: weak evidence"
+    assert said({"r2": view(16.0)}) == "r2 merged the map of r1 after 16 s, r1 has not"  # r1 was lost
+
+
+def test_a_third_may_have_merged_two_that_have_not() -> None:
+    assert (
+        said({"r1": view(None), "r3": view(9.0)})
+        == "r3 merged the maps of r1 and r2 after 9 s, they themselves have not"
+    )
+
+
+def test_nobody_has() -> None:
+    sides = sides_of({"r1": view(None)}, "r1", "r2")
+    assert sides == {
+        "accepted_at_s": None, "both_at_s": None, "accepted_by": [], "not_by": {"r1": "weak evidence", "r2": ""}
+    }  # fmt: skip
