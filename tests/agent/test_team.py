@@ -1,0 +1,77 @@
+"""What a robot believes of its teammates' maps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from agent import Agent, Settings, checkpoint, resume
+from agent.effects import AlignJob
+from alignment import Alignment
+from comms.snapshots import published
+from spatial import Keyframes, LocalMap, OccupancyGrid, TiledMap
+
+SECOND = 1_000_000_000
+
+
+def room(revision: int = 1, *, walled: bool = False, drove_in_walls: bool = False) -> LocalMap:
+    """Return a room; ``walled``: with thick walls across its floor."""
+    cells = np.full((200, 200), -1, dtype=np.int8)
+    cells[20:180, 20:180] = 0
+    cells[[20, 179], 20:180] = cells[20:180, [20]] = cells[20:180, [179]] = 100
+    if walled:
+        cells[30:170, 95:105] = 100
+        cells[90:110, 30:170] = 100
+    places = np.zeros((10, 3))
+    places[:, :2] = 1.02 if drove_in_walls else 3.9
+    return LocalMap(TiledMap.from_grid(OccupancyGrid(cells, 0.05), revision), Keyframes(np.arange(10) * SECOND, places))
+
+
+def arrives(agent: Agent, robot: str, local: LocalMap) -> None:
+    store = agent.node.store
+    snapshot = published(local, store.newest(robot), 1)
+    assert snapshot is not None
+    store.take_up(robot, snapshot)
+    agent.team.map_changed(robot)
+
+
+def merged(agent: Agent) -> int:
+    """Let two robots' maps be merged; return when that was."""
+    found = Alignment(
+        T_a_b=np.zeros(3), confidence=0.9, evidence={"matched_a_m": 30.0, "matched_b_m": 30.0},
+        covariance=1e-4 * np.eye(3), method="orb",
+    )  # fmt: skip
+    nothing = OccupancyGrid(np.empty((0, 0), dtype=np.int8), 0.05)
+    for attempt in range(2):
+        job = AlignJob("a", "b", nothing, nothing, None, ((1, 1), (1, 1)), (64.0, 64.0), attempt)
+        agent.team.on_aligned(job, found, (10 + attempt) * SECOND)
+    assert sorted(agent.team.T_team_map) == ["a", "b"]
+    return 11 * SECOND
+
+
+def test_a_contradicted_merge_whose_map_is_then_doubted_is_forgotten_with_it() -> None:
+    agent = Agent("a", Settings())
+    arrives(agent, "a", room())
+    arrives(agent, "b", room())
+    now_ns = merged(agent)
+    agent.on_tick(now_ns + SECOND // 2)
+    arrives(agent, "b", room(2, walled=True))
+    agent.planning_grid()  # asked for between two ticks: it finds the contradiction
+    arrives(agent, "b", room(3, walled=True, drove_in_walls=True))
+    agent.on_tick(now_ns + SECOND * 6 // 10)
+    assert list(agent.team.T_team_map) == ["a"] and list(agent.team.doubted) == ["b"]
+    assert not agent.team.pairs.pairs
+
+
+@pytest.mark.parametrize("robot", ["b", "c"])
+def test_a_map_that_was_doubted_is_doubted_after_a_restart(robot: str, tmp_path: Path) -> None:
+    agent = Agent("a", Settings())
+    arrives(agent, "a", room())
+    arrives(agent, robot, room(drove_in_walls=True))
+    checkpoint.write(checkpoint.freeze(agent), tmp_path / "a.state")
+    again = Agent("a", Settings(), boot_id=2)
+    resume(again, tmp_path / "a.state")
+    assert again.team.doubted == agent.team.doubted and list(again.team.doubted) == [robot]
+    assert again.next_alignment(0) is None and not again.team.pairs.pairs

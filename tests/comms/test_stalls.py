@@ -1,0 +1,171 @@
+"""Exchanges that could stand still, go round in circles, or be crowded out: none does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from comms import CommsConfig, ExchangeDone, ExchangeFailed, ExchangeStarted, LinkConditions
+from comms.bitmask import to_mask
+from comms.content import content_hash
+from comms.frames import team_tag
+from comms.in_flight import InFlight
+from comms.messages import Beacon, Chunk, Manifest, Open, encode
+from comms.tile_codec import compress, pack_tiles, unknown_tile
+from spatial import Keyframes, LocalMap, OccupancyGrid, Tile, TiledMap
+from tests.comms.team import QUICK, SECOND, Team, big_map
+
+PATIENCE_NS = 4 * SECOND
+
+
+def noisy_map() -> LocalMap:
+    """Return one that takes 180 kB on the wire."""
+    rng = np.random.default_rng(0)
+    cells = big_map(1500).map.to_grid().cells.copy()
+    noisy = rng.random(cells.shape) < 0.1
+    cells[noisy] = rng.choice(np.array([0, 30, 70, 100], dtype=np.int8), noisy.sum())
+    return LocalMap(TiledMap.from_grid(OccupancyGrid(cells, 0.05), 1), big_map().keyframes)
+
+
+def row_of_tiles(count: int, revision: int, before: TiledMap | None = None) -> LocalMap:
+    rng = np.random.default_rng(0)
+    tiles = {} if before is None else dict(before.tiles)
+    for col in range(count):
+        cells = rng.choice(np.array([-1, 0, 100], dtype=np.int8), (64, 64))
+        tiles.setdefault((0, col), Tile(revision, cells))
+    return LocalMap(TiledMap(0.05, tiles, revision), Keyframes.empty())
+
+
+def by_lane(team: Team, link: Callable[[str], LinkConditions]) -> None:
+    """Give each lane a link and a queue of its own, as a real network does: control goes before bulk."""
+    lanes: dict = {}
+    network = team.network
+    network._queue_s = 1e9
+    carry = network._carry_one
+
+    def carry_one(sender, name, receiver, effect):
+        saved = network._free_ns, network._last_ns
+        network._free_ns, network._last_ns = lanes.setdefault(effect.lane, ({}, {}))
+        team.link = link(effect.lane)
+        carry(sender, name, receiver, effect)
+        network._free_ns, network._last_ns = saved
+
+    network._carry_one = carry_one
+
+
+def test_what_is_on_its_way_is_not_sent_again():
+    flow = InFlight(0)
+    assert flow.due([0, 1, 2], 0, PATIENCE_NS) == [0, 1, 2]
+    assert flow.due([0, 1, 2], SECOND, PATIENCE_NS) == []
+    assert flow.due([1, 2, 3], 2 * SECOND, PATIENCE_NS) == [3]  # the first is there, another is asked for
+    assert flow.due([1, 2, 3], 5 * SECOND, PATIENCE_NS) == []
+
+
+def test_what_was_overtaken_is_lost_and_so_is_all_where_nothing_arrives():
+    flow = InFlight(0)
+    flow.due([0, 1, 2], 0, PATIENCE_NS)
+    assert flow.due([0, 2], SECOND, PATIENCE_NS) == [0]
+    assert flow.due([0, 2], 2 * SECOND, PATIENCE_NS) == []
+    assert flow.due([0, 2], 5 * SECOND, PATIENCE_NS) == [0, 2]
+    assert flow.due([0, 2], 6 * SECOND, PATIENCE_NS) == []
+
+
+@pytest.mark.parametrize("kbit_per_s", [64, 150])
+def test_a_slow_link_carries_a_map_once(kbit_per_s):
+    team = Team("ab", config=CommsConfig(link_source="model"), step_ns=SECOND // 10)
+    slow = LinkConditions(delay_s=0.02, rate_bps=1e3 * kbit_per_s)
+    by_lane(team, lambda lane: slow if lane == "bulk" else LinkConditions(delay_s=0.02))
+    team.nodes["a"].publish(noisy_map(), 0)
+    assert team.run_until(lambda: "a" in team.nodes["b"].store.maps, 40)
+    assert team.nodes["a"].bytes_sent["bulk"] < 190_000
+    assert not team.of(ExchangeFailed)
+
+
+def test_an_exchange_that_is_over_for_the_peer_begins_anew_where_more_is_wanted():
+    """Robot a takes c's map from c while it gives its own to b, who holds c's, too; c goes before it is done."""
+    slow = {frozenset("ac"): 20e3, frozenset("ab"): 60e3}
+    team = Team("abc", config=CommsConfig(link_source="model"), step_ns=SECOND // 20)
+
+    def conditions(one, other, now_ns):
+        if team.groups.get(one, 0) != team.groups.get(other, 0):
+            return LinkConditions(loss=1.0)
+        rate = slow.get(frozenset((one, other))) if "a" in team.nodes["a"].store.maps else None
+        return LinkConditions(delay_s=0.05, **({} if rate is None else {"rate_bps": rate}))
+
+    team.network.conditions = conditions
+    team.network._queue_s = 1e9
+    a = team.nodes["a"]
+    team.groups = {"a": 1}
+    team.nodes["c"].publish(big_map(1000, seed=3), 0)
+    assert team.run_until(lambda: "c" in team.nodes["b"].store.maps)
+    a.publish(big_map(2500, seed=4), team.now_ns)
+    team.groups = {"b": 2, "a": 1, "c": 1}
+    assert team.run_until(lambda: "c" in a.store.staging)
+    team.groups = {}
+    assert team.run_until(lambda: (open_now := a._exchanges.active.get("b")) is not None and open_now.is_done, 20)
+    team.groups = {"c": 3}
+    assert team.run_until(lambda: "c" in a.store.maps, 15)
+
+
+@pytest.mark.parametrize("first", [15, None])
+def test_a_map_beyond_the_takers_bounds_is_refused_at_once(first):
+    team = Team("ab", config=replace(QUICK, max_tiles=20))
+    before = None
+    if first is not None:
+        local = row_of_tiles(first, 1)
+        before = local.map
+        team.nodes["a"].publish(local, 0)
+        assert team.run_until(lambda: "a" in team.nodes["b"].store.maps)
+        team.run(4)
+    team.nodes["a"].publish(row_of_tiles(25, 2, before), team.now_ns)
+    sent, told = team.nodes["a"].bytes_sent["bulk"], len(team.events)
+    team.run(60)
+    assert team.nodes["a"].bytes_sent["bulk"] == sent
+    ended = [event for _, _, event in team.events[told:] if isinstance(event, ExchangeDone | ExchangeFailed)]
+    assert len(ended) > 10 and all(event.reason == "complete" and event.seconds < 3 for event in ended)
+    assert team.nodes["b"].dropped["bad manifest"] > 0
+
+
+def test_a_stranger_that_begins_maps_without_end_is_bounded_and_shuts_nobody_out():
+    team = Team("ab", config=replace(QUICK, max_robots=8))
+    for robot in "ab":
+        team.publish(robot)
+    assert team.run_until_agreed(10)
+    victim, tag = team.nodes["a"], team_tag("team")
+    for message in (Beacon("evil", 1, 1, 1000, 1000, 0, [], 0, None), Open("evil", 1, 7, [], [])):
+        victim.on_message(encode(message, tag), team.now_ns, "evil")
+        victim.set_link_quality("evil", 1.0, team.now_ns)
+    cells = np.zeros((1, 64, 64), dtype=np.int8)
+    raw = pack_tiles(cells, unknown_tile()[None])
+    for number in range(100):
+        name = f"{number:064d}"
+        manifest = Manifest("evil", 7, name, 1, 0, 1, 0.05, 0, [], [], [0, 9], [0, 9], [0, 0])
+        checked = content_hash(manifest, [], [0], cells)
+        chunk = Chunk("evil", 7, name, 1, 0, 1, to_mask([0]), False, len(raw), compress(raw), checked)
+        for message in (manifest, chunk):
+            victim.on_message(encode(message, tag), team.now_ns, "evil")
+    assert 0 < len(victim.store.staging) <= 6
+    victim.on_peer_left("evil", team.now_ns)
+    for robot in "ab":
+        team.publish(robot)
+    assert team.run_until_agreed(20)
+
+
+def test_the_end_of_a_budget_does_not_overtake_its_last_chunk():
+    team = Team("ab", config=replace(QUICK, exchange_budget_bytes=2000, chunk_bytes=1000, window_tiles=200))
+    by_lane(team, lambda lane: LinkConditions(delay_s=0.3 if lane == "bulk" else 0.0))
+    team.nodes["a"].publish(big_map(), 0)
+    assert team.run_until(lambda: "a" in team.nodes["b"].store.maps, 60)
+    assert "budget spent" in [event.reason for event in team.of(ExchangeDone)]
+
+
+def test_a_mapper_opens_to_who_takes_maps_though_other_mappers_have_waited_longer():
+    team = Team(["m1", "m2", "m3", "z"], modes={"m1": "mapper", "m2": "mapper", "m3": "mapper", "z": "central"})
+    for robot in ("m1", "m2", "m3"):
+        team.publish(robot)
+    team.run(20)
+    opened = [who for _, who, event in team.events if isinstance(event, ExchangeStarted) and event.opened_by_me]
+    assert {"m1", "m2", "m3"} <= set(opened)
