@@ -104,6 +104,7 @@ def judge(mission: Mission, folder: Path, metrics: dict[str, Any]) -> dict[str, 
         "mission_s": metrics["mission_s"], "agree": round(min(agree.values()), 4),
         "coverage": round(max(coverage.values()), 4), "explored": round(max(explored.values()), 4),
         "pairs": pairs, "rejected": rejected, "false_merges": false, "missed_merges": missed,
+        "one_sided": sum(pair["both_at_s"] is None for pair in accepted.values()),
         "known": known_over_time(folder),
     }  # fmt: skip
 
