@@ -58,9 +58,9 @@ def _robots(run: RunResults, references: References, not_judged: list[str]) -> d
         row["relations"] = None
         if relations is not None:
             off = own_errors(relations, *trajectory)
-            row["relations"] = _relation_row(off) if len(off) else None
+            row["relations"] = _relation_row(off, len(relations[0])) if len(off) else None
             if not len(off):
-                not_judged.append(f"{robot_id}, relations: none lies within its trajectory")
+                not_judged.append(f"{robot_id}, relations: none of {len(relations[0])} lies within its trajectory")
         row["map"] = None
         if against is None:
             not_judged.append(f"{robot_id}, map: no true map")
@@ -76,10 +76,11 @@ def _robots(run: RunResults, references: References, not_judged: list[str]) -> d
     return rows
 
 
-def _relation_row(off: np.ndarray[Any, Any]) -> dict[str, Any]:
+def _relation_row(off: np.ndarray[Any, Any], given: int) -> dict[str, Any]:
     mean, std = off.mean(axis=0), off.std(axis=0)
     return {
         "count": len(off),
+        "given": given,
         "mean_m": round(float(mean[0]), 4),
         "std_m": round(float(std[0]), 4),
         "mean_deg": round(float(mean[1]), 4),
