@@ -31,7 +31,7 @@ def map_(
 
     Writes map, trajectory and metrics; interrupted, it writes what it has.
 
-    mrslam map intel.clf.gz --particles 30 --seed 1 --out out/intel
+    mrslam map slam/intel.clf.gz --particles 30 --seed 1 --out out/intel
     mrslam map monday.bag --no-odometry --out out/monday
     """
     from sim_driver.cli.map_log import map_log
@@ -44,7 +44,7 @@ def feed(
 ) -> None:
     """Say what is in a recorded log, and what is missing.
 
-    mrslam feed intel.clf.gz
+    mrslam feed slam/intel.clf.gz
     mrslam feed monday.bag --json
     """
     from sim_driver.cli.feed import inspect_file
