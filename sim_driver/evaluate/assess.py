@@ -16,6 +16,7 @@ from sim_driver.evaluate.results import RunResults
 from sim_driver.evaluate.trajectories import errors
 from sim_driver.evaluate.truth import MUST_MERGE, overlap
 from sim_driver.usage import USAGE
+from spatial import InputError
 
 ACCURATE = ((0.5, 5.0), (0.15, 1.0))
 """Alignments within (m, deg) are counted as successes, coarse and fine."""
@@ -29,6 +30,7 @@ def assess(folder: Path, references: References | None = None) -> dict[str, Any]
     """Return everything that can be said of the run in ``folder``, as plain JSON values."""
     references = references or References()
     run = RunResults.read(folder)
+    _check_names(run, references)
     not_judged: list[str] = [f"{robot}: was lost in the run" for robot in run.metrics["robots_lost"]]
     judge = pair_judge(run, references)
     robots = _robots(run, references, not_judged)
@@ -41,6 +43,14 @@ def assess(folder: Path, references: References | None = None) -> dict[str, Any]
         "links": link_rows(run),
         "not_judged": not_judged,
     }
+
+
+def _check_names(run: RunResults, references: References) -> None:
+    """Refuse reference trajectories of robots that the run has not."""
+    robots = [robot.id for robot in run.mission.robots]
+    for name in references.trajectories:
+        if name and name not in robots:
+            raise InputError(f"reference of {name}: no such robot in this run; its robots are {', '.join(robots)}")
 
 
 def _robots(run: RunResults, references: References, not_judged: list[str]) -> dict[str, Any]:

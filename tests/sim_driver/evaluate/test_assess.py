@@ -176,6 +176,8 @@ def test_the_command_prints_tables_or_json(folder: Path, capsys: pytest.CaptureF
     assert "r1-r2: correct merge after" in printed and "team coverage" in printed and "not judged: r1, CPU" in printed
     with pytest.raises(InputError, match="ROBOT=FILE"):
         eval_run(folder, None, ["=x"], None, as_json=True)
+    with pytest.raises(InputError, match="reference of r9: no such robot in this run; its robots are r1, r2"):
+        eval_run(folder, None, [f"r9={folder / 'r1' / 'truth.tum'}"], None, as_json=True)
 
 
 def test_relations_are_counted(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
