@@ -54,7 +54,7 @@ def test_a_wrong_call_is_exit_code_2() -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (None, "not found"),
+        (None, "x.clf: no such file"),
         (b"", "no FLASER or ROBOTLASER1 line"),
         (b"FLASER 3 1.0 2.0", "cut off in its last line"),
         (b"\x1f\x8b\x08\x00garbage", "gzip stream is cut off or broken"),
