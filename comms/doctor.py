@@ -18,6 +18,9 @@ from spatial import InputError
 Level = Literal["ok", "warning", "error"]
 MULTICAST = ("224.0.0.224", 7446)
 """Zenoh's scouting group."""
+WORKS = (
+    "a datagram to oneself came back; whether the network carries it to other machines shows only with a robot there"
+)
 PROBE_BYTES = 20_000
 PROBES = 100
 
@@ -97,7 +100,7 @@ def multicast(timeout_s: float = 1.0) -> Finding:
             end = time.monotonic() + timeout_s
             while time.monotonic() < end:
                 if receiver.recv(2048) == token:
-                    return Finding("ok", "multicast", "works on this machine: robots on one network find each other")
+                    return Finding("ok", "multicast", WORKS)
     except OSError as error:
         reason = error.strerror or "nothing came back"
         return Finding("warning", "multicast", f"does not work ({reason}): give addresses with --listen and --connect")

@@ -89,7 +89,7 @@ def _error(
     if len(errors) == 0:
         return None, None, "no relation links the two robots"
     mean_m, mean_deg = errors.mean(axis=0)
-    return round(float(mean_m), 4), round(float(mean_deg), 4), f"{len(errors)} relations"
+    return round(float(mean_m), 4), round(float(mean_deg), 4), f"{len(errors)} of {len(relations[0])} relations"
 
 
 def _link(robots: dict[str, Any], a: str, b: str) -> dict[str, Any]:

@@ -48,9 +48,10 @@ def pixels(grid: OccupancyGrid) -> NDArray[np.uint8]:
 
 
 def read_map(path: Path | str, key: str = "a", resolution_m: float | None = None) -> OccupancyGrid:
-    """Read a map from ``.yaml`` (with its image), from a bare image, or from an ``.npz``.
+    """Read a map from ``.yaml`` (with its image), from an image, or from an ``.npz``.
 
-    A bare image has no resolution: ``resolution_m``, else 0.05 m with a warning. An ``.npz`` holds ``res`` and, for
+    An image is read by the YAML of its stem beside it that names it. With ``resolution_m``, or where there is no such
+    YAML, it is a bare image: of that resolution, else of 0.05 m with a warning. An ``.npz`` holds ``res`` and, for
     ``key`` "a" or "b", the array and ``origin_<key>``. Raises ``InputError`` with what is wrong in which file.
     """
     path = Path(path)
@@ -63,16 +64,39 @@ def read_map(path: Path | str, key: str = "a", resolution_m: float | None = None
     if path.suffix.lower() in (".yaml", ".yml"):
         return _read_yaml(path)
     if resolution_m is None:
+        described = _yaml_of(path)
+        if described is not None:
+            return _read_yaml(described)
         resolution_m = DEFAULT_RESOLUTION_M
-        log.warning("%s has no YAML beside its name: taking %g m a cell", path, resolution_m)
+        log.warning("%s: no %s.yaml beside it names this image; taking %g m a cell", path, path.stem, resolution_m)
     return OccupancyGrid(Pixels(occupied_thresh=OCCUPIED_MIN / 100).cells(*read_image(path)), resolution_m)
 
 
-def _read_yaml(path: Path) -> OccupancyGrid:
+def _yaml_of(image: Path) -> Path | None:
+    """Return the YAML file beside the image, of the same stem, that names this very image."""
+    for path in (image.with_suffix(suffix) for suffix in (".yaml", ".yml")):
+        if not is_file(path):
+            continue
+        try:
+            meta = _load_yaml(path)
+        except InputError:  # whatever it is, it names no image
+            continue
+        if isinstance(meta, dict) and "image" in meta:
+            named = path.parent / str(meta["image"])
+            if is_file(named) and named.samefile(image):
+                return path
+    return None
+
+
+def _load_yaml(path: Path) -> Any:
     try:
-        meta: Any = yaml.safe_load(path.read_text(encoding="utf-8"))
+        return yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise InputError(f"{path}: not a readable YAML file ({first_line(error)})") from error
+
+
+def _read_yaml(path: Path) -> OccupancyGrid:
+    meta = _load_yaml(path)
     if not isinstance(meta, dict) or not {"image", "resolution", "origin"} <= meta.keys():
         raise InputError(f"{path}: a map file needs the keys image, resolution and origin")
     image_path = path.parent / str(meta["image"])

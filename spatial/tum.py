@@ -11,18 +11,19 @@ from spatial.errors import InputError
 from spatial.files import write_text
 
 
-def write_tum(path: Path, stamps_ns: NDArray[np.int64], poses: NDArray[np.float64]) -> None:
+def write_tum(path: Path | str, stamps_ns: NDArray[np.int64], poses: NDArray[np.float64]) -> None:
     """Write ``(N,)`` stamps and ``(N, 3)`` poses in the order given."""
     half = poses[:, 2] / 2.0
     lines = [
         f"{stamp / 1e9:.6f} {x:.6f} {y:.6f} 0 0 0 {qz:.9f} {qw:.9f}\n"
         for stamp, (x, y, _), qz, qw in zip(stamps_ns.tolist(), poses.tolist(), np.sin(half), np.cos(half), strict=True)
     ]
-    write_text(path, "".join(lines))
+    write_text(Path(path), "".join(lines))
 
 
-def read_tum(path: Path) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def read_tum(path: Path | str) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return ``(N,)`` stamps (ns) and ``(N, 3)`` poses in file order; raise ``InputError`` naming the bad line."""
+    path = Path(path)
     rows: list[list[float]] = []
     try:
         text = path.read_text(encoding="utf-8")

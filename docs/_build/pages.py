@@ -1,4 +1,4 @@
-"""Pages made at the build (a MkDocs hook): settings from the code, examples, and the changelog."""
+"""Pages made at the build (a MkDocs hook): settings from the code, examples, and the changelog; links to them."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
@@ -24,6 +25,11 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for name, text in pages.items():
         files.append(File.generated(config, name, content=text))
     return files
+
+
+def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """Let links to the checkout's folder of examples lead to the page made of it."""
+    return markdown.replace("](../examples/)", "](examples.md)")
 
 
 def _examples() -> str:

@@ -21,6 +21,8 @@ ROBOT_ROWS = {
     "RPE m/s": ("trajectory", "rpe_rmse_m"),
     "relations m": ("relations", "mean_m"),
     "relations deg": ("relations", "mean_deg"),
+    "relations used": ("relations", "count"),
+    "relations given": ("relations", "given"),
     "own coverage": ("map", "coverage_own"),
     "team coverage": ("map", "coverage_team"),
     "walls right": ("map", "occupied_precision"),

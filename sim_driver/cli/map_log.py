@@ -142,10 +142,10 @@ def _feed_all(mapper: rbpf.Mapper, readings: Sequence[Reading], name: str, show:
 def _relation_errors(
     truth: Relations, stamps_ns: NDArray[np.int64], poses: NDArray[np.float64]
 ) -> dict[str, float | int | None]:
-    """Return mean errors over the relations whose two stamps are in the trajectory (Kuemmerle et al. 2009)."""
+    """Return mean errors over the relations whose two stamps are in the trajectory, and how many of all those are."""
     errors = own_errors(truth, stamps_ns, poses)
     mean_m, mean_deg = errors.mean(axis=0).tolist() if len(errors) else (None, None)
-    return {"relations": len(errors), "mean_m": mean_m, "mean_deg": mean_deg}
+    return {"relations": len(errors), "relations_given": len(truth[0]), "mean_m": mean_m, "mean_deg": mean_deg}
 
 
 def _percentile(values: list[float], share: float) -> float:
@@ -179,8 +179,9 @@ def _report(metrics: dict[str, Any], out: Path, as_json: bool) -> None:
         f"{metrics['wall_s']:.1f} s ({metrics['cpu_s']:.1f} s of CPU, {metrics['peak_rss_mb']:.0f} MB)"
     )
     for name, found in metrics.get("relations", {}).items():
-        text = "no relation lies within it"
-        if found["relations"]:
-            text = f"{found['mean_m']:.4f} m, {found['mean_deg']:.3f} deg over {found['relations']} relations"
+        used, given = found["relations"], found["relations_given"]
+        text = f"none of {given} relations lies within it"
+        if used:
+            text = f"{found['mean_m']:.4f} m, {found['mean_deg']:.3f} deg over {used} of {given} relations"
         say(f"{name}: {text}")
     say(f"{out}/map.png, map.yaml, trajectory.tum, metrics.json")

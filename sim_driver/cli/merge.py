@@ -20,7 +20,7 @@ from sim_driver.kernels import ensure_compiled
 from sim_driver.settings import build, with_overrides
 from spatial import InputError, OccupancyGrid, read_map, write_map
 from spatial.archives import arrays_in
-from spatial.files import is_file, make_folder, write_text
+from spatial.files import is_file, is_folder, make_folder, write_text
 from spatial.images import write_image
 from spatial.se2 import Transform, transform
 
@@ -35,13 +35,13 @@ def merge_files(
     as_json: bool,
 ) -> None:
     """Merge the maps; write the team map, its picture and ``merge.json``."""
+    target = target_of(out)
     config = build(MergeConfig, with_overrides({"merge": {}}, assignments)["merge"], "merge")
     check_method(method)
     grids = read_maps(maps, resolution)
     if len(grids) < 2:
         raise InputError("merging needs two maps or more")
     poses = None if known_poses is None else read_poses(known_poses, list(grids))
-    target = out if out.suffix in (".yaml", ".yml") else out / "team_map.yaml"
     make_folder(target.parent)
     ensure_compiled(say, ("alignment", "merge"))
     start = time.perf_counter()
@@ -63,6 +63,17 @@ def merge_files(
     for (a, b), reason in result.team_map.dropped.items():
         say(f"how {a} and {b} fit was found, and not used: {reason}")
     say(f"{target.with_suffix('.png')}, {target} ({row['seconds']:.1f} s)")
+
+
+def target_of(out: Path) -> Path:
+    """Return the YAML file to write: the one named, or one in the folder named; other files are mistakes."""
+    if out.suffix in (".yaml", ".yml"):
+        return out
+    if out.suffix and not is_folder(out):
+        raise InputError(
+            f"{out}: name a folder, or a .yaml file ({out.with_suffix('.yaml')}); the picture is written beside it"
+        )
+    return out / "team_map.yaml"
 
 
 def read_maps(paths: list[Path], resolution_m: float | None) -> dict[str, OccupancyGrid]:

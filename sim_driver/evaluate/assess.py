@@ -18,6 +18,7 @@ from sim_driver.evaluate.sides import sides_of
 from sim_driver.evaluate.trajectories import errors
 from sim_driver.evaluate.truth import MUST_MERGE, overlap
 from sim_driver.usage import USAGE
+from spatial import InputError
 
 ACCURATE = ((0.5, 5.0), (0.15, 1.0))
 """Alignments within (m, deg) are counted as successes, coarse and fine."""
@@ -31,6 +32,7 @@ def assess(folder: Path, references: References | None = None) -> dict[str, Any]
     """Return everything that can be said of the run in ``folder``, as plain JSON values."""
     references = references or References()
     run = RunResults.read(folder)
+    _check_names(run, references)
     not_judged: list[str] = [f"{robot}: was lost in the run" for robot in run.metrics["robots_lost"]]
     judge = pair_judge(run, references)
     robots = _robots(run, references, not_judged)
@@ -43,6 +45,14 @@ def assess(folder: Path, references: References | None = None) -> dict[str, Any]
         "links": link_rows(run),
         "not_judged": not_judged,
     }
+
+
+def _check_names(run: RunResults, references: References) -> None:
+    """Refuse reference trajectories of robots that the run has not."""
+    robots = [robot.id for robot in run.mission.robots]
+    for name in references.trajectories:
+        if name and name not in robots:
+            raise InputError(f"reference of {name}: no such robot in this run; its robots are {', '.join(robots)}")
 
 
 def _robots(run: RunResults, references: References, not_judged: list[str]) -> dict[str, Any]:
@@ -60,9 +70,9 @@ def _robots(run: RunResults, references: References, not_judged: list[str]) -> d
         row["relations"] = None
         if relations is not None:
             off = own_errors(relations, *trajectory)
-            row["relations"] = _relation_row(off) if len(off) else None
+            row["relations"] = _relation_row(off, len(relations[0])) if len(off) else None
             if not len(off):
-                not_judged.append(f"{robot_id}, relations: none lies within its trajectory")
+                not_judged.append(f"{robot_id}, relations: none of {len(relations[0])} lies within its trajectory")
         row["map"] = None
         if against is None:
             not_judged.append(f"{robot_id}, map: no true map")
@@ -78,10 +88,11 @@ def _robots(run: RunResults, references: References, not_judged: list[str]) -> d
     return rows
 
 
-def _relation_row(off: np.ndarray[Any, Any]) -> dict[str, Any]:
+def _relation_row(off: np.ndarray[Any, Any], given: int) -> dict[str, Any]:
     mean, std = off.mean(axis=0), off.std(axis=0)
     return {
         "count": len(off),
+        "given": given,
         "mean_m": round(float(mean[0]), 4),
         "std_m": round(float(std[0]), 4),
         "mean_deg": round(float(mean[1]), 4),

@@ -90,7 +90,7 @@ def _by_relations(run: RunResults, relations: Relations | None, a: str, b: str, 
     if len(errors) == 0:
         return None
     mean_m, mean_deg = errors.mean(axis=0)
-    return Judgement(float(mean_m), float(mean_deg), f"{len(errors)} relations")
+    return Judgement(float(mean_m), float(mean_deg), f"{len(errors)} of {len(relations[0])} relations")
 
 
 def _placed_by_reference(run: RunResults, references: References) -> dict[str, Transform]:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_driver.evaluate.trajectories import Trajectory
 from spatial import InputError, se2
 from spatial.se2 import Transform
 
@@ -15,6 +16,9 @@ Relations = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]
 
 LAST_S = 1e10
 """No log is from after this time, seconds since 1970."""
+NEAR_US = 5_000
+"""A stamp means the nearest scan within this time: files round stamps to 10 us, 1 ms or 10 ms (at most 5 ms off), scans
+are 25 ms and more apart, and in 5 ms a robot drives a few millimetres at most."""
 
 
 def read_relations(path: Path) -> Relations:
@@ -35,51 +39,54 @@ def _us(stamps_ns: NDArray[np.float64] | NDArray[np.int64]) -> NDArray[np.int64]
 
 
 def cross_errors(
-    relations: Relations,
-    poses_a: tuple[NDArray[np.int64], NDArray[np.float64]],
-    poses_b: tuple[NDArray[np.int64], NDArray[np.float64]],
-    T_a_b: Transform,
+    relations: Relations, poses_a: Trajectory, poses_b: Trajectory, T_a_b: Transform
 ) -> NDArray[np.float64]:
     """Return ``(N, 2)`` errors (m, deg) of the relations between a pose only robot a has and one only b has.
 
     Poses are ``(stamps_ns, (K, 3))``, each in its robot's own map frame.
     """
-    by_stamp_a, by_stamp_b = _by_stamp(*poses_a), _by_stamp(*poses_b)
-    errors = []
-    for t1, t2, T_1_2 in zip(*relations, strict=True):
-        t1, t2 = int(t1), int(t2)
-        if (t1 in by_stamp_a and t2 in by_stamp_a) or (t1 in by_stamp_b and t2 in by_stamp_b):
-            continue  # one robot saw both: that judges its mapper, not the merge
-        if t1 in by_stamp_a and t2 in by_stamp_b:
-            T_a_1, T_a_2 = by_stamp_a[t1], se2.compose(T_a_b, by_stamp_b[t2])
-        elif t1 in by_stamp_b and t2 in by_stamp_a:
-            T_a_1, T_a_2 = se2.compose(T_a_b, by_stamp_b[t1]), by_stamp_a[t2]
-        else:
-            continue
-        error = se2.between(T_1_2, se2.between(T_a_1, T_a_2))
-        errors.append((np.hypot(error[0], error[1]), np.degrees(abs(error[2]))))
-    return np.array(errors, dtype=np.float64).reshape(-1, 2)
+    t1, t2, T_1_2 = relations
+    placed_b = poses_b[0], se2.compose(T_a_b, poses_b[1])
+    (a1, off_a1), (b1, off_b1) = _nearest(poses_a, t1), _nearest(placed_b, t1)
+    (a2, off_a2), (b2, off_b2) = _nearest(poses_a, t2), _nearest(placed_b, t2)
+    # two robots of one log have scans side by side: a stamp is the nearer robot's, or both's where both have that scan
+    has_a1, has_b1 = _owns(off_a1, off_b1), _owns(off_b1, off_a1)
+    has_a2, has_b2 = _owns(off_a2, off_b2), _owns(off_b2, off_a2)
+    own = (has_a1 & has_a2) | (has_b1 & has_b2)  # one robot saw both: that judges its mapper, not the merge
+    from_a, from_b = ~own & has_a1 & has_b2, ~own & has_b1 & has_a2
+    first, second = np.where(from_a[:, None], a1, b1), np.where(from_a[:, None], b2, a2)
+    used = from_a | from_b
+    return _errors(T_1_2[used], first[used], second[used])
 
 
 def own_errors(
     relations: Relations, stamps_ns: NDArray[np.int64], T_map_base: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return ``(N, 2)`` errors (m, deg) of the relations between two poses of one robot's trajectory."""
-    by_stamp = _by_stamp(stamps_ns, T_map_base)
-    rows = [
-        (by_stamp[int(t1)], by_stamp[int(t2)], T_1_2)
-        for t1, t2, T_1_2 in zip(*relations, strict=True)
-        if int(t1) in by_stamp and int(t2) in by_stamp
-    ]
-    if not rows:
-        return np.empty((0, 2))
-    first, second, true = (np.array(column) for column in zip(*rows, strict=True))
-    error = se2.between(true, se2.between(first, second))
+    t1, t2, T_1_2 = relations
+    (first, off_1), (second, off_2) = (_nearest((stamps_ns, T_map_base), t) for t in (t1, t2))
+    used = (off_1 <= NEAR_US) & (off_2 <= NEAR_US)
+    return _errors(T_1_2[used], first[used], second[used])
+
+
+def _errors(T_1_2: Transform, first: Transform, second: Transform) -> NDArray[np.float64]:
+    error = se2.between(T_1_2, se2.between(first, second))
     return np.stack([np.hypot(error[:, 0], error[:, 1]), np.degrees(np.abs(error[:, 2]))], axis=-1)
 
 
-def _by_stamp(stamps_ns: NDArray[np.int64], poses: NDArray[np.float64]) -> dict[int, NDArray[np.float64]]:
-    table: dict[int, NDArray[np.float64]] = {}
-    for stamp, pose in zip(_us(stamps_ns).tolist(), poses, strict=True):
-        table.setdefault(stamp, pose)
-    return table
+def _owns(off_us: NDArray[np.int64], others_us: NDArray[np.int64]) -> NDArray[np.bool_]:
+    return off_us <= np.minimum(others_us, NEAR_US)
+
+
+def _nearest(trajectory: Trajectory, asked_us: NDArray[np.int64]) -> tuple[Transform, NDArray[np.int64]]:
+    """Return the poses ``(N, 3)`` nearest in time to the stamps asked for, and how far off they are, ``(N,)`` us.
+
+    Of poses with one stamp it is the first.
+    """
+    stamps_us, first = np.unique(_us(trajectory[0]), return_index=True)
+    if len(first) == 0:
+        return np.zeros((len(asked_us), 3)), np.full(len(asked_us), NEAR_US + 1)
+    right = np.searchsorted(stamps_us, asked_us).clip(max=len(first) - 1)
+    left = np.maximum(right - 1, 0)
+    nearest = np.where(asked_us - stamps_us[left] <= stamps_us[right] - asked_us, left, right)
+    return trajectory[1][first[nearest]], np.abs(stamps_us[nearest] - asked_us)

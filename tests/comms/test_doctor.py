@@ -29,6 +29,11 @@ def test_all_topics_are_looked_at_in_words():
     assert "Mbit/s" in findings[-1].words
 
 
+def test_multicast_claims_only_what_was_tried():
+    found = doctor.multicast()
+    assert ("to oneself" in found.words) == (found.level == "ok")
+
+
 @pytest.mark.parametrize("endpoint", ["7447", "tcp/host", "tcp/host:99999"])
 def test_nonsense_is_refused(endpoint):
     with pytest.raises(InputError, match="endpoint must look like"):

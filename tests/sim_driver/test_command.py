@@ -54,7 +54,7 @@ def test_a_wrong_call_is_exit_code_2() -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (None, "not found"),
+        (None, "x.clf: no such file"),
         (b"", "no FLASER or ROBOTLASER1 line"),
         (b"FLASER 3 1.0 2.0", "cut off in its last line"),
         (b"\x1f\x8b\x08\x00garbage", "gzip stream is cut off or broken"),
@@ -192,4 +192,10 @@ def test_map_interrupted_keeps_what_it_has_and_relations_are_judged(tmp_path: Pa
     metrics = json.loads((tmp_path / "metrics.json").read_text())
     assert metrics["interrupted_after_scans"] == metrics["scans"]
     assert metrics["relations"].keys() == {"trajectory", "trajectory_online"}
+    given = len(relations.read_text().splitlines())
+    assert metrics["relations"]["trajectory"]["relations_given"] == given
+    used = metrics["relations"]["trajectory"]["relations"]
+    assert (
+        f"over {used} of {given} relations" in result.stderr if used else f"none of {given} relations" in result.stderr
+    )
     assert len((tmp_path / "trajectory.tum").read_text().splitlines()) == metrics["scans"]

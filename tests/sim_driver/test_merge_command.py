@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from sim_driver.cli.merge import read_poses, short_names
+from sim_driver.cli.merge import read_poses, short_names, target_of
 from spatial import InputError
 
 
@@ -22,6 +22,15 @@ from spatial import InputError
 )
 def test_files_are_called_as_short_as_tells_them_apart(files: list[str], names: list[str]) -> None:
     assert short_names([Path("/there/here") / file for file in files]) == names
+
+
+def test_what_is_written_is_a_yaml_file_or_a_folder(tmp_path: Path) -> None:
+    assert target_of(tmp_path / "map.yml") == tmp_path / "map.yml"
+    assert target_of(tmp_path / "merged") == tmp_path / "merged" / "team_map.yaml"
+    with pytest.raises(InputError, match=r"x\.png: name a folder, or a \.yaml file \(.*/x\.yaml\)"):
+        target_of(tmp_path / "x.png")
+    (tmp_path / "v1.2").mkdir()
+    assert target_of(tmp_path / "v1.2") == tmp_path / "v1.2" / "team_map.yaml"
 
 
 def test_a_file_given_twice_is_refused(tmp_path: Path) -> None:

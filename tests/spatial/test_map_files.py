@@ -100,6 +100,31 @@ def test_what_is_transparent_is_unknown(tmp_path, mode):
     assert read_map(tmp_path / "m.yaml").cells.tolist() == [[0, -1, 100, -1]]
 
 
+@pytest.mark.parametrize("suffix", [".yaml", ".yml"])
+@pytest.mark.parametrize("image", ["map.png", "map.pgm"])
+def test_an_image_is_read_by_the_yaml_that_names_it(tmp_path, caplog, image, suffix):
+    write_image(tmp_path / image, np.array([[60, 254]], dtype=np.uint8))
+    described = (tmp_path / "map").with_suffix(suffix)
+    described.write_text(f"image: {image}\nresolution: 0.2\norigin: [-1, 2, 0]\nnegate: 1\n")
+    grid, by_yaml = read_map(tmp_path / image), read_map(described)
+    assert (grid.resolution_m, grid.origin_m) == (0.2, (-1.0, 2.0))
+    assert grid.cells.tolist() == by_yaml.cells.tolist() == [[-1, 100]]
+    assert not caplog.records
+    bare = read_map(tmp_path / image, resolution_m=0.1)
+    assert (bare.resolution_m, bare.origin_m) == (0.1, (0.0, 0.0)) and bare.cells.tolist() == [[100, 0]]
+
+
+@pytest.mark.parametrize(
+    "text", ["image: map.pgm\nresolution: 0.2\norigin: [0, 0, 0]\n", "just: this\n", "- : : [", "7"]
+)
+def test_a_yaml_that_does_not_name_the_image_is_not_its(tmp_path, caplog, text):
+    for image in ("map.png", "map.pgm"):
+        write_image(tmp_path / image, np.array([[0, 254]], dtype=np.uint8))
+    (tmp_path / "map.yaml").write_text(text)
+    assert read_map(tmp_path / "map.png").resolution_m == 0.05
+    assert "no map.yaml beside it names this image; taking 0.05 m a cell" in caplog.text
+
+
 def test_a_bare_image_takes_the_resolution_given(tmp_path, caplog):
     write_image(tmp_path / "m.png", np.array([[0, 255, 127]], dtype=np.uint8))
     grid = read_map(tmp_path / "m.png", resolution_m=0.1)

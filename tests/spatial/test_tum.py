@@ -41,3 +41,12 @@ def test_bad_lines_are_named(tmp_path, text, message):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(InputError, match="cannot be read"):
         read_tum(tmp_path / "gone.tum")
+
+
+def test_a_path_may_be_text(tmp_path):
+    write_tum(str(tmp_path / "t.tum"), np.array([1_000_000_000]), np.array([[1.0, 2.0, 0.5]]))
+    stamps, poses = read_tum(str(tmp_path / "t.tum"))
+    assert stamps.tolist() == [1_000_000_000]
+    np.testing.assert_allclose(poses, [[1.0, 2.0, 0.5]], atol=1e-6)
+    with pytest.raises(InputError, match=r"no\.tum: cannot be read"):
+        read_tum(str(tmp_path / "no.tum"))

@@ -31,7 +31,7 @@ def map_(
 
     Writes map, trajectory and metrics; interrupted, it writes what it has.
 
-    mrslam map intel.clf.gz --particles 30 --seed 1 --out out/intel
+    mrslam map slam/intel.clf.gz --particles 30 --seed 1 --out out/intel
     mrslam map monday.bag --no-odometry --out out/monday
     """
     from sim_driver.cli.map_log import map_log
@@ -44,7 +44,7 @@ def feed(
 ) -> None:
     """Say what is in a recorded log, and what is missing.
 
-    mrslam feed intel.clf.gz
+    mrslam feed slam/intel.clf.gz
     mrslam feed monday.bag --json
     """
     from sim_driver.cli.feed import inspect_file
@@ -56,7 +56,9 @@ def align(
     a: Annotated[Path, typer.Argument(help="Map: .yaml with its image, a bare image, or .npz.")],
     b: Annotated[Path | None, typer.Argument(help="The other map; left out for an .npz that holds both.")] = None,
     method: Annotated[str, typer.Option("--method", help=METHODS)] = "auto",
-    resolution: Annotated[float | None, typer.Option("--resolution", help="Metres a cell, for bare images.")] = None,
+    resolution: Annotated[
+        float | None, typer.Option("--resolution", help="Metres a cell, for images without YAML.")
+    ] = None,
     set_: Set = None,
     json: Json = False,
 ) -> None:
@@ -73,7 +75,7 @@ def align(
 
 
 def merge(
-    maps: Annotated[list[Path], typer.Argument(help="Two or more maps: .yaml, bare images or .npz.")],
+    maps: Annotated[list[Path], typer.Argument(help="Two or more maps: .yaml, images or .npz.")],
     out: Annotated[Path, typer.Option("-o", "--out", help="Merged map: a .yaml file, or a folder.")] = Path(
         "out/merged"
     ),
@@ -81,7 +83,9 @@ def merge(
         Path | None, typer.Option("--known-poses", help="CSV: map, x_m, y_m, theta_rad a line.")
     ] = None,
     method: Annotated[str, typer.Option("--method", help=METHODS)] = "auto",
-    resolution: Annotated[float | None, typer.Option("--resolution", help="Metres a cell, for bare images.")] = None,
+    resolution: Annotated[
+        float | None, typer.Option("--resolution", help="Metres a cell, for images without YAML.")
+    ] = None,
     set_: Set = None,
     json: Json = False,
 ) -> None:

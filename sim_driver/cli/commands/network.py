@@ -44,7 +44,7 @@ def agent(
     It maps, meets teammates and merges; started again, it goes on from its checkpoint.
 
     mrslam agent r1 --team depot --listen tcp/0.0.0.0:7447 --connect tcp/10.0.0.2:7447
-    mrslam agent r1 --team desk --log intel.clf.gz    play a log as if it were the laser
+    mrslam agent r1 --team desk --log slam/intel.clf.gz    play a log as if it were the laser
     """
     from sim_driver.cli.agent import AgentOptions, run_agent
 

@@ -176,3 +176,23 @@ def test_the_command_prints_tables_or_json(folder: Path, capsys: pytest.CaptureF
     assert "r1-r2: correct merge after" in printed and "team coverage" in printed and "not judged: r1, CPU" in printed
     with pytest.raises(InputError, match="ROBOT=FILE"):
         eval_run(folder, None, ["=x"], None, as_json=True)
+    with pytest.raises(InputError, match="reference of r9: no such robot in this run; its robots are r1, r2"):
+        eval_run(folder, None, [f"r9={folder / 'r1' / 'truth.tum'}"], None, as_json=True)
+
+
+def test_relations_are_counted(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from sim_driver.cli.eval import eval_run
+
+    stamps = [row[0] for row in rows(folder / "r1" / "trajectory.tum")]
+    relations = tmp_path / "some.relations"
+    pairs = [(stamps[0], stamps[5]), (stamps[1], stamps[7]), (9e5, 9e5 + 1)]
+    relations.write_text("".join(f"{t1:.3f} {t2:.3f} 0 0 0 0 0 0\n" for t1, t2 in pairs))
+    row = assess(folder, References(relations=relations))["robots"]["r1"]["relations"]
+    assert (row["count"], row["given"]) == (2, 3)
+    eval_run(folder, relations, [], None, as_json=False)
+    printed = capsys.readouterr().out
+    assert "relations used" in printed and "relations given" in printed
+    relations.write_text("900000 900001 0 0 0 0 0 0\n")
+    assert "r1, relations: none of 1 lies within its trajectory" in assess(
+        folder, References(relations=relations)
+    )["not_judged"]  # fmt: skip
