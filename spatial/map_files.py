@@ -73,7 +73,7 @@ def read_map(path: Path | str, key: str = "a", resolution_m: float | None = None
 
 
 def _yaml_of(image: Path) -> Path | None:
-    """Return the YAML file beside the image, of the same stem, that names this very image."""
+    """Return the YAML file beside the image, of the same stem, that names this very image or its twin."""
     for path in (image.with_suffix(suffix) for suffix in (".yaml", ".yml")):
         if not is_file(path):
             continue
@@ -83,9 +83,16 @@ def _yaml_of(image: Path) -> Path | None:
             continue
         if isinstance(meta, dict) and "image" in meta:
             named = path.parent / str(meta["image"])
-            if is_file(named) and named.samefile(image):
+            if is_file(named) and (named.samefile(image) or _are_twins(named, image)):
                 return path
     return None
+
+
+def _are_twins(named: Path, image: Path) -> bool:
+    """Whether an image is the same map as the one that the YAML names, in another format (map.png beside map.pgm)."""
+    if named.parent.resolve() != image.parent.resolve() or named.stem != image.stem:
+        return False
+    return read_image(named)[0].shape == read_image(image)[0].shape
 
 
 def _load_yaml(path: Path) -> Any:

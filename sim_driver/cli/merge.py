@@ -68,7 +68,7 @@ def merge_files(
 def target_of(out: Path) -> Path:
     """Return the YAML file to write: the one named, or one in the folder named; other files are mistakes."""
     if out.suffix in (".yaml", ".yml"):
-        return out
+        return out.with_suffix(".yaml")
     if out.suffix and not is_folder(out):
         raise InputError(
             f"{out}: name a folder, or a .yaml file ({out.with_suffix('.yaml')}); the picture is written beside it"

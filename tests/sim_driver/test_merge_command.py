@@ -25,7 +25,7 @@ def test_files_are_called_as_short_as_tells_them_apart(files: list[str], names: 
 
 
 def test_what_is_written_is_a_yaml_file_or_a_folder(tmp_path: Path) -> None:
-    assert target_of(tmp_path / "map.yml") == tmp_path / "map.yml"
+    assert target_of(tmp_path / "map.yml") == tmp_path / "map.yaml"  # as maps are written
     assert target_of(tmp_path / "merged") == tmp_path / "merged" / "team_map.yaml"
     with pytest.raises(InputError, match=r"x\.png: name a folder, or a \.yaml file \(.*/x\.yaml\)"):
         target_of(tmp_path / "x.png")

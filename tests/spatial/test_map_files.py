@@ -114,11 +114,21 @@ def test_an_image_is_read_by_the_yaml_that_names_it(tmp_path, caplog, image, suf
     assert (bare.resolution_m, bare.origin_m) == (0.1, (0.0, 0.0)) and bare.cells.tolist() == [[100, 0]]
 
 
+def test_the_picture_of_a_map_beside_it_is_the_map(tmp_path, caplog):
+    grid = OccupancyGrid(np.array([[0, 100], [-1, 0]], dtype=np.int8), 0.1, (-1.0, 2.0))
+    write_map(tmp_path / "map.yaml", grid)
+    write_image(tmp_path / "map.png", np.zeros((2, 2), dtype=np.uint8))
+    read = read_map(tmp_path / "map.png")
+    assert (read.resolution_m, read.origin_m) == (0.1, (-1.0, 2.0)) and np.array_equal(read.cells, grid.cells)
+    write_image(tmp_path / "map.png", np.zeros((3, 2), dtype=np.uint8))
+    assert read_map(tmp_path / "map.png").resolution_m == 0.05 and "no map.yaml beside it" in caplog.text
+
+
 @pytest.mark.parametrize(
-    "text", ["image: map.pgm\nresolution: 0.2\norigin: [0, 0, 0]\n", "just: this\n", "- : : [", "7"]
+    "text", ["image: other.pgm\nresolution: 0.2\norigin: [0, 0, 0]\n", "just: this\n", "- : : [", "7"]
 )
 def test_a_yaml_that_does_not_name_the_image_is_not_its(tmp_path, caplog, text):
-    for image in ("map.png", "map.pgm"):
+    for image in ("map.png", "other.pgm"):
         write_image(tmp_path / image, np.array([[0, 254]], dtype=np.uint8))
     (tmp_path / "map.yaml").write_text(text)
     assert read_map(tmp_path / "map.png").resolution_m == 0.05
