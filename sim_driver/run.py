@@ -7,6 +7,7 @@ import json
 import platform
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -30,14 +31,28 @@ Progress = Callable[[float, float | None, str], None]
 """Takes how far a run is: mission time so far and in all (None: not known), seconds, and a few words."""
 
 
-def run_mission(mission: Mission, out: Path, progress: Progress, say: Callable[[str], None]) -> dict[str, Any]:
-    """Run the mission in its shell, leave everything in the folder ``out``, and return the metrics."""
+Interrupts = Callable[[], AbstractContextManager[Callable[[], bool]]]
+"""Entered for as long as a mission runs in virtual time, it yields what says whether to end it early."""
+
+
+def run_mission(
+    mission: Mission,
+    out: Path,
+    progress: Progress,
+    say: Callable[[str], None],
+    interrupts: Interrupts = lambda: nullcontext(lambda: False),
+) -> dict[str, Any]:
+    """Run the mission in its shell, leave everything in the folder ``out``, and return the metrics.
+
+    Those of a mission that was interrupted say so (``interrupted``).
+    """
     check_files(mission)
     prepare_folder(mission, out, say)
     compile_s = ensure_compiled(say)
     start = time.monotonic()
     if mission.mission.shell == "virtual":
-        outcome = run_in_virtual_time(mission, out, progress)
+        with interrupts() as stop:
+            outcome = run_in_virtual_time(mission, out, progress, stop=stop)
     else:
         outcome = run_processes(mission, out, progress, say)
     wall_s = time.monotonic() - start
