@@ -68,6 +68,8 @@ def restore(agent: Agent, path: Path) -> None:
         masked_beams, map_number = state["masked_beams"], state["map_number"]
         doubt = agent.self_doubt.resumed(state["self_doubt"])
         restore_store(agent.node.store, state["store"], REVISIONS_LOST)
+    except InputError:
+        raise
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: the checkpoint does not fit this program ({error})") from error
     agent.mapper, agent.links, agent.masked_beams, agent.map_number = mapper, links, masked_beams, map_number
