@@ -56,10 +56,12 @@ def restore(agent: Agent, path: Path) -> None:
     is damaged, is another robot's, or was made with other mapper settings.
     """
     state = read_state(path, KIND, VERSION)
+    if not isinstance(state, dict) or not isinstance(state.get("rbpf"), dict):
+        raise InputError(f"{path}: the checkpoint does not fit this program (it holds no settings)")
+    if state.get("robot") != agent.robot_id:
+        raise InputError(f"{path}: the checkpoint of {state.get('robot')!r}, not of {agent.robot_id!r}")
+    _same_settings(state["rbpf"], asdict(agent.settings.rbpf), path)
     try:
-        if state["robot"] != agent.robot_id:
-            raise InputError(f"{path}: the checkpoint of {state['robot']!r}, not of {agent.robot_id!r}")
-        _same_settings(state["rbpf"], asdict(agent.settings.rbpf), path)
         mapper = Mapper(agent.settings.rbpf, seed=agent.mapper.seed)
         mapper.restore(state["mapper"])
         mapper.skip_revisions(REVISIONS_LOST)
@@ -68,8 +70,6 @@ def restore(agent: Agent, path: Path) -> None:
         masked_beams, map_number = state["masked_beams"], state["map_number"]
         doubt = agent.self_doubt.resumed(state["self_doubt"])
         restore_store(agent.node.store, state["store"], REVISIONS_LOST)
-    except InputError:
-        raise
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: the checkpoint does not fit this program ({error})") from error
     agent.mapper, agent.links, agent.masked_beams, agent.map_number = mapper, links, masked_beams, map_number
