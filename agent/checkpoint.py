@@ -56,10 +56,12 @@ def restore(agent: Agent, path: Path) -> None:
     is damaged, is another robot's, or was made with other mapper settings.
     """
     state = read_state(path, KIND, VERSION)
+    if not isinstance(state, dict) or not isinstance(state.get("rbpf"), dict):
+        raise InputError(f"{path}: the checkpoint does not fit this program (it holds no settings)")
+    if state.get("robot") != agent.robot_id:
+        raise InputError(f"{path}: the checkpoint of {state.get('robot')!r}, not of {agent.robot_id!r}")
+    _same_settings(state["rbpf"], asdict(agent.settings.rbpf), path)
     try:
-        if state["robot"] != agent.robot_id:
-            raise InputError(f"{path}: the checkpoint of {state['robot']!r}, not of {agent.robot_id!r}")
-        _same_settings(state["rbpf"], asdict(agent.settings.rbpf), path)
         mapper = Mapper(agent.settings.rbpf, seed=agent.mapper.seed)
         mapper.restore(state["mapper"])
         mapper.skip_revisions(REVISIONS_LOST)

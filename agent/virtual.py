@@ -126,15 +126,16 @@ def run_virtual(
     duration_ns: int | None,
     linger_ns: int,
     progress: Callable[[int], None] = lambda now_ns: None,
+    stop: Callable[[], bool] = lambda: False,
     threads: int = 0,
 ) -> int:
     """Run the robots until ``duration_ns``, or until ``linger_ns`` after all have finished; return the time.
 
-    ``progress`` is told the virtual time at every step; ``threads`` : for alignments, 0 = as many as
-    there are cores.
+    ``progress`` is told the virtual time at every step, after which ``stop()`` may end it in good order; ``threads`` :
+    for alignments, 0 = as many as there are cores.
     """
     with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0)), thread_name_prefix="align") as worker:
-        return _run(robots, network, worker, step_ns, duration_ns, linger_ns, progress)
+        return _run(robots, network, worker, step_ns, duration_ns, linger_ns, progress, stop)
 
 
 def _run(
@@ -145,6 +146,7 @@ def _run(
     duration_ns: int | None,
     linger_ns: int,
     progress: Callable[[int], None],
+    stop: Callable[[], bool],
 ) -> int:
     now_ns = 0
     idle_since_ns: int | None = None
@@ -155,6 +157,8 @@ def _run(
         for robot in robots:
             robot.flush(now_ns)
         progress(now_ns)
+        if stop():
+            break
         if not all(robot.finished for robot in robots):
             idle_since_ns = None
         elif idle_since_ns is None:

@@ -24,7 +24,8 @@ NEVER_MET = "never exchanged maps"
 
 def write_metrics(mission: Mission, folder: Path, *, wall_s: float, mission_s: float, **more: Any) -> dict[str, Any]:
     """Write ``metrics.json`` into the run's folder and return it."""
-    robots = {path.parent.name: json.loads(path.read_text()) for path in sorted(folder.glob("*/robot.json"))}
+    ended = {id_: folder / id_ / "robot.json" for id_ in sorted(robot.id for robot in mission.robots)}
+    robots = {robot_id: json.loads(path.read_text()) for robot_id, path in ended.items() if path.exists()}
     for robot_id, robot in robots.items():
         if (usage := folder / robot_id / USAGE).exists():
             robot["usage"] = json.loads(usage.read_text())

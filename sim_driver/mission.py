@@ -44,6 +44,12 @@ class Mission:
     view: ViewOptions = field(default_factory=ViewOptions)
     """Who looks on; changes nothing of what happens."""
 
+    @property
+    def files(self) -> list[str]:
+        """Names of the files that the mission reads, beside its world."""
+        named = [name for robot in self.robots for name in (robot.log, robot.trajectory)]
+        return [name for name in (*named, self.links.trace, self.truth.relations) if name is not None]
+
     def find(self, name: str) -> Path:
         """Return a file the mission names."""
         return locate(name, self.folder)

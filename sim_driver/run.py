@@ -7,14 +7,17 @@ import json
 import platform
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
+from sim_driver.earlier import clear_earlier
 from sim_driver.kernels import ensure_compiled
 from sim_driver.metrics import write_metrics
 from sim_driver.mission import Mission
 from sim_driver.replay import drive_holds_until_s
 from sim_driver.replay.again import copy_truth
+from sim_driver.run_folder import CONFIG_FILE
 from sim_driver.run_process import run_processes
 from sim_driver.run_virtual import run_in_virtual_time
 from sim_driver.settings import as_table
@@ -28,14 +31,28 @@ Progress = Callable[[float, float | None, str], None]
 """Takes how far a run is: mission time so far and in all (None: not known), seconds, and a few words."""
 
 
-def run_mission(mission: Mission, out: Path, progress: Progress, say: Callable[[str], None]) -> dict[str, Any]:
-    """Run the mission in its shell, leave everything in the folder ``out``, and return the metrics."""
+Interrupts = Callable[[], AbstractContextManager[Callable[[], bool]]]
+"""Entered for as long as a mission runs in virtual time, it yields what says whether to end it early."""
+
+
+def run_mission(
+    mission: Mission,
+    out: Path,
+    progress: Progress,
+    say: Callable[[str], None],
+    interrupts: Interrupts = lambda: nullcontext(lambda: False),
+) -> dict[str, Any]:
+    """Run the mission in its shell, leave everything in the folder ``out``, and return the metrics.
+
+    Those of a mission that was interrupted say so (``interrupted``).
+    """
     check_files(mission)
-    prepare_folder(mission, out)
+    prepare_folder(mission, out, say)
     compile_s = ensure_compiled(say)
     start = time.monotonic()
     if mission.mission.shell == "virtual":
-        outcome = run_in_virtual_time(mission, out, progress)
+        with interrupts() as stop:
+            outcome = run_in_virtual_time(mission, out, progress, stop=stop)
     else:
         outcome = run_processes(mission, out, progress, say)
     wall_s = time.monotonic() - start
@@ -52,19 +69,20 @@ def run_mission(mission: Mission, out: Path, progress: Progress, say: Callable[[
 
 def check_files(mission: Mission) -> None:
     """Raise ``InputError`` for a file that the mission names and that is not there, before anything is started."""
-    named = [name for robot in mission.robots for name in (robot.log, robot.trajectory)] + [
-        mission.links.trace,
-        mission.truth.relations,
-    ]
-    for name in named:
-        if name is not None:
-            mission.find(name)
+    for name in mission.files:
+        mission.find(name)
 
 
-def prepare_folder(mission: Mission, out: Path) -> None:
-    """Make the run's folder with the resolved configuration; raise where a file stands in its place."""
+def prepare_folder(mission: Mission, out: Path, say: Callable[[str], None]) -> None:
+    """Make the run's folder with the resolved configuration; raise where a file stands in its place.
+
+    What an earlier run left there is removed: it would be taken for this one's.
+    """
     make_folder(out)
-    for robot in mission.robots:  # what an earlier run left would be taken for this one's
+    earlier = clear_earlier(mission, out)
+    if earlier is not None:
+        say(f"{out} held an earlier run of {earlier}: it is replaced")
+    for robot in mission.robots:
         for left in ("events.jsonl", CHECKPOINT, "robot.json"):
             (out / robot.id / left).unlink(missing_ok=True)
     config = {
@@ -84,4 +102,4 @@ def prepare_folder(mission: Mission, out: Path) -> None:
             **{name: importlib.metadata.version(name) for name in LIBRARIES},
         },
     }
-    write_text(out / "config.json", json.dumps(config, indent=1) + "\n")
+    write_text(out / CONFIG_FILE, json.dumps(config, indent=1) + "\n")

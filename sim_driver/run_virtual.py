@@ -162,11 +162,15 @@ def _of_kind(mission: Mission, kind: str) -> list[FaultConfig]:
 
 
 def run_in_virtual_time(
-    mission: Mission, out: Path, progress: Any, watch: Callable[[VirtualTeam, int], None] = lambda team, now_ns: None
+    mission: Mission,
+    out: Path,
+    progress: Any,
+    watch: Callable[[VirtualTeam, int], None] = lambda team, now_ns: None,
+    stop: Callable[[], bool] = lambda: False,
 ) -> dict[str, Any]:
     """Run the mission and return what the metrics need beside the robots' own files.
 
-    ``watch`` is shown all robots after every step.
+    ``watch`` is shown all robots after every step; the mission ends early where ``stop()`` says so.
     """
     team = VirtualTeam(mission, out)
     limit_s = mission.mission.duration_s
@@ -176,6 +180,13 @@ def run_in_virtual_time(
         progress(now_ns / 1e9, total_s, "")
         watch(team, now_ns)
 
+    interrupted = False
+
+    def is_over() -> bool:
+        nonlocal interrupted
+        interrupted = stop()
+        return interrupted
+
     mission_ns = run_virtual(
         team.robots,
         VirtualWorld(team.network, team.simulation, Hands(mission)),
@@ -183,8 +194,9 @@ def run_in_virtual_time(
         duration_ns=None if limit_s is None else round(limit_s * 1e9),
         linger_ns=round(mission.mission.linger_s * 1e9),
         progress=after_step,
+        stop=is_over,
         threads=mission.settings.rbpf.threads,
     )
     if team.simulation is not None:
         team.simulation.write_truth(out)
-    return {"mission_s": mission_ns / 1e9, "shell": "virtual"}
+    return {"mission_s": mission_ns / 1e9, "shell": "virtual", **({"interrupted": True} if interrupted else {})}

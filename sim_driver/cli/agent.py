@@ -14,6 +14,7 @@ from rich.status import Status
 
 from agent import Agent, Body, Keeper, ProcessShell, Runner, SensorBody, Settings, WallClock
 from comms import ZenohSensors, load_keys
+from sim_driver.cli.agent_told import DoubtTeller, begin
 from sim_driver.cli.console import console, say
 from sim_driver.cli.progress import Lines
 from sim_driver.cli.signals import signals_heard
@@ -23,7 +24,7 @@ from sim_driver.locate import locate
 from sim_driver.mission import make_settings
 from sim_driver.recorded import RecordedBody
 from sim_driver.settings import check_keys, read_toml, with_overrides
-from sim_driver.team import CHECKPOINT, NoBody, go_online, take_up
+from sim_driver.team import CHECKPOINT, NoBody, go_online
 from sim_driver.usage import write_usage
 
 SHOW_S = 1.0
@@ -66,13 +67,9 @@ def run_agent(options: AgentOptions) -> None:
         transport = go_online(
             agent, listen=options.listen, connect=options.connect, multicast=options.multicast, keys=keys
         )
-        past = []
-        if options.fresh:
-            (options.out / CHECKPOINT).unlink(missing_ok=True)
-        elif (options.out / CHECKPOINT).exists():
-            past = take_up(agent, options.out / CHECKPOINT, clock.now_ns())
+        past = begin(agent, options.out, options.fresh, clock.now_ns())
         keeper = Keeper(options.out / CHECKPOINT, settings.agent.checkpoint_interval_s)
-        runner = Runner(agent, body, transport, options.out, keeper=keeper)
+        runner = Runner(agent, body, transport, options.out, watchers=[DoubtTeller()], keeper=keeper)
         runner.perform(past)
         say(f"{options.robot} of team {options.team} is up; Ctrl-C ends it")
         shell = ProcessShell(runner, clock)

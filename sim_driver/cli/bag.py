@@ -12,6 +12,7 @@ from sim_driver.cli.console import say
 from sim_driver.cli.progress import progress_bar
 from sim_driver.feeds.bag_writer import BagWriter
 from sim_driver.replay import SCANS_FILE, read_recording
+from sim_driver.run_folder import robots_of
 from spatial import InputError, read_map
 from spatial.tum import read_tum
 
@@ -21,9 +22,7 @@ TEAM = "team"
 def bag_run(run: Path, out: Path | None) -> None:
     """Write maps, ways and scans of a run, or of one mapped log, as one .mcap file."""
     out = run / "run.mcap" if out is None else out
-    folders = {path.parent.name: path.parent for path in sorted(run.glob("*/map.yaml"))}
-    if (run / "map.yaml").exists():
-        folders = {run.resolve().name: run}
+    folders = _folders(run)
     if not folders:
         raise InputError(f"{run}: holds no map: name the folder of a finished run, or of a mapped log")
     robots = {name: _summary(folder) for name, folder in folders.items()}
@@ -35,6 +34,18 @@ def bag_run(run: Path, out: Path | None) -> None:
             _write_robot(bag, name, folder)
             advance()
     say(f"{out}: {out.stat().st_size / 1e6:.1f} MB, {len(folders)} robots")
+
+
+def _folders(run: Path) -> dict[str, Path]:
+    """Return the folders that hold maps, by robot: those of the run's own robots, or that of a mapped log.
+
+    In a folder of neither, as that of several agents, all count.
+    """
+    robots = robots_of(run)
+    if robots is None and (run / "map.yaml").exists():
+        return {run.resolve().name: run}
+    folders = run.glob("*/") if robots is None else (run / robot_id for robot_id in robots)
+    return {folder.name: folder for folder in sorted(folders) if (folder / "map.yaml").exists()}
 
 
 def _summary(folder: Path) -> dict[str, Any]:

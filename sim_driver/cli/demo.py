@@ -7,7 +7,7 @@ from pathlib import Path
 
 import sim_driver
 from sim_driver.cli.console import say
-from sim_driver.cli.run import report, run_with_progress
+from sim_driver.cli.run import end_as_interrupted, report, run_with_progress
 from sim_driver.mission import make_mission
 from sim_driver.settings import read_toml
 
@@ -23,3 +23,4 @@ def demo(out: Path, seed: int, robots: int, rrd: Path | None, view: bool) -> Non
     start = time.monotonic()
     metrics = run_with_progress(make_mission(tables, MISSION), out, rrd, view)
     report(metrics, out, time.monotonic() - start)
+    end_as_interrupted(metrics)

@@ -13,6 +13,7 @@ import typer
 from sim_driver import run as runs
 from sim_driver.cli.console import say
 from sim_driver.cli.progress import mission_progress
+from sim_driver.cli.signals import interrupts_noted
 from sim_driver.evaluate.sides import merged_text
 from sim_driver.mission import Mission, load_mission
 from sim_driver.replay.again import replay_mission
@@ -54,6 +55,7 @@ def run_file(
         print(json.dumps(metrics))
     else:
         report(metrics, out, time.monotonic() - start)
+    end_as_interrupted(metrics)
 
 
 def run_with_progress(mission: Mission, out: Path, rrd: Path | None = None, view: bool = False) -> dict[str, Any]:
@@ -69,7 +71,7 @@ def run_with_progress(mission: Mission, out: Path, rrd: Path | None = None, view
         )
         mission = replace(mission, view=options)
     with mission_progress(mission.mission.name) as progress:
-        metrics = runs.run_mission(mission, out, progress, say)
+        metrics = runs.run_mission(mission, out, progress, say, interrupts_noted)
     if len(metrics["robots_lost"]) < len(mission.robots):
         write_report(out)
     if rrd is not None:
@@ -78,7 +80,7 @@ def run_with_progress(mission: Mission, out: Path, rrd: Path | None = None, view
 
 
 def report(metrics: dict[str, Any], out: Path, wall_s: float) -> None:
-    """Say in plain words what came of the mission; an interrupted one ends the command as Ctrl-C does."""
+    """Say in plain words what came of the mission."""
     for pair in metrics["pairs"]:
         if pair["status"] != "accepted":
             say(f"{pair['a']} and {pair['b']} not merged: {pair['reason']}")
@@ -95,6 +97,10 @@ def report(metrics: dict[str, Any], out: Path, wall_s: float) -> None:
     for robot in metrics["robots_lost"]:
         say(f"{robot} was lost: see {out / robot}")
     say(f"{metrics['mission_s']:.0f} s of mission in {wall_s:.0f} s; look at {out / REPORT_FILE}")
+
+
+def end_as_interrupted(metrics: dict[str, Any]) -> None:
+    """End the command as Ctrl-C does where the mission was interrupted."""
     if metrics.get("interrupted"):
-        say("interrupted: these are the results so far")
+        say(f"interrupted after {metrics['mission_s']:.0f} s of mission: these are the results so far")
         raise typer.Exit(130)

@@ -1,8 +1,11 @@
-"""Commands that run until they are told to stop."""
+"""Commands that run until they are told to stop, and keep what they have when they are."""
 
 from __future__ import annotations
 
 import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
 
 
 def signals_heard(*numbers: int) -> list[int]:
@@ -15,3 +18,23 @@ def signals_heard(*numbers: int) -> list[int]:
     for number in numbers:
         signal.signal(number, lambda number, frame: told.append(number))
     return told
+
+
+@contextmanager
+def interrupts_noted() -> Iterator[Callable[[], bool]]:
+    """Yield what says whether Ctrl-C was pressed meanwhile; it raises nothing until this is over.
+
+    Work in turns can so end between two of them, with all that it has. A second Ctrl-C breaks off at once.
+    """
+    told: list[int] = []
+
+    def note(number: int, frame: FrameType | None) -> None:
+        if told:
+            raise KeyboardInterrupt
+        told.append(number)
+
+    before = signal.signal(signal.SIGINT, note)
+    try:
+        yield lambda: bool(told)
+    finally:
+        signal.signal(signal.SIGINT, before)

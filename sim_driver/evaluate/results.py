@@ -16,6 +16,7 @@ from sim_driver.evaluate.truth import true_starts, true_trajectories
 from sim_driver.mission import Mission
 from sim_driver.replay.again import mission_of
 from sim_driver.robots import LASERS
+from sim_driver.run_folder import METRICS_FILE
 from spatial import InputError, OccupancyGrid, read_map, se2
 from spatial.se2 import Transform
 from spatial.tum import read_tum
@@ -36,10 +37,11 @@ class RunResults:
         """Read a run's folder; raise ``InputError`` where it is none or the run has not ended."""
         mission = mission_of(folder)
         try:
-            metrics = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+            metrics = json.loads((folder / METRICS_FILE).read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
             raise InputError(f"{folder}: the run has no metrics.json: it has not ended") from error
-        robots = {path.parent.name: json.loads(path.read_text()) for path in sorted(folder.glob("*/robot.json"))}
+        ended = [id_ for id_ in sorted(robot.id for robot in mission.robots) if (folder / id_ / "robot.json").exists()]
+        robots = {robot_id: json.loads((folder / robot_id / "robot.json").read_text()) for robot_id in ended}
         return cls(folder, mission, metrics, robots)
 
     @cached_property

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import spatial  # noqa: F401 - points numba's cache at the right folder before any kernel is defined
@@ -15,6 +16,12 @@ from spatial.files import is_file, is_folder
 
 FEEDS: dict[str, Callable[[Path], Feed]] = {"carmen": CarmenFeed, "rosbag": RosbagFeed}
 """Format name -> reader."""
+
+SALVAGED: dict[str, Callable[[Path], Feed]] = {
+    "carmen": partial(CarmenFeed, salvage=True),
+    "rosbag": partial(RosbagFeed, salvage=True),
+}
+"""Format name -> reader that uses what is whole of a file that was cut off, where it can."""
 
 SUFFIXES = {
     ".clf": "carmen",
@@ -32,7 +39,10 @@ def guess_format(path: Path) -> str:
     if is_folder(path):
         if is_file(path / "metadata.yaml"):
             return "rosbag"
-        raise InputError(f"{path}: a folder without metadata.yaml is no ROS2 recording; name the log file itself")
+        raise InputError(
+            f"{path}: a folder without metadata.yaml is no ROS2 recording; name the log file itself, or "
+            f"make it with ros2 bag reindex {path.name}"
+        )
     if not is_file(path):
         raise InputError(f"{path}: no such log")
     suffix = path.with_suffix("").suffix if path.suffix == ".gz" else path.suffix
@@ -46,13 +56,13 @@ def guess_format(path: Path) -> str:
 def open_feed(path: Path | str, format: str | None = None, salvage: bool = False) -> Feed:
     """Open a recorded log; the format is guessed from its name unless given.
 
-    ``salvage`` : use what is whole of a CARMEN log that was cut off; its notes say so.
+    ``salvage`` : use what is whole of a CARMEN log or ROS1 bag that was cut off; its notes say so.
     """
     path = Path(path)
     name = format or guess_format(path)
     if name not in FEEDS:
         raise InputError(f"unknown log format {name!r}; known are {', '.join(FEEDS)}")
-    return CarmenFeed(path, salvage=True) if salvage and name == "carmen" else FEEDS[name](path)
+    return SALVAGED[name](path) if salvage else FEEDS[name](path)
 
 
 __all__ = ["FEEDS", "Feed", "Reading", "guess_format", "open_feed", "warm_up"]

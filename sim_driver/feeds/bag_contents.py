@@ -104,11 +104,23 @@ class BagContents:
                 self.tree.add(*names, stamp_ns, one.transform.translation, one.transform.rotation)
 
 
-def read_contents(path: Path, notes: list[str]) -> BagContents:
+def read_contents(path: Path, notes: list[str], salvage: bool = False) -> BagContents:
     """Return what the recording holds; messages that are broken are counted in the notes.
 
-    Raises ``InputError`` where it is no recording, was cut off, or more than a few messages are broken.
+    ``salvage`` : use what is whole of a ROS1 bag that was cut off. Raises ``InputError`` where it is no recording, was
+    cut off, or more than a few messages are broken.
     """
+    try:
+        return _read(path, notes, is_cut=False)
+    except InputError:
+        if not salvage or path.suffix != ".bag":
+            raise
+    contents = _read(path, notes, is_cut=True)
+    notes.append("the bag is cut off or damaged; what is whole of it is used")
+    return contents
+
+
+def _read(path: Path, notes: list[str], is_cut: bool) -> BagContents:
     try:
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
@@ -116,7 +128,12 @@ def read_contents(path: Path, notes: list[str]) -> BagContents:
         raise InputError(f"{path}: reading ROS recordings needs rosbags: pip install 'mrslam[bags]'") from error
     contents, broken = BagContents(), 0
     try:
-        with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+        any_reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE))
+        if is_cut:
+            from sim_driver.feeds.cut_bag import CutBagReader
+
+            any_reader.readers = [CutBagReader(path)]
+        with any_reader as reader:
             contents.topics.update(f"{c.topic} ({c.msgtype})" for c in reader.connections)
             wanted = [c for c in reader.connections if c.msgtype in (SCAN, ODOMETRY, *TRANSFORMS)]
             for connection, recorded_ns, raw in reader.messages(wanted) if wanted else ():
@@ -130,10 +147,21 @@ def read_contents(path: Path, notes: list[str]) -> BagContents:
     except InputError:
         raise
     except Exception as error:  # third-party readers raise anything on broken files
-        raise InputError(f"{path}: not a readable ROS recording, or cut off ({first_line(error)})") from error
+        why = f"not a readable ROS recording, or cut off ({first_line(error)})"
+        raise InputError(f"{path}: {why}" + ("" if is_cut else f"; {_remedy(path)}")) from error
     if broken:
         notes.append(f"{broken} messages could not be decoded")
     return contents
+
+
+def _remedy(path: Path) -> str:
+    """Return what mends a recording that was cut off."""
+    if path.suffix == ".bag":
+        return f"of a bag that was cut off --salvage uses what is there, and rosbag reindex {path.name} mends it"
+    if path.suffix == ".mcap" or any(path.glob("*.mcap")):
+        return "mcap recover FILE -o WHOLE.mcap mends a file that was cut off"
+    folder = path if path.is_dir() else path.parent.resolve()
+    return f"ros2 bag reindex {folder.name} mends a recording whose end is missing"
 
 
 def _frame_name(name: str) -> str:

@@ -25,13 +25,17 @@ _Messages = TypeVar("_Messages", bound=Sized)
 class RosbagFeed:
     """A ROS recording in memory, in the order of recording."""
 
-    def __init__(self, path: Path, scan_topic: str | None = None, odometry_topic: str | None = None) -> None:
+    def __init__(
+        self, path: Path, scan_topic: str | None = None, odometry_topic: str | None = None, salvage: bool = False
+    ) -> None:
         """Read the whole recording; topics default to the busiest of their type.
+
+        ``salvage`` : use what is whole of a ROS1 bag that was cut off, and note it.
 
         Raises ``InputError`` where the file is broken or holds no usable scan.
         """
         self.notes: list[str] = []
-        contents = read_contents(path, self.notes)
+        contents = read_contents(path, self.notes, salvage)
         if not contents.scans:
             kinds = ", ".join(sorted(contents.topics)) or "none"
             why = "".join(f"; {note}" for note in self.notes)

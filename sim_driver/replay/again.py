@@ -12,6 +12,7 @@ from typing import Any
 from agent import Settings
 from sim_driver.mission import Mission, make_mission
 from sim_driver.replay.recording import SCANS_FILE
+from sim_driver.run_folder import CONFIG_FILE, METRICS_FILE, read_config
 from sim_driver.settings import parse_assignment, with_overrides
 from sim_driver.simulation import LINKS_FILE, is_simulated
 from spatial import InputError
@@ -21,20 +22,6 @@ REPLAYABLE = (*(section.name for section in dataclasses.fields(Settings)), "trut
 """Sections whose settings can change without driving anew."""
 
 
-def read_config(run: Path) -> dict[str, Any]:
-    """Return a run's ``config.json``; raise ``InputError`` where the folder is no run's."""
-    path = run / "config.json"
-    try:
-        config: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        if not run.exists():
-            raise InputError(f"{run}: no such folder; name the one that a run left (its --out)") from error
-        raise InputError(f"{run}: not a run's folder ({path.name} is missing)") from error
-    except ValueError as error:
-        raise InputError(f"{path}: not valid JSON ({error})") from error
-    return config
-
-
 def mission_of(run: Path, assignments: Sequence[str] = ()) -> Mission:
     """Return the mission that the run's folder holds the results of, with ``section.key=value`` laid over it."""
     config = read_config(run)
@@ -42,7 +29,7 @@ def mission_of(run: Path, assignments: Sequence[str] = ()) -> Mission:
     tables: dict[str, Any] = {name: config[name] for name in always if name in config}
     tables |= {name: config[name] for name in ("world", "driver") if config.get(name) is not None}
     tables |= config["settings"]
-    mission = make_mission(with_overrides(tables, assignments), run / "config.json")
+    mission = make_mission(with_overrides(tables, assignments), run / CONFIG_FILE)
     source = config.get("replay")
     return dataclasses.replace(
         mission, folder=Path(config.get("folder", run)), replay=None if source is None else Path(source)
@@ -68,7 +55,7 @@ def replay_mission(run: Path, assignments: Sequence[str] = ()) -> Mission:
 
 def _mission_s(run: Path) -> float:
     try:
-        return float(json.loads((run / "metrics.json").read_text(encoding="utf-8"))["mission_s"])
+        return float(json.loads((run / METRICS_FILE).read_text(encoding="utf-8"))["mission_s"])
     except (OSError, ValueError, KeyError) as error:
         raise InputError(f"{run}: the run did not finish (no metrics.json)") from error
 

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from sim_driver.run_folder import robots_of
 from spatial import InputError
 
 VIEWER_MEMORY = "1GB"
@@ -32,7 +33,7 @@ def open_recording(run: Path) -> None:
     """Open a run's recording (or an .rrd file) in the viewer and wait until it is closed."""
     if not run.exists():
         raise InputError(f"{run}: no such folder of a run, and no such recording")
-    found = [run] if run.is_file() else sorted(run.glob("*.rrd")) or sorted(run.glob("*/view.rrd"))
+    found = [run] if run.is_file() else sorted(run.glob("*.rrd")) or _parts(run)
     if not found:
         raise InputError(
             f"{run}: holds no recording; make one with mrslam run ... --rrd {run / 'run.rrd'}, "
@@ -41,6 +42,13 @@ def open_recording(run: Path) -> None:
     command = [sys.executable, "-m", "rerun", "--memory-limit", VIEWER_MEMORY, *(str(path) for path in found)]
     if subprocess.run(command, check=False).returncode != 0:
         raise InputError("the viewer could not open a window; copy the .rrd file to a machine that has a screen")
+
+
+def _parts(run: Path) -> list[Path]:
+    """Return what each of the run's robots recorded, where it was not joined."""
+    robots = robots_of(run)
+    parts = run.glob("*/view.rrd") if robots is None else (run / robot_id / "view.rrd" for robot_id in robots)
+    return sorted(part for part in parts if part.exists())
 
 
 def start_viewer() -> str:

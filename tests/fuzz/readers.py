@@ -200,6 +200,7 @@ READERS = (
            lambda raw: gzip.compress(raw, mtime=0), gzip.decompress),
     Reader("CARMEN log, salvaged", _carmen, lambda path: open_feed(path, salvage=True).readings),
     Reader("ROS1 bag", _bag("bag"), lambda path: open_feed(path).readings),
+    Reader("ROS1 bag, salvaged", _bag("bag"), lambda path: open_feed(path, salvage=True).readings),
     Reader("ROS2 db3", _bag("db3"), lambda path: open_feed(path).readings),
     Reader("ROS2 mcap", _bag("mcap"), lambda path: open_feed(path).readings),
     Reader("map YAML", _map(".yaml"), read_map),

@@ -34,7 +34,9 @@ def agent(
     ] = "distributed",
     config: Annotated[Path | None, typer.Option("--config", help="TOML file of settings; see mrslam config.")] = None,
     out: Annotated[Path | None, typer.Option("--out", help="The robot's folder; out/ROBOT unless given.")] = None,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Begin a new map though there is a checkpoint.")] = False,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Begin a new map; a checkpoint is kept as checkpoint.old.")
+    ] = False,
     duration: Annotated[float | None, typer.Option("--duration", help="Stop after so many seconds.", min=0.0)] = None,
     seed: Annotated[int, typer.Option("--seed", help="Of the particle filter.", min=0)] = 0,
     set_: Set = None,

@@ -16,4 +16,7 @@ Set = Annotated[
 Rrd = Annotated[Path | None, typer.Option("--rrd", help="Also write a recording for the viewer (mrslam view).")]
 View = Annotated[bool, typer.Option("--view", help="Open a viewer and watch.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
-Salvage = Annotated[bool, typer.Option("--salvage", help="Use the scans before the place where a log was cut off.")]
+Salvage = Annotated[
+    bool,
+    typer.Option("--salvage", help="Use the scans before the place where a CARMEN log or ROS1 bag was cut off."),
+]

@@ -1,0 +1,57 @@
+"""What a robot's agent says in its terminal beside the line of status: where it began, and when it doubts its place."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+
+from agent import Agent, Event, Sensed
+from sim_driver.cli.console import say
+from sim_driver.team import CHECKPOINT, take_up
+
+KEPT = f"{CHECKPOINT}.old"
+"""What a checkpoint is called that an agent did not go on from: nobody shall lose a map by an option or a setting."""
+WORDS = {
+    "doubtful": "doubts where it is; teammates get no new map of it until it knows",
+    "recovered": "knows again where it is",
+    "given_up": "does not find its place in its map again; it begins a new one",
+}
+"""Event -> what the robot does."""
+
+
+def begin(agent: Agent, folder: Path, fresh: bool, now_ns: int) -> list[Event]:
+    """Let an agent go on from the checkpoint in its folder and say so; else keep that under another name."""
+    path, kept = folder / CHECKPOINT, folder / KEPT
+    if not path.exists():
+        return []
+    if fresh:
+        path.replace(kept)
+        say(f"{agent.robot_id} begins a new map; its checkpoint is kept as {kept}")
+        return []
+    saved = datetime.fromtimestamp(path.stat().st_mtime)
+    (event,) = take_up(agent, path, now_ns)
+    if event.fields["checkpoint"]:
+        unsure = ", and doubted where it is" if agent.self_doubt.doubtful else ""
+        say(
+            f"{agent.robot_id} goes on from its checkpoint of {saved:%Y-%m-%d %H:%M:%S}, which holds "
+            f"{event.fields['scans']} scans{unsure}; --fresh begins a new map"
+        )
+    else:
+        path.replace(kept)
+        say(f"{event.fields['reason']}; {agent.robot_id} begins a new map, and the checkpoint is kept as {kept}")
+    return [event]
+
+
+class DoubtTeller:
+    """Says when a robot doubts where it is, and what becomes of it."""
+
+    def on_scan(self, agent: Agent, sensed: Sensed, now_ns: int) -> None:
+        """Scans are told by the line of status."""
+
+    def on_event(self, agent: Agent, event: Event) -> None:
+        """Say what matters to whoever stands by; the agent's clock shows the world's time."""
+        if event.kind in WORDS:
+            say(f"{datetime.fromtimestamp(event.t_ns / 1e9):%H:%M:%S} {agent.robot_id} {WORDS[event.kind]}")
+
+    def close(self, agent: Agent, now_ns: int) -> None:
+        """Nothing to close."""

@@ -1,0 +1,86 @@
+"""What a robot's agent says of its beginning and of its doubts."""
+
+from __future__ import annotations
+
+import os
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from agent import Agent, Event, Settings, checkpoint
+from rbpf import MapperConfig
+from sim_driver.cli import agent_told
+from sim_driver.cli.agent_told import WORDS, DoubtTeller, begin
+from spatial import Scan
+
+
+def robot(particles: int = 3) -> Agent:
+    return Agent("r1", Settings(rbpf=MapperConfig(particles=particles)), team="team", seed=0, boot_id=1)
+
+
+@pytest.fixture
+def said(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    lines: list[str] = []
+    monkeypatch.setattr(agent_told, "say", lines.append)
+    return lines
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A robot's folder with its checkpoint after one scan, saved at noon."""
+    agent = robot()
+    scan = Scan(
+        stamp_ns=0,
+        ranges_m=np.full(180, 2.0, dtype=np.float32),
+        angle_min_rad=-1.5,
+        angle_increment_rad=3.0 / 180,
+        range_max_m=8.0,
+        range_min_m=0.1,
+    )
+    agent.on_scan(scan, np.zeros(3), 0)
+    checkpoint.write(checkpoint.freeze(agent), tmp_path / "checkpoint")
+    noon_s = datetime(2026, 3, 1, 12).timestamp()
+    os.utime(tmp_path / "checkpoint", (noon_s, noon_s))
+    return tmp_path
+
+
+def test_an_agent_that_goes_on_says_from_when(folder: Path, said: list[str]) -> None:
+    (event,) = begin(robot(), folder, False, 0)
+    assert event.kind == "restarted" and event.fields["scans"] == 1
+    assert said == [
+        "r1 goes on from its checkpoint of 2026-03-01 12:00:00, which holds 1 scans; --fresh begins a new map"
+    ]
+    assert (folder / "checkpoint").exists()
+
+
+def test_one_that_begins_anew_keeps_what_it_had(folder: Path, said: list[str]) -> None:
+    saved = (folder / "checkpoint").read_bytes()
+    agent = robot()
+    assert begin(agent, folder, True, 0) == [] and agent.mapper.stats.scans == 0
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == {"checkpoint.old": saved}
+    assert said == [f"r1 begins a new map; its checkpoint is kept as {folder / 'checkpoint.old'}"]
+    assert begin(robot(), folder, True, 0) == [] and len(said) == 1
+    assert (folder / "checkpoint.old").read_bytes() == saved
+
+
+def test_a_checkpoint_that_does_not_fit_is_kept_and_told(folder: Path, said: list[str]) -> None:
+    saved = (folder / "checkpoint").read_bytes()
+    (event,) = begin(robot(particles=5), folder, False, 0)
+    assert event.fields["checkpoint"] is False
+    assert said[0].startswith(f"{folder / 'checkpoint'}: made with other settings: rbpf.particles 3 (now 5)")
+    assert "r1 begins a new map" in said[0]
+    assert (folder / "checkpoint.old").read_bytes() == saved and not (folder / "checkpoint").exists()
+
+
+def test_doubts_are_told_and_nothing_else(said: list[str]) -> None:
+    agent, teller = robot(), DoubtTeller()
+    t_ns = round(datetime(2026, 3, 1, 12, 30, 5).timestamp()) * 1_000_000_000
+    for kind in (*WORDS, "mapped", "link_changed"):
+        teller.on_event(agent, Event(t_ns, kind))
+    assert [line.split(";")[0] for line in said] == [
+        "12:30:05 r1 doubts where it is",
+        "12:30:05 r1 knows again where it is",
+        "12:30:05 r1 does not find its place in its map again",
+    ]
