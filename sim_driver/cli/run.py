@@ -18,6 +18,7 @@ from sim_driver.evaluate.sides import merged_text
 from sim_driver.mission import Mission, load_mission
 from sim_driver.replay.again import replay_mission
 from sim_driver.report import REPORT_FILE, write_report
+from sim_driver.simulation import make_world
 from sim_driver.view import ViewOptions
 from sim_driver.view.files import join_recordings, start_viewer
 from spatial.files import make_folder
@@ -50,12 +51,23 @@ def run_file(
     else:
         assert recorded is not None
         mission = replay_mission(recorded, [*overrides, *assignments])
+    _tell_scale(mission)
     metrics = run_with_progress(mission, out, rrd, view)
     if as_json:
         print(json.dumps(metrics))
     else:
         report(metrics, out, time.monotonic() - start)
     end_as_interrupted(metrics)
+
+
+def _tell_scale(mission: Mission) -> None:
+    """Say how large a bitmap is taken to be where the mission does not."""
+    world = mission.world
+    if world is None or world.scale_m is not None or Path(world.name).suffix.lower() in ("", ".yaml", ".yml"):
+        return
+    made = make_world(mission)
+    width_m, height_m = made.size_m
+    say(f"{world.name}: {made.resolution_m:g} m a pixel, {width_m:.1f} x {height_m:.1f} m; world.scale_m changes it")
 
 
 def run_with_progress(mission: Mission, out: Path, rrd: Path | None = None, view: bool = False) -> dict[str, Any]:

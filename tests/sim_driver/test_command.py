@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from spatial import OccupancyGrid, write_map
+from spatial.images import write_image
 
 
 def mrslam(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
@@ -199,3 +200,17 @@ def test_map_interrupted_keeps_what_it_has_and_relations_are_judged(tmp_path: Pa
         f"over {used} of {given} relations" in result.stderr if used else f"none of {given} relations" in result.stderr
     )
     assert len((tmp_path / "trajectory.tum").read_text().splitlines()) == metrics["scans"]
+
+
+def test_a_world_from_a_bitmap_without_scale_says_how_large_it_is_taken_to_be(tmp_path: Path) -> None:
+    image = np.full((60, 80), 255, dtype=np.uint8)
+    image[[0, -1], :] = image[:, [0, -1]] = 0
+    write_image(tmp_path / "plan.png", image)
+    text = (
+        '[mission]\nname = "m"\nshell = "virtual"\nduration_s = 1\n[world]\nname = "plan.png"\n[[robots]]\nid = "a"\n'
+    )
+    for scale, said in (("", True), ("scale_m = 0.1\n", False)):
+        (tmp_path / "m.toml").write_text(text.replace('"plan.png"\n', f'"plan.png"\n{scale}'))
+        result = mrslam("run", tmp_path / "m.toml", "--out", tmp_path / "out")
+        assert result.returncode == 0, result.stderr
+        assert ("plan.png: 0.05 m a pixel, 4.0 x 3.0 m; world.scale_m changes it" in result.stderr) == said
