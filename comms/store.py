@@ -20,8 +20,9 @@ from spatial.tiles import TileIndex
 
 NOTHING: Version = (0, 0)
 """The version of a map one has nothing of."""
-LAST_EPOCH = 2**62 - 2
-"""Claims of my own map's epoch above this are lies: a robot must always be able to go above."""
+LAST_EPOCH = 2**61 + 2**32
+"""Claims of my own map's epoch above this are lies, for boot ids end at 2^61 and each map begun adds one: a robot must
+always be able to go above what is claimed, and to begin maps after that, with numbers that fit into a message."""
 
 
 class MapStore:

@@ -131,3 +131,20 @@ def test_messages_of_an_exchange_may_come_from_nowhere():
         for effect in node.on_message(m.encode(message, TAG), 0, "b"):
             assert isinstance(m.decode(effect.payload, TAG, 1 << 20), m.Refuse)
     assert isinstance(Incoming(b"", None, "bulk"), Incoming)
+
+
+@pytest.mark.parametrize("claimed", [2**61 + 2**32, 2**62 - 2, 2**62])
+def test_a_lie_about_ones_own_epoch_leaves_room_to_begin_maps(claimed):
+    team = Team("ab")
+    liar = m.Open("evil", 1, 7, [("a", claimed, 1)], [])
+    beacon = m.Beacon("evil", 1, 1, 1000, 1000, 0, [], 0, None)
+    for message in (beacon, liar):
+        team.nodes["a"].on_message(m.encode(message, TAG), team.now_ns, "evil")
+        team.nodes["a"].set_link_quality("evil", 1.0, team.now_ns)
+    team.nodes["a"].on_message(m.encode(liar, TAG), team.now_ns, "evil")
+    team.nodes["a"].on_peer_left("evil", team.now_ns)
+    for _ in range(3):
+        team.publish("a")
+        assert team.run_until(lambda: team.nodes["b"].store.version("a") == team.nodes["a"].store.version("a"), 20)
+        team.nodes["a"].begin_map()
+    assert team.nodes["b"].store.version("a") > (0, 0) and not team.nodes["b"].dropped
