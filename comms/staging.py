@@ -16,18 +16,21 @@ class Staging:
     """Parts of a snapshot that has not arrived whole; kept when a link breaks."""
 
     epoch: int
-    target: int = 0
-    """Revision that the newest manifest leads to."""
     manifest: Manifest | None = None
-    """That newest one."""
+    """The newest one that something was gathered for."""
     tiles: dict[TileIndex, Tile] = field(default_factory=dict)
     blocks: dict[int, KeyframeBlock] = field(default_factory=dict)
+
+    @property
+    def target(self) -> int:
+        """Revision that the newest manifest leads to."""
+        return 0 if self.manifest is None else self.manifest.target
 
     def keep_for(self, manifest: Manifest) -> None:
         """Gather for this manifest from now on, and keep of what is here only what it names."""
         if manifest is self.manifest:
             return
-        self.manifest, self.target = manifest, manifest.target
+        self.manifest = manifest
         places, blocks = set(changed_tiles(manifest)), set(manifest.blocks)
         self.tiles = {index: tile for index, tile in self.tiles.items() if index in places}
         self.blocks = {i: block for i, block in self.blocks.items() if i in blocks}

@@ -11,7 +11,7 @@ import numpy as np
 
 from sim_driver.evaluate.events import first_merge_s, read_events
 from sim_driver.evaluate.relations import cross_errors, read_relations
-from sim_driver.evaluate.sides import sides_of
+from sim_driver.evaluate.sides import sides_of, speaker_of
 from sim_driver.evaluate.truth import pair_error, team_figures, true_starts, true_trajectories
 from sim_driver.mission import Mission
 from sim_driver.usage import USAGE
@@ -58,15 +58,11 @@ def _pair(
 ) -> dict[str, Any]:
     """Return what is believed of a pair: by the first of the two that merged, or by a third where neither has."""
     views = {
-        robot: row
-        for robot in dict.fromkeys((a, b, *robots))
-        for row in robots[robot]["pairs"]
-        if (row["a"], row["b"]) == (a, b)
+        robot_id: row for robot_id, robot in robots.items() for row in robot["pairs"] if (row["a"], row["b"]) == (a, b)
     }
-    sides = sides_of(views, a, b)
     unknown = {"a": a, "b": b, "status": "rejected", "T_a_b": None, "confidence": None, "reason": NEVER_MET}
-    speaker = next(iter((*sides["accepted_by"], *views)), None)
-    row = {**(unknown if speaker is None else views[speaker]), **sides}
+    speaker = speaker_of(views, a, b)
+    row = {**(unknown if speaker is None else views[speaker]), **sides_of(views, a, b)}
     row["status"] = "accepted" if row["status"] == "accepted" else "rejected"
     row["error_m"], row["error_deg"], row["judged_by"] = _error(mission, folder, starts, a, b, row["T_a_b"])
     return row

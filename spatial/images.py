@@ -29,15 +29,16 @@ def read_image(path: Path) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]
         raw = np.frombuffer(path.read_bytes(), dtype=np.uint8)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    header = RAW_PGM.match(raw[:1000].tobytes())
+    white = int(header[3]) if header else 255
     said = _LOG.setLogLevel(SILENT)  # its own words help nobody
     try:
-        grey, whole = _decode(raw, cv2.IMREAD_GRAYSCALE), _decode(raw, cv2.IMREAD_UNCHANGED)
+        grey = _decode(raw, cv2.IMREAD_GRAYSCALE)
+        whole = grey if header and white == 255 else _decode(raw, cv2.IMREAD_UNCHANGED)  # as most maps are: read once
     finally:
         _LOG.setLogLevel(said)
     if grey is None or whole is None:
         raise InputError(f"{path}: not a readable image: {_fault(raw.tobytes())}")
-    header = RAW_PGM.match(raw[:1000].tobytes())
-    white = int(header[3]) if header else 255
     if header and white not in (255, 65535):  # the decoder takes the numbers as they are
         grey = np.clip(np.rint(whole * (255.0 / max(white, 1))), 0, 255).astype(np.uint8)
     has_alpha = whole.ndim == 3 and whole.shape[2] == 4

@@ -14,7 +14,7 @@ from sim_driver.evaluate.judges import Judgement, PairJudge, References, map_jud
 from sim_driver.evaluate.network import bytes_by_kind, exchanges, link_rows
 from sim_driver.evaluate.relations import own_errors
 from sim_driver.evaluate.results import RunResults
-from sim_driver.evaluate.sides import sides_of
+from sim_driver.evaluate.sides import sides_of, speaker_of
 from sim_driver.evaluate.trajectories import errors
 from sim_driver.evaluate.truth import MUST_MERGE, overlap
 from sim_driver.usage import USAGE
@@ -124,10 +124,9 @@ def _pair(run: RunResults, judge: PairJudge, a: str, b: str, not_judged: list[st
         for view in robot["pairs"]:
             if (view["a"], view["b"]) == (a, b):
                 views[robot_id] = _view(view, judge(a, b, np.array(view["T_a_b"])) if view["T_a_b"] else None)
-    sides = sides_of(views, a, b)
-    speaker = next(iter((*sides["accepted_by"], *sorted(views, key=lambda robot: (robot not in (a, b), robot)))), None)
+    speaker = speaker_of(views, a, b)
     never = {"status": "never met", "accepted_at_s": None, "reason": ""}
-    said = {**(_view(never, None) if speaker is None else views[speaker]), **sides}
+    said = {**(_view(never, None) if speaker is None else views[speaker]), **sides_of(views, a, b)}
     shared = None
     if a in run.T_world_map and b in run.T_world_map:
         shared = overlap(run.map(a), run.map(b), run.T_world_map[a], run.T_world_map[b])

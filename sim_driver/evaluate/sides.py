@@ -27,6 +27,12 @@ def sides_of(views: Mapping[str, View], a: str, b: str) -> dict[str, Any]:
     }
 
 
+def speaker_of(views: Mapping[str, View], a: str, b: str) -> str | None:
+    """Return whose view of the pair counts: who merged first, else one of the two, else a third; None without views."""
+    others = sorted(views, key=lambda robot: (robot not in (a, b), robot))
+    return next(iter((*sides_of(views, a, b)["accepted_by"], *others)), None)
+
+
 def merged_text(pair: Mapping[str, Any]) -> str:
     """Return who has merged and when, for a person: "r1 and r2 merged after 26 s (r2 after 16 s)"."""
     a, b = pair["a"], pair["b"]

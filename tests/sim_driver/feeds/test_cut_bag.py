@@ -10,6 +10,7 @@ from rosbags.rosbag1 import Writer
 
 from sim_driver.feeds import open_feed
 from spatial import InputError
+from tests.sim_driver.feeds.spoiling import spoilt
 from tests.sim_driver.feeds.test_rosbag import NS, Recorder
 
 CUT = "the bag is cut off or damaged; what is whole of it is used"
@@ -62,13 +63,10 @@ def test_where_nothing_is_whole_it_is_told(tmp_path: Path, content: bytes) -> No
 
 @pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
 def test_flipped_and_cut_bytes_never_end_in_a_traceback(tmp_path: Path, compression: str) -> None:
-    raw, rng, broken = recorded(tmp_path / "whole.bag", compression), np.random.default_rng(0), tmp_path / "broken.bag"
+    raw, broken = recorded(tmp_path / "whole.bag", compression), tmp_path / "broken.bag"
     salvaged = 0
-    for i in range(40):
-        content = bytearray(raw[: rng.integers(1, len(raw))] if i % 2 else raw)
-        for at in rng.integers(0, len(content), 3):
-            content[at] = rng.integers(256)
-        broken.write_bytes(bytes(content))
+    for content in spoilt(raw):
+        broken.write_bytes(content)
         try:
             salvaged += CUT in open_feed(broken, salvage=True).notes
         except InputError as error:

@@ -11,6 +11,7 @@ from sim_driver.feeds import open_feed
 from sim_driver.feeds.bag_contents import LaserMessage
 from sim_driver.feeds.rosbag import RosbagFeed
 from spatial import InputError, se2
+from tests.sim_driver.feeds.spoiling import spoilt
 
 NS = 1_000_000_000
 
@@ -298,13 +299,10 @@ def test_flipped_and_cut_bytes_never_end_in_a_traceback(tmp_path, kind):
             out.tf(NS + i * NS // 10, "base_link", "laser", 0.1, 0.0, 0.0)
             out.scan(NS + i * NS // 10, [1.0] * 20)
     raw = (path if kind == "bag" else next(path.glob(f"*.{kind}"))).read_bytes()
-    rng, refused = np.random.default_rng(0), 0
+    refused = 0
     broken = tmp_path / f"broken.{kind}"
-    for i in range(40):
-        content = bytearray(raw[: rng.integers(1, len(raw))] if i % 2 else raw)
-        for at in rng.integers(0, len(content), 3):
-            content[at] = rng.integers(256)
-        broken.write_bytes(bytes(content))
+    for content in spoilt(raw):
+        broken.write_bytes(content)
         try:
             open_feed(broken)
         except InputError as error:
