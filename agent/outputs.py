@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import os
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -29,11 +30,11 @@ class EventLog:
     def __init__(self, folder: Path, robot_id: str) -> None:
         """Begin ``events.jsonl`` in the folder, or go on with it: a robot that starts again has a past."""
         folder.mkdir(parents=True, exist_ok=True)
-        self._file = (folder / "events.jsonl").open("ab", buffering=0)
+        self._file = (folder / "events.jsonl").open("a+b", buffering=0)
         self._robot_id = robot_id
         self.lost = 0
         """Events that could not be written."""
-        self._torn = False
+        self._torn = self._ends_within_a_line()
 
     def write(self, event: Event) -> None:
         """Append one event: ``t`` (mission seconds), ``robot``, ``event`` and its own fields."""
@@ -50,6 +51,13 @@ class EventLog:
     def close(self) -> None:
         """Close the file."""
         self._file.close()
+
+    def _ends_within_a_line(self) -> bool:
+        """Return whether what is there was cut off, by a crash or a full disk."""
+        if self._file.seek(0, os.SEEK_END) == 0:
+            return False
+        self._file.seek(-1, os.SEEK_END)
+        return self._file.read(1) != b"\n"
 
 
 def write_robot(agent: Agent, folder: Path, sent_bytes: Mapping[str, int]) -> None:

@@ -81,8 +81,9 @@ def make_mission(tables: dict[str, Any], path: Path) -> Mission:
     if len(set(ids)) != len(ids):
         raise InputError(f"{path}: two robots have one id among {', '.join(ids)}")
     world = build(WorldConfig, tables["world"], f"{path}: world") if "world" in tables else None
+    mission = build(MissionConfig, {"name": path.stem, **tables.get("mission", {})}, f"{path}: mission")
     for robot in robots:
-        if robot.log is None and world is None and robot.mode != "central":
+        if robot.log is None and world is None and robot.mode != "central" and mission.shell != "agents":
             raise InputError(f"{path}: robot {robot.id} has no log, and the mission has no [world] to simulate it in")
     raw_faults = tables.get("faults", [])
     if not isinstance(raw_faults, list) or not all(isinstance(fault, dict) for fault in raw_faults):
@@ -90,12 +91,11 @@ def make_mission(tables: dict[str, Any], path: Path) -> Mission:
     faults = tuple(build(FaultConfig, fault, f"{path}: faults[{i}]") for i, fault in enumerate(raw_faults))
     for fault in faults:
         require(fault.robot in ids, f"{path}: faults.robot", f"one of {', '.join(ids)}", fault.robot)
-    mission = {"name": path.stem, **tables.get("mission", {})}
     links = build(LinksConfig, tables.get("links", {}), f"{path}: links")
     if links.trace is not None:
         tables = {**tables, "comms": {"link_source": "trace", **tables.get("comms", {})}}
     return Mission(
-        mission=build(MissionConfig, mission, f"{path}: mission"),
+        mission=mission,
         robots=robots,
         settings=make_settings(tables, str(path)),
         links=links,

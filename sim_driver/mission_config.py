@@ -37,7 +37,8 @@ class MissionConfig:
         require(self.duration_s is None or self.duration_s > 0, "mission.duration_s", "> 0 s", self.duration_s)
         require(self.linger_s >= 0, "mission.linger_s", ">= 0 s", self.linger_s)
         require(self.speed > 0, "mission.speed", "> 0", self.speed)
-        require(self.shell in ("process", "virtual"), "mission.shell", "'process' or 'virtual'", self.shell)
+        known = ("process", "virtual", "agents")  # the last: agents ran on their own, and were gathered
+        require(self.shell in known, "mission.shell", "'process' or 'virtual'", self.shell)
 
 
 @dataclass(frozen=True, kw_only=True)

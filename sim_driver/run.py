@@ -22,6 +22,7 @@ from sim_driver.run_process import run_processes
 from sim_driver.run_virtual import run_in_virtual_time
 from sim_driver.settings import as_table
 from sim_driver.team import CHECKPOINT
+from spatial import InputError
 from spatial.files import make_folder, write_text
 
 LIBRARIES = ("mrslam", "numpy", "numba", "scipy", "opencv-python-headless", "eclipse-zenoh", "lz4")
@@ -46,6 +47,8 @@ def run_mission(
 
     Those of a mission that was interrupted say so (``interrupted``).
     """
+    if mission.mission.shell == "agents":
+        raise InputError(f"{mission.mission.name}: these agents ran on their own; what they did cannot be run again")
     check_files(mission)
     prepare_folder(mission, out, say)
     compile_s = ensure_compiled(say)

@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 import signal
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rich.status import Status
 
-from agent import Agent, Body, Keeper, ProcessShell, Runner, SensorBody, Settings, WallClock
+from agent import Agent, Body, Event, Keeper, ProcessShell, Runner, SensorBody, Settings, WallClock
 from comms import ZenohSensors, load_keys
+from sim_driver.agent_record import AgentRecord
 from sim_driver.cli.agent_told import DoubtTeller, begin
 from sim_driver.cli.console import console, say
 from sim_driver.cli.progress import Lines
@@ -23,9 +24,10 @@ from sim_driver.kernels import ensure_compiled
 from sim_driver.locate import locate
 from sim_driver.mission import make_settings
 from sim_driver.recorded import RecordedBody
-from sim_driver.settings import check_keys, read_toml, with_overrides
+from sim_driver.settings import as_table, check_keys, read_toml, with_overrides
 from sim_driver.team import CHECKPOINT, NoBody, go_online
 from sim_driver.usage import write_usage
+from spatial import InputError
 
 SHOW_S = 1.0
 """How often the line of status is renewed, seconds."""
@@ -58,16 +60,19 @@ def run_agent(options: AgentOptions) -> None:
     """Run until SIGINT or SIGTERM, or until the log has ended and the time is over; then leave the robot's files."""
     settings = _settings(options)
     keys = None if options.keys is None else load_keys(options.keys, options.robot, options.team)
+    log = None if options.log is None else locate(str(options.log)).resolve()
     ensure_compiled(say)
     clock = WallClock(time.monotonic_ns() - time.time_ns())  # the world's time, so that robots' events can be compared
     boot_id = time.time_ns() // 1_000_000
     name = {"team": options.team, "mode": options.mode}
     agent = Agent(options.robot, settings, **name, seed=options.seed, boot_id=boot_id)
-    with _body(options, clock) as (body, words), _until_told(options, agent, words) as over:
+    with _body(options, log, clock) as (body, words), _until_told(options, agent, words) as over:
         transport = go_online(
             agent, listen=options.listen, connect=options.connect, multicast=options.multicast, keys=keys
         )
         past = begin(agent, options.out, options.fresh, clock.now_ns())
+        record = _record(options, settings, log, past, clock.now_ns() / 1e9)
+        record.write(options.out)
         keeper = Keeper(options.out / CHECKPOINT, settings.agent.checkpoint_interval_s)
         runner = Runner(agent, body, transport, options.out, watchers=[DoubtTeller()], keeper=keeper)
         runner.perform(past)
@@ -75,6 +80,7 @@ def run_agent(options: AgentOptions) -> None:
         shell = ProcessShell(runner, clock)
         shell.run(over)
         write_usage(shell, options.out)
+        replace(record, ended=True).write(options.out)
     say(f"everything is in {options.out}")
 
 
@@ -86,13 +92,31 @@ def _settings(options: AgentOptions) -> Settings:
     return make_settings(tables, where)
 
 
+def _record(
+    options: AgentOptions, settings: Settings, log: Path | None, past: Sequence[Event], now_s: float
+) -> AgentRecord:
+    """Return what the agent says of itself; one that goes on from a checkpoint began its map before."""
+    begun_s = now_s
+    if any(event.fields["checkpoint"] for event in past):
+        with suppress(InputError):
+            begun_s = AgentRecord.read(options.out).begun_s
+    return AgentRecord(
+        id=options.robot,
+        team=options.team,
+        mode=options.mode,
+        log=None if log is None else str(log),
+        settings=as_table(settings),
+        begun_s=round(begun_s, 3),
+    )
+
+
 @contextmanager
-def _body(options: AgentOptions, clock: WallClock) -> Iterator[tuple[Body, Callable[[], str]]]:
+def _body(options: AgentOptions, log: Path | None, clock: WallClock) -> Iterator[tuple[Body, Callable[[], str]]]:
     """Yield where scans come from, and what says in a few words how that goes."""
     if options.mode == "central":
         yield NoBody(), lambda: "no laser"
-    elif options.log is not None:
-        played = RecordedBody(open_feed(locate(str(options.log))).readings, start_ns=clock.now_ns())
+    elif log is not None:
+        played = RecordedBody(open_feed(log).readings, start_ns=clock.now_ns())
         yield played, lambda: "the log has ended" if played.finished else "playing the log"
     else:
         body = SensorBody(clock)

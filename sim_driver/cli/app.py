@@ -38,6 +38,7 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "bag": runs.bag,
     "sweep": runs.sweep,
     "agent": network.agent,
+    "gather": runs.gather,
     "top": network.top,
     "doctor": network.doctor,
     "keys": network.keys,

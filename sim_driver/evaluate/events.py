@@ -11,7 +11,7 @@ Event = dict[str, Any]
 
 
 def read_events(path: Path) -> list[Event]:
-    """Return the events of a file; none where there is no file."""
+    """Return the events of a file, without lines that a crash cut off; none where there is no file."""
     events: list[Event] = []
     if not path.exists():
         return events
@@ -19,7 +19,7 @@ def read_events(path: Path) -> list[Event]:
         try:
             events.append(json.loads(line))
         except ValueError:
-            break
+            continue
     return events
 
 

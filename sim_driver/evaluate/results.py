@@ -46,7 +46,7 @@ class RunResults:
 
     @cached_property
     def events(self) -> dict[str, list[Event]]:
-        """Events of every robot in the order they were written; a last line that a crash cut off is left out."""
+        """Events of every robot in the order they were written; lines that a crash cut off are left out."""
         return {robot.id: read_events(self.folder / robot.id / "events.jsonl") for robot in self.mission.robots}
 
     @cached_property

@@ -42,6 +42,8 @@ def replay_mission(run: Path, assignments: Sequence[str] = ()) -> Mission:
         (section, key), _ = parse_assignment(text)
         if section not in REPLAYABLE and (section, key) != ("mission", "seed"):
             raise InputError(f"--set {text}: a replay keeps the drive and the radio; {section}.{key} needs a new run")
+    if read_config(run)["mission"].get("shell") == "agents":
+        raise InputError(f"{run}: gathered of agents that ran on their own; that cannot be played again")
     if read_config(run).get("faults"):
         raise InputError(f"{run}: robots died in this run; what they did not sense cannot be played again")
     virtually = ['mission.shell="virtual"', f"mission.duration_s={_mission_s(run)!r}"]

@@ -27,12 +27,20 @@ BEAMS = 240
 
 
 def mission_trajectory(run: RunResults, robot_id: str) -> Trajectory:
-    """Return mission times (ns) and laser poses of a robot; recorded robots begin at 0 with their first scan."""
+    """Return mission times (ns) and laser poses of a robot; scans not simulated have stamps of their own.
+
+    Recorded robots begin at 0 with their first scan, agents that ran on their own when they did.
+    """
     stamps, poses = run.trajectory(robot_id)
     (robot,) = (robot for robot in run.mission.robots if robot.id == robot_id)
-    if robot.log is not None and len(stamps):
-        stamps = np.maximum.accumulate(stamps) - stamps[0]
+    if (robot.log is not None or run.mission.mission.shell == "agents") and len(stamps):
+        stamps = np.maximum.accumulate(stamps) - stamps[0] + _began_ns(run, robot_id)
     return stamps, poses
+
+
+def _began_ns(run: RunResults, robot_id: str) -> int:
+    """Return the mission time of a robot's first scan."""
+    return round(1e9 * run.metrics.get("began_s", {}).get(robot_id, 0.0))
 
 
 def first_seen_s(run: RunResults, layout: Layout, robot_id: str) -> NDArray[np.float32]:
@@ -81,7 +89,8 @@ def spread(seen: NDArray[np.float32], known: NDArray[np.bool_]) -> NDArray[np.fl
 def _scans(run: RunResults, robot_id: str) -> Sequence[Sensed]:
     (robot,) = (robot for robot in run.mission.robots if robot.id == robot_id)
     if robot.log is not None:
-        body = RecordedBody(open_feed(run.mission.find(robot.log)).readings, robot.first, robot.last)
+        readings = open_feed(run.mission.find(robot.log)).readings
+        body = RecordedBody(readings, robot.first, robot.last, _began_ns(run, robot_id))
         return list(_all_of(body))
     path = (run.mission.replay or run.folder) / robot_id / SCANS_FILE
     return read_recording(path) if path.exists() else []

@@ -23,6 +23,15 @@ def test_events_go_on_where_they_were(tmp_path: Path) -> None:
     assert lines == [{"t": float(t), "robot": "r1", "event": "merged", "a": "r1"} for t in (1, 2)]
 
 
+def test_a_line_that_was_cut_off_does_not_spoil_the_next(tmp_path: Path) -> None:
+    (tmp_path / "events.jsonl").write_text('{"t": 1.0, "rob')
+    events = EventLog(tmp_path, "r1")
+    events.write(Event(2_000_000_000, "merged"))
+    events.close()
+    torn, line = (tmp_path / "events.jsonl").read_text().splitlines()
+    assert torn == '{"t": 1.0, "rob' and json.loads(line)["t"] == 2.0
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full here")
 def test_a_full_disk_loses_events_and_says_so_once(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     (tmp_path / "events.jsonl").symlink_to("/dev/full")

@@ -18,6 +18,8 @@ import pytest
 
 from comms import SensorPublisher, make_team_keys
 from sim_driver.feeds import Reading, open_feed
+from sim_driver.gather import gather
+from sim_driver.report import write_report
 
 
 def address(kind: str = "tcp") -> str:
@@ -121,6 +123,10 @@ def test_agents_with_keys_take_each_others_maps(data_dir: Path, tmp_path: Path) 
         stop(robot)
         stop(station)
     assert count(tmp_path / "base", "dropped") == 0
+    _, metrics = gather([tmp_path], tmp_path / "run", print)
+    assert metrics["links"][0]["exchanges"] > 0 and not metrics["robots_lost"]
+    assert metrics["mission_s"] < 300.0 and metrics["name"] == "locked"
+    assert write_report(tmp_path / "run").exists()
 
 
 @pytest.mark.parametrize("option", [("--log", "nowhere.clf"), ("--listen", "nonsense"), ("--set", "rbpf.particle=3")])

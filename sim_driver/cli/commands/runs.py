@@ -122,6 +122,23 @@ def eval_(
     eval_run(run, relations, reference or [], true_map, json)
 
 
+def gather(
+    folders: Annotated[list[Path], typer.Argument(help="Folders of agents, or one that holds several.")],
+    out: Out = Path("out/gathered"),
+    json: Json = False,
+) -> None:
+    """Put folders of agents together as a run.
+
+    Copy what mrslam agent left on each robot to one machine first. The result can be judged and read as any run's.
+
+    mrslam gather from-r1 from-r2 --out out/depot
+    mrslam eval out/depot --reference r1=truth_r1.tum --reference r2=truth_r2.tum
+    """
+    from sim_driver.cli.gather import gather_agents
+
+    gather_agents(folders, out, json)
+
+
 def report(
     run: Annotated[Path, typer.Argument(help="Folder of a finished run.")],
     out: Annotated[Path | None, typer.Option("--out", help="The page; report.html in the folder unless given.")] = None,

@@ -1,0 +1,147 @@
+"""What agents left on their own is judged as a run is: a run is taken apart into agents and gathered again."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from sim_driver.agent_record import AgentRecord
+from sim_driver.evaluate import References, assess
+from sim_driver.evaluate.results import RunResults
+from sim_driver.gather import gather
+from sim_driver.mission import make_mission
+from sim_driver.replay.again import replay_mission
+from sim_driver.report import write_report
+from sim_driver.report.data import page_data
+from sim_driver.run import run_mission
+from spatial import InputError
+from spatial.tum import read_tum
+
+WORLD_S = 1_790_000_000.0
+"""Agents tell times by the world's clock."""
+TABLES = {
+    "mission": {"shell": "virtual", "seed": 3, "duration_s": 25.0},
+    "world": {"name": "arena1"},
+    "robots": [{"id": "r1", "start": [2.0, 2.0, 0.0]}, {"id": "r2", "start": [3.0, 2.5, 1.0]}],
+    "rbpf": {"particles": 4},
+    "comms": {"exchange_timeout_s": 5.0, "beacon_window": 16},
+}
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("gather") / "run"
+    run_mission(make_mission(TABLES, Path("small.toml")), out, lambda now_s, total_s, text: None, lambda text: None)
+    return out
+
+
+@pytest.fixture
+def agents(run: Path, tmp_path: Path) -> Path:
+    """The robots' folders as agents would have left them; of before that they began their maps, r1 has a past."""
+    settings = json.loads((run / "config.json").read_text())["settings"]
+    for robot_id in ("r1", "r2"):
+        folder = tmp_path / "agents" / robot_id
+        shutil.copytree(run / robot_id, folder)
+        robot = json.loads((folder / "robot.json").read_text())
+        for pair in robot["pairs"]:
+            pair["accepted_at_s"] += WORLD_S
+        (folder / "robot.json").write_text(json.dumps(robot))
+        events = [json.loads(line) for line in (folder / "events.jsonl").read_text().splitlines()]
+        lines = [json.dumps({**event, "t": event["t"] + WORLD_S}) for event in events]
+        earlier = [json.dumps({"t": WORLD_S - 9e5, "robot": "r1", "event": "mapped"})] if robot_id == "r1" else []
+        torn = [lines[0][:20]]
+        (folder / "events.jsonl").write_text("\n".join([*earlier, *torn, *lines]) + "\n")
+        record = AgentRecord(
+            id=robot_id, team="depot", mode="distributed", log=None, settings=settings, begun_s=WORLD_S, ended=True
+        )
+        record.write(folder)
+    return tmp_path / "agents"
+
+
+def test_gathered_agents_have_the_merges_times_and_traffic_of_their_run(run: Path, agents: Path, tmp_path: Path):
+    said: list[str] = []
+    _, metrics = gather([agents], tmp_path / "out", said.append)
+    before = json.loads((run / "metrics.json").read_text())
+    first_s = min(e["t"] for told in RunResults.read(run).events.values() for e in told)
+    (pair,), (known,) = metrics["pairs"], before["pairs"]
+    assert pair["status"] == known["status"] == "accepted"
+    assert pair["T_a_b"] == known["T_a_b"] and metrics["links"] == before["links"]
+    assert pair["accepted_at_s"] == pytest.approx(known["accepted_at_s"] - first_s, abs=2e-3)
+    assert pair["judged_by"] == "no truth" and metrics["name"] == "depot" and not said
+    assert not (tmp_path / "out" / "r1" / "checkpoint").exists()
+
+
+def test_gathered_agents_are_judged_by_references(run: Path, agents: Path, tmp_path: Path) -> None:
+    gather([agents / "r1", agents / "r2"], tmp_path / "out", lambda text: None)
+    truth = {robot: RunResults.read(run).laser_truth(robot) for robot in ("r1", "r2")}
+    judged = assess(tmp_path / "out", References(trajectories={robot: way for robot, way in truth.items() if way}))
+    (pair,), (known,) = judged["pairs"], assess(run)["pairs"]
+    assert pair["verdict"] == known["verdict"] == "correct merge"
+    assert pair["error_m"] < 0.1
+    assert judged["robots"]["r1"]["trajectory"] == assess(run)["robots"]["r1"]["trajectory"]
+
+
+def test_the_page_shows_an_agent_from_when_it_began(agents: Path, tmp_path: Path) -> None:
+    late = agents / "r2"
+    lines = [json.loads(line) for line in (late / "events.jsonl").read_text().splitlines()[1:]]
+    (late / "events.jsonl").write_text("".join(json.dumps({**line, "t": line["t"] + 40.0}) + "\n" for line in lines))
+    _, metrics = gather([agents], tmp_path / "out", lambda text: None)
+    assert metrics["began_s"]["r1"] < 1.0 and 39.0 < metrics["began_s"]["r2"] < 42.0
+    write_report(tmp_path / "out")
+    places = page_data(RunResults.read(tmp_path / "out"))["map"]
+    assert places is not None and (tmp_path / "out" / "report.html").stat().st_size > 10_000
+    stamps, _ = read_tum(tmp_path / "out" / "r2" / "trajectory.tum")
+    assert stamps[0] < 2e9  # as the driver gave them
+
+
+def test_an_agent_that_runs_on_has_events_only(agents: Path, tmp_path: Path) -> None:
+    (agents / "r2" / "robot.json").unlink()
+    said: list[str] = []
+    _, metrics = gather([agents], tmp_path / "out", said.append)
+    assert metrics["robots_lost"] == ["r2"] and "r2 has not ended" in said[0]
+    assert any(event["event"] == "mapped" for event in RunResults.read(tmp_path / "out").events["r2"])
+
+
+def test_what_differs_or_is_not_here_is_said(agents: Path, tmp_path: Path) -> None:
+    record = AgentRecord.read(agents / "r2")
+    other = {**record.settings, "comms": {**record.settings["comms"], "link_threshold": 0.31}}
+    replace(record, settings=other, log="/nowhere/at/all.clf", ended=False).write(agents / "r2")
+    said: list[str] = []
+    gather([agents], tmp_path / "out", said.append)
+    assert "r2 ran with other settings than r1 (comms)" in said[0]
+    assert "its log is not here" in said[1] and "its maps are of the time before" in said[2]
+
+
+def test_what_cannot_be_gathered_is_told(agents: Path, tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    record = AgentRecord.read(agents / "r2")
+    shutil.copytree(agents / "r2", tmp_path / "twin" / "r2")
+    shutil.copytree(agents / "r2", tmp_path / "other" / "r3")
+    replace(record, id="r3", team="yard").write(tmp_path / "other" / "r3")
+    shutil.copytree(agents / "r2", tmp_path / "broken" / "r2")
+    (tmp_path / "broken" / "r2" / "agent.json").write_text('{"id": 3}')
+    for folders, words in (
+        ([tmp_path / "nowhere"], "no such folder"),
+        ([tmp_path / "empty"], "neither an agent's folder"),
+        ([agents, tmp_path / "twin"], "are both of r2"),
+        ([agents, tmp_path / "other"], "several teams"),
+        ([tmp_path / "broken"], "not what an agent writes"),
+    ):
+        with pytest.raises(InputError, match=words):
+            gather(folders, tmp_path / "out", lambda text: None)
+    for out in (agents, agents / "r1"):
+        with pytest.raises(InputError, match="name another one"):
+            gather([agents], out, lambda text: None)
+    assert (agents / "r1" / "robot.json").exists()
+
+
+def test_what_agents_did_cannot_be_run_again(agents: Path, tmp_path: Path) -> None:
+    mission, _ = gather([agents], tmp_path / "out", lambda text: None)
+    with pytest.raises(InputError, match="cannot be run again"):
+        run_mission(mission, tmp_path / "again", lambda now_s, total_s, text: None, lambda text: None)
+    with pytest.raises(InputError, match="cannot be played again"):
+        replay_mission(tmp_path / "out")
