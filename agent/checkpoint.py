@@ -35,6 +35,7 @@ def freeze(agent: Agent) -> Packed:
             "rbpf": asdict(agent.settings.rbpf),
             "mapper": agent.mapper.state(),
             "store": store_state(agent.node.store),
+            "frame": agent.team.frame,
             "pairs": [[a, b, _pair_state(status)] for (a, b), status in sorted(agent.team.pairs.pairs.items())],
             "links": {peer: vars(stats) for peer, stats in agent.links.items()},
             "masked_beams": agent.masked_beams,
@@ -67,6 +68,7 @@ def restore(agent: Agent, path: Path) -> None:
         mapper.skip_revisions(REVISIONS_LOST)
         links = {peer: LinkStats(**sums) for peer, sums in state["links"].items()}
         pairs = {(a, b): _pair(status) for a, b, status in state["pairs"]}
+        frame = state.get("frame")
         masked_beams, map_number = state["masked_beams"], state["map_number"]
         doubt = agent.self_doubt.resumed(state["self_doubt"])
         restore_store(agent.node.store, state["store"], REVISIONS_LOST)
@@ -74,7 +76,7 @@ def restore(agent: Agent, path: Path) -> None:
         raise InputError(f"{path}: the checkpoint does not fit this program ({error})") from error
     agent.mapper, agent.links, agent.masked_beams, agent.map_number = mapper, links, masked_beams, map_number
     agent.self_doubt = doubt
-    agent.team.take_up(pairs)
+    agent.team.take_up(pairs, frame)
 
 
 def resume(agent: Agent, path: Path) -> None:

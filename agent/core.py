@@ -49,7 +49,7 @@ class Agent:
         self.mapper = Mapper(settings.rbpf, seed=seed)
         self.node = comms.CommsNode(robot_id, team, boot_id, settings.comms, mode=mode, seed=seed)
         self.tracker = TeammateTracker(settings.mutual_detection)
-        self.team = Team(robot_id, settings, self.node.store, self.tracker.forget)
+        self.team = Team(robot_id, settings, self.node.store, self.tracker.forget, maps=mode != "central")
         self.links: dict[str, LinkStats] = {}
         self.self_doubt = SelfDoubt(settings.agent.min_health, round(settings.agent.give_up_s * 1e9))
         self.seed = seed
@@ -91,7 +91,7 @@ class Agent:
         """Make the own map, as it is now, what teammates get."""
         self._published_ns, self._published_grid = now_ns, None
         if self.node.publish(self.local_map(), now_ns):
-            self._map_changed(self.robot_id)
+            self.team.map_changed(self.robot_id)
 
     def _watch_health(self, info: UpdateInfo, scan: Scan, now_ns: int) -> list[Effect]:
         """Notice that the robot may be anywhere, that it has found itself again, or that it never will."""
@@ -154,7 +154,7 @@ class Agent:
         """Look after beacons, rendezvous and exchanges; call it every ``agent.tick_s``."""
         effects = self._follow(self.node.on_tick(now_ns), now_ns)
         self.team.keep_placed(now_ns)
-        if now_ns >= self._tell_ns and self.mode != "mapper":
+        if now_ns >= self._tell_ns:
             self._tell_ns = now_ns + TELL_NS
             effects.append(Event(now_ns, "known", self._known()))
         return effects + self.team.revoke(now_ns)
@@ -181,7 +181,7 @@ class Agent:
                     out.append(effect)
                 case comms.MapUpdated():
                     out.append(as_event(effect, now_ns))
-                    self._map_changed(effect.robot_id)
+                    self.team.map_changed(effect.robot_id)
                 case comms.TeammatePose():
                     self._observe(effect)
                 case comms.ExchangeDone():
@@ -201,10 +201,6 @@ class Agent:
 
     # -- the team ------------------------------------------------------------------------------------------------------
 
-    def _map_changed(self, robot_id: str) -> None:
-        if self.mode != "mapper":
-            self.team.map_changed(robot_id)
-
     def next_alignment(self, now_ns: int) -> AlignJob | None:
         """Return the pair of maps most worth aligning now, or None; the shell runs it and calls :meth:`on_aligned`."""
         return self.team.next_alignment(now_ns)
@@ -219,7 +215,10 @@ class Agent:
         return self.team.T_team_map
 
     def team_map(self) -> TeamMap:
-        """Return the team map in this robot's own map frame, with who is placed where and who is not and why."""
+        """Return the team map in this robot's own map frame, with who is placed where and who is not and why.
+
+        A base station's is in the map frame of one of the robots (``anchor``).
+        """
         return self.team.map()
 
     def own_map(self) -> OccupancyGrid:

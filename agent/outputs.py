@@ -85,6 +85,7 @@ def summary(agent: Agent, sent_bytes: Mapping[str, int]) -> dict[str, Any]:
     return {
         "id": agent.robot_id,
         "mode": agent.mode,
+        "frame": team.anchor,
         "known_area_m2": round(agent.own_map().known_area_m2(), 2),
         "team_area_m2": round(team.grid.known_area_m2(), 2),
         "scans": agent.mapper.stats.scans,

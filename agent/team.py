@@ -27,17 +27,23 @@ PLACE_NS = 2_000_000_000
 class Team:
     """The maps known, the alignments believed, and who lies where in the own map's frame."""
 
-    def __init__(self, robot_id: str, settings: Settings, store: MapStore, on_lost: Callable[[str], None]) -> None:
-        """Start alone; ``on_lost`` is told whose place is known no more."""
+    def __init__(
+        self, robot_id: str, settings: Settings, store: MapStore, on_lost: Callable[[str], None], *, maps: bool = True
+    ) -> None:
+        """Start alone; ``on_lost`` is told whose place is known no more.
+
+        A robot that ``maps`` lays teammates' maps into its own; a base station, which has none, into the map of one of
+        those that it could put together, and keeps to that one's while it can.
+        """
         self.robot_id = robot_id
         self.pairs = PairBook(robot_id, settings.agent)
         self.doubted: dict[str, str] = {}
         """By robot: why its map is not believed to be what it saw."""
-        self.T_team_map: dict[str, Transform] = {robot_id: se2.IDENTITY}
-        """By robot: maps points of its map into the own map, for those whose place is known."""
+        self.T_team_map: dict[str, Transform] = {robot_id: se2.IDENTITY} if maps else {}
+        """By robot: maps points of its map into the own map (the frame's), for those whose place is known."""
         self._store, self._on_lost = store, on_lost
         self._mutual_detection = settings.mutual_detection
-        self._graph = TeamMapper(anchor=robot_id, config=settings.merge)
+        self._graph = TeamMapper(anchor=robot_id if maps else None, config=settings.merge, keeps_frame=not maps)
         self._map: TeamMap | None = None
         self._stale = False
         self._placed_ns = 0
@@ -75,8 +81,14 @@ class Team:
         self._adopt({one: T for one, T in self.T_team_map.items() if one not in lost}, others)
         self._stale = True
 
-    def take_up(self, pairs: Mapping[tuple[str, str], PairStatus]) -> None:
+    @property
+    def frame(self) -> str | None:
+        """The robot whose map frame is the team map's; None where there is none yet."""
+        return self._graph.frame
+
+    def take_up(self, pairs: Mapping[tuple[str, str], PairStatus], frame: str | None) -> None:
         """Go on with the maps in the store and these alignments of an earlier life."""
+        self._graph.frame = frame
         for robot_id, local in sorted(self._store.maps.items()):
             if robot_id != self.robot_id and self._doubts(robot_id, local):
                 continue

@@ -93,12 +93,14 @@ class TeamGraph:
                 raise InputError(f"known pose of {robot_id} must be x (m), y (m), theta (rad), got {pose!r}")
         self._known_poses = {x: np.array(T_team_map[x], dtype=np.float64) for x in sorted(T_team_map)}
 
-    def place(self, anchor: str | None = None, conflict: Conflict | None = None) -> Placement:
+    def place(
+        self, anchor: str | None = None, conflict: Conflict | None = None, before: str | None = None
+    ) -> Placement:
         """Return where the maps of the anchor's component lie; without anchor, of the largest component.
 
         With an anchor the team frame is its map's frame. Without one it is that of the known poses, else the map frame
-        of the component's first robot by id. ``conflict`` looks at the maps' content: alignments that lay walls on
-        free space are not used.
+        of the robot ``before`` where that is in the component, else of the component's first robot by id. ``conflict``
+        looks at the maps' content: alignments that lay walls on free space are not used.
         """
         if anchor is not None and anchor not in self._nodes:
             return Placement(
@@ -109,13 +111,14 @@ class TeamGraph:
             for check in (consistency.drop_broken_triangles, consistency.drop_broken_loops):
                 edges, broken = check(nodes, edges, self.config, fixed)
                 dropped |= broken
-            group = self._group(nodes, edges, anchor, fixed)
-            poses, wrong = self._solve(nodes, edges, group, anchor, conflict)
+            group = self._group(nodes, edges, anchor or fixed, before)
+            start = anchor or (before if fixed is None and before in group else next(iter(group), None))
+            poses, wrong = self._solve(nodes, edges, group, start, conflict)
             if wrong is None:
                 break
             dropped[wrong[0]] = wrong[1]
             del edges[wrong[0]]
-        frame = anchor or (None if fixed is not None and ROOT in group else (group[0] if group else None))
+        frame = None if start == ROOT else start  # the known poses' node sorts first
         poses.pop(ROOT, None)
         used = tuple(edge for edge in edges.values() if edge.a in poses and edge.b in poses)
         unplaced = {x: self._why(x, poses, edges, dropped) for x in self.robots if x not in poses}
@@ -153,18 +156,18 @@ class TeamGraph:
         return nodes, edges, dropped, ROOT
 
     def _group(
-        self, nodes: Mapping[str, Node], edges: Mapping[Pair, Edge], anchor: str | None, fixed: str | None
+        self, nodes: Mapping[str, Node], edges: Mapping[Pair, Edge], must: str | None, before: str | None
     ) -> list[str]:
         groups = consistency.components(nodes, edges)
         if not groups:
             return []
-        must = anchor if anchor is not None else fixed
         if must is not None:
             return next(group for group in groups if must in group)
 
-        def size(group: list[str]) -> tuple[float, float]:
+        def size(group: list[str]) -> tuple[float, bool, float]:
             area, count = sum(nodes[x].area_m2 for x in group), float(len(group))
-            return (area, count) if self.config.component == "area" else (count, area)
+            first, second = (area, count) if self.config.component == "area" else (count, area)
+            return first, before in group, second
 
         return max(groups, key=size)  # the first of equals
 
@@ -173,13 +176,12 @@ class TeamGraph:
         nodes: Mapping[str, Node],
         edges: Mapping[Pair, Edge],
         group: list[str],
-        anchor: str | None,
+        start: str | None,
         conflict: Conflict | None,
     ) -> tuple[dict[str, se2.Transform], tuple[Pair, str] | None]:
-        """Return the places of a component, or the edge that makes them impossible and why."""
-        if not group:
+        """Return the places of a component in its node ``start``, or the edge that makes them impossible and why."""
+        if start is None:
             return {}, None
-        start = anchor if anchor is not None else group[0]  # the known poses' node sorts first
         inside = {pair: edge for pair, edge in edges.items() if pair[0] in group}
         tree = consistency.spanning_tree(inside, lambda edge: edge.confidence)
         poses = jointly(consistency.chain(tree, start), inside.values(), start, self.config)

@@ -43,11 +43,16 @@ class TeamMapper:
     """Builds team maps from robots' maps and accepted alignments; in whatever order these came, the bytes are the same.
 
     The team frame is the anchor's map frame, for good: growth never moves it. Without an anchor it is the frame of the
-    first robot (by id) of the largest component.
+    first robot (by id) of the largest component; ``keeps_frame``: of the robot that had it before, while it is in the
+    largest component.
     """
 
-    def __init__(self, anchor: str | None = None, config: MergeConfig | None = None) -> None:
-        self.anchor = anchor
+    def __init__(
+        self, anchor: str | None = None, config: MergeConfig | None = None, *, keeps_frame: bool = False
+    ) -> None:
+        self.anchor, self.keeps_frame = anchor, keeps_frame
+        self.frame: str | None = anchor
+        """The robot whose map frame was the team frame when maps were placed last."""
         self.config = config or MergeConfig()
         self.graph = TeamGraph(self.config)
         self._grids: dict[str, OccupancyGrid] = {}
@@ -96,7 +101,9 @@ class TeamMapper:
 
     def placement(self) -> Placement:
         """Return where every map lies by what is known now, without fusing anything."""
-        return self.graph.place(self.anchor, self._conflict)
+        placement = self.graph.place(self.anchor, self._conflict, self.frame if self.keeps_frame else None)
+        self.frame = placement.anchor
+        return placement
 
     def team_map(self) -> TeamMap:
         """Return the team map of what is known now; only what changed since the last call is fused anew."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from sim_driver.evaluate.events import first_merge_s, read_events
 from sim_driver.evaluate.relations import cross_errors, read_relations
-from sim_driver.evaluate.sides import sides_of, speaker_of
+from sim_driver.evaluate.sides import givers_of, pairs_of, sides_of, speaker_of
 from sim_driver.evaluate.truth import pair_error, team_figures, true_starts, true_trajectories
 from sim_driver.mission import Mission
 from sim_driver.usage import USAGE
@@ -31,8 +31,8 @@ def write_metrics(mission: Mission, folder: Path, *, wall_s: float, mission_s: f
             robot["usage"] = json.loads(usage.read_text())
     missing = [robot.id for robot in mission.robots if robot.id not in robots]
     starts = true_starts(true_trajectories(mission, folder), folder)
-    pairs = [_pair(mission, folder, robots, starts, a, b) for a, b in combinations(sorted(robots), 2)]
-    team = team_figures(mission, folder, starts, pairs)
+    pairs = [_pair(mission, folder, robots, starts, a, b) for a, b in pairs_of(robots)]
+    team = team_figures(mission, folder, robots, starts, pairs)
     if team is not None:
         team["first_merge_s"] = first_merge_s(read_events(folder / robot / "events.jsonl") for robot in robots)
     metrics = {
@@ -62,7 +62,7 @@ def _pair(
     }
     unknown = {"a": a, "b": b, "status": "rejected", "T_a_b": None, "confidence": None, "reason": NEVER_MET}
     speaker = speaker_of(views, a, b)
-    row = {**(unknown if speaker is None else views[speaker]), **sides_of(views, a, b)}
+    row = {**(unknown if speaker is None else views[speaker]), **sides_of(views, a, b, givers_of(robots))}
     row["status"] = "accepted" if row["status"] == "accepted" else "rejected"
     row["error_m"], row["error_deg"], row["judged_by"] = _error(mission, folder, starts, a, b, row["T_a_b"])
     return row

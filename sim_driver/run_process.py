@@ -67,7 +67,7 @@ def _watch(
         for i, child in enumerate(children):
             child.read_status()
             for other in child.newly_placed():
-                say(f"{now.value / 1e9:.0f} s: {child.robot_id} knows where the map of {other} lies in its own")
+                say(f"{now.value / 1e9:.0f} s: {child.robot_id} knows where the map of {other} lies")
             if child.alive or child.mourned:
                 continue
             child.mourned = True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from itertools import combinations, pairwise
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +14,12 @@ from sim_driver.evaluate.judges import Judgement, PairJudge, References, map_jud
 from sim_driver.evaluate.network import bytes_by_kind, exchanges, link_rows
 from sim_driver.evaluate.relations import own_errors
 from sim_driver.evaluate.results import RunResults
-from sim_driver.evaluate.sides import sides_of, speaker_of
+from sim_driver.evaluate.sides import givers_of, pairs_of, sides_of, speaker_of
 from sim_driver.evaluate.trajectories import errors
-from sim_driver.evaluate.truth import MUST_MERGE, overlap
+from sim_driver.evaluate.truth import MUST_MERGE, Judge, overlap, team_frames
 from sim_driver.usage import USAGE
 from spatial import InputError
+from spatial.se2 import Transform
 
 ACCURATE = ((0.5, 5.0), (0.15, 1.0))
 """Alignments within (m, deg) are counted as successes, coarse and fine."""
@@ -36,7 +37,7 @@ def assess(folder: Path, references: References | None = None) -> dict[str, Any]
     not_judged: list[str] = [f"{robot}: was lost in the run" for robot in run.metrics["robots_lost"]]
     judge = pair_judge(run, references)
     robots = _robots(run, references, not_judged)
-    pairs = [_pair(run, judge, a, b, not_judged) for a, b in combinations(sorted(run.robots), 2)]
+    pairs = [_pair(run, judge, a, b, not_judged) for a, b in pairs_of(run.robots)]
     return {
         "name": run.metrics["name"],
         "mission": _mission(run, judge, robots, pairs),
@@ -58,17 +59,18 @@ def _check_names(run: RunResults, references: References) -> None:
 def _robots(run: RunResults, references: References, not_judged: list[str]) -> dict[str, Any]:
     relations = relations_of(run, references)
     against = map_judge(run, references)
+    frames = {} if against is None else team_frames(against[1], run.robots)
     rows = {}
     for robot_id, robot in run.robots.items():
         row: dict[str, Any] = {"known_area_m2": robot["known_area_m2"], "exchanges": exchanges(run.events[robot_id])}
         trajectory = run.trajectory(robot_id)
         reference = run.laser_truth(robot_id) or references.trajectory(robot_id)
         row["trajectory"] = None if reference is None else errors(trajectory, reference)
-        if row["trajectory"] is None:
+        if row["trajectory"] is None and robot["mode"] != "central":
             why = "no true or reference trajectory" if reference is None else "no common stamps with the reference"
             not_judged.append(f"{robot_id}, trajectory: {why}")
         row["relations"] = None
-        if relations is not None:
+        if relations is not None and len(trajectory[0]):
             off = own_errors(relations, *trajectory)
             row["relations"] = _relation_row(off, len(relations[0])) if len(off) else None
             if not len(off):
@@ -76,10 +78,10 @@ def _robots(run: RunResults, references: References, not_judged: list[str]) -> d
         row["map"] = None
         if against is None:
             not_judged.append(f"{robot_id}, map: no true map")
-        elif robot_id not in against[1]:
+        elif robot_id not in frames:
             not_judged.append(f"{robot_id}, map: its place in the true map was not found")
         else:
-            row["map"] = _map_row(run, robot_id, *against)
+            row["map"] = _map_row(run, robot_id, against[0], against[1].get(robot_id), frames[robot_id])
         usage = run.folder / robot_id / USAGE
         row["usage"] = json.loads(usage.read_text()) if usage.exists() else None
         if row["usage"] is None:
@@ -100,11 +102,12 @@ def _relation_row(off: np.ndarray[Any, Any], given: int) -> dict[str, Any]:
     }
 
 
-def _map_row(run: RunResults, robot_id: str, truth: Any, T_world_map: dict[str, Any]) -> dict[str, Any]:
-    own, team, T = run.map(robot_id), run.map(robot_id, "team_map"), T_world_map[robot_id]
+def _map_row(run: RunResults, robot_id: str, truth: Judge, T_own: Transform | None, T: Transform) -> dict[str, Any]:
+    """Return what the robot's maps are worth; ``T_own`` (None without one) and ``T`` say where own and team map lie."""
+    team = run.map(robot_id, "team_map")
     paths = [poses[:, :2] for other, (_, poses) in run.truth.items() if other != robot_id]
     return {
-        "coverage_own": round(truth.coverage(own, T), 4),
+        "coverage_own": None if T_own is None else round(truth.coverage(run.map(robot_id), T_own), 4),
         "coverage_team": round(truth.coverage(team, T), 4),
         "occupied_precision": round(truth.occupied_precision(team, T), 4),
         "occupied_recall": _rounded(truth.occupied_recall(team, T)),
@@ -126,11 +129,15 @@ def _pair(run: RunResults, judge: PairJudge, a: str, b: str, not_judged: list[st
                 views[robot_id] = _view(view, judge(a, b, np.array(view["T_a_b"])) if view["T_a_b"] else None)
     speaker = speaker_of(views, a, b)
     never = {"status": "never met", "accepted_at_s": None, "reason": ""}
-    said = {**(_view(never, None) if speaker is None else views[speaker]), **sides_of(views, a, b)}
+    said = {
+        **(_view(never, None) if speaker is None else views[speaker]),
+        **sides_of(views, a, b, givers_of(run.robots)),
+    }
     shared = None
     if a in run.T_world_map and b in run.T_world_map:
         shared = overlap(run.map(a), run.map(b), run.T_world_map[a], run.T_world_map[b])
-    verdict = _verdict(said, bool(exchanges(run.events[a], b)["done"]), shared, views)
+    met = bool(views) or bool(exchanges(run.events[a], b)["done"])
+    verdict = _verdict(said, met, shared, views)
     if said["status"] == "accepted" and said["error_m"] is None:
         not_judged.append(f"{a}-{b}, merge: {said['judged_by']}")
     elif said["status"] != "accepted" and shared is None:

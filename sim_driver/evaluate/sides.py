@@ -2,28 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from itertools import combinations
 from typing import Any
 
 View = Mapping[str, Any]
 """What one robot believes of a pair: its ``status``, ``accepted_at_s`` and ``reason``, among others."""
 
 
-def sides_of(views: Mapping[str, View], a: str, b: str) -> dict[str, Any]:
+def pairs_of(robots: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str]]:
+    """Return the pairs of robots that map, by each robot's ``robot.json``: a base station has no map to be merged."""
+    return list(combinations(sorted(robot for robot, told in robots.items() if told["mode"] != "central"), 2))
+
+
+def givers_of(robots: Mapping[str, Mapping[str, Any]]) -> set[str]:
+    """Return the robots that give their map and merge nothing themselves."""
+    return {robot for robot, told in robots.items() if told["mode"] == "mapper"}
+
+
+def sides_of(views: Mapping[str, View], a: str, b: str, givers: Collection[str] = ()) -> dict[str, Any]:
     """Return who of the pair ``(a, b)`` has merged and when, by each robot's view of it, as JSON values.
 
     ``accepted_at_s`` : when the first did; ``both_at_s`` : when both had, None where one has not; ``accepted_by`` : who
     has, the first one first (where neither has, a third robot may have); ``not_by`` : who of the two has not, and why.
+    ``givers`` merge nothing: where one of the two is, the other counts for both; where both are, a third.
     """
+    ends = [robot for robot in (a, b) if robot not in givers]
     merged = {robot: view for robot, view in views.items() if view["status"] == "accepted"}
-    own = {robot: view for robot, view in merged.items() if robot in (a, b)}
+    own = {robot: view for robot, view in merged.items() if robot in ends}
     by = sorted(own or merged, key=lambda robot: (merged[robot]["accepted_at_s"], robot))
     times = [merged[robot]["accepted_at_s"] for robot in by]
+    all_s = times[-1 if ends else 0] if times and len(own) == len(ends) else None
     return {
         "accepted_at_s": times[0] if times else None,
-        "both_at_s": times[-1] if len(own) == 2 else None,
+        "both_at_s": all_s,
         "accepted_by": by,
-        "not_by": {robot: views[robot]["reason"] if robot in views else "" for robot in (a, b) if robot not in own},
+        "not_by": {robot: views[robot]["reason"] if robot in views else "" for robot in ends if robot not in own},
     }
 
 
@@ -36,9 +50,11 @@ def speaker_of(views: Mapping[str, View], a: str, b: str) -> str | None:
 def merged_text(pair: Mapping[str, Any]) -> str:
     """Return who has merged and when, for a person: "r1 and r2 merged after 26 s (r2 after 16 s)"."""
     a, b = pair["a"], pair["b"]
-    if pair["both_at_s"] is not None:
-        return f"{a} and {b} merged {when_text(pair)}"
     first, since = pair["accepted_by"][0], when_text(pair)
+    if pair["both_at_s"] is not None:
+        if first in (a, b):
+            return f"{a} and {b} merged {since}"
+        return f"{first} merged the maps of {a} and {b} {since}"
     if first not in (a, b):
         return f"{first} merged the maps of {a} and {b} {since}, they themselves have not"
     other = b if first == a else a

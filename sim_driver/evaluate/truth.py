@@ -58,28 +58,43 @@ def pair_error(T_a_b: Transform, T_world_a: Transform, T_world_b: Transform) -> 
     return distance_m, float(np.degrees(angle_rad))
 
 
+def team_frames(starts: Mapping[str, Transform], robots: Mapping[str, Mapping[str, Any]]) -> dict[str, Transform]:
+    """Return where robots' team maps truly lie: where their own maps do, a base station's where its frame's map does.
+
+    ``starts`` : where maps lie; ``robots`` : each robot's ``robot.json``.
+    """
+    frames = {robot_id: robot.get("frame", robot_id) for robot_id, robot in robots.items()}
+    return {robot_id: starts[frame] for robot_id, frame in frames.items() if frame in starts}
+
+
 def team_figures(
-    mission: Mission, folder: Path, starts: dict[str, Transform], pairs: list[dict[str, Any]]
+    mission: Mission,
+    folder: Path,
+    robots: Mapping[str, Mapping[str, Any]],
+    starts: Mapping[str, Transform],
+    pairs: list[dict[str, Any]],
 ) -> dict[str, Any] | None:
     """Return coverage, precision and merge counts of a simulated mission, by :func:`true_starts`; None without any."""
-    if mission.world is None or not starts:
+    frames = team_frames(starts, robots)
+    if mission.world is None or not frames:
         return None
     judge = Judge(make_world(mission).grid, make_world(mission).reachable)
     per_robot = {}
-    for robot_id, T_world_map in starts.items():
+    for robot_id, T_world_team in frames.items():
         team = read_map(folder / robot_id / "team_map.yaml")
-        per_robot[robot_id] = (judge.coverage(team, T_world_map), judge.occupied_precision(team, T_world_map))
+        per_robot[robot_id] = (judge.coverage(team, T_world_team), judge.occupied_precision(team, T_world_team))
     accepted = [pair for pair in pairs if pair["status"] == "accepted"]
     false = [
         p
         for p in accepted
         if p["error_m"] is not None and (p["error_m"] > FALSE_MERGE_M or p["error_deg"] > FALSE_MERGE_DEG)
     ]
-    maps = {robot_id: read_map(folder / robot_id / "map.yaml") for robot_id in starts}
+    mapped = starts.keys() & robots.keys()
+    maps = {robot_id: read_map(folder / robot_id / "map.yaml") for robot_id in mapped}
     done = {(pair["a"], pair["b"]) for pair in accepted}
     missed = [
         (a, b)
-        for a, b in combinations(sorted(starts), 2)
+        for a, b in combinations(sorted(mapped), 2)
         if (a, b) not in done and overlap(maps[a], maps[b], starts[a], starts[b]) >= MUST_MERGE
     ]
     return {

@@ -22,9 +22,9 @@ def coverage_data(
     """Return what each robot knew over time, of its own and with its team: square metres, or share of a known world."""
     counted = layout.cells > 0
     unit, whole = "m²", 1.0 / layout.cell_m**2
-    if run.mission.world is not None and layout.anchor in run.T_world_map:
+    if run.mission.world is not None and layout.frame in run.T_world_map:
         world = make_world(run.mission)
-        T_plane_world = se2.compose(layout.T_plane_map[layout.anchor], se2.inverse(run.T_world_map[layout.anchor]))
+        T_plane_world = se2.compose(layout.T_plane_map[layout.frame], se2.inverse(run.T_world_map[layout.frame]))
         floor = np.zeros_like(counted)
         row, col = layout.pixels(se2.apply(T_plane_world, world.grid.centres(world.reachable)))
         inside = (row >= 0) & (row < floor.shape[0]) & (col >= 0) & (col < floor.shape[1])
@@ -37,7 +37,7 @@ def coverage_data(
         own = first_seen_s[robot][counted]
         own = np.sort(own[np.isfinite(own)])
         curves[robot] = {"own": [round(float(v), 2) for v in np.searchsorted(own, times, side="right") / whole]}
-        if robot in layout.placed:
+        if robot in layout.placed or robot == layout.anchor:
             curves[robot]["team"] = [
                 round(float(v), 2) for v in _team_curve(run, robot, first_seen_s, counted, times) / whole
             ]
@@ -53,7 +53,7 @@ def _team_curve(
 ) -> NDArray[np.float64]:
     """Return how many counted places the robot's team map held over time: what teammates had seen when it was told."""
     told: dict[str, list[float]] = {}
-    merged_s: dict[str, float] = {}
+    merged_s: dict[str, float] = {run.robots[robot].get("frame") or robot: 0.0}
     for event in run.events[robot]:
         if event["event"] == "map_updated":
             told.setdefault(event["robot_id"], []).append(event["t"])
@@ -63,7 +63,7 @@ def _team_curve(
     mine = {other: first_seen_s[other][counted] for other in run.robots[robot]["placed"] if other in first_seen_s}
     counts = np.empty(len(times))
     for i, t in enumerate(times):
-        knows = mine[robot] <= t
+        knows = mine[robot] <= t if robot in mine else np.zeros(np.count_nonzero(counted), dtype=np.bool_)
         for other, first in mine.items():
             news = [s for s in told.get(other, []) if s <= t]
             if other != robot and news and merged_s.get(other, np.inf) <= t:

@@ -23,6 +23,8 @@ class Layout:
 
     anchor: str
     """The robot whose team map is shown: the one that placed most."""
+    frame: str
+    """The robot whose map frame that team map is in: the anchor, or where that is a base station another."""
     T_plane_map: dict[str, Transform]
     """By robot: maps points of its map into the plane, metres."""
     placed: tuple[str, ...]
@@ -41,8 +43,9 @@ def lay_out(run: RunResults) -> Layout:
     """Return the layout of a run with at least one robot that ended in good order."""
     anchor = max(run.robots, key=lambda robot: (len(run.robots[robot]["placed"]), run.robots[robot]["team_area_m2"]))
     placed = {robot: np.array(T) for robot, T in run.robots[anchor]["placed"].items()}
+    apart = [x for x, robot in sorted(run.robots.items()) if x not in placed and robot["mode"] != "central"]
     pieces = [(run.map(anchor, "team_map").cropped(), placed)]
-    pieces += [(run.map(robot).cropped(), {robot: np.zeros(3)}) for robot in sorted(run.robots) if robot not in placed]
+    pieces += [(run.map(robot).cropped(), {robot: np.zeros(3)}) for robot in apart]
     T_plane_map: dict[str, Transform] = {}
     parts: list[tuple[OccupancyGrid, NDArray[np.float64]]] = []
     edge_m = GAP_M / 2
@@ -60,4 +63,4 @@ def lay_out(run: RunResults) -> Layout:
         for value, mask in ((1, grid.is_known & ~grid.is_occupied), (2, grid.is_occupied)):
             col, row = np.floor((grid.centres(mask) + shift) / cell_m).astype(np.int64).T
             np.maximum.at(cells, (row, col), value)
-    return Layout(anchor, T_plane_map, tuple(sorted(placed)), cell_m, cells)
+    return Layout(anchor, run.robots[anchor].get("frame") or anchor, T_plane_map, tuple(sorted(placed)), cell_m, cells)

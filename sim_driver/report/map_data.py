@@ -53,7 +53,7 @@ def map_data(
 def joined_s(run: RunResults, layout: Layout) -> dict[str, float | None]:
     """Return when each robot's map was first tied to the anchor's, None for never."""
     joined: dict[str, float | None] = {robot.id: None for robot in run.mission.robots}
-    joined[layout.anchor] = 0.0
+    joined[layout.frame] = 0.0
     edges: list[tuple[str, str]] = []
     for event in run.events[layout.anchor]:
         if event["event"] != "merged":
@@ -82,18 +82,18 @@ def _path(run: RunResults, layout: Layout, robot_id: str) -> list[list[float]]:
 
 
 def _meetings(run: RunResults, layout: Layout) -> list[dict[str, Any]]:
-    """Return every completed exchange with the places of both ends."""
-    paths = {robot: np.array(_path(run, layout, robot)) for robot in run.robots}
+    """Return every completed exchange with the places of both ends; one that has none is drawn at the other's."""
+    paths = {robot: np.array(_path(run, layout, robot)).reshape(-1, 4) for robot in run.robots}
     found = []
     for robot in sorted(run.robots):
         for event in run.events[robot]:
             peer = event.get("peer")
             if event["event"] != "exchange_done" or peer is None or not robot < peer or peer not in paths:
                 continue
-            ends = [
-                paths[one][min(int(np.searchsorted(paths[one][:, 0], event["t"])), len(paths[one]) - 1)]
-                for one in (robot, peer)
-            ]
+            ways = [paths[one] for one in (robot, peer) if len(paths[one])]
+            if not ways:
+                continue
+            ends = [way[min(int(np.searchsorted(way[:, 0], event["t"])), len(way) - 1)] for way in (ways[0], ways[-1])]
             row = {"t": event["t"], "a": robot, "b": peer, "bytes": event["bytes_sent"] + event["bytes_received"]}
             found.append({**row, "at": [[float(end[1]), float(end[2])] for end in ends]})
     return found

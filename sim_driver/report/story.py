@@ -12,15 +12,18 @@ Assessment = dict[str, Any]
 
 def headline(run: RunResults) -> str:
     """Return the outcome in one line."""
-    robots = len(run.mission.robots)
+    robots = sum(robot.mode != "central" for robot in run.mission.robots)
     placed = [len(robot["placed"]) for robot in run.robots.values()]
     together, whole = max(placed, default=0), placed.count(robots)
     if robots == 1:
         return "One robot mapped on its own"
     if together <= 1:
         return f"No maps were merged: {robots} robots, {robots} separate maps"
-    if 0 < whole < robots:
-        return f"{whole} of {robots} robots {'has' if whole == 1 else 'have'} the maps of all in one"
+    merging = [robot.id for robot in run.mission.robots if robot.mode != "mapper"]
+    if whole == len(merging) == 1:
+        return f"{merging[0]} has the maps of all {robots} robots in one"
+    if 0 < whole < len(merging):
+        return f"{whole} of {len(merging)} robots {'has' if whole == 1 else 'have'} the maps of all in one"
     if together == robots:
         return f"All {robots} robots share one map" if robots > 2 else "Both robots share one map"
     return f"{together} of {robots} robots share one map"

@@ -248,3 +248,25 @@ def test_all_pairs_of_edges_give_one_answer_whichever_way_they_are_given():
     one, two = mapper_of(edges=full).team_map(), mapper_of(edges=turned).team_map()
     for robot_id in MAPS:
         np.testing.assert_allclose(one.T_team_map[robot_id], two.T_team_map[robot_id], atol=1e-6)
+
+
+def test_a_kept_frame_stays_while_its_map_is_in_the_largest_component():
+    mapper = TeamMapper(keeps_frame=True)
+    for robot_id in ("r2", "r3"):
+        mapper.set_map(robot_id, MAPS[robot_id])
+        assert mapper.team_map().anchor == "r2"  # r3's map is larger
+    mapper.set_edge("r2", "r3", EDGES["r2", "r3"])
+    mapper.set_map("r1", MAPS["r1"])
+    mapper.set_edge("r1", "r2", EDGES["r1", "r2"])
+    whole = mapper.team_map()
+    assert whole.anchor == "r2" and list(whole.T_team_map) == ["r1", "r2", "r3"]  # r1 would be first by id
+    assert not whole.T_team_map["r2"].any()
+    mapper.revoke("r1", "r2", "a test")
+    mapper.revoke("r2", "r3", "a test")
+    mapper.set_edge("r1", "r3", alignment(truth(POSES, "r1", "r3")))
+    assert mapper.team_map().anchor == "r1"  # r2 is alone now
+    mapper.remove_map("r1")
+    mapper.remove_map("r3")
+    assert mapper.team_map().anchor == "r2"
+    mapper.remove_map("r2")
+    assert mapper.team_map().anchor is None and mapper.team_map().grid.cells.size == 0

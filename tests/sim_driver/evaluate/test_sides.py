@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from sim_driver.evaluate.sides import merged_text, sides_of
+from sim_driver.evaluate.sides import givers_of, merged_text, pairs_of, sides_of
 
 
 def view(at_s: float | None, reason: str = "weak evidence") -> dict[str, Any]:
@@ -41,3 +41,25 @@ def test_nobody_has() -> None:
     assert sides == {
         "accepted_at_s": None, "both_at_s": None, "accepted_by": [], "not_by": {"r1": "weak evidence", "r2": ""}
     }  # fmt: skip
+
+
+def test_who_merges_nothing_is_not_waited_for() -> None:
+    views = {"r1": view(16.0), "base": view(9.0)}
+    sides = sides_of(views, "r1", "r2", givers={"r2"})
+    assert (sides["both_at_s"], sides["accepted_by"], sides["not_by"]) == (16.0, ["r1"], {})
+    sides = sides_of({"r1": view(None)}, "r1", "r2", givers={"r2"})
+    assert sides["both_at_s"] is None and sides["not_by"] == {"r1": "weak evidence"}
+
+
+def test_a_base_station_merges_for_those_who_do_not() -> None:
+    sides = sides_of({"base": view(9.0)}, "r1", "r2", givers={"r1", "r2"})
+    assert sides == {"accepted_at_s": 9.0, "both_at_s": 9.0, "accepted_by": ["base"], "not_by": {}}
+    assert merged_text({"a": "r1", "b": "r2", **sides}) == "base merged the maps of r1 and r2 after 9 s"
+    nobody = sides_of({"base": view(None)}, "r1", "r2", givers={"r1", "r2"})
+    assert nobody == {"accepted_at_s": None, "both_at_s": None, "accepted_by": [], "not_by": {}}
+
+
+def test_a_base_station_has_no_map_to_be_merged() -> None:
+    robots = {"base": {"mode": "central"}, "r2": {"mode": "mapper"}, "r1": {"mode": "distributed"}}
+    assert pairs_of(robots) == [("r1", "r2")]
+    assert givers_of(robots) == {"r2"}
