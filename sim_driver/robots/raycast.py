@@ -65,13 +65,14 @@ def cast(
                 continue
             t_x = (col + ahead_x - x) * per_x if dx != 0.0 else math.inf
             t_y = (row + ahead_y - y) * per_y if dy != 0.0 else math.inf
+            # Along an edge between cells rounding may have put the beam on the far side of it: that edge lies behind.
             while t < max_range:
                 if t_x < t_y:
-                    t = t_x
+                    t = max(t, t_x)
                     t_x += abs_x
                     col += step_col
                 else:
-                    t = t_y
+                    t = max(t, t_y)
                     t_y += abs_y
                     row += step_row
                 if leap[row, col] != 1 and leap[row, col] != 2:

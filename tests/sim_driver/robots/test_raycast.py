@@ -1,3 +1,5 @@
+import threading
+
 import numpy as np
 import pytest
 
@@ -47,6 +49,36 @@ def test_axis_parallel_beams_and_noise_worlds():
         left = np.flatnonzero(walls[row, : col + 1][::-1])[0] - 0.5
         down = np.flatnonzero(walls[: row + 1, col][::-1])[0] - 0.5
         assert np.allclose(out, [right, up, left, down], atol=1e-4)
+
+
+@pytest.mark.parametrize("name", ["arena1", "arena2"])
+def test_beams_along_the_edges_of_cells_end(name):
+    """From where people put robots, on round numbers, beams run along edges: neither cell beside is the right one."""
+    world = load_world(name)
+    leap, scale = leap_field(world.clearance_cells), 1.0 / world.resolution_m
+    points = [
+        (x, y)
+        for x in np.round(np.arange(0.1, world.size_m[0], 0.1), 1)
+        for y in np.round(np.arange(0.1, world.size_m[1], 0.1), 1)
+        if world.clearance_m((x, y)) > 0.2
+    ]
+    headings = (0.0, np.pi / 2, np.pi)
+    out = np.empty((len(points), len(headings), 360), dtype=np.float32)
+
+    def look():
+        for i, (x, y) in enumerate(points):
+            for k, heading in enumerate(headings):
+                cast(leap, x * scale, y * scale, heading, -np.pi, np.pi / 180, 600.0, out[i, k])
+
+    thread = threading.Thread(target=look, daemon=True)
+    thread.start()
+    thread.join(timeout=60.0)
+    assert not thread.is_alive()
+    assert np.isfinite(out).all()
+    for i in np.random.default_rng(2).integers(len(points), size=6):
+        x, y = points[i][0] * scale, points[i][1] * scale
+        ahead = [naive(world.is_wall, x, y + off, 0.0, 600.0) for off in (-1e-6, 1e-6)]
+        assert min(abs(out[i, 0, 180] - one) for one in ahead) < 1e-3
 
 
 def test_a_leap_never_passes_a_wall():
