@@ -80,7 +80,7 @@ def map_log(
         "ms_per_processed_p50": _percentile(way.processed_ms, 50),
         "ms_per_processed_p95": _percentile(way.processed_ms, 95),
         "peak_rss_mb": round(peak_kb() / 1024, 1),
-        "neff_min": round(float(mapper.stats.neff_min), 3),
+        "neff_min": round(min(mapper.stats.neff_min, float(config.particles)), 3),
         "resamplings": mapper.stats.resamplings,
         "known_area_m2": round(grid.known_area_m2(), 1),
     }

@@ -155,6 +155,15 @@ def test_map_writes_what_it_promises_and_the_same_bytes_for_one_seed(tmp_path: P
     assert metrics["doubtful"]["scans"] == 0 and "doubtful" not in result.stderr
 
 
+def test_a_log_of_one_scan_is_mapped(tmp_path: Path) -> None:
+    ranges = " ".join(f"{2 + i / 100}" for i in range(181))
+    (tmp_path / "one.clf").write_text(f"FLASER 181 {ranges} 0 0 0 0 0 0 1.0 host 1.0\n")
+    result = mrslam("map", tmp_path / "one.clf", "--particles", 4, "--out", tmp_path / "out", "--json")
+    assert result.returncode == 0, result.stderr
+    metrics = json.loads(result.stdout)
+    assert metrics["scans"] == 1 and metrics["neff_min"] == 4.0 and metrics["known_area_m2"] > 3.0
+
+
 def test_map_tells_where_a_log_goes_on_elsewhere(tmp_path: Path, data_dir: Path) -> None:
     """The wheels begin anew, and the robot was carried to another building: nothing tells how both lie."""
     lines = []
