@@ -100,8 +100,8 @@ def report(metrics: dict[str, Any], out: Path, wall_s: float) -> None:
         error = "" if pair["error_m"] is None else f", {pair['error_m']:.3f} m / {pair['error_deg']:.2f} deg off"
         say(f"{merged_text(pair)} (confidence {pair['confidence']:.2f}{error})")
     for link in metrics["links"]:
-        if link["exchanges"]:
-            saved = 1.0 - link["bytes_sent"] / max(link["bytes_full_lz4"], 1)
+        if link["bytes_full_lz4"]:  # two base stations have nothing to give each other
+            saved = 1.0 - link["bytes_sent"] / link["bytes_full_lz4"]
             say(
                 f"{link['a']}-{link['b']}: {link['exchanges']} exchanges, {link['bytes_sent'] / 1e3:.1f} kB "
                 f"({100 * saved:.0f} % less than whole maps with LZ4)"

@@ -93,9 +93,9 @@ def _coverage(assessment: Assessment, run: RunResults) -> str:
 
 def _traffic(assessment: Assessment) -> str:
     traffic = assessment["mission"]["bytes"]
-    if not traffic["exchanges"]:
+    if not traffic["full_lz4"]:
         return "No maps went over the radio."
-    saved = 1.0 - traffic["exchanges"] / max(traffic["full_lz4"], 1)
+    saved = 1.0 - traffic["exchanges"] / traffic["full_lz4"]
     return (
         f"{traffic['exchanges'] / 1e3:.0f} kB of maps went over the radio, {100 * saved:.0f} % less than whole maps "
         "compressed with LZ4."
