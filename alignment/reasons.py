@@ -73,9 +73,9 @@ def tests(evidence: dict[str, float], config: AlignmentConfig) -> list[Test]:
         Test(evidence["walls"], config.min_walls, 2.0,
              f"only {evidence['walls']:.0f} separate walls agree, {config.min_walls} are needed"),
         Test(shallow, most, -0.1, f"{_share(shallow)} of the walls compared lie where the other map is free, "
-             f"at most {_share(most)} may"),
+             f"more than {_share(most)}"),
         Test(deep, most_deep, -0.05, f"{_share(deep)} of the walls compared lie clearly where the other map is free, "
-             f"at most {_share(most_deep)} may"),
+             f"more than {_share(most_deep)}"),
         Test(across, config.min_crosswise_wall_m, 0.5, slides),
         Test(across / matched, config.min_crosswise, 0.05, slides),
         Test(evidence["margin"], lead, 0.2,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections import deque
 from collections.abc import Sequence
 from typing import Any
@@ -14,6 +15,7 @@ from comms.transport import Sighting
 from comms.zenoh_config import watcher_settings
 from comms.zenoh_session import open_session, warn_if_open
 
+log = logging.getLogger(__name__)
 MAX_SIGHTINGS = 4096
 """A watcher that does not look loses the oldest."""
 
@@ -50,9 +52,12 @@ class ZenohWatcher:
 
     def close(self) -> None:
         """Look away."""
-        for declared in self._subscribers:
-            declared.undeclare()
-        self._session.close()  # type: ignore[no-untyped-call]
+        try:
+            for declared in self._subscribers:
+                declared.undeclare()
+            self._session.close()  # type: ignore[no-untyped-call]
+        except zenoh.ZError as error:  # on a machine that is too busy it takes longer than Zenoh waits
+            log.warning("the session was not closed in good order: %s", error)
 
     def _on_status(self, sample: zenoh.Sample) -> None:
         parts = str(sample.key_expr).split("/")

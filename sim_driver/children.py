@@ -154,15 +154,24 @@ def _await_ready(children: Sequence[Child]) -> None:
     for child in children:
         while not child.pipe.poll(0.1):
             if not child.alive:
-                raise RuntimeError(
-                    f"the process of {child.robot_id} ended with code {child.process.exitcode} before it was ready"
-                )
+                raise _never_ready(child)
             if time.monotonic() > deadline:
                 raise RuntimeError(f"the process of {child.robot_id} was not ready within {READY_S:.0f} s")
-        answer: Ready | Failed = child.pipe.recv()
+        try:
+            answer: Ready | Failed = child.pipe.recv()
+        except EOFError:
+            child.process.join(CLOSE_S)
+            raise _never_ready(child) from None
         if isinstance(answer, Failed):
             raise InputError(f"robot {child.robot_id}: {answer.reason}")
         child.duration_s, child.ready = answer.duration_s, True
+
+
+def _never_ready(child: Child) -> InputError:
+    return InputError(
+        f"the process of {child.robot_id} ended with code {child.process.exitcode} before it was ready; "
+        "what it said of that is above"
+    )
 
 
 def free_ports(count: int) -> list[int]:

@@ -49,6 +49,8 @@ def run_mission(
     """
     if mission.mission.shell == "agents":
         raise InputError(f"{mission.mission.name}: these agents ran on their own; what they did cannot be run again")
+    if mission.faults and mission.mission.shell == "process":
+        raise InputError(f"{mission.mission.name}: [[faults]] are played in virtual time only; add --shell virtual")
     check_files(mission)
     prepare_folder(mission, out, say)
     compile_s = ensure_compiled(say)

@@ -60,7 +60,8 @@ def _watch(
     """Move the simulated world on and follow the robots to the end; return how long it was, mission seconds."""
     now = launcher.now
     limit_s = mission.mission.duration_s
-    total_s = limit_s or max(child.duration_s for child in children) + mission.mission.linger_s
+    played_s = max(child.duration_s for child in children) if simulation is None else None
+    total_s = limit_s or (None if played_s is None else played_s + mission.mission.linger_s)
     idle_since_s: float | None = None
     pace = Pace(mission.mission.speed)
     while True:

@@ -16,6 +16,7 @@ from sim_driver.robots import LASERS, Fleet, LaserModel, SimulatedRobot
 from sim_driver.seeds import seed_for
 from sim_driver.worlds import World, load_world
 from spatial import InputError
+from spatial.errors import require
 from spatial.files import write_text
 from spatial.se2 import Transform
 from spatial.spool import Spool
@@ -126,7 +127,9 @@ def start_of(mission: Mission, robot: RobotConfig) -> Transform | None:
     if robot.start is not None:
         return np.array(robot.start, dtype=np.float64)
     if robot.driver == "trajectory" and robot.trajectory is not None:
-        return read_tum(mission.find(robot.trajectory))[1][0]
+        poses = read_tum(mission.find(robot.trajectory))[1]
+        require(len(poses) > 0, f"robots.{robot.id}.trajectory", "a TUM file with poses", robot.trajectory)
+        return poses[0]
     return None
 
 

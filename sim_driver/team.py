@@ -113,7 +113,12 @@ def go_online(
 def read_trace(mission: Mission) -> LinkTrace | None:
     """Return the mission's trace of link qualities, if that is where they come from: its own, or that of a replay."""
     if mission.links.trace is not None:
-        return LinkTrace.read(mission.find(mission.links.trace))
+        trace = LinkTrace.read(mission.find(mission.links.trace))
+        ids = {robot.id for robot in mission.robots}
+        if not any(ids.issuperset(pair) for pair in trace.pairs):
+            told = ", ".join(f"{a}-{b}" for a, b in trace.pairs[:5])
+            raise InputError(f"{mission.links.trace}: tells of {told}, and of no pair of {', '.join(sorted(ids))}")
+        return trace
     if mission.replay is not None and (mission.replay / LINKS_FILE).exists():
         return LinkTrace.read(mission.replay / LINKS_FILE)
     return None

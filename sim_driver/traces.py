@@ -20,6 +20,11 @@ class LinkTrace:
         self._times = {pair: [t for t, _ in line] for pair, line in steps.items()}
         self._values = {pair: [quality for _, quality in line] for pair, line in steps.items()}
 
+    @property
+    def pairs(self) -> list[Pair]:
+        """The pairs that it tells of."""
+        return sorted(self._times)
+
     @classmethod
     def read(cls, path: Path) -> LinkTrace:
         """Read a CSV file with the columns ``t_s, a, b, quality``; lines beginning with # are comments."""

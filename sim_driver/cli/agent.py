@@ -150,8 +150,15 @@ def _until_told(options: AgentOptions, agent: Agent, words: Callable[[], str]) -
 
 
 def _words(agent: Agent, more: str) -> str:
-    merged = ", ".join(sorted(agent.T_team_map.keys() - {agent.robot_id})) or "nobody yet"
+    others = sorted(agent.T_team_map.keys() - {agent.robot_id})
+    match agent.mode:
+        case "mapper":
+            merged = "merges nothing itself"
+        case "central":
+            merged = f"merged {', '.join(others)}" if len(others) > 1 else "merged nothing yet"
+        case _:
+            merged = f"merged with {', '.join(others) or 'nobody yet'}"
     return (
         f"{agent.mapper.stats.scans} scans, {agent.known_area_m2():.0f} m2; "
-        f"{len(agent.node.peers)} teammates here, merged with {merged}; {more}"
+        f"{len(agent.node.peers)} teammates here, {merged}; {more}"
     )

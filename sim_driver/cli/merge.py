@@ -42,6 +42,7 @@ def merge_files(
     if len(grids) < 2:
         raise InputError("merging needs two maps or more")
     poses = None if known_poses is None else read_poses(known_poses, list(grids))
+    _spare(maps, target)
     make_folder(target.parent)
     ensure_compiled(say, ("alignment", "merge"))
     start = time.perf_counter()
@@ -74,6 +75,14 @@ def target_of(out: Path) -> Path:
             f"{out}: name a folder, or a .yaml file ({out.with_suffix('.yaml')}); the picture is written beside it"
         )
     return out / "team_map.yaml"
+
+
+def _spare(maps: list[Path], target: Path) -> None:
+    """Raise where what is written would replace a map that is read, or its image."""
+    written = [target.with_suffix(suffix).resolve() for suffix in (".yaml", ".pgm", ".png", ".json")]
+    for path in maps:
+        if {path.resolve(), path.with_suffix(".pgm").resolve()} & set(written):
+            raise InputError(f"{path}: would be replaced by the merged map; name another place with -o")
 
 
 def read_maps(paths: list[Path], resolution_m: float | None) -> dict[str, OccupancyGrid]:

@@ -104,7 +104,7 @@ def report(metrics: dict[str, Any], out: Path, wall_s: float) -> None:
             saved = 1.0 - link["bytes_sent"] / link["bytes_full_lz4"]
             say(
                 f"{link['a']}-{link['b']}: {link['exchanges']} exchanges, {link['bytes_sent'] / 1e3:.1f} kB "
-                f"({100 * saved:.0f} % less than whole maps with LZ4)"
+                f"({abs(100 * saved):.0f} % {'less' if saved >= 0 else 'more'} than whole maps with LZ4)"
             )
     for robot in metrics["robots_lost"]:
         say(f"{robot} was lost: see {out / robot}")

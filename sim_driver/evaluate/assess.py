@@ -173,7 +173,7 @@ def _verdict(said: dict[str, Any], met: bool, shared: float | None, views: dict[
 
 def _mission(run: RunResults, judge: PairJudge, robots: dict[str, Any], pairs: list[dict[str, Any]]) -> dict[str, Any]:
     merges = sorted(
-        (event for events in run.events.values() for event in events if event["event"] == "merged"),
+        (e for events in run.events.values() for e in events if e["event"] == "merged" and _is_of_last_maps(run, e)),
         key=lambda event: event["t"],
     )
     judged = [(event, judge(event["a"], event["b"], np.array(event["T_a_b"]))) for event in merges]
@@ -205,6 +205,12 @@ def _mission(run: RunResults, judge: PairJudge, robots: dict[str, Any], pairs: l
             for key in ("started", "done", "failed", "opened")
         },
     }
+
+
+def _is_of_last_maps(run: RunResults, merge: dict[str, Any]) -> bool:
+    """Return whether a merge is of the maps that there are at the end: a simulated robot may have begun a new one."""
+    simulated = [robot for robot in (merge["a"], merge["b"]) if robot in run.truth and robot in run.robots]
+    return all(merge["t"] >= t_ns / 1e9 for robot in simulated for t_ns in run.trajectory(robot)[0][:1].tolist())
 
 
 def _success(pairs: list[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -45,7 +45,7 @@ def replay_mission(run: Path, assignments: Sequence[str] = ()) -> Mission:
     if read_config(run)["mission"].get("shell") == "agents":
         raise InputError(f"{run}: gathered of agents that ran on their own; that cannot be played again")
     if read_config(run).get("faults"):
-        raise InputError(f"{run}: robots died in this run; what they did not sense cannot be played again")
+        raise InputError(f"{run}: this run had [[faults]]; what robots sensed meanwhile cannot be played again")
     virtually = ['mission.shell="virtual"', f"mission.duration_s={_mission_s(run)!r}"]
     mission = mission_of(run, [*assignments, *virtually])
     source = run.resolve() if mission.replay is None else mission.replay

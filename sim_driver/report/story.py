@@ -96,10 +96,9 @@ def _traffic(assessment: Assessment) -> str:
     if not traffic["full_lz4"]:
         return "No maps went over the radio."
     saved = 1.0 - traffic["exchanges"] / traffic["full_lz4"]
-    return (
-        f"{traffic['exchanges'] / 1e3:.0f} kB of maps went over the radio, {100 * saved:.0f} % less than whole maps "
-        "compressed with LZ4."
-    )
+    compared = f"{abs(100 * saved):.0f} % {'less' if saved >= 0 else 'more'}"
+    sent = f"{traffic['exchanges'] / 1e3:.0f} kB of maps went over the radio"
+    return f"{sent}, {compared} than whole maps compressed with LZ4."
 
 
 def event_words(event: dict[str, Any]) -> tuple[str, str] | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from statistics import mean, median
+from typing import Any
 
 from sim_driver.sweep.plan import Knob
 from sim_driver.sweep.table import Rows
@@ -30,6 +31,8 @@ class Summary:
     """Median share of the world in the team map of the robot that knows least; 0 where it is not known."""
     error_m: float | None
     """Median error of accepted merges."""
+    is_judged: bool = True
+    """Whether something told right merges from wrong ones, wherever there was a merge."""
 
 
 def summarise(rows: Rows, knobs: tuple[Knob, ...]) -> list[Summary]:
@@ -47,9 +50,15 @@ def summarise(rows: Rows, knobs: tuple[Knob, ...]) -> list[Summary]:
             missed_merges=sum(row["missed_merges"] for row in group),
             coverage=median(row["coverage_worst"] or 0.0 for row in group),
             error_m=median(errors) if (errors := [r["error_m"] for r in group if r["error_m"] is not None]) else None,
+            is_judged=all(_is_judged(row) for row in group),
         )
         for settings, group in groups.items()
     ]
+
+
+def _is_judged(row: dict[str, Any]) -> bool:
+    wrong = row["false_merges"] > 0 or row["wrong_on_the_way"] > 0
+    return wrong or row["first_merge_s"] is None or row["first_correct_merge_s"] is not None
 
 
 def merge_s(row: dict[str, object]) -> float:
@@ -109,11 +118,13 @@ def advice(summaries: list[Summary], knobs: tuple[Knob, ...]) -> str:
     runs = f"{best.seeds} run" + ("s" if best.seeds != 1 else "")
     false = "no false merge" if best.false_merges == 0 else f"{best.false_merges} false merge(s)"
     missed = "" if best.missed_merges == 0 else f" and {best.missed_merges} missed"
-    text = f"Take {setting}: in {runs} {false}{missed}, the first right merge after {best.merge_s:.0f} s (mean)"
+    merged = f"{false}{missed}, the first right merge" if best.is_judged else "the first merge"
+    text = f"Take {setting}: in {runs} {merged} after {best.merge_s:.0f} s (mean)"
     if best.merge_s - fastest.merge_s >= 0.5:
         text += f", {best.merge_s - fastest.merge_s:.0f} s later than the fastest setting"
     else:
         text += ", as fast as any"
     if dearest.kilobytes > 1.05 * best.kilobytes:
         text += f", with {best.kilobytes:.0f} kB exchanged where the dearest setting takes {dearest.kilobytes:.0f} kB"
-    return text + "."
+    unknown = "" if best.is_judged else " Nothing here tells whether merges were right: the mission has no truth."
+    return f"{text}.{unknown}"

@@ -135,8 +135,9 @@ def _draw_pareto(plt: Any, summaries: list[Summary], knobs: tuple[Knob, ...], ou
     best = recommend(summaries)
     if best is not None:
         axis.plot([best.kilobytes], [best.merge_s], "*", color="#e66101", markersize=16, label="recommended", zorder=5)
+    right = "right " if all(one.is_judged for one in summaries) else ""
     axis.set_xlabel("exchanged in the mission, kB (median over seeds)")
-    axis.set_ylabel("time to the first right merge, s (mean over seeds)")
+    axis.set_ylabel(f"time to the first {right}merge, s (mean over seeds)")
     axis.set_title("labels: " + " / ".join(knob.key for knob in knobs), fontsize=9)
     axis.legend(frameon=False, fontsize=8)
     return _save(plt, figure, out / "pareto.png")

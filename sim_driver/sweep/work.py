@@ -37,7 +37,7 @@ def record_drive(job: Job) -> bytes:
     """Run the mission as it is and return what playing it again needs, as a zip file."""
     with TemporaryDirectory(prefix="mrslam-sweep-") as folder:
         out = Path(folder) / "run"
-        _run(_mission(job, ()), out)
+        _run(_mission(job, ["mission.record=true"]), out)
         return _packed(out)
 
 

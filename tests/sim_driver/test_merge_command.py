@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from sim_driver.cli.merge import read_poses, short_names, target_of
-from spatial import InputError
+from sim_driver.cli.merge import merge_files, read_poses, short_names, target_of
+from spatial import InputError, OccupancyGrid, write_map
 
 
 @pytest.mark.parametrize(
@@ -49,3 +50,14 @@ def test_known_poses_name_maps_as_they_are_called_or_by_their_files(tmp_path: Pa
         path.write_text(f"{word},1,0,0\n")
         with pytest.raises(InputError, match="line 1: needs one of the maps"):
             read_poses(path, names)
+
+
+def test_no_map_that_is_read_is_replaced(tmp_path: Path) -> None:
+    maps = [tmp_path / "a.yaml", tmp_path / "b.yaml"]
+    for path in maps:
+        write_map(path, OccupancyGrid(np.zeros((60, 60), dtype=np.int8), 0.05))
+    before = maps[0].with_suffix(".pgm").read_bytes()
+    for given in (maps, [maps[0].with_suffix(".pgm"), maps[1]]):
+        with pytest.raises(InputError, match="would be replaced by the merged map"):
+            merge_files(given, maps[0], None, "auto", None, [], as_json=False)
+    assert maps[0].with_suffix(".pgm").read_bytes() == before

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
+from multiprocessing import Pipe
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from sim_driver.children import _await_ready
+from sim_driver.evaluate import assess
 from sim_driver.mission import Mission, make_mission
 from sim_driver.run import run_mission
 from spatial import InputError
@@ -108,3 +112,43 @@ def test_a_robot_that_cannot_start_is_told(tmp_path: Path, robot: dict[str, obje
     tables = {**TABLES, "mission": {"shell": "virtual"}, "robots": [{"id": "r1", **robot}]}
     with pytest.raises(InputError, match=message):
         run(make_mission(tables, Path("m.toml")), tmp_path / "out")
+
+
+def test_faults_are_refused_where_they_would_not_come(tmp_path: Path) -> None:
+    tables = {**TABLES, "faults": [{"kind": "crash", "robot": "r1", "at_s": 5.0}]}
+    with pytest.raises(InputError, match="virtual time only"):
+        run_mission(make_mission(tables, Path("small.toml")), tmp_path, lambda now_s, total_s, text: None, print)
+
+
+def test_an_empty_trajectory_is_told(tmp_path: Path) -> None:
+    write_tum(tmp_path / "none.tum", np.empty(0, dtype=np.int64), np.empty((0, 3)))
+    robot = {"id": "r1", "driver": "trajectory", "trajectory": str(tmp_path / "none.tum")}
+    tables = {**TABLES, "mission": {"shell": "virtual", "duration_s": 2.0}, "robots": [robot]}
+    with pytest.raises(InputError, match="a TUM file with poses"):
+        run(make_mission(tables, Path("small.toml")), tmp_path / "run")
+
+
+def test_a_process_that_dies_as_it_comes_up_is_told() -> None:
+    class Gone:
+        """What is left of such a process."""
+
+        robot_id, alive = "r1", False
+        pipe, there = Pipe()
+        process = SimpleNamespace(exitcode=-9, join=lambda timeout: None)
+
+    Gone.there.close()
+    with pytest.raises(InputError, match="the process of r1 ended with code -9 before it was ready"):
+        _await_ready([Gone])  # type: ignore[list-item]
+
+
+def test_a_merge_with_a_map_that_was_given_up_is_not_judged_by_the_new_one(tmp_path: Path) -> None:
+    tables = {
+        **TABLES,
+        "mission": {"shell": "virtual", "seed": 3, "duration_s": 50.0},
+        "world": {"name": "arena1"},
+        "robots": [{"id": "r1", "start": [2.0, 2.0, 0.0]}, {"id": "r2", "start": [3.0, 2.5, 1.0]}],
+        "faults": [{"kind": "amnesia", "robot": "r2", "at_s": 30.0, "for_s": 3.0}],
+    }
+    run(make_mission(tables, Path("small.toml")), tmp_path / "run")
+    judged = assess(tmp_path / "run")["mission"]
+    assert judged["first_merge_s"] < 30.0 and judged["wrong_merges_on_the_way"] == 0

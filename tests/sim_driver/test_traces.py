@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from sim_driver.mission import make_mission
+from sim_driver.team import read_trace
 from sim_driver.traces import LinkTrace, TracedLinks
 from spatial import InputError
 
@@ -37,3 +39,10 @@ def test_quality_is_a_staircase_and_the_same_both_ways(tmp_path: Path) -> None:
 def test_broken_traces_name_the_line(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         read(tmp_path, text)
+
+
+def test_a_trace_of_other_robots_is_told(tmp_path: Path) -> None:
+    read(tmp_path, "0,r1,rX,1.0\n")
+    tables = {"links": {"trace": str(tmp_path / "t.csv")}, "robots": [{"id": r, "log": "x"} for r in ("r1", "r2")]}
+    with pytest.raises(InputError, match="tells of r1-rX, and of no pair of r1, r2"):
+        read_trace(make_mission(tables, tmp_path / "m.toml"))

@@ -14,7 +14,7 @@ METHODS = "auto, orb, surf, hough, random-walk, plain-walk, hill-climb, annealin
 
 def map_(
     log: Annotated[Path, typer.Argument(help="Recorded log; its format is guessed from its name.")],
-    particles: Annotated[int, typer.Option("--particles", help="Particles of the filter.", min=1)] = 30,
+    particles: Annotated[int, typer.Option("--particles", help="Particles of the filter.", min=1, max=1000)] = 30,
     seed: Annotated[int, typer.Option("--seed", help="One seed gives the same bytes.", min=0)] = 0,
     out: Out = Path("out/map"),
     no_odometry: Annotated[bool, typer.Option("--no-odometry", help="Do without the log's odometry.")] = False,

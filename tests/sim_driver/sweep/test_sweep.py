@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
+import zipfile
 from concurrent.futures import Future
 from pathlib import Path
 
@@ -14,6 +16,7 @@ from sim_driver.sweep.advice import Summary, advice, pareto, recommend, summaris
 from sim_driver.sweep.plots import draw_all
 from sim_driver.sweep.sweep import steps
 from sim_driver.sweep.table import write_table
+from sim_driver.sweep.work import Job, record_drive
 from sim_driver.sweep.workers import DaskWorkers, LocalWorkers
 from spatial import InputError
 
@@ -195,5 +198,16 @@ def test_plots_show_runs_that_never_merged_and_settings_without_truth(tmp_path: 
     rows[0]["first_merge_s"] = 12.0
     summaries = summarise(rows, knobs)
     assert [s.merge_s for s in summaries] == [12.0, *[float("inf")] * 3]
+    told = advice(summaries, knobs)
+    assert "the first merge after 12 s" in told and "tells whether merges were right" in told
+    assert "right merge" not in told and "false" not in told
     for picture in draw_all(rows, summaries, knobs, tmp_path):
         assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_sweep_records_what_it_drives_whatever_the_mission_says(path: Path) -> None:
+    path.write_text(MISSION.replace("duration_s = 14.0", "duration_s = 3.0\nrecord = false"))
+    plan = make_plan(path, [], 1)
+    drive = record_drive(Job(str(path), dict(plan.tables), (), 2))
+    with zipfile.ZipFile(io.BytesIO(drive)) as archive:
+        assert {"r1/scans.npz", "r2/scans.npz"} <= set(archive.namelist())
