@@ -10,6 +10,7 @@ from typing import Any
 
 import msgspec
 
+from sim_driver.settings import as_table
 from spatial import InputError
 from spatial.files import write_text
 
@@ -36,7 +37,7 @@ class AgentRecord:
     def write(self, folder: Path) -> None:
         """Write it into the robot's folder; where that cannot be, as on a full disk, the robot goes on without."""
         try:
-            write_text(folder / AGENT_FILE, json.dumps(msgspec.to_builtins(self), indent=1) + "\n")
+            write_text(folder / AGENT_FILE, json.dumps(as_table(self), indent=1) + "\n")
         except OSError as error:
             log.warning("%s: %s cannot be written (%s)", self.id, folder / AGENT_FILE, error.strerror)
 

@@ -14,6 +14,7 @@ from sim_driver import run as runs
 from sim_driver.cli.console import say
 from sim_driver.cli.progress import mission_progress
 from sim_driver.cli.signals import interrupts_noted
+from sim_driver.evaluate.network import compared
 from sim_driver.evaluate.sides import merged_text
 from sim_driver.mission import Mission, load_mission
 from sim_driver.replay.again import replay_mission
@@ -101,10 +102,9 @@ def report(metrics: dict[str, Any], out: Path, wall_s: float) -> None:
         say(f"{merged_text(pair)} (confidence {pair['confidence']:.2f}{error})")
     for link in metrics["links"]:
         if link["bytes_full_lz4"]:  # two base stations have nothing to give each other
-            saved = 1.0 - link["bytes_sent"] / link["bytes_full_lz4"]
             say(
                 f"{link['a']}-{link['b']}: {link['exchanges']} exchanges, {link['bytes_sent'] / 1e3:.1f} kB "
-                f"({abs(100 * saved):.0f} % {'less' if saved >= 0 else 'more'} than whole maps with LZ4)"
+                f"({compared(link['bytes_sent'], link['bytes_full_lz4'])} than whole maps with LZ4)"
             )
     for robot in metrics["robots_lost"]:
         say(f"{robot} was lost: see {out / robot}")

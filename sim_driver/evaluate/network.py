@@ -26,6 +26,12 @@ def bytes_by_kind(run: RunResults) -> dict[str, int]:
     }
 
 
+def compared(sent: int, full: int) -> str:
+    """Return how many bytes were sent, beside what whole maps would have cost (> 0): "83 % less"."""
+    saved = 1.0 - sent / full
+    return f"{abs(100 * saved):.0f} % {'less' if saved >= 0 else 'more'}"
+
+
 def exchanges(events: list[Event], peer: str | None = None) -> dict[str, int]:
     """Return how many exchanges a robot began, ended and lost, by its own events."""
     mine = [event for event in events if peer is None or event.get("peer") == peer]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from sim_driver.evaluate.network import compared
 from sim_driver.evaluate.results import RunResults
 from sim_driver.evaluate.sides import merged_text
 
@@ -95,10 +96,8 @@ def _traffic(assessment: Assessment) -> str:
     traffic = assessment["mission"]["bytes"]
     if not traffic["full_lz4"]:
         return "No maps went over the radio."
-    saved = 1.0 - traffic["exchanges"] / traffic["full_lz4"]
-    compared = f"{abs(100 * saved):.0f} % {'less' if saved >= 0 else 'more'}"
     sent = f"{traffic['exchanges'] / 1e3:.0f} kB of maps went over the radio"
-    return f"{sent}, {compared} than whole maps compressed with LZ4."
+    return f"{sent}, {compared(traffic['exchanges'], traffic['full_lz4'])} than whole maps compressed with LZ4."
 
 
 def event_words(event: dict[str, Any]) -> tuple[str, str] | None:

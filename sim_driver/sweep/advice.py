@@ -57,16 +57,15 @@ def summarise(rows: Rows, knobs: tuple[Knob, ...]) -> list[Summary]:
 
 
 def _is_judged(row: dict[str, Any]) -> bool:
+    """Return whether something told right from wrong in this run, or there was no merge to be told of."""
     wrong = row["false_merges"] > 0 or row["wrong_on_the_way"] > 0
     return wrong or row["first_merge_s"] is None or row["first_correct_merge_s"] is not None
 
 
-def merge_s(row: dict[str, object]) -> float:
+def merge_s(row: dict[str, Any]) -> float:
     """Return a run's time to the first correct merge (where nothing judges it: to the first), inf for none."""
-    judged = row["first_correct_merge_s"]
-    if judged is None and row["false_merges"] == 0 and row["wrong_on_the_way"] == 0:
-        judged = row["first_merge_s"]
-    return float("inf") if judged is None else float(judged)  # type: ignore[arg-type]
+    first = row["first_correct_merge_s" if _is_judged(row) else "first_merge_s"]
+    return float("inf") if first is None else float(first)
 
 
 def mean_merge_s(rows: Rows) -> float:

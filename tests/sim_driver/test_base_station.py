@@ -11,11 +11,10 @@ import pytest
 from agent import Agent, Settings, checkpoint, resume
 from sim_driver.evaluate import assess
 from sim_driver.evaluate.results import RunResults
-from sim_driver.mission import make_mission
 from sim_driver.report import write_report
 from sim_driver.report.data import page_data
-from sim_driver.run import run_mission
 from tests.agent.test_team import arrives, merged, room
+from tests.sim_driver.runs import played
 
 TABLES = {
     "mission": {"shell": "virtual", "seed": 3, "duration_s": 40.0},
@@ -32,9 +31,7 @@ TABLES = {
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("base") / "run"
-    run_mission(make_mission(TABLES, Path("base.toml")), out, lambda now_s, total_s, text: None, lambda text: None)
-    return out
+    return played(TABLES, tmp_path_factory.mktemp("base") / "run")
 
 
 def test_the_base_has_the_teams_map(run: Path) -> None:

@@ -13,13 +13,13 @@ from sim_driver.agent_record import AgentRecord
 from sim_driver.evaluate import References, assess
 from sim_driver.evaluate.results import RunResults
 from sim_driver.gather import gather
-from sim_driver.mission import make_mission
 from sim_driver.replay.again import replay_mission
 from sim_driver.report import write_report
 from sim_driver.report.data import page_data
 from sim_driver.run import run_mission
 from spatial import InputError
 from spatial.tum import read_tum
+from tests.sim_driver.runs import played
 
 WORLD_S = 1_790_000_000.0
 """Agents tell times by the world's clock."""
@@ -34,9 +34,7 @@ TABLES = {
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("gather") / "run"
-    run_mission(make_mission(TABLES, Path("small.toml")), out, lambda now_s, total_s, text: None, lambda text: None)
-    return out
+    return played(TABLES, tmp_path_factory.mktemp("gather") / "run")
 
 
 @pytest.fixture

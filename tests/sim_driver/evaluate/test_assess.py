@@ -11,11 +11,9 @@ import numpy as np
 import pytest
 
 from sim_driver.evaluate import References, assess
-from sim_driver.mission import make_mission
-from sim_driver.run import run_mission
 from sim_driver.worlds import load_world
 from spatial import InputError
-from tests.sim_driver.runs import with_wrong_merge
+from tests.sim_driver.runs import played, with_wrong_merge
 
 TABLES = {
     "mission": {"seed": 4, "duration_s": 40.0, "shell": "virtual"},
@@ -28,10 +26,7 @@ TABLES = {
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("evaluate") / "run"
-    mission = make_mission(TABLES, Path("small.toml"))
-    run_mission(mission, out, lambda mission_s, total_s, text: None, lambda text: None)
-    return out
+    return played(TABLES, tmp_path_factory.mktemp("evaluate") / "run")
 
 
 def rows(path: Path) -> list[list[float]]:

@@ -11,12 +11,10 @@ import numpy as np
 import pytest
 
 from sim_driver.evaluate.results import RunResults
-from sim_driver.mission import make_mission
 from sim_driver.report import write_report
 from sim_driver.report.data import page_data
 from sim_driver.report.png import png_uri
-from sim_driver.run import run_mission
-from tests.sim_driver.runs import with_wrong_merge
+from tests.sim_driver.runs import played, with_wrong_merge
 
 ROBOTS = [{"id": "r1"}, {"id": "r2"}]
 TABLES = {
@@ -28,20 +26,15 @@ TABLES = {
 }
 
 
-def run(tables, out: Path) -> Path:
-    run_mission(make_mission(tables, Path("small.toml")), out, lambda mission_s, total_s, text: None, lambda text: None)
-    return out
-
-
 @pytest.fixture(scope="module")
 def merged(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return run(TABLES, tmp_path_factory.mktemp("report") / "merged")
+    return played(TABLES, tmp_path_factory.mktemp("report") / "merged")
 
 
 @pytest.fixture(scope="module")
 def apart(tmp_path_factory: pytest.TempPathFactory) -> Path:
     tables = {**TABLES, "radio": {"range_m": 0.1}, "mission": {**TABLES["mission"], "duration_s": 6.0}}
-    return run(tables, tmp_path_factory.mktemp("report") / "apart")
+    return played(tables, tmp_path_factory.mktemp("report") / "apart")
 
 
 def test_the_story_is_told_in_words(merged: Path, apart: Path) -> None:
