@@ -209,8 +209,7 @@ def _mission(run: RunResults, judge: PairJudge, robots: dict[str, Any], pairs: l
 
 def _is_of_last_maps(run: RunResults, merge: dict[str, Any]) -> bool:
     """Return whether a merge is of the maps that there are at the end: a simulated robot may have begun a new one."""
-    simulated = [robot for robot in (merge["a"], merge["b"]) if robot in run.truth and robot in run.robots]
-    return all(merge["t"] >= t_ns / 1e9 for robot in simulated for t_ns in run.trajectory(robot)[0][:1].tolist())
+    return all(merge["t"] >= run.map_begun_s.get(robot, 0.0) for robot in (merge["a"], merge["b"]))
 
 
 def _success(pairs: list[dict[str, Any]]) -> list[dict[str, Any]]:

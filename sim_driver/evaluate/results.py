@@ -59,6 +59,12 @@ class RunResults:
         """Where simulated robots' maps truly lie."""
         return true_starts(self.truth, self.folder)
 
+    @cached_property
+    def map_begun_s(self) -> dict[str, float]:
+        """Mission time of the first scan of each simulated robot's map: later than its start if it began a new one."""
+        first_ns = {robot: self.trajectory(robot)[0][:1].tolist() for robot in self.truth.keys() & self.robots.keys()}
+        return {robot: stamps[0] / 1e9 for robot, stamps in first_ns.items() if stamps}
+
     def laser_truth(self, robot_id: str) -> Trajectory | None:
         """Return the true poses of a simulated robot's laser."""
         if robot_id not in self.truth:
