@@ -96,12 +96,13 @@ def _packed(value: Any, blobs: _Blobs) -> Any:
 def _unpacked(value: Any, blob: memoryview) -> Any:
     if isinstance(value, list):
         return [_unpacked(item, blob) for item in value]
-    if not isinstance(value, dict):
-        return value
-    if "dict" in value:
-        return {key: _unpacked(item, blob) for key, item in value["dict"].items()}
-    dtype, shape, start = value["array"]
-    if dtype not in DTYPES:
-        raise ValueError(f"array of {dtype}")
-    count = int(np.prod(shape, dtype=np.int64))
-    return np.frombuffer(blob, dtype=dtype, count=count, offset=start).reshape(shape).copy()
+    match value:
+        case {"dict": dict() as items}:
+            return {key: _unpacked(item, blob) for key, item in items.items()}
+        case {"array": [str() as dtype, list() as shape, int() as start]} if dtype in DTYPES:
+            count = int(np.prod(shape, dtype=np.int64))
+            return np.frombuffer(blob, dtype=dtype, count=count, offset=start).reshape(shape).copy()
+        case dict():
+            raise ValueError(f"neither a table nor an array: {list(value)[:3]}")
+        case _:
+            return value

@@ -68,7 +68,10 @@ def test_errors_say_what_is_wrong(tmp_path: Path) -> None:
         read_state(path, "thing", 2)
     with pytest.raises(InputError, match="not a other file"):
         read_state(path, "other", 1)
-    for header in (b'{"array":["int8",[3],99999999999999999999]}', b"[" * 100_000):
+    for header in (
+        b'{"array":["int8",[3],99999999999999999999]}', b'{"array":["object",[3],0]}', b'{"array":[["int8"],3,0]}',
+        b'{"dict":120}', b'{"dict":"r0","mode":1}', b'{"array":["int8",[3]]}', b"{}", b"[" * 100_000,
+    ):  # fmt: skip
         write_state(path, "thing", 1, Packed(header, (bytes(3),)))
         with pytest.raises(InputError, match="does not fit this program"):
             read_state(path, "thing", 1)
