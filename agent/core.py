@@ -11,6 +11,7 @@ from functools import partial
 from typing import Any
 
 import comms
+from agent.blindness import Blindness
 from agent.config import Settings
 from agent.doubt import SelfDoubt, fits_map
 from agent.effects import AlignJob, Effect, Event, as_event
@@ -52,6 +53,7 @@ class Agent:
         self.team = Team(robot_id, settings, self.node.store, self.tracker.forget, maps=mode != "central")
         self.links: dict[str, LinkStats] = {}
         self.self_doubt = SelfDoubt(settings.agent.min_health, round(settings.agent.give_up_s * 1e9))
+        self._blindness = Blindness()
         self.seed = seed
         self.map_number = 0
         """How often the robot gave its map up and began a new one."""
@@ -75,13 +77,13 @@ class Agent:
         self.scan = scan
         info = self.mapper.update(scan, T_odom_base)
         self._T_odom_base, self._T_base_laser = T_odom_base, scan.T_base_laser
-        effects = self._watch_health(info, scan, now_ns)
+        effects = self._blindness.look(info.reason, now_ns) + self._watch_health(info, scan, now_ns)
         if masked:
             self.masked_beams += masked
             effects.append(Event(now_ns, "masked", {"beams": masked}))
         if info.processed:
             effects.append(Event(now_ns, "mapped", _mapped_fields(info)))
-        if not self.self_doubt.doubtful and self.mapper.stats.scans:
+        if not self.self_doubt.doubtful and self.mapper.stats.processed:
             if info.processed and self._publish_due(now_ns):
                 self.publish(now_ns)
             self.node.set_own_pose(self.mapper.T_map_base, now_ns)

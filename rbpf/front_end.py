@@ -127,6 +127,12 @@ class FrontEnd:
             self._add_key(self.T_local_base, all_points)
         return Step(motion, float(out[SCORE]), float(out[INLIERS]), self._blind(motion, slip, out))
 
+    def knows(self, points: NDArray[np.float64], T_before_odom: Transform | None) -> bool:
+        """Return whether a scan fits what was seen before, where the robot is expected; nothing is learnt of it."""
+        motion, spread, _ = self.predictor.predict(T_before_odom)
+        self._descend(points, compose(self.T_local_base, motion), spread)
+        return bool(self._out[INLIERS] >= BAD_INLIERS)
+
     def _match(
         self,
         points: NDArray[np.float64],
@@ -135,13 +141,7 @@ class FrontEnd:
         spread: tuple[float, float, float],
         slip: float,
     ) -> NDArray[np.float64]:
-        store = self.store
-        store.cover(start[:2] - self.reach_m, start[:2] + self.reach_m)
-        place = (store.pool, store.tables[0], store.row0, store.col0, store.resolution_m, points)
-        for k in range(3):
-            self._prior[k, k] = 1.0 / (CORRELATED * spread[k] ** 2)
-        out = self._out
-        match(*place, start, start, self._prior, self.sigma_m, 12, COS, SIN, out)
+        out, place = self._out, self._descend(points, start, spread)
         half_turn = min(0.05 + 3.0 * spread[2], 0.6)
         # Without odometry that proved right there is nothing better than to look.
         half_shift_m = min(max(NEAR_M, 2.0 * spread[0]), FAR_M) if slip > DISBELIEVED else NEAR_M
@@ -155,6 +155,16 @@ class FrontEnd:
         if out[INLIERS] > GOOD_INLIERS:
             self.usual += USUAL_MEMORY * (float(out[SCORE]) - self.usual)
         return out
+
+    def _descend(self, points: NDArray[np.float64], start: Transform, spread: tuple[float, float, float]) -> Any:
+        """Match a scan from where it is expected, and return what to match it to from elsewhere."""
+        store = self.store
+        store.cover(start[:2] - self.reach_m, start[:2] + self.reach_m)
+        place = (store.pool, store.tables[0], store.row0, store.col0, store.resolution_m, points)
+        for k in range(3):
+            self._prior[k, k] = 1.0 / (CORRELATED * spread[k] ** 2)
+        match(*place, start, start, self._prior, self.sigma_m, 12, COS, SIN, self._out)
+        return place
 
     def _doubtful(self, out: NDArray[np.float64]) -> bool:
         return bool(out[INLIERS] < BAD_INLIERS or out[SCORE] < self.usual - WORSE)

@@ -22,9 +22,10 @@ from rbpf.front_end import FrontEnd
 from rbpf.health import ADRIFT_MOST, DOUBTFUL
 from rbpf.motion import MOTION, Keyframe, Since, motion_cov
 from rbpf.outcome import Stats, Stopwatch, UpdateInfo
-from rbpf.poses import between
+from rbpf.poses import between, compose
 from rbpf.publisher import Publisher
 from rbpf.rows import Rows
+from rbpf.scan_gate import ScanGate
 from rbpf.scan_log import ScanLog
 from rbpf.sight import Sight
 from rbpf.told_pose import ToldPose
@@ -32,12 +33,10 @@ from rbpf.trajectory import spread
 from spatial import InputError, Keyframes, LocalMap, Scan, se2
 from spatial.se2 import Transform
 
-LAYOUT = 10
+LAYOUT = 11
 """Of :meth:`Mapper.state`; raised whenever its content changes."""
 SETTLE_SCANS = 10
 """What the particles make of a keyframe is told after so many scans at the latest."""
-POINTS_LEAST = 10
-"""A scan with fewer usable returns is dropped."""
 
 
 class Mapper:
@@ -51,6 +50,7 @@ class Mapper:
         self.seed = seed
         self.stats = Stats()
         self.stopwatch = Stopwatch(clock)
+        self._gate = ScanGate()
         self._sight = Sight(self.config)
         self._front = FrontEnd(self.config)
         self._since = Since()
@@ -64,8 +64,8 @@ class Mapper:
         self._key_stamps = Rows(1, np.int64)
         self._neff, self._health = float(self.config.particles), 1.0
         self._T_odom_base: Transform | None = None
-        self._stamp_ns: int | None = None
-        self._ranges = np.empty(0, dtype=np.float32)
+        self._stamp_ns: int | None = None  # with the odometry above, of the newest scan that was used
+        self._carried = se2.IDENTITY  # how far the wheels say it went since
 
     # -- what it does --------------------------------------------------------------------------------------------------
 
@@ -74,15 +74,17 @@ class Mapper:
         watch = self.stopwatch
         watch.start()
         self.stats.scans += 1
+        T_odom_base = self._sane(T_odom_base)
+        T_before_odom = None
+        if T_odom_base is not None and self._T_odom_base is not None:
+            T_before_odom = between(self._T_odom_base, T_odom_base)
         points = self._sight.points(scan)
         dropped = scan.ranges_m.size - points.shape[0]
-        if self._stamp_ns is not None and scan.stamp_ns == self._stamp_ns and self._same(scan):
-            return self._drop("the scan repeats the one before", dropped)
-        if points.shape[0] < POINTS_LEAST:
-            return self._drop(f"{points.shape[0]} usable returns, {POINTS_LEAST} are needed", dropped)
+        reason = self._gate.refuse(scan, points, T_odom_base, lambda: self._knows(scan, points, T_before_odom))
+        if reason is not None:
+            return self._drop(reason, dropped, T_before_odom)
         elapsed_s = 0.0 if self._stamp_ns is None else (scan.stamp_ns - self._stamp_ns) / 1e9
-        self._stamp_ns, self._ranges = scan.stamp_ns, scan.ranges_m
-        T_before_odom = self._odometry(T_odom_base)
+        self._stamp_ns, self._T_odom_base, self._carried = scan.stamp_ns, T_odom_base, se2.IDENTITY
         if scan.beam_interval_s > 0.0:
             self._sight.straighten(points, scan, self._front.predictor.speed(T_before_odom, elapsed_s))
         few = self._sight.few(points, scan.T_base_laser)
@@ -103,28 +105,24 @@ class Mapper:
             health=self.health, dropped_beams=dropped,
         )  # fmt: skip
 
-    def _same(self, scan: Scan) -> bool:
-        return scan.ranges_m.shape == self._ranges.shape and bool(
-            np.array_equal(scan.ranges_m, self._ranges, equal_nan=True)
-        )
-
-    def _drop(self, reason: str, dropped: int) -> UpdateInfo:
+    def _drop(self, reason: str, dropped: int, T_before_odom: Transform | None) -> UpdateInfo:
         self.stats.dropped += 1
+        self._carried = self._front.predictor.carried(T_before_odom)
         return UpdateInfo(
             processed=False, T_map_base=self.T_map_base, neff=self._neff, health=self.health,
             dropped_beams=dropped, reason=reason,
         )  # fmt: skip
 
-    def _odometry(self, T_odom_base: Transform | None) -> Transform | None:
-        """Return the motion since the scan before as the wheels tell it, if they tell anything that makes sense."""
-        before, self._T_odom_base = self._T_odom_base, None
+    def _knows(self, scan: Scan, points: NDArray[np.float64], T_before_odom: Transform | None) -> bool:
+        """Return whether a scan fits what was seen before."""
+        return self._keys > 0 and self._front.knows(self._sight.few(points, scan.T_base_laser), T_before_odom)
+
+    def _sane(self, T_odom_base: Transform | None) -> Transform | None:
+        """Return what the wheels tell, if it makes sense and is wanted."""
         if T_odom_base is None or not self.config.use_odometry:
             return None
-        now = np.asarray(T_odom_base, dtype=np.float64)
-        if now.shape != (3,) or not np.isfinite(now).all():
-            return None
-        self._T_odom_base = now.copy()
-        return None if before is None else between(before, now)
+        now = np.array(T_odom_base, dtype=np.float64)
+        return now if now.shape == (3,) and np.isfinite(now).all() else None
 
     def _settle(self) -> bool:
         """Tell what the particles made of the newest keyframe; return whether they were resampled."""
@@ -168,15 +166,19 @@ class Mapper:
 
     @property
     def T_map_base(self) -> Transform:
-        """``(3,)``, the best pose known now."""
-        return self._told.at(self._since.T_key_base)
+        """``(3,)``, the best pose known now; while scans are of no use the wheels tell how it goes on."""
+        return self._told.at(self._T_key_base)
+
+    @property
+    def _T_key_base(self) -> Transform:
+        return compose(self._since.T_key_base, self._carried)
 
     @property
     def particles(self) -> Transform:
         """``(N, 3)`` where each particle has the robot now."""
         if self._keys == 0:
             return np.zeros((self._back.filter.count, 3))
-        return se2.compose(self._back.filter.ends, self._since.T_key_base)
+        return se2.compose(self._back.filter.ends, self._T_key_base)
 
     @property
     def covariance(self) -> NDArray[np.float64]:
@@ -186,7 +188,7 @@ class Mapper:
         error = self.particles - self.T_map_base
         error[:, 2] = se2.wrap(error[:, 2])
         spread_of_particles = np.einsum("i,ij,ik->jk", self._back.filter.weights, error, error)
-        return spread_of_particles + motion_cov(self.config, self._since.T_key_base, self._since.blind_m)
+        return spread_of_particles + motion_cov(self.config, self._T_key_base, self._since.blind_m)
 
     @property
     def neff(self) -> float:
@@ -237,8 +239,8 @@ class Mapper:
             "layout": LAYOUT, "front": self._front.state(), "back": self._back.state(),
             "publisher": self._publisher.state(), "since": self._since.state(), "T_map_key": self._told.T_map_key,
             "neff": self._neff, "health": self._health, "log": self._log.state(), "stamp_ns": self._stamp_ns,
-            "key_stamps": self._key_stamps.rows, "T_odom_base": self._T_odom_base, "ranges": self._ranges,
-            "stats": dict(vars(self.stats)), "patience": self._patience,
+            "key_stamps": self._key_stamps.rows, "T_odom_base": self._T_odom_base, "carried": self._carried,
+            "gate": self._gate.state(), "stats": dict(vars(self.stats)), "patience": self._patience,
             "verdict": None if self._verdict is None else self._verdict.result().state(),
         }  # fmt: skip
 
@@ -258,5 +260,6 @@ class Mapper:
         self._told.T_map_key = state["T_map_key"]
         self._neff, self._health = state["neff"], state["health"]
         self._log, self._key_stamps = ScanLog.of(state["log"]), Rows.of(state["key_stamps"])
-        self._T_odom_base, self._stamp_ns, self._ranges = state["T_odom_base"], state["stamp_ns"], state["ranges"]
+        self._T_odom_base, self._stamp_ns, self._carried = state["T_odom_base"], state["stamp_ns"], state["carried"]
+        self._gate.restore(state["gate"])
         self.stats = Stats(**state["stats"])

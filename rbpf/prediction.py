@@ -116,6 +116,12 @@ class Predictor:
         turning = 0 if errors[0, 1] <= errors[1, 1] else 1
         return self._guess(self.corrected(T_before_odom), along, turning)
 
+    def carried(self, T_before_odom: Transform | None) -> Transform:
+        """Return how far the robot went since the newest scan that was used, as far as wheels alone can tell."""
+        if T_before_odom is None or self._tells_nothing(T_before_odom):
+            return np.zeros(3)
+        return self.corrected(T_before_odom)
+
     def speed(self, T_before_odom: Transform | None, elapsed_s: float) -> Transform:
         """Return how fast the robot moves, ``(3,)`` m/s and rad/s in its own frame; none where that is a guess."""
         if not 0.0 < elapsed_s <= STEADY_S:

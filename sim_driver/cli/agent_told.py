@@ -12,11 +12,13 @@ from sim_driver.team import CHECKPOINT, take_up
 KEPT = f"{CHECKPOINT}.old"
 """What a checkpoint is called that an agent did not go on from: nobody shall lose a map by an option or a setting."""
 WORDS = {
+    "blind": "cannot use what its laser gives: {reason}; it goes on by its wheels",
+    "sees": "sees again, after {blind_s} s",
     "doubtful": "doubts where it is; teammates get no new map of it until it knows",
     "recovered": "knows again where it is",
     "given_up": "does not find its place in its map again; it begins a new one",
 }
-"""Event -> what the robot does."""
+"""Event -> what the robot does, with the event's fields."""
 
 
 def begin(agent: Agent, folder: Path, fresh: bool, now_ns: int) -> list[Event]:
@@ -51,7 +53,8 @@ class DoubtTeller:
     def on_event(self, agent: Agent, event: Event) -> None:
         """Say what matters to whoever stands by; the agent's clock shows the world's time."""
         if event.kind in WORDS:
-            say(f"{datetime.fromtimestamp(event.t_ns / 1e9):%H:%M:%S} {agent.robot_id} {WORDS[event.kind]}")
+            words = WORDS[event.kind].format(**event.fields)
+            say(f"{datetime.fromtimestamp(event.t_ns / 1e9):%H:%M:%S} {agent.robot_id} {words}")
 
     def close(self, agent: Agent, now_ns: int) -> None:
         """Nothing to close."""

@@ -116,7 +116,7 @@ class Invariants:
     def _frame(self, robot_id: str, agent: Agent, team: VirtualTeam) -> None:
         """Note where in the world a new map of a robot begins."""
         life = self._lives[robot_id]
-        if agent.mapper is not life.mapper and agent.mapper.stats.scans > 0 and team.simulation is not None:
+        if agent.mapper is not life.mapper and agent.mapper.stats.processed and team.simulation is not None:
             life.mapper = agent.mapper
             life.frames[-1] = team.simulation.fleet.T_world_base()[robot_id]  # until it is published
         own = agent.node.store.newest(robot_id)
@@ -221,7 +221,7 @@ class Invariants:
             self._say(f"after healing the robots do not know the same: {live}")
 
 
-SPOILS = ("kidnapped", "laser_garbage", "laser_stuck")
+SPOILS = ("kidnapped",)
 """Faults after which a robot's own map may be wrong, and with it the place of its frame."""
 
 

@@ -112,6 +112,10 @@ def event_words(event: dict[str, Any]) -> tuple[str, str] | None:
             return "plain", f"{event['robot']} and {event['peer']} exchanged maps, {sent:.1f} kB"
         case "exchange_failed":
             return "bad", f"{event['robot']}: exchange with {event['peer']} broke off: {event['reason']}"
+        case "blind":
+            return "bad", f"{event['robot']} is blind: {event['reason']}"
+        case "sees":
+            return "plain", f"{event['robot']} sees again, after {event['blind_s']} s"
         case "peer_gone":
             return "plain", f"{event['robot']} lost sight of {event['peer']}: {event['reason']}"
         case "alignment" if event["status"] != "accepted":

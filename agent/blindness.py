@@ -1,0 +1,29 @@
+"""When a laser is of no use: what a person should hear of, since the robot drives on by its wheels."""
+
+from __future__ import annotations
+
+from agent.effects import Event
+
+BLIND_NS = 1_000_000_000
+"""Where no scan could be used for so long though scans came, the robot is blind, nanoseconds."""
+
+
+class Blindness:
+    """Notices that scans come, and none can be used."""
+
+    def __init__(self) -> None:
+        self._seen_ns: int | None = None
+        self._blind = False
+
+    def look(self, reason: str | None, now_ns: int) -> list[Event]:
+        """Take whether a scan could be used, None, or why not; return an event when the robot goes blind, or sees."""
+        if reason is None:
+            blind_ns = 0 if self._seen_ns is None else now_ns - self._seen_ns
+            was_blind, self._blind, self._seen_ns = self._blind, False, now_ns
+            return [Event(now_ns, "sees", {"blind_s": round(blind_ns / 1e9, 1)})] if was_blind else []
+        if self._seen_ns is None:
+            self._seen_ns = now_ns
+        if self._blind or now_ns - self._seen_ns < BLIND_NS:
+            return []
+        self._blind = True
+        return [Event(now_ns, "blind", {"reason": reason})]
