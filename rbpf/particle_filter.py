@@ -27,10 +27,11 @@ from spatial.se2 import Transform
 
 LOYALTY = 2.0
 """The particle that speaks for all is given up for one that is this much better in log weight."""
-SPREAD = 0.5
+SPREAD = 0.1
 """Particles are drawn this much closer than the proposal's deviation. The motion between keyframes is matched scan by
-scan and far better than its noise says (a tenth of that in rooms, a half at worst), but the noise has to leave the map
-room to correct it; drawn in full, the best particle's heading walks 0.4 deg at random in a small arena, else 0.2."""
+scan and far better than its noise says: by a tenth of that in rooms. The noise has to leave the map room to correct it,
+and corridors' maps correct half of it; but drawn by a half, the best particle's heading walks at random, by 0.12 deg in
+an office and more in corridors, and its map with it."""
 APART_MOST = 1024
 """Particles remember so many keyframes each for itself; of what is older, all remember what the best one has."""
 DRAWN_AT_ONCE = 64
