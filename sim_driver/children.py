@@ -156,7 +156,9 @@ def _await_ready(children: Sequence[Child]) -> None:
             if not child.alive:
                 raise _never_ready(child)
             if time.monotonic() > deadline:
-                raise RuntimeError(f"the process of {child.robot_id} was not ready within {READY_S:.0f} s")
+                raise InputError(
+                    f"the process of {child.robot_id} was not ready within {READY_S:.0f} s; what it said is above"
+                )
         try:
             answer: Ready | Failed = child.pipe.recv()
         except EOFError:

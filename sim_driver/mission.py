@@ -91,6 +91,8 @@ def make_mission(tables: dict[str, Any], path: Path) -> Mission:
     faults = tuple(build(FaultConfig, fault, f"{path}: faults[{i}]") for i, fault in enumerate(raw_faults))
     for fault in faults:
         require(fault.robot in ids, f"{path}: faults.robot", f"one of {', '.join(ids)}", fault.robot)
+        if fault.kind == "kidnapped" and any(robot.id == fault.robot and robot.log is not None for robot in robots):
+            raise InputError(f"{path}: faults: {fault.robot} plays a log, so nobody can carry it off")
     links = build(LinksConfig, tables.get("links", {}), f"{path}: links")
     if links.trace is not None:
         tables = {**tables, "comms": {"link_source": "trace", **tables.get("comms", {})}}

@@ -121,7 +121,17 @@ def read_trace(mission: Mission) -> LinkTrace | None:
         return trace
     if mission.replay is not None and (mission.replay / LINKS_FILE).exists():
         return LinkTrace.read(mission.replay / LINKS_FILE)
+    _check_radio(mission)
     return None
+
+
+def _check_radio(mission: Mission) -> None:
+    """Refuse link qualities from where there are none, for then nobody would meet."""
+    source = mission.settings.comms.link_source
+    if source == "trace":
+        raise InputError('comms.link_source is "trace", but no trace is given: name it as links.trace')
+    if source == "model" and not any(is_simulated(mission, robot) for robot in mission.robots):
+        raise InputError('comms.link_source is "model", but no robot is simulated, so there is no radio to model')
 
 
 def radio_of(mission: Mission, robot: RobotConfig, trace: LinkTrace | None, port: Port | None) -> LinkSource | None:

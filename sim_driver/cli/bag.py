@@ -10,9 +10,10 @@ import numpy as np
 
 from sim_driver.cli.console import say
 from sim_driver.cli.progress import progress_bar
+from sim_driver.evaluate.trajectories import in_mission_time
 from sim_driver.feeds.bag_writer import BagWriter
 from sim_driver.replay import SCANS_FILE, read_recording
-from sim_driver.run_folder import robots_of
+from sim_driver.run_folder import METRICS_FILE, robots_of
 from spatial import InputError, read_map
 from spatial.tum import read_tum
 
@@ -25,13 +26,14 @@ def bag_run(run: Path, out: Path | None) -> None:
     folders = _folders(run)
     if not folders:
         raise InputError(f"{run}: holds no map: name the folder of a finished run, or of a mapped log")
-    robots = {name: _summary(folder) for name, folder in folders.items()}
+    robots = {name: _table(folder / "robot.json") for name, folder in folders.items()}
+    began_s = _table(run / METRICS_FILE).get("began_s", {})
     anchor = max(sorted(robots), key=lambda name: len(robots[name].get("placed", {})))
     with BagWriter(out) as bag, progress_bar(f"writing {out.name}", len(folders)) as advance:
         for name, T_team_map in robots[anchor].get("placed", {}).items():
             bag.transform(TEAM, f"map_{name}", 0, np.array(T_team_map), is_static=True)
         for name, folder in folders.items():
-            _write_robot(bag, name, folder)
+            _write_robot(bag, name, folder, began_s.get(name, 0.0))
             advance()
     say(f"{out}: {out.stat().st_size / 1e6:.1f} MB, {len(folders)} robots")
 
@@ -48,22 +50,21 @@ def _folders(run: Path) -> dict[str, Path]:
     return {folder.name: folder for folder in sorted(folders) if (folder / "map.yaml").exists()}
 
 
-def _summary(folder: Path) -> dict[str, Any]:
-    path = folder / "robot.json"
-    summary: dict[str, Any] = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-    return summary
+def _table(path: Path) -> dict[str, Any]:
+    table: dict[str, Any] = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    return table
 
 
-def _write_robot(bag: BagWriter, name: str, folder: Path) -> None:
-    """Write what one robot left. Times are the mission's: a recorded robot begins at 0."""
+def _write_robot(bag: BagWriter, name: str, folder: Path, began_s: float) -> None:
+    """Write what one robot left. Times are the mission's, in which a recorded robot began at ``began_s``."""
     frame, laser = f"map_{name}", f"laser_{name}"
     for kind in ("map", "team_map"):
         if (folder / f"{kind}.yaml").exists():
             bag.grid(f"/{name}/{kind}", frame, 0, read_map(folder / f"{kind}.yaml"))
     stamps_ns, poses = read_tum(folder / "trajectory.tum")
     is_simulated = (folder / SCANS_FILE).exists()
-    if not is_simulated and len(stamps_ns):
-        stamps_ns = np.maximum.accumulate(stamps_ns) - stamps_ns[0]
+    if not is_simulated:
+        stamps_ns = in_mission_time(stamps_ns, began_s)
     bag.path(f"/{name}/path", frame, stamps_ns, poses)
     for stamp_ns, T_map_laser in zip(stamps_ns.tolist(), poses, strict=True):
         bag.transform(frame, laser, stamp_ns, T_map_laser)

@@ -16,7 +16,7 @@ from sim_driver.evaluate.relations import own_errors
 from sim_driver.evaluate.results import RunResults
 from sim_driver.evaluate.sides import givers_of, pairs_of, sides_of, speaker_of
 from sim_driver.evaluate.trajectories import errors
-from sim_driver.evaluate.truth import MUST_MERGE, Judge, overlap, team_frames
+from sim_driver.evaluate.truth import MUST_MERGE, Judge, team_frames
 from sim_driver.usage import USAGE
 from spatial import InputError
 from spatial.se2 import Transform
@@ -49,11 +49,13 @@ def assess(folder: Path, references: References | None = None) -> dict[str, Any]
 
 
 def _check_names(run: RunResults, references: References) -> None:
-    """Refuse reference trajectories of robots that the run has not."""
+    """Refuse reference trajectories of robots that the run has not, or whose true ones it has."""
     robots = [robot.id for robot in run.mission.robots]
     for name in references.trajectories:
         if name and name not in robots:
             raise InputError(f"reference of {name}: no such robot in this run; its robots are {', '.join(robots)}")
+        if name in run.truth or (not name and run.truth.keys() == set(robots)):
+            raise InputError("reference: the run was simulated and knows its true trajectories; leave it out")
 
 
 def _robots(run: RunResults, references: References, not_judged: list[str]) -> dict[str, Any]:
@@ -126,16 +128,14 @@ def _pair(run: RunResults, judge: PairJudge, a: str, b: str, not_judged: list[st
     for robot_id, robot in run.robots.items():
         for view in robot["pairs"]:
             if (view["a"], view["b"]) == (a, b):
-                views[robot_id] = _view(view, judge(a, b, np.array(view["T_a_b"])) if view["T_a_b"] else None)
+                views[robot_id] = _view(view, judge.judge(a, b, np.array(view["T_a_b"])) if view["T_a_b"] else None)
     speaker = speaker_of(views, a, b)
     never = {"status": "never met", "accepted_at_s": None, "reason": ""}
     said = {
         **(_view(never, None) if speaker is None else views[speaker]),
         **sides_of(views, a, b, givers_of(run.robots)),
     }
-    shared = None
-    if a in run.T_world_map and b in run.T_world_map:
-        shared = overlap(run.map(a), run.map(b), run.T_world_map[a], run.T_world_map[b])
+    shared = judge.overlap(a, b)
     met = bool(views) or bool(exchanges(run.events[a], b)["done"])
     verdict = _verdict(said, met, shared, views)
     if said["status"] == "accepted" and said["error_m"] is None:
@@ -176,7 +176,7 @@ def _mission(run: RunResults, judge: PairJudge, robots: dict[str, Any], pairs: l
         (e for events in run.events.values() for e in events if e["event"] == "merged" and _is_of_last_maps(run, e)),
         key=lambda event: event["t"],
     )
-    judged = [(event, judge(event["a"], event["b"], np.array(event["T_a_b"]))) for event in merges]
+    judged = [(event, judge.judge(event["a"], event["b"], np.array(event["T_a_b"]))) for event in merges]
     correct = [event["t"] for event, verdict in judged if isinstance(verdict, Judgement) and not verdict.is_false]
     wrong = [event["t"] for event, verdict in judged if isinstance(verdict, Judgement) and verdict.is_false]
     attempts = [event for events in run.events.values() for event in events if event["event"] == "alignment"]

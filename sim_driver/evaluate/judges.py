@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from alignment import Alignment, align
 from sim_driver.evaluate.relations import Relations, cross_errors, read_relations
 from sim_driver.evaluate.results import RunResults
 from sim_driver.evaluate.trajectories import Trajectory, fit
-from sim_driver.evaluate.truth import FALSE_MERGE_DEG, FALSE_MERGE_M, Judge, pair_error
+from sim_driver.evaluate.truth import FALSE_MERGE_DEG, FALSE_MERGE_M, Judge, overlap, pair_error
 from sim_driver.simulation import make_world
 from spatial import OccupancyGrid
 from spatial.se2 import Transform
@@ -32,10 +32,6 @@ class Judgement:
         return self.error_m > FALSE_MERGE_M or self.error_deg > FALSE_MERGE_DEG
 
 
-PairJudge = Callable[[str, str, Transform], Judgement | str]
-"""Judges ``T_a_b`` of two robots by name, or says why it cannot."""
-
-
 @dataclass(frozen=True)
 class References:
     """What to judge by beside the simulator's truth, which a simulated run brings along."""
@@ -51,27 +47,50 @@ class References:
         return self.trajectories.get(robot_id, self.trajectories.get(""))
 
 
-def pair_judge(run: RunResults, references: References) -> PairJudge:
-    """Return the judge of this run's pairs: the best there is for each pair."""
-    relations = relations_of(run, references)
-    in_reference = _placed_by_reference(run, references)
-    in_true_map = _placed_in_true_map(run, references)
+@dataclass(frozen=True, eq=False)
+class PairJudge:
+    """Judges the pairs of a run, each by the best there is."""
 
-    def judge(a: str, b: str, T_a_b: Transform) -> Judgement | str:
-        for placed, words in (
-            (run.T_world_map, "simulated truth"),
-            (in_reference, "reference trajectories"),
-        ):
+    run: RunResults
+    relations: Relations | None
+    places: Sequence[tuple[Mapping[str, Transform], str]]
+    """Where robots' maps lie, in one frame, and how that is known; the best first."""
+
+    def judge(self, a: str, b: str, T_a_b: Transform) -> Judgement | str:
+        """Return how far off ``T_a_b`` is, or why that cannot be told."""
+        *known, in_true_map = self.places
+        return (
+            _by_place(known, a, b, T_a_b)
+            or _by_relations(self.run, self.relations, a, b, T_a_b)
+            or _by_place([in_true_map], a, b, T_a_b)
+            or "no truth, reference, relation or true map links the two"
+        )
+
+    def overlap(self, a: str, b: str) -> float | None:
+        """Return which part of the smaller of two maps they share, None where their places are not known."""
+        for placed, _ in self.places:
             if a in placed and b in placed:
-                return Judgement(*pair_error(T_a_b, placed[a], placed[b]), words)
-        by_relations = _by_relations(run, relations, a, b, T_a_b)
-        if by_relations is not None:
-            return by_relations
-        if a in in_true_map and b in in_true_map:
-            return Judgement(*pair_error(T_a_b, in_true_map[a], in_true_map[b]), "alignment with the true map")
-        return "no truth, reference, relation or true map links the two"
+                return overlap(self.run.map(a), self.run.map(b), placed[a], placed[b])
+        return None
 
-    return judge
+
+def pair_judge(run: RunResults, references: References) -> PairJudge:
+    """Return the judge of this run's pairs."""
+    places = (
+        (run.T_world_map, "simulated truth"),
+        (_placed_by_reference(run, references), "reference trajectories"),
+        (_placed_in_true_map(run, references), "alignment with the true map"),
+    )
+    return PairJudge(run, relations_of(run, references), places)
+
+
+def _by_place(
+    places: Sequence[tuple[Mapping[str, Transform], str]], a: str, b: str, T_a_b: Transform
+) -> Judgement | None:
+    for placed, words in places:
+        if a in placed and b in placed:
+            return Judgement(*pair_error(T_a_b, placed[a], placed[b]), words)
+    return None
 
 
 def relations_of(run: RunResults, references: References) -> Relations | None:

@@ -65,6 +65,10 @@ class RunResults:
         first_ns = {robot: self.trajectory(robot)[0][:1].tolist() for robot in self.truth.keys() & self.robots.keys()}
         return {robot: stamps[0] / 1e9 for robot, stamps in first_ns.items() if stamps}
 
+    def began_s(self, robot_id: str) -> float:
+        """Return the mission time of a recorded robot's first scan: agents on their own began when they did."""
+        return float(self.metrics.get("began_s", {}).get(robot_id, 0.0))
+
     def laser_truth(self, robot_id: str) -> Trajectory | None:
         """Return the true poses of a simulated robot's laser."""
         if robot_id not in self.truth:

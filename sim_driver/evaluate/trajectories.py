@@ -32,6 +32,14 @@ def matched(estimate: Trajectory, reference: Trajectory) -> tuple[NDArray[np.int
     return estimate[0][near], estimate[1][near], poses[nearest[near]]
 
 
+def in_mission_time(stamps_ns: NDArray[np.int64], began_s: float) -> NDArray[np.int64]:
+    """Return a robot's own stamps as mission times, the first at ``began_s``; those that run backward wait."""
+    if not len(stamps_ns):
+        return stamps_ns
+    rising: NDArray[np.int64] = np.maximum.accumulate(stamps_ns)
+    return rising - rising[0] + round(1e9 * began_s)
+
+
 def fit(estimate: Trajectory, reference: Trajectory) -> Transform | None:
     """Return ``T_reference_map``, which lays the estimate on the reference best; None where too few poses match."""
     _, ours, theirs = matched(estimate, reference)

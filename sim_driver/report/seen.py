@@ -11,7 +11,7 @@ from scipy import ndimage
 
 from agent import Sensed
 from sim_driver.evaluate.results import RunResults
-from sim_driver.evaluate.trajectories import Trajectory
+from sim_driver.evaluate.trajectories import Trajectory, in_mission_time
 from sim_driver.feeds import open_feed
 from sim_driver.recorded import RecordedBody
 from sim_driver.replay import SCANS_FILE, read_recording
@@ -33,14 +33,9 @@ def mission_trajectory(run: RunResults, robot_id: str) -> Trajectory:
     """
     stamps, poses = run.trajectory(robot_id)
     (robot,) = (robot for robot in run.mission.robots if robot.id == robot_id)
-    if (robot.log is not None or run.mission.mission.shell == "agents") and len(stamps):
-        stamps = np.maximum.accumulate(stamps) - stamps[0] + _began_ns(run, robot_id)
+    if robot.log is not None or run.mission.mission.shell == "agents":
+        stamps = in_mission_time(stamps, run.began_s(robot_id))
     return stamps, poses
-
-
-def _began_ns(run: RunResults, robot_id: str) -> int:
-    """Return the mission time of a robot's first scan."""
-    return round(1e9 * run.metrics.get("began_s", {}).get(robot_id, 0.0))
 
 
 def first_seen_s(run: RunResults, layout: Layout, robot_id: str) -> NDArray[np.float32]:
@@ -90,7 +85,7 @@ def _scans(run: RunResults, robot_id: str) -> Sequence[Sensed]:
     (robot,) = (robot for robot in run.mission.robots if robot.id == robot_id)
     if robot.log is not None:
         readings = open_feed(run.mission.find(robot.log)).readings
-        body = RecordedBody(readings, robot.first, robot.last, _began_ns(run, robot_id))
+        body = RecordedBody(readings, robot.first, robot.last, round(1e9 * run.began_s(robot_id)))
         return list(_all_of(body))
     path = (run.mission.replay or run.folder) / robot_id / SCANS_FILE
     return read_recording(path) if path.exists() else []

@@ -41,6 +41,7 @@ def test_a_trace_makes_the_links_traced() -> None:
         ({"mission": {"speed": 0}}, r"mission\.speed must be > 0"),
         ({"mission": {"shell": "thread"}}, "'process' or 'virtual'"),
         ({"comms": {"exchange_timeout": 3}}, "did you mean 'exchange_timeout_s'"),
+        ({"faults": [{"kind": "kidnapped", "robot": "r1", "at_s": 3}]}, "r1 plays a log, so nobody can carry it off"),
         ({"comms": 3}, r"\[comms\] must be a section"),
     ],
 )

@@ -46,3 +46,10 @@ def test_a_trace_of_other_robots_is_told(tmp_path: Path) -> None:
     tables = {"links": {"trace": str(tmp_path / "t.csv")}, "robots": [{"id": r, "log": "x"} for r in ("r1", "r2")]}
     with pytest.raises(InputError, match="tells of r1-rX, and of no pair of r1, r2"):
         read_trace(make_mission(tables, tmp_path / "m.toml"))
+
+
+@pytest.mark.parametrize(("source", "message"), [("trace", "no trace is given"), ("model", "no radio to model")])
+def test_link_qualities_from_nowhere_are_refused(tmp_path: Path, source: str, message: str) -> None:
+    tables = {"comms": {"link_source": source}, "robots": [{"id": r, "log": "x"} for r in ("r1", "r2")]}
+    with pytest.raises(InputError, match=message):
+        read_trace(make_mission(tables, tmp_path / "m.toml"))

@@ -151,6 +151,7 @@ def test_references_and_a_true_map_stand_in_for_the_simulator(folder: Path, tmp_
     assert by_path["pairs"][0]["judged_by"] == "reference trajectories"
     assert by_path["pairs"][0]["error_m"] == pytest.approx(exact["pairs"][0]["error_m"], abs=0.1)
     assert by_path["robots"]["r2"]["trajectory"] == exact["robots"]["r2"]["trajectory"]
+    assert by_path["pairs"][0]["true_overlap"] == pytest.approx(exact["pairs"][0]["true_overlap"], abs=0.1)
     by_map = assess(blind, References(true_map=load_world("arena2", None).grid))
     assert by_map["pairs"][0]["judged_by"] == "alignment with the true map"
     assert by_map["pairs"][0]["error_m"] < 0.5
@@ -166,13 +167,16 @@ def test_the_command_prints_tables_or_json(folder: Path, capsys: pytest.CaptureF
 
     eval_run(folder, None, [], None, as_json=True)
     assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(assess(folder)))
-    eval_run(folder, None, [f"r1={folder / 'r1' / 'truth.tum'}"], None, as_json=False)
+    eval_run(folder, None, [], None, as_json=False)
     printed = capsys.readouterr().out
     assert "r1-r2: correct merge after" in printed and "team coverage" in printed and "not judged: r1, CPU" in printed
     with pytest.raises(InputError, match="ROBOT=FILE"):
         eval_run(folder, None, ["=x"], None, as_json=True)
     with pytest.raises(InputError, match="reference of r9: no such robot in this run; its robots are r1, r2"):
         eval_run(folder, None, [f"r9={folder / 'r1' / 'truth.tum'}"], None, as_json=True)
+    for whose in ("r1=", ""):
+        with pytest.raises(InputError, match="knows its true trajectories; leave it out"):
+            eval_run(folder, None, [f"{whose}{folder / 'r1' / 'truth.tum'}"], None, as_json=True)
 
 
 def test_relations_are_counted(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

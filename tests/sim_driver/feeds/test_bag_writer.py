@@ -121,3 +121,12 @@ def test_what_broke_off_leaves_nothing(tmp_path: Path) -> None:
         bag.scan("/r1/scan", "laser_r1", scan(5))
         raise RuntimeError("the disk")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_robot_that_began_later_drives_later(run: Path) -> None:
+    write_text(run / "metrics.json", '{"began_s": {"r2": 40.5}}')
+    bag_run(run, None)
+    found = messages(run / "run.mcap")
+    r1, r2 = (found[f"/{name}/path"][-1][1].poses for name in ("r1", "r2"))
+    since = [pose.header.stamp.sec + pose.header.stamp.nanosec / 1e9 for pose in (r1[0], r2[0], r2[-1])]
+    assert since == pytest.approx([0.1, 40.5, 42.7])
