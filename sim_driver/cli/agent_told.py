@@ -1,4 +1,4 @@
-"""What a robot's agent says in its terminal beside the line of status: where it began, and when it doubts its place."""
+"""What a robot's agent says in its terminal beside the line of status: where it began, when it is blind or in doubt."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def begin(agent: Agent, folder: Path, fresh: bool, now_ns: int) -> list[Event]:
 
 
 class DoubtTeller:
-    """Says when a robot doubts where it is, and what becomes of it."""
+    """Says when a robot sees nothing or doubts where it is, and what becomes of it."""
 
     def on_scan(self, agent: Agent, sensed: Sensed, now_ns: int) -> None:
         """Scans are told by the line of status."""

@@ -77,9 +77,12 @@ def test_a_checkpoint_that_does_not_fit_is_kept_and_told(folder: Path, said: lis
 def test_doubts_are_told_and_nothing_else(said: list[str]) -> None:
     agent, teller = robot(), DoubtTeller()
     t_ns = round(datetime(2026, 3, 1, 12, 30, 5).timestamp()) * 1_000_000_000
+    fields = {"reason": "the scan shows no surfaces", "blind_s": 8.1}
     for kind in (*WORDS, "mapped", "link_changed"):
-        teller.on_event(agent, Event(t_ns, kind))
+        teller.on_event(agent, Event(t_ns, kind, fields))
     assert [line.split(";")[0] for line in said] == [
+        "12:30:05 r1 cannot use what its laser gives: the scan shows no surfaces",
+        "12:30:05 r1 sees again, after 8.1 s",
         "12:30:05 r1 doubts where it is",
         "12:30:05 r1 knows again where it is",
         "12:30:05 r1 does not find its place in its map again",
