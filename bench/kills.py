@@ -4,7 +4,8 @@
 
 ``mission.restart`` is on: whoever dies is started again from its checkpoint. For each seed the mission runs twice; the
 kills come at random moments between a tenth and nine tenths of it, SIGKILL, to a random robot. Told are the best team
-map's coverage, merge and trajectory errors (means over the seeds), and that every robot ended well.
+map's coverage, merge errors (by where the maps began, and by their robots' whole ways: the alignments' own), trajectory
+errors (means over the seeds), and that every robot ended well.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import tempfile
 import threading
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -68,7 +70,7 @@ def play(options: argparse.Namespace, seed: int, kills: int) -> dict[str, float]
         folder = (options.out or Path(temporary)) / f"seed{seed}_kills{kills}"
         metrics = run_mission(make_mission(tables, Path("kills.toml")), folder, killer.progress, tell)
         assessment = assess(folder)
-    pairs = [pair for pair in metrics["pairs"] if pair["status"] == "accepted"]
+    pairs = [pair for pair in assessment["pairs"] if pair["status"] == "accepted"]
     ate = [robot["trajectory"]["ate_rmse_m"] for robot in assessment["robots"].values() if robot.get("trajectory")]
     tell(f"seed {seed}, {killer.killed} kills: {metrics['team']}, restarts {metrics['restarts']}")
     return {
@@ -77,12 +79,19 @@ def play(options: argparse.Namespace, seed: int, kills: int) -> dict[str, float]
         "occupied_precision": metrics["team"]["occupied_precision"],
         "false_merges": metrics["team"]["false_merges"],
         "missed_merges": metrics["team"]["missed_merges"],
-        "merge_error_m": float(np.mean([pair["error_m"] for pair in pairs])) if pairs else float("nan"),
-        "merge_error_deg": float(np.mean([pair["error_deg"] for pair in pairs])) if pairs else float("nan"),
+        "merge_error_m": mean_of(pairs, "error_m"),
+        "merge_error_deg": mean_of(pairs, "error_deg"),
+        "alignment_error_m": mean_of(pairs, "alignment_m"),
+        "alignment_error_deg": mean_of(pairs, "alignment_deg"),
         "ate_m": float(np.mean(ate)) if ate else float("nan"),
         "ended_well": float(all(code == 0 for code in metrics["exit_codes"].values()) and not metrics["robots_lost"]),
         "threads_left": float(threading.active_count()),
     }
+
+
+def mean_of(pairs: list[dict[str, Any]], key: str) -> float:
+    """Return the mean over the pairs that were merged."""
+    return float(np.mean([pair[key] for pair in pairs])) if pairs else float("nan")
 
 
 def main() -> None:

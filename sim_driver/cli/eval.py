@@ -99,6 +99,8 @@ def _print_pairs(pairs: list[dict[str, Any]], console: Console) -> None:
             text += f" {when_text(pair)}"
         if pair["error_m"] is not None:
             text += f", {pair['error_m']:.3f} m / {pair['error_deg']:.2f} deg off by {pair['judged_by']}"
+            if pair["alignment_m"] is not None:
+                text += f" (by the maps' whole ways {pair['alignment_m']:.3f} m / {pair['alignment_deg']:.2f} deg)"
         elif pair["status"] != "accepted" and pair["reason"]:
             text += f" ({pair['reason']})"
         if pair["true_overlap"] is not None:

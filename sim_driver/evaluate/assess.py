@@ -154,6 +154,8 @@ def _view(view: dict[str, Any], judged: Judgement | str | None) -> dict[str, Any
         "attempts": view.get("attempts", 0),
         "error_m": None if known is None else round(known.error_m, 4),
         "error_deg": None if known is None else round(known.error_deg, 4),
+        "alignment_m": None if known is None else _rounded(known.alignment_m),
+        "alignment_deg": None if known is None else _rounded(known.alignment_deg),
         "judged_by": judged if known is None else known.judged_by,
         "is_false": None if known is None else known.is_false,
     }

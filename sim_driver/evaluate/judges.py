@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +25,9 @@ class Judgement:
     error_m: float
     error_deg: float
     judged_by: str
+    alignment_m: float | None = None
+    """How far off where each map lies by its robot's whole way, not by its first scan: the alignment's own error."""
+    alignment_deg: float | None = None
 
     @property
     def is_false(self) -> bool:
@@ -59,8 +62,12 @@ class PairJudge:
     def judge(self, a: str, b: str, T_a_b: Transform) -> Judgement | str:
         """Return how far off ``T_a_b`` is, or why that cannot be told."""
         *known, in_true_map = self.places
+        found = _by_place(known, a, b, T_a_b)
+        if found is not None and a in self.run.T_world_way and b in self.run.T_world_way:
+            off_m, off_deg = pair_error(T_a_b, self.run.T_world_way[a], self.run.T_world_way[b])
+            found = replace(found, alignment_m=off_m, alignment_deg=off_deg)
         return (
-            _by_place(known, a, b, T_a_b)
+            found
             or _by_relations(self.run, self.relations, a, b, T_a_b)
             or _by_place([in_true_map], a, b, T_a_b)
             or "no truth, reference, relation or true map links the two"

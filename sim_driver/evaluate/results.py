@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from sim_driver.evaluate.events import Event, read_events
-from sim_driver.evaluate.trajectories import Trajectory
+from sim_driver.evaluate.trajectories import Trajectory, fit
 from sim_driver.evaluate.truth import true_starts, true_trajectories
 from sim_driver.mission import Mission
 from sim_driver.replay.again import mission_of
@@ -58,6 +58,13 @@ class RunResults:
     def T_world_map(self) -> dict[str, Transform]:
         """Where simulated robots' maps truly lie."""
         return true_starts(self.truth, self.folder)
+
+    @cached_property
+    def T_world_way(self) -> dict[str, Transform]:
+        """Where simulated robots' maps lie by all their poses: maps are bent a little from their first scan on."""
+        truth = {robot: self.laser_truth(robot) for robot in self.robots}
+        ways = {robot: fit(self.trajectory(robot), way) for robot, way in truth.items() if way is not None}
+        return {robot: T_world_map for robot, T_world_map in ways.items() if T_world_map is not None}
 
     @cached_property
     def map_begun_s(self) -> dict[str, float]:

@@ -147,8 +147,10 @@ def test_references_and_a_true_map_stand_in_for_the_simulator(folder: Path, tmp_
     trajectories["r2"] = stamps, se2.compose(poses, np.array([0.05, 0.0, 0.0]))
     for robot in ("r1", "r2"):
         (blind / robot / "truth.tum").unlink()
+    assert 0.0 < exact["pairs"][0]["alignment_m"] < 0.1 and exact["pairs"][0]["alignment_deg"] < 1.0
     by_path = assess(blind, References(trajectories=trajectories))
     assert by_path["pairs"][0]["judged_by"] == "reference trajectories"
+    assert by_path["pairs"][0]["alignment_m"] is None  # judged by whole ways already
     assert by_path["pairs"][0]["error_m"] == pytest.approx(exact["pairs"][0]["error_m"], abs=0.1)
     assert by_path["robots"]["r2"]["trajectory"] == exact["robots"]["r2"]["trajectory"]
     assert by_path["pairs"][0]["true_overlap"] == pytest.approx(exact["pairs"][0]["true_overlap"], abs=0.1)
