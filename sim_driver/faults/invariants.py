@@ -97,11 +97,11 @@ class Invariants:
         before = life.digest
         if life.agent is not agent:
             resumed = agent.node.store.maps and life.agent is not None
-            before = life.saved if resumed else {}
-            life.agent, life.mapper = agent, None
-            if resumed:
-                life.mapper = agent.mapper
-            life.largest_m2 = life.saved_m2 if resumed else 0.0
+            if not resumed:  # what it had saved is gone
+                life.saved, life.saved_m2 = {}, 0.0
+            before = life.saved
+            life.agent, life.mapper = agent, agent.mapper if resumed else None
+            life.largest_m2 = life.saved_m2
         for other, version in before.items():
             if digest.get(other, (0, 0)) < version:
                 self._say(f"{robot_id} knew {other} at {version} and knows it at {digest.get(other)} now")
