@@ -15,7 +15,7 @@ from alignment import Alignment
 from comms import restore_store, store_state
 from rbpf import Mapper
 from spatial import InputError
-from spatial.state_file import Packed, pack, read_state, write_state
+from spatial.state_file import MISFIT, Packed, pack, read_state, write_state
 
 KIND = "mrslam-agent"
 VERSION = 2
@@ -72,7 +72,7 @@ def restore(agent: Agent, path: Path) -> None:
         masked_beams, map_number = state["masked_beams"], state["map_number"]
         doubt = agent.self_doubt.resumed(state["self_doubt"])
         restore_store(agent.node.store, state["store"], REVISIONS_LOST)
-    except (KeyError, TypeError, ValueError) as error:
+    except MISFIT as error:
         raise InputError(f"{path}: the checkpoint does not fit this program ({error})") from error
     agent.mapper, agent.links, agent.masked_beams, agent.map_number = mapper, links, masked_beams, map_number
     agent.self_doubt = doubt

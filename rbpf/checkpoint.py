@@ -8,7 +8,7 @@ from pathlib import Path
 from rbpf.config import MapperConfig
 from rbpf.mapper import Mapper
 from spatial import InputError
-from spatial.state_file import pack, read_state, write_state
+from spatial.state_file import MISFIT, pack, read_state, write_state
 
 KIND = "mrslam-mapper"
 VERSION = 2
@@ -26,6 +26,6 @@ def load_checkpoint(path: Path | str) -> Mapper:
     try:
         mapper = Mapper(MapperConfig(**state["config"]), int(state["seed"]))
         mapper.restore(state["mapper"])
-    except (KeyError, TypeError, ValueError) as error:
+    except MISFIT as error:
         raise InputError(f"{path}: the checkpoint does not fit this program ({error})") from error
     return mapper

@@ -18,6 +18,8 @@ from spatial.errors import InputError
 from spatial.files import write_bytes
 
 DTYPES = ("float64", "float32", "int64", "int32", "uint32", "int8", "bool")
+MISFIT = (TypeError, ValueError, AttributeError, LookupError, ArithmeticError, RecursionError)
+"""What taking up a state raises that was packed by another program."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,7 @@ def read_state(path: Path, kind: str, version: int) -> Any:
     header, _, blob = body.partition(b"\n")
     try:
         return _unpacked(json.loads(header), memoryview(blob))
-    except (KeyError, TypeError, ValueError, OverflowError, RecursionError) as error:
+    except MISFIT as error:
         raise InputError(f"{path}: the checkpoint does not fit this program ({error})") from error
 
 

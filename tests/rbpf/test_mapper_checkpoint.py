@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from rbpf import Mapper, MapperConfig, load_checkpoint, save_checkpoint
-from rbpf.checkpoint import VERSION
+from rbpf.checkpoint import KIND, VERSION
 from sim_driver.feeds import open_feed
 from spatial import InputError
+from spatial.state_file import pack, write_state
 from tests.rbpf.rooms import SMALL, drive, feed
 
 
@@ -58,3 +63,25 @@ def test_a_state_of_another_layout_is_refused(tmp_path: Path) -> None:
     del state["layout"]  # as written by the first version
     with pytest.raises(InputError, match=r"layout 1, this program reads \d"):
         Mapper(SMALL, seed=1).restore(state)
+
+
+@given(data=st.data())
+def test_a_whole_file_with_something_else_in_it_is_refused_or_read(
+    tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+) -> None:
+    mapper = Mapper(SMALL, seed=1)
+    feed(mapper, drive(3))
+    state: Any = {"config": asdict(SMALL), "seed": 1, "mapper": mapper.state()}
+    part = state
+    while True:
+        key = data.draw(st.sampled_from(sorted(part) if isinstance(part, dict) else range(len(part))))
+        if not isinstance(part[key], dict | list) or not part[key] or data.draw(st.booleans()):
+            break
+        part = part[key]
+    part[key] = data.draw(st.sampled_from([2, -1, 1e30, "x", None, [], {}, [[]], {"a": 1}]))
+    path = tmp_path_factory.getbasetemp() / "other.ckpt"
+    write_state(path, KIND, VERSION, pack(state))
+    try:
+        load_checkpoint(path)
+    except InputError as error:
+        assert "\n" not in str(error)
