@@ -2,7 +2,8 @@
 
     python bench/chaos.py --missions 1000 --seed 0
 
-A mission that broke is named with its seed; ``--missions 1 --seed THAT`` plays it again. One JSON line at the end.
+A mission that broke is named with its seed; ``--missions 1 --seed THAT`` plays it again. One JSON line at the end,
+which counts what was played until then after Ctrl-C.
 """
 
 from __future__ import annotations
@@ -10,10 +11,12 @@ from __future__ import annotations
 import argparse
 import json
 import multiprocessing as mp
+import signal
 import sys
 import tempfile
 import time
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 
 from rich.console import Console
@@ -45,16 +48,22 @@ def main() -> int:
     faults: Counter[str] = Counter()
     broken: dict[int, list[str]] = {}
     seeds = range(options.seed, options.seed + options.missions)
-    with mp.get_context("spawn").Pool(options.workers, maxtasksperchild=20) as pool:
+    played = 0
+    deaf = (signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for this process
+    with (
+        suppress(KeyboardInterrupt),
+        mp.get_context("spawn").Pool(options.workers, signal.signal, deaf, maxtasksperchild=20) as pool,
+    ):
         outcomes = pool.imap_unordered(one, seeds)
         for outcome in track(outcomes, "chaos", total=len(seeds), console=console):
+            played += 1
             faults += outcome.faults
             if outcome.violations:
                 broken[outcome.seed] = outcome.violations
                 console.print(f"seed {outcome.seed}: {len(outcome.violations)} violations; {outcome.violations[0]}")
     line = {
         "what": "chaos",
-        "missions": len(seeds),
+        "missions": played,
         "seed": options.seed,
         "violations": sum(map(len, broken.values())),
         "broken_seeds": sorted(broken),
@@ -62,7 +71,7 @@ def main() -> int:
         "seconds": round(time.monotonic() - start_s, 1),
     }
     print(json.dumps(line))
-    return 1 if broken else 0
+    return 1 if broken or played < len(seeds) else 0
 
 
 if __name__ == "__main__":

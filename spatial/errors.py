@@ -9,6 +9,10 @@ class InputError(ValueError):
     The message is one line: what, the value with its unit, and what to do. The command prints it and exits with 1.
     """
 
+    def __str__(self) -> str:
+        """Return the message; what it cites of a file may have lines of its own."""
+        return " ".join(super().__str__().splitlines())
+
 
 def first_line(error: BaseException) -> str:
     """Return the first line of what another's error says, or its kind where it says nothing."""
