@@ -51,10 +51,11 @@ def assess(folder: Path, references: References | None = None) -> dict[str, Any]
 def _check_names(run: RunResults, references: References) -> None:
     """Refuse reference trajectories of robots that the run has not, or whose true ones it has."""
     robots = [robot.id for robot in run.mission.robots]
+    all_simulated = {robot.id for robot in run.mission.robots if robot.mode != "central"} <= run.truth.keys()
     for name in references.trajectories:
         if name and name not in robots:
             raise InputError(f"reference of {name}: no such robot in this run; its robots are {', '.join(robots)}")
-        if name in run.truth or (not name and run.truth.keys() == set(robots)):
+        if name in run.truth or (not name and all_simulated):
             raise InputError("reference: the run was simulated and knows its true trajectories; leave it out")
 
 

@@ -38,6 +38,7 @@ def sentences(run: RunResults, assessment: Assessment) -> list[tuple[str, str]]:
             if pair["a"] not in lonely and pair["b"] not in lonely]  # fmt: skip
     told += [("bad", f"{robot} never met anyone.") for robot in lonely]
     told += [("bad", f"{robot} was lost on the way.") for robot in run.metrics["robots_lost"]]
+    told += [("bad", text) for text in _blind(run)]
     told += [("plain", text) for text in (_coverage(assessment, run), _traffic(assessment)) if text]
     if run.mission.replay is not None:
         held = run.metrics.get("replay", {}).get("drive_holds_until_s")
@@ -56,6 +57,19 @@ def _lonely(run: RunResults) -> list[str]:
     met = {event["peer"] for events in run.events.values() for event in events if event["event"] == "exchange_done"}
     met |= {robot for robot, events in run.events.items() if any(e["event"] == "exchange_done" for e in events)}
     return [robot.id for robot in run.mission.robots if robot.id not in met and robot.id in run.robots]
+
+
+def _blind(run: RunResults) -> list[str]:
+    """Return whose laser was of no use for a while."""
+    told = []
+    for robot, events in run.events.items():
+        blind_s = sum(event["blind_s"] for event in events if event["event"] == "sees")
+        changes = [event["event"] for event in events if event["event"] in ("blind", "sees")]
+        if changes:
+            spans = [f"for {blind_s:.0f} s"] if "sees" in changes else []
+            spans += ["at the end"] if changes[-1] == "blind" else []
+            told.append(f"The laser of {robot} was of no use {' and '.join(spans)}; it went on by its wheels.")
+    return told
 
 
 def _pair_sentence(pair: dict[str, Any], run: RunResults) -> tuple[str, str]:

@@ -50,6 +50,17 @@ def test_the_story_is_told_in_words(merged: Path, apart: Path) -> None:
     assert [("bad", f"{robot} never met anyone.") for robot in ("r1", "r2")] == alone["sentences"][:2]
 
 
+def test_a_laser_that_failed_is_told(tmp_path: Path) -> None:
+    faults = [
+        {"kind": "laser_garbage", "robot": "r1", "at_s": 2.0, "for_s": 3.0},
+        {"kind": "laser_stuck", "robot": "r2", "at_s": 3.0, "for_s": 9.0},
+    ]
+    tables = {**TABLES, "mission": {**TABLES["mission"], "duration_s": 8.0}, "faults": faults}
+    told = [text for _, text in page_data(RunResults.read(played(tables, tmp_path / "blind")))["sentences"]]
+    assert "The laser of r1 was of no use for 3 s; it went on by its wheels." in told
+    assert "The laser of r2 was of no use at the end; it went on by its wheels." in told
+
+
 def test_the_page_calls_a_wrong_merge_wrong(merged: Path, tmp_path: Path) -> None:
     wrong = with_wrong_merge(merged, tmp_path / "wrong", "r1", 1, 3.0)
     moods = page_data(RunResults.read(wrong))["sentences"]
