@@ -12,10 +12,9 @@ from rbpf import Mapper
 from spatial import Scan, se2
 from tests.rbpf.rooms import SMALL, drive, feed, make_scan
 
-STEPS = 150
 BAD = range(60, 90)
 """Scans that the laser spoils, while the robot drives a metre and a half round a bend."""
-POSES = drive(STEPS)
+POSES = drive(150)
 
 
 def noise(scan: Scan, rng: np.random.Generator, far_m: float = 40.0) -> Scan:
@@ -24,12 +23,12 @@ def noise(scan: Scan, rng: np.random.Generator, far_m: float = 40.0) -> Scan:
     return replace(scan, ranges_m=ranges)
 
 
-def drive_with(spoil: Callable[[Scan, int], Scan], wheels: bool = True) -> tuple[Mapper, list[str]]:
+def drive_with(spoil: Callable[[Scan, int], Scan]) -> tuple[Mapper, list[str]]:
     """Drive round the room with a laser that fails on the way; return the reasons of what was dropped, too."""
     mapper, rng, reasons = Mapper(SMALL, seed=1), np.random.default_rng(9), []
     for k, pose in enumerate(POSES):
         scan = make_scan(pose, k * 10**8, rng=rng)
-        info = mapper.update(spoil(scan, k) if k in BAD else scan, pose if wheels else None)
+        info = mapper.update(spoil(scan, k) if k in BAD else scan, pose)
         if info.reason is not None:
             assert k in BAD
             reasons.append(info.reason)
