@@ -10,6 +10,7 @@ import numpy as np
 
 from agent.config import AgentConfig
 from agent.effects import AlignJob
+from agent.second_look import doubt, is_echo, refuted
 from alignment import Alignment, Prior, Rejection, StabilityCheck
 from spatial import OccupancyGrid, TiledMap, se2
 from spatial.se2 import Transform
@@ -18,15 +19,7 @@ Version = tuple[int, int]
 UNCONFIRMED = "found once; a second alignment that agrees is awaited"
 PRIOR_SIGMA = np.diag([0.5**2, 0.5**2, 0.1**2])
 """How far a pair's transform may have moved since it was last found: both maps get corrected. m^2, rad^2."""
-THEREABOUTS = StabilityCheck(max_dx_m=2.0, max_dy_m=2.0, max_dtheta_rad=0.4)
-"""Within four of these deviations a transform is the one believed, corrected; beyond them it is another place."""
 WEAK = "found again, but on weak evidence that has not grown since"
-CONFIDENT, MORE_WALL = 0.65, 1.2
-"""What is found with less confidence is confirmed only by so many times as much agreeing wall: the same chance, or the
-same lie, looked at twice agrees with itself."""
-AMBIGUOUS = 0.25
-"""A merged pair's maps must have come to fit elsewhere with no greater lead than this before it is unmerged: far less
-than what merging asks for, so that nothing is merged and unmerged by turns."""
 
 
 @dataclass
@@ -199,14 +192,16 @@ class PairBook:
         status.tried_ns, status.tried_area_m2, status.tried_versions = now_ns, job.area_m2, job.versions
         if job.prior is None:
             status.searched_area_m2, status.confirmed = job.area_m2, outcome.accepted
-            if status.alignment is not None and (doubt := _doubt(status.alignment, outcome)):
-                return Verdict("revoked", doubt, outcome)
+        if status.alignment is not None:
+            reason = doubt(status.alignment, outcome) if job.prior is None else None
+            if reason := reason or refuted(status.alignment, outcome):
+                return Verdict("revoked", reason, outcome)
         if isinstance(outcome, Rejection):
             status.stability.previous = status.stability.believed
             if status.status != "accepted":  # it never outweighs an accepted alignment: only contradiction and doubt do
                 status.status, status.reason = "rejected", outcome.reason
             return Verdict("rejected", outcome.reason, outcome)
-        if status.alignment is None and _is_echo(status.stability, outcome):
+        if status.alignment is None and is_echo(status.stability, outcome):
             status.status, status.reason = "rejected", WEAK
             return Verdict("rejected", WEAK, outcome)
         believed = status.stability.update(outcome)
@@ -230,29 +225,6 @@ class PairBook:
         status = self.pairs[_key(a, b)]
         status.status, status.reason, status.alignment, status.accepted_at_ns = "revoked", reason, None, None
         status.stability = StabilityCheck()
-
-
-def _is_echo(stability: StabilityCheck, second: Alignment) -> bool:
-    """Return whether a weak alignment only says once more what the maps said the first time."""
-    first = stability.previous
-    if first is None or second.confidence >= CONFIDENT or not stability.agrees(second, first):
-        return False
-    walls = [min(one.evidence.get(f"matched_{side}_m", 0.0) for side in "ab") for one in (first, second)]
-    return walls[1] < MORE_WALL * walls[0]
-
-
-def _doubt(believed: Alignment, outcome: Alignment | Rejection) -> str | None:
-    """Return why a merged pair may lie elsewhere, now that its maps show more and all places were tried, or None.
-
-    A house that looks the same turned around: who has seen one half of it cannot know which, and merges; who has seen
-    both knows that there are two places.
-    """
-    if isinstance(outcome, Alignment):
-        return None if THEREABOUTS.agrees(outcome, believed) else "the maps have grown, and fit better elsewhere"
-    margin = outcome.evidence.get("margin", 1.0)
-    if margin >= AMBIGUOUS:
-        return None
-    return f"the maps have grown, and another place fits {1.0 - margin:.0%} as well"
 
 
 def _key(one: str, other: str) -> tuple[str, str]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from alignment.result import Alignment
 from spatial.errors import require
-from spatial.se2 import wrap
+from spatial.se2 import Transform, wrap
 
 
 @dataclass
@@ -32,8 +32,12 @@ class StabilityCheck:
 
     def agrees(self, one: Alignment, other: Alignment) -> bool:
         """Return whether the two are estimates of one transform."""
-        dx, dy = np.abs(one.T_a_b[:2] - other.T_a_b[:2])
-        turn = abs(float(wrap(one.T_a_b[2] - other.T_a_b[2])))
+        return self.is_near(one.T_a_b, other.T_a_b)
+
+    def is_near(self, T_1: Transform, T_2: Transform) -> bool:
+        """Return whether two transforms ``(3,)`` differ by less than the limits."""
+        dx, dy = np.abs(T_1[:2] - T_2[:2])
+        turn = abs(float(wrap(T_1[2] - T_2[2])))
         return bool(dx < self.max_dx_m and dy < self.max_dy_m and turn < self.max_dtheta_rad)
 
     def update(self, estimate: Alignment) -> Alignment | None:

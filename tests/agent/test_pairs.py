@@ -86,6 +86,35 @@ def test_weak_evidence_looked_at_twice_is_not_believed_until_it_has_grown() -> N
     assert verdict.edge is not None and verdict.is_new
 
 
+def stained(wall_m: float, against_m: float, confidence: float = 0.7) -> Alignment:
+    evidence = {f"matched_{side}_m": wall_m for side in "ab"} | {f"contradicted_{side}_m": against_m for side in "ab"}
+    return Alignment(np.array([1.0, 0.0, 0.0]), confidence, evidence, np.eye(3) * 1e-4, "auto")
+
+
+@pytest.mark.parametrize(("second", "is_believed"), [((18.0, 2.3), False), ((24.0, 3.5), False), ((24.0, 2.4), True)])
+def test_a_fit_that_is_not_clean_is_believed_only_once_what_came_to_it_is(
+    second: tuple[float, float], is_believed: bool
+) -> None:
+    pairs = book("r1", "r2")
+    for t, (wall_m, against_m) in ((0, (18.0, 2.3)), (10, second)):
+        job = pairs.next_job(t * S, {})
+        assert job is not None
+        verdict = pairs.settle(job, stained(wall_m, against_m), t * S)
+    assert (verdict.edge is not None) is is_believed
+
+
+@pytest.mark.parametrize(("x", "against_m", "is_over"), [(1.1, 5.0, True), (1.1, 3.0, False), (9.0, 5.0, False)])
+def test_a_merged_pair_is_unmerged_where_its_maps_come_to_contradict(x: float, against_m: float, is_over: bool) -> None:
+    pairs = merged()
+    pairs.map_changed("r1", (1, 2), tiled(90, 2))
+    job = pairs.next_job(45 * S, PLACED)
+    assert job is not None
+    evidence = stained(14.0, against_m).evidence
+    verdict = pairs.settle(job, Rejection("no", 0.1, evidence, "auto", np.array([x, 0.0, 0.0])), 45 * S)
+    assert (verdict.status == "revoked") is is_over
+    assert ("where the other map is free" in verdict.reason) is is_over
+
+
 def test_two_that_disagree_are_not_believed() -> None:
     pairs = book("r1", "r2")
     for t, x in ((0, 1.0), (10, 5.0)):
