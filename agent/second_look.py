@@ -6,11 +6,12 @@ from alignment import Alignment, Rejection, StabilityCheck
 
 THEREABOUTS = StabilityCheck(max_dx_m=2.0, max_dy_m=2.0, max_dtheta_rad=0.4)
 """A transform that differs by less is the one believed, corrected; one that differs by more is another place."""
-CONFIDENT, CLEAN = 0.65, 0.1
-"""What is found with less confidence, or with more contradicted wall per metre of agreeing wall, is weak. Of right
-alignments of simulated maps in the making 1 % are so stained, of real and of drifting ones 5 %, nearly all small."""
-MORE_WALL = 1.2
-"""Weak evidence is confirmed only by so many times as much agreeing wall, and what came to it must be clean."""
+CONFIDENT, MORE_WALL = 0.65, 1.2
+"""What is found with less confidence is confirmed only by so many times as much agreeing wall."""
+CLEAN, PLENTY_M = 0.1, 40.0
+"""So is what agrees along less than so many metres and contradicts by more per agreeing metre; and what came to it must
+be clean. Chance fits and lies in small worlds agree along 20 m and contradict by 0.14 or more; of right alignments of
+simulated maps in the making 1 % are so stained. Real maps that are bent yet contradict so along 50 to 100 m."""
 AMBIGUOUS = 0.25
 """A merged pair's maps must have come to fit elsewhere with no greater lead than this before it is unmerged: far less
 than what merging asks for, so that nothing is merged and unmerged by turns."""
@@ -26,10 +27,15 @@ def is_echo(stability: StabilityCheck, second: Alignment) -> bool:
     it; what the maps have shown since can, and at a wrong place it contradicts.
     """
     first = stability.previous
-    is_strong = second.confidence >= CONFIDENT and _contradicted(second) <= CLEAN
-    if first is None or is_strong or not stability.agrees(second, first):
+    if first is None or not stability.agrees(second, first):
         return False
-    return _matched_m(second) < MORE_WALL * _matched_m(first) or any(
+    wall_m = _matched_m(second)
+    is_small = wall_m < PLENTY_M
+    if second.confidence >= CONFIDENT and not (is_small and _contradicted(second) > CLEAN):
+        return False
+    if wall_m < MORE_WALL * _matched_m(first):
+        return True
+    return is_small and any(
         _gained_m(first, second, f"contradicted_{side}_m") > CLEAN * _gained_m(first, second, f"matched_{side}_m")
         for side in "ab"
     )
