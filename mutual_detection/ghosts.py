@@ -69,7 +69,8 @@ def mark(
 ) -> None:  # pragma: no cover - compiled
     """Raise ``marks`` ``(H, W)`` to ``disc`` around every cell that a path ``(K, 2)`` (x, y in cells) passes."""
     height, width = marks.shape
-    last_row, last_col = -1, -1
+    reach = rows.max()  # a body beside the map may reach into it
+    last_row, last_col = -1 - reach, -1 - reach
     for i in range(path.shape[0]):
         steps, dx, dy = 0, 0.0, 0.0
         if i + 1 < path.shape[0]:
@@ -81,7 +82,9 @@ def mark(
             share = k / steps if steps > 0 else 0.0
             col = int(math.floor(path[i, 0] + share * dx))
             row = int(math.floor(path[i, 1] + share * dy))
-            if (row == last_row and col == last_col) or row < 0 or col < 0 or row >= height or col >= width:
+            if row == last_row and col == last_col:
+                continue
+            if row < -reach or col < -reach or row >= height + reach or col >= width + reach:
                 continue
             last_row, last_col = row, col
             for j in range(rows.size):

@@ -14,7 +14,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 MAPS = Path("/proc/self/smaps")
-UNWRITTEN_CODE = re.compile(r"^(\w+)-(\w+) r-xp .* /.*\n(?:[A-Z]\w+:.*\n)*?Private_Dirty: +0 kB", re.MULTILINE)
+UNWRITTEN_CODE = re.compile(
+    r"^(\w+)-(\w+) r-xp .* /.*\n(?:[A-Z]\w+:.*\n)*?Anonymous: +0 kB\n(?:[A-Z]\w+:.*\n)*?Swap: +0 kB", re.MULTILINE
+)
+"""Files mapped to be run of which no page was written: such a page is no longer the file's."""
 DONTNEED = 4
 """Linux's ``MADV_DONTNEED``: pages of a file are read again from there when they are needed after all."""
 

@@ -91,7 +91,9 @@ def stained(wall_m: float, against_m: float, confidence: float = 0.7) -> Alignme
     return Alignment(np.array([1.0, 0.0, 0.0]), confidence, evidence, np.eye(3) * 1e-4, "auto")
 
 
-@pytest.mark.parametrize(("second", "is_believed"), [((18.0, 2.3), False), ((24.0, 3.5), False), ((24.0, 2.4), True), ((60.0, 7.0), True)])
+@pytest.mark.parametrize(
+    ("second", "is_believed"), [((18.0, 2.3), False), ((24.0, 3.5), False), ((24.0, 2.4), True), ((60.0, 7.0), True)]
+)
 def test_a_fit_that_is_not_clean_is_believed_only_once_what_came_to_it_is(
     second: tuple[float, float], is_believed: bool
 ) -> None:

@@ -75,15 +75,17 @@ def test_unknown_cells_and_gaps_in_the_path():
 
 def naive(grid, paths, radius):
     """Measure the distance to the paths of every cell, and take groups of occupied cells as wholes."""
-    swept = np.zeros(grid.shape, dtype=bool)
+    beside = 20  # cells outside of the map from where a body reaches into it
+    swept = np.zeros(np.array(grid.shape) + 2 * beside, dtype=bool)
     for path in paths:
         for a, b in zip(path, [*path[1:], path[-1]], strict=True):
             joined = np.hypot(*(b - a)) <= ghosts.LONGEST_STEP_M
             for share in np.linspace(0, 1, 400) if joined else (0.0,):
-                col, row = np.floor((a + share * (b - a) - grid.origin_m) / grid.resolution_m).astype(int)
-                if 0 <= row < grid.shape[0] and 0 <= col < grid.shape[1]:
+                col, row = beside + np.floor((a + share * (b - a) - grid.origin_m) / grid.resolution_m).astype(int)
+                if 0 <= row < swept.shape[0] and 0 <= col < swept.shape[1]:
                     swept[row, col] = True
-    away = ndimage.distance_transform_edt(~swept) * grid.resolution_m if swept.any() else np.full(grid.shape, np.inf)
+    away = ndimage.distance_transform_edt(~swept) * grid.resolution_m if swept.any() else np.full(swept.shape, np.inf)
+    away = away[beside:-beside, beside:-beside]
     gone = grid.is_occupied & (away <= radius - ghosts.INSIDE_M)
     left = {tuple(cell) for cell in np.argwhere(grid.is_occupied)}
     while left:
@@ -91,13 +93,21 @@ def naive(grid, paths, radius):
         while todo:
             cell = todo.pop()
             speck.add(cell)
-            beside = {c for c in left if max(abs(c[0] - cell[0]), abs(c[1] - cell[1])) <= ghosts.GAP_CELLS}
-            left -= beside
-            todo += beside
+            near = {c for c in left if max(abs(c[0] - cell[0]), abs(c[1] - cell[1])) <= ghosts.GAP_CELLS}
+            left -= near
+            todo += near
         if max(away[cell] for cell in speck) <= radius + ghosts.AROUND_M:
             for cell in speck:
                 gone[cell] = True
     return np.where(gone, 0, grid.cells)
+
+
+def test_a_path_just_beside_the_map_clears_what_the_body_reached():
+    cells = room()[20:, :]  # the map ends below the robot's way, which leads along its first row
+    cells[0, 20:60:20] = 100
+    path = np.array([[0.5, -0.03], [1.5, -0.03], [2.5, -0.03]])
+    grid, cleared = clear_ghosts(OccupancyGrid(cells, 0.05), [path], 0.18)
+    assert cleared == 2 and not grid.is_occupied[0, 20:60].any()
 
 
 @pytest.mark.parametrize("seed", range(6))
