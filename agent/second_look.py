@@ -15,9 +15,9 @@ simulated maps in the making 1 % are so stained. Real maps that are bent yet con
 AMBIGUOUS = 0.25
 """A merged pair's maps must have come to fit elsewhere with no greater lead than this before it is unmerged: far less
 than what merging asks for, so that nothing is merged and unmerged by turns."""
-REFUTED = 0.3
-"""A merged pair is unmerged where its maps contradict each other by more per metre of agreeing wall: more than any
-pair is forgiven when it is merged."""
+REFUTED = 0.4
+"""A merged pair is unmerged where its maps contradict each other by more per metre of agreeing wall: a third more than
+any pair is forgiven when it is merged, so that maps which are bent are not merged and unmerged by turns."""
 
 
 def is_echo(stability: StabilityCheck, second: Alignment) -> bool:

@@ -105,7 +105,7 @@ def test_a_fit_that_is_not_clean_is_believed_only_once_what_came_to_it_is(
     assert (verdict.edge is not None) is is_believed
 
 
-@pytest.mark.parametrize(("x", "against_m", "is_over"), [(1.1, 5.0, True), (1.1, 3.0, False), (9.0, 5.0, False)])
+@pytest.mark.parametrize(("x", "against_m", "is_over"), [(1.1, 6.0, True), (1.1, 4.0, False), (9.0, 6.0, False)])
 def test_a_merged_pair_is_unmerged_where_its_maps_come_to_contradict(x: float, against_m: float, is_over: bool) -> None:
     pairs = merged()
     pairs.map_changed("r1", (1, 2), tiled(90, 2))

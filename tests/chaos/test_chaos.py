@@ -23,3 +23,10 @@ def test_halves_of_a_house_that_looks_alike_are_taken_apart_once_both_are_seen(t
     assert outcome.violations == []
     said = (tmp_path / "r1" / "events.jsonl").read_text()
     assert '"merged"' in said and "another place fits" in said.split('"unmerged"')[1]
+
+
+def test_a_lie_that_fits_half_is_not_believed_for_being_looked_at_twice(tmp_path: Path) -> None:
+    outcome = run_chaos(92293, tmp_path)
+    assert outcome.violations == []
+    said = (tmp_path / "r1" / "events.jsonl").read_text()
+    assert "found again, but on weak evidence" in said  # it did fit, and was looked at again
