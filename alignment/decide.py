@@ -102,7 +102,7 @@ def decide(
         C = covariance(best.H, best.pivot, best.T_a_b, 0.5 * config.tolerance_m)
         return Alignment(best.T_a_b, confidence, evidence, C, method)
     if not failed:
-        failed.append(f"confidence {confidence:.2f}, at least {config.min_confidence:g} is asked for")
+        failed.append(f"confidence {confidence:.3f}, at least {config.min_confidence:g} is asked for")
     if "matches" in evidence:
         failed.append(f"{evidence['inliers']:.0f} of {evidence['matches']:.0f} matched features agree")
     failed.append(f"the best guess overlaps {evidence['overlap']:.0%} of the smaller map")

@@ -12,7 +12,7 @@ from spatial.errors import InputError
 MAGIC = b"MR"
 PROTOCOL_VERSION = 1
 HEADER = struct.Struct("<2sBII")
-NAME = re.compile(r"[A-Za-z0-9_.-]{1,64}")
+NAME = re.compile(r"(?!\.)[A-Za-z0-9_.-]{1,64}")
 
 
 class WireError(ValueError):
@@ -26,7 +26,7 @@ class WireError(ValueError):
 def check_name(name: str, what: str) -> str:
     """Return a robot's or team's name, or raise ``InputError`` where it would break key expressions and file names."""
     if not isinstance(name, str) or not NAME.fullmatch(name):
-        raise InputError(f"{what} must be 1 to 64 letters, digits, '_', '-' or '.', got {name!r}")
+        raise InputError(f"{what} must be 1 to 64 letters, digits, '_', '-' or '.', not '.' first, got {name!r}")
     return name
 
 

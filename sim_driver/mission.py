@@ -93,6 +93,9 @@ def make_mission(tables: dict[str, Any], path: Path) -> Mission:
         require(fault.robot in ids, f"{path}: faults.robot", f"one of {', '.join(ids)}", fault.robot)
         if fault.kind == "kidnapped" and any(robot.id == fault.robot and robot.log is not None for robot in robots):
             raise InputError(f"{path}: faults: {fault.robot} plays a log, so nobody can carry it off")
+        if mission.duration_s is not None and fault.at_s >= mission.duration_s:
+            never = f"{fault.kind} of {fault.robot} at {fault.at_s:g} s never happens"
+            raise InputError(f"{path}: faults: the mission ends after {mission.duration_s:g} s, so {never}")
     links = build(LinksConfig, tables.get("links", {}), f"{path}: links")
     if links.trace is not None:
         tables = {**tables, "comms": {"link_source": "trace", **tables.get("comms", {})}}

@@ -37,6 +37,20 @@ class RecordedBody:
         while not self.finished and self._due_ns[self._next] < now_ns:
             self._next += 1
 
+    def go_on_after(self, stamp_ns: int) -> bool:
+        """Leave out what was played before, up to the scan of this stamp; what follows it comes due first.
+
+        False, and nothing is left out, where there is no such scan: it was another log.
+        """
+        played = [i for i, reading in enumerate(self._readings) if reading.scan.stamp_ns == stamp_ns]
+        if not played:
+            return False
+        self._next = played[-1] + 1
+        if not self.finished:
+            early_ns = self._due_ns[self._next] - self._due_ns[0]
+            self._due_ns = [due_ns - early_ns for due_ns in self._due_ns]
+        return True
+
     def act(self, agent: Agent, now_ns: int) -> None:
         """Nothing to drive: the robot went where it went."""
 

@@ -23,7 +23,7 @@ from sim_driver.run_virtual import run_in_virtual_time
 from sim_driver.settings import as_table
 from sim_driver.team import CHECKPOINT
 from spatial import InputError
-from spatial.files import make_folder, write_text
+from spatial.files import held, make_folder, write_text
 
 LIBRARIES = ("mrslam", "numpy", "numba", "scipy", "opencv-python-headless", "eclipse-zenoh", "lz4")
 
@@ -52,6 +52,13 @@ def run_mission(
     if mission.faults and mission.mission.shell == "process":
         raise InputError(f"{mission.mission.name}: [[faults]] are played in virtual time only; add --shell virtual")
     check_files(mission)
+    with held(out):
+        return _run_held(mission, out, progress, say, interrupts)
+
+
+def _run_held(
+    mission: Mission, out: Path, progress: Progress, say: Callable[[str], None], interrupts: Interrupts
+) -> dict[str, Any]:
     prepare_folder(mission, out, say)
     compile_s = ensure_compiled(say)
     start = time.monotonic()

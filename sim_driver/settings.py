@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import math
 import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -53,6 +54,8 @@ def build(cls: type[T], table: Mapping[str, Any], where: str) -> T:
             values[key] = msgspec.convert(raw, hints[key], strict=not isinstance(raw, str))
         except msgspec.ValidationError as error:
             raise InputError(f"{where}.{key} = {raw!r}: {error}") from error
+        if isinstance(values[key], float) and not math.isfinite(values[key]):
+            raise InputError(f"{where}.{key} must be a finite number, got {raw!r}")
     try:
         return cls(**values)
     except TypeError as error:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import errno
+import fcntl
 import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from spatial.errors import InputError
@@ -54,3 +57,26 @@ def make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: cannot be made a folder ({error.strerror})") from error
+
+
+@contextmanager
+def held(folder: Path) -> Iterator[None]:
+    """Make the folder unless it is there, and keep other processes from holding it; however this one ends, it lets go.
+
+    Raises ``InputError`` where another one holds it: two that write the same files leave what neither of them did.
+    """
+    make_folder(folder)
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            if error.errno in (errno.EAGAIN, errno.EACCES):
+                raise InputError(
+                    f"{folder}: another process writes there; wait for it, or name another folder"
+                ) from error
+            if error.errno not in (errno.ENOLCK, errno.EOPNOTSUPP):  # some network drives know no locks
+                raise
+        yield
+    finally:
+        os.close(handle)

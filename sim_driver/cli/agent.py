@@ -6,7 +6,7 @@ import math
 import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -28,6 +28,7 @@ from sim_driver.settings import as_table, check_keys, read_toml, with_overrides
 from sim_driver.team import CHECKPOINT, NoBody, go_online
 from sim_driver.usage import write_usage
 from spatial import InputError
+from spatial.files import held
 
 SHOW_S = 1.0
 """How often the line of status is renewed, seconds."""
@@ -66,11 +67,17 @@ def run_agent(options: AgentOptions) -> None:
     boot_id = time.time_ns() // 1_000_000
     name = {"team": options.team, "mode": options.mode}
     agent = Agent(options.robot, settings, **name, seed=options.seed, boot_id=boot_id)
-    with _body(options, log, clock) as (body, words), _until_told(options, agent, words) as over:
-        transport = go_online(
-            agent, listen=options.listen, connect=options.connect, multicast=options.multicast, keys=keys
-        )
+    with (
+        held(options.out),
+        _body(options, log, clock) as (body, words),
+        _until_told(options, agent, words) as over,
+        closing(
+            go_online(agent, listen=options.listen, connect=options.connect, multicast=options.multicast, keys=keys)
+        ) as transport,
+    ):
         past = begin(agent, options.out, options.fresh, clock.now_ns())
+        if isinstance(body, RecordedBody) and (skipped := _skip_played(body, agent)):
+            say(skipped)
         record = _record(options, settings, log, past, clock.now_ns() / 1e9)
         record.write(options.out)
         keeper = Keeper(options.out / CHECKPOINT, settings.agent.checkpoint_interval_s)
@@ -82,6 +89,16 @@ def run_agent(options: AgentOptions) -> None:
         write_usage(shell, options.out)
         replace(record, ended=True).write(options.out)
     say(f"everything is in {options.out}")
+
+
+def _skip_played(body: RecordedBody, agent: Agent) -> str | None:
+    """Let the log go on where a robot that goes on has come to in it; say so, None where it begins at its beginning."""
+    seen_ns = agent.mapper.online_trajectory().stamps_ns
+    if not seen_ns.size or not body.go_on_after(int(seen_ns[-1])):
+        return None
+    if body.finished:
+        return "the log was played to its end before; --fresh plays it again"
+    return "the log goes on after the last scan that the checkpoint holds"
 
 
 def _settings(options: AgentOptions) -> Settings:

@@ -74,7 +74,7 @@ def print_tables(assessment: dict[str, Any], console: Console) -> None:
         f"traffic: {traffic['exchanges'] / 1e3:.1f} kB in exchanges; whole maps would have cost "
         f"{traffic['full_lz4'] / 1e3:.0f} kB with LZ4, {traffic['full_raw'] / 1e3:.0f} kB raw",
     ]
-    lanes = {lane: traffic[lane] for lane in ("beacon", "control", "bulk") if lane in traffic}
+    lanes = {lane: traffic[lane] for lane in ("beacon", "status", "control", "bulk") if lane in traffic}
     if lanes:
         lines.append("by kind: " + ", ".join(f"{lane} {count / 1e3:.1f} kB" for lane, count in lanes.items()))
     lines += [f"not judged: {reason}" for reason in assessment["not_judged"]]

@@ -63,6 +63,8 @@ def merge_files(
         say(f"{name} not placed: {reason}")
     for (a, b), reason in result.team_map.dropped.items():
         say(f"how {a} and {b} fit was found, and not used: {reason}")
+    if len(result.team_map.T_team_map) < 2:
+        say("nothing was merged: the map written is one of those given")
     say(f"{target.with_suffix('.png')}, {target} ({row['seconds']:.1f} s)")
 
 

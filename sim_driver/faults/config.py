@@ -21,7 +21,7 @@ KINDS = {
     "odometry_jump": "the wheels report a leap of `amount` metres, once",
     "kidnapped": "somebody carries the robot `amount` metres and turns it round",
     "twin": "a second process with the robot's id appears",
-    "liar": "the robot gives out a map that is not what it sees, from the start: rotated, mirrored or random",
+    "liar": "the robot gives out a map that is not what it sees, from start to end: rotated, mirrored or random",
 }
 """What can go wrong, in a sentence each."""
 
@@ -48,6 +48,9 @@ class FaultConfig:
         require(self.kind in KINDS, "faults.kind", f"one of {', '.join(KINDS)}", self.kind)
         require(self.at_s >= 0, "faults.at_s", ">= 0 s", self.at_s)
         require(self.for_s > 0, "faults.for_s", "> 0 s", self.for_s)
+        require(
+            self.kind != "liar" or self.at_s == 0, "faults.at_s of liar", "0 s: it lies from start to end", self.at_s
+        )
         require(self.kind != "slow" or self.amount >= 1, "faults.amount of slow", ">= 1 scan", self.amount)
 
     @property

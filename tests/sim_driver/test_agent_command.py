@@ -109,6 +109,45 @@ def test_drivers_feed_an_agent_and_it_goes_on_after_a_kill(data_dir: Path, tmp_p
     assert json.loads((out / "robot.json").read_text())["scans"] >= back["scans"]
 
 
+def test_a_log_is_gone_on_with_after_a_restart(data_dir: Path, tmp_path: Path) -> None:
+    out, log = tmp_path / "r1", str(data_dir / "slam" / "mit-csail.clf.gz")
+    options = ("r1", "--team", "again", "--no-multicast", "--log", log, "--out", str(out))
+    options += ("--set", "rbpf.particles=3", "--set", "agent.checkpoint_interval_s=0.5")
+    process = start(*options)
+    wait_for(lambda: count(out, "mapped") >= 3, process)
+    stop(process)
+    before = (out / "trajectory.tum").read_text().splitlines()
+    process = start(*options)
+    wait_for(lambda: count(out, "restarted") == 1 and count(out, "mapped") >= 5, process)
+    assert "goes on after the last scan" in stop(process)
+    stamps = [float(line.split()[0]) for line in (out / "trajectory.tum").read_text().splitlines()]
+    assert len(stamps) > len(before) and stamps == sorted(set(stamps))
+
+
+def test_an_agent_that_cannot_write_says_so_and_ends(tmp_path: Path) -> None:
+    (tmp_path / "r1").write_text("")
+    process = start("r1", "--no-multicast", "--mode", "central", "--out", str(tmp_path / "r1"))
+    words, _ = process.communicate(timeout=120)
+    assert process.returncode == 1 and "cannot be made a folder" in words
+
+
+def test_what_goes_wrong_once_it_is_on_the_network_ends_it_too(tmp_path: Path) -> None:
+    (tmp_path / "r1" / "events.jsonl").mkdir(parents=True)
+    process = start("r1", "--no-multicast", "--mode", "central", "--out", str(tmp_path / "r1"))
+    words, _ = process.communicate(timeout=120)
+    assert process.returncode == 1 and "events.jsonl" in words
+
+
+def test_two_agents_do_not_write_into_one_folder(tmp_path: Path) -> None:
+    options = ("r1", "--team", "twice", "--no-multicast", "--mode", "central", "--out", str(tmp_path / "r1"))
+    first = start(*options)
+    wait_for((tmp_path / "r1" / "agent.json").exists, first)
+    second = start(*options)
+    words, _ = second.communicate(timeout=120)
+    assert second.returncode == 1 and "another process writes there" in words
+    stop(first)
+
+
 def test_agents_with_keys_take_each_others_maps(data_dir: Path, tmp_path: Path) -> None:
     make_team_keys(tmp_path / "keys", "locked", ["base", "r1"])
     sensors, meeting = address(), address("tls")

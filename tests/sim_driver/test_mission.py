@@ -42,6 +42,13 @@ def test_a_trace_makes_the_links_traced() -> None:
         ({"mission": {"shell": "thread"}}, "'process' or 'virtual'"),
         ({"comms": {"exchange_timeout": 3}}, "did you mean 'exchange_timeout_s'"),
         ({"faults": [{"kind": "kidnapped", "robot": "r1", "at_s": 3}]}, "r1 plays a log, so nobody can carry it off"),
+        ({"faults": [{"kind": "liar", "robot": "r1", "at_s": 3}]}, "liar must be 0 s: it lies from start to end"),
+        (
+            {"mission": {"duration_s": 20}, "faults": [{"kind": "slow", "robot": "r1", "at_s": 20}]},
+            "ends after 20 s, so slow of r1 at 20 s never happens",
+        ),
+        ({"mission": {"duration_s": float("inf")}}, r"mission\.duration_s must be a finite number, got inf"),
+        ({"radio": {"power_dbm": "nan"}}, r"radio\.power_dbm must be a finite number"),
         ({"comms": 3}, r"\[comms\] must be a section"),
     ],
 )

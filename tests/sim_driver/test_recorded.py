@@ -54,3 +54,17 @@ def test_shares_cut_by_count_and_empty_ones_raise() -> None:
     assert drain(RecordedBody(whole, 0.5, 1.0), 9.0) == [2.0, 3.0]
     with pytest.raises(InputError, match="holds no scan"):
         RecordedBody(whole, 0.0, 0.01)
+
+
+def test_a_log_goes_on_after_what_was_played_before_at_once() -> None:
+    body = RecordedBody(readings([10.0, 12.0, 12.0, 15.0, 16.0]), start_ns=5_000_000_000)
+    assert body.go_on_after(12_000_000_000) and drain(body, 5.0) == [15.0]
+    assert drain(body, 5.9) == [] and drain(body, 6.0) == [16.0]
+    ended = RecordedBody(readings([10.0, 12.0]))
+    assert ended.go_on_after(12_000_000_000) and ended.finished
+
+
+def test_another_log_is_played_from_its_beginning() -> None:
+    body = RecordedBody(readings([10.0, 12.0]))
+    assert not body.go_on_after(11_000_000_000)
+    assert drain(body, 9.0) == [10.0, 12.0]

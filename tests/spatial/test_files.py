@@ -83,3 +83,19 @@ def test_two_threads_writing_one_file_leave_one_whole_content(tmp_path):
             list(pool.map(lambda content: files.write_bytes(path, content), contents))
             assert path.read_bytes() in contents
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_folder_is_held_by_one_at_a_time(tmp_path):
+    folder = tmp_path / "new" / "out"
+    with files.held(folder):
+        assert folder.is_dir()
+        with pytest.raises(files.InputError, match="out: another process writes there"), files.held(folder):
+            pass
+    with files.held(folder):
+        pass
+
+
+def test_a_file_cannot_be_held(tmp_path):
+    (tmp_path / "out").write_text("")
+    with pytest.raises(files.InputError, match="cannot be made a folder"), files.held(tmp_path / "out"):
+        pass
