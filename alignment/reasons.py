@@ -85,4 +85,4 @@ def tests(evidence: dict[str, float], config: AlignmentConfig) -> list[Test]:
 
 def _share(per_matched: float) -> str:
     """Return a length per metre of agreeing wall as a share of all that is compared, which never exceeds 100 %."""
-    return f"{per_matched / (1.0 + per_matched):.0%}"
+    return f"{per_matched / (1.0 + per_matched):.1%}"

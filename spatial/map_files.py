@@ -63,10 +63,13 @@ def read_map(path: Path | str, key: str = "a", resolution_m: float | None = None
         return _read_npz(path, key)
     if path.suffix.lower() in (".yaml", ".yml"):
         return _read_yaml(path)
-    if resolution_m is None:
-        described = _yaml_of(path)
+    described = _yaml_of(path)
+    if resolution_m is not None:
         if described is not None:
-            return _read_yaml(described)
+            log.warning("%s: %s, which names this image, is passed over for a resolution", path, described.name)
+    elif described is not None:
+        return _read_yaml(described)
+    else:
         resolution_m = DEFAULT_RESOLUTION_M
         log.warning("%s: no %s.yaml beside it names this image; taking %g m a cell", path, path.stem, resolution_m)
     return OccupancyGrid(Pixels(occupied_thresh=OCCUPIED_MIN / 100).cells(*read_image(path)), resolution_m)
