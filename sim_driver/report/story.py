@@ -7,6 +7,7 @@ from typing import Any
 from sim_driver.evaluate.network import compared
 from sim_driver.evaluate.results import RunResults
 from sim_driver.evaluate.sides import merged_text
+from sim_driver.faults.config import ONCE
 
 Assessment = dict[str, Any]
 
@@ -39,7 +40,7 @@ def sentences(run: RunResults, assessment: Assessment) -> list[tuple[str, str]]:
     told += [("bad", f"{robot} never met anyone.") for robot in lonely]
     told += [("bad", f"{robot} was lost on the way.") for robot in run.metrics["robots_lost"]]
     told += [("bad", text) for text in _blind(run)]
-    told += [("plain", text) for text in (_coverage(assessment, run), _traffic(assessment)) if text]
+    told += [("plain", text) for text in (_faults(run), _coverage(assessment, run), _traffic(assessment)) if text]
     if run.mission.replay is not None:
         held = run.metrics.get("replay", {}).get("drive_holds_until_s")
         until = "" if held is None else f"; from {held:.0f} s on the robots might have driven elsewhere"
@@ -70,6 +71,18 @@ def _blind(run: RunResults) -> list[str]:
             spans += ["at the end"] if changes[-1] == "blind" else []
             told.append(f"The laser of {robot} was of no use {' and '.join(spans)}; it went on by its wheels.")
     return told
+
+
+def _faults(run: RunResults) -> str:
+    """Return what the mission let go wrong, empty where nothing."""
+    told = [
+        f"{fault.kind} of {fault.robot} at {fault.at_s:g} s" + ("" if fault.kind in ONCE else f" for {fault.for_s:g} s")
+        for fault in sorted(run.mission.faults, key=lambda fault: fault.at_s)
+        if fault.kind != "liar"
+    ]
+    liars = [fault.robot for fault in run.mission.faults if fault.kind == "liar"]
+    told += [f"{liar} gave out a map that it had not seen" for liar in liars]
+    return f"Made to go wrong: {'; '.join(told)}." if told else ""
 
 
 def _pair_sentence(pair: dict[str, Any], run: RunResults) -> tuple[str, str]:
@@ -130,6 +143,15 @@ def event_words(event: dict[str, Any]) -> tuple[str, str] | None:
             return "bad", f"{event['robot']} is blind: {event['reason']}"
         case "sees":
             return "plain", f"{event['robot']} sees again, after {event['blind_s']} s"
+        case "restarted":
+            how = "goes on from its checkpoint" if event["checkpoint"] else "has no checkpoint and begins a new map"
+            return "plain", f"{event['robot']} started again and {how}"
+        case "doubtful":
+            return "bad", f"{event['robot']} doubts where it is"
+        case "recovered":
+            return "plain", f"{event['robot']} knows again where it is"
+        case "given_up":
+            return "bad", f"{event['robot']} does not find its place in its map again and begins a new one"
         case "peer_gone":
             return "plain", f"{event['robot']} lost sight of {event['peer']}: {event['reason']}"
         case "alignment" if event["status"] != "accepted":

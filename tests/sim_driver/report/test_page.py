@@ -61,6 +61,19 @@ def test_a_laser_that_failed_is_told(tmp_path: Path) -> None:
     assert "The laser of r2 was of no use at the end; it went on by its wheels." in told
 
 
+def test_what_was_made_to_go_wrong_is_told(tmp_path: Path) -> None:
+    faults = [
+        {"kind": "odometry_jump", "robot": "r2", "at_s": 5.0},
+        {"kind": "crash", "robot": "r1", "at_s": 3.0, "for_s": 2.0},
+        {"kind": "liar", "robot": "r2"},
+    ]
+    tables = {**TABLES, "mission": {**TABLES["mission"], "duration_s": 8.0}, "faults": faults}
+    page = page_data(RunResults.read(played(tables, tmp_path / "faults")))
+    wrong = "crash of r1 at 3 s for 2 s; odometry_jump of r2 at 5 s; r2 gave out a map that it had not seen"
+    assert ("plain", f"Made to go wrong: {wrong}.") in page["sentences"]
+    assert any("r1 started again and" in line[2] for line in page["ticker"])
+
+
 def test_the_page_calls_a_wrong_merge_wrong(merged: Path, tmp_path: Path) -> None:
     wrong = with_wrong_merge(merged, tmp_path / "wrong", "r1", 1, 3.0)
     moods = page_data(RunResults.read(wrong))["sentences"]
