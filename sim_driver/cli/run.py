@@ -108,6 +108,9 @@ def report(metrics: dict[str, Any], out: Path, wall_s: float) -> None:
             )
     for robot in metrics["robots_lost"]:
         say(f"{robot} was lost: see {out / robot}")
+    if late := {robot: count for robot, count in metrics.get("scans_lost", {}).items() if count}:
+        counts = ", ".join(f"{robot} {count}" for robot, count in late.items())
+        say(f"scans left out because newer ones were there before they could be taken: {counts}")
     say(f"{metrics['mission_s']:.0f} s of mission in {wall_s:.0f} s; look at {out / REPORT_FILE}")
 
 
