@@ -48,12 +48,15 @@ def test_random_ranges_leave_the_map_as_it_was(far_m: float) -> None:
     assert np.hypot(*(mapper.T_map_base - POSES[-1])[:2]) < 0.06 and mapper.health > 0.8
 
 
-def test_a_laser_that_repeats_itself_while_the_wheels_turn_is_stuck() -> None:
+@pytest.mark.parametrize("masked", [0, 12])
+def test_a_laser_that_repeats_itself_while_the_wheels_turn_is_stuck(masked: int) -> None:
     held: list[Scan] = []
 
-    def stuck(scan: Scan, k: int) -> Scan:
+    def stuck(scan: Scan, k: int) -> Scan:  # where a teammate is believed to be moves on
         held.append(scan)
-        return replace(held[0], stamp_ns=scan.stamp_ns)
+        ranges_m = held[0].ranges_m.copy()
+        ranges_m[5 * k % 100 :][:masked] = np.nan
+        return replace(held[0], stamp_ns=scan.stamp_ns, ranges_m=ranges_m)
 
     mapper, reasons = drive_with(stuck)
     assert len(reasons) == len(BAD) - 1 and set(reasons) == {
