@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from alignment import Alignment, Rejection, StabilityCheck
+from alignment.reasons import against, matched_m
 
 THEREABOUTS = StabilityCheck(max_dx_m=2.0, max_dy_m=2.0, max_dtheta_rad=0.4)
 """A transform that differs by less is the one believed, corrected; one that differs by more is another place."""
@@ -29,11 +30,11 @@ def is_echo(stability: StabilityCheck, second: Alignment) -> bool:
     first = stability.previous
     if first is None or not stability.agrees(second, first):
         return False
-    wall_m = _matched_m(second)
+    wall_m = matched_m(second.evidence)
     is_small = wall_m < PLENTY_M
-    if second.confidence >= CONFIDENT and not (is_small and _contradicted(second) > CLEAN):
+    if second.confidence >= CONFIDENT and not (is_small and against(second.evidence) > CLEAN):
         return False
-    if wall_m < MORE_WALL * _matched_m(first):
+    if wall_m < MORE_WALL * matched_m(first.evidence):
         return True
     return is_small and any(
         _gained_m(first, second, f"contradicted_{side}_m") > CLEAN * _gained_m(first, second, f"matched_{side}_m")
@@ -59,20 +60,10 @@ def refuted(believed: Alignment, outcome: Alignment | Rejection) -> str | None:
     """Return why a merged pair's maps cannot lie as they were merged, now that they show more, or None."""
     if outcome.T_a_b is None or not THEREABOUTS.is_near(outcome.T_a_b, believed.T_a_b):
         return None
-    share = _contradicted(outcome)
+    share = against(outcome.evidence)
     if isinstance(outcome, Alignment) or share <= REFUTED:
         return None
     return f"the maps have grown, and {share / (1.0 + share):.0%} of the walls compared lie where the other map is free"
-
-
-def _matched_m(one: Alignment | Rejection) -> float:
-    return min(one.evidence.get(f"matched_{side}_m", 0.0) for side in "ab")
-
-
-def _contradicted(one: Alignment | Rejection) -> float:
-    """Return contradicted wall per metre of agreeing wall, the worse direction's."""
-    against_m = max(one.evidence.get(f"contradicted_{side}_m", 0.0) for side in "ab")
-    return against_m / max(_matched_m(one), 1e-3)
 
 
 def _gained_m(first: Alignment, second: Alignment, name: str) -> float:

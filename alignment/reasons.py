@@ -18,6 +18,8 @@ PLENTY_M, LEAD_PER_M = 8.0, 0.06
 """Below so many metres each metre less asks for so much more lead: chance fits are small."""
 MANY_WALLS = 10
 """Distinct walls that go with it."""
+NO_WALL_M = 1e-3
+"""What is divided by where no wall agrees, metres."""
 
 
 @dataclass(frozen=True)
@@ -38,15 +40,13 @@ class Test:
 
 
 def matched_m(evidence: dict[str, float]) -> float:
-    """Return the wall that agrees in both directions, metres, never quite 0."""
-    return max(min(evidence["matched_a_m"], evidence["matched_b_m"]), 1e-3)
+    """Return the wall that agrees in both directions, metres; 0 where an aligner of somebody else's tells nothing."""
+    return min(evidence.get(f"matched_{side}_m", 0.0) for side in "ab")
 
 
-def against(evidence: dict[str, float]) -> tuple[float, float]:
-    """Return contradicted wall and clearly contradicted wall per metre of agreeing wall, the worse direction's."""
-    matched = matched_m(evidence)
-    shallow = max(evidence["contradicted_a_m"], evidence["contradicted_b_m"]) / matched
-    return shallow, max(evidence["deep_a_m"], evidence["deep_b_m"]) / matched
+def against(evidence: dict[str, float], how: str = "contradicted") -> float:
+    """Return wall that is "contradicted", or clearly so ("deep"), per metre that agrees, the worse direction's."""
+    return max(evidence.get(f"{how}_{side}_m", 0.0) for side in "ab") / max(matched_m(evidence), NO_WALL_M)
 
 
 def forgiven(evidence: dict[str, float]) -> float:
@@ -57,8 +57,8 @@ def forgiven(evidence: dict[str, float]) -> float:
 
 def tests(evidence: dict[str, float], config: AlignmentConfig) -> list[Test]:
     """Return all that a fit must show to be accepted."""
-    matched, across = matched_m(evidence), evidence["crosswise_m"]
-    shallow, deep = against(evidence)
+    matched, across = max(matched_m(evidence), NO_WALL_M), evidence["crosswise_m"]
+    shallow, deep = against(evidence), against(evidence, "deep")
     score, other = evidence["score_m"], 1.0 - evidence["margin"]
     lead = config.min_margin + config.margin_per_contradiction * max(0.0, shallow - CLEAN)
     lead = min(MOST_MARGIN, lead + LEAD_PER_M * max(0.0, PLENTY_M - score))
