@@ -119,12 +119,19 @@ def test_fifty_opens_and_closes_leave_no_thread():
     def open_and_close(times: int) -> int:
         for _ in range(times):
             ZenohTransport("a", "team", listen=[f"tcp/127.0.0.1:{free_port()}"]).close()
-        # Zenoh keeps one pool of its own for the whole process, which grows by a few where the machine is busy.
+        # Zenoh keeps one pool of its own for the whole process, so what counts is that nothing grows.
         assert not [t.name for t in threading.enumerate() if t.name.endswith(("-control", "-bulk"))]
+        return threads()
+
+    def threads() -> int:
         return len(list(Path("/proc/self/task").iterdir()))
 
     few = open_and_close(5)
-    assert open_and_close(45) < few + 15
+    left, deadline = open_and_close(45), time.monotonic() + 60.0
+    while left > few + 2 and time.monotonic() < deadline:  # on a busy machine the pool's last ones leave later
+        time.sleep(0.5)
+        left = threads()
+    assert left <= few + 2
 
 
 @pytest.mark.parametrize("endpoint", ["127.0.0.1:7447", "tcp/", "http/localhost:80", "tls/127.0.0.1:7447"])
