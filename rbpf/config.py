@@ -50,6 +50,9 @@ class MapperConfig:
     """Whether odometry is used where there is some; without, motion is predicted from the motion before."""
     close_loops: bool = True
     """Whether places seen again are searched for, and trajectories relaxed when one is found."""
+    use_walls: bool = True
+    """Whether the few directions in which straight walls run keep the map from turning; where there are none, nothing
+    does."""
     threads: int = 0
     """Threads for the particles; 0 = as many as there are cores. Results do not depend on it."""
 

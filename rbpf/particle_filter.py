@@ -13,7 +13,7 @@ from rbpf.config import MapperConfig
 from rbpf.crew import Crew
 from rbpf.loops import SKIP_M
 from rbpf.matching import RESULT_SIZE
-from rbpf.motion import BLIND_M, MOTION, Keyframe, motion_cov
+from rbpf.motion import BLIND_M, MOTION, WAY, Keyframe, motion_cov
 from rbpf.nearest import COS, SIN
 from rbpf.outcome import Stopwatch
 from rbpf.particles import insert_range, propose
@@ -22,6 +22,7 @@ from rbpf.rows import Rows
 from rbpf.scan_points import spaced
 from rbpf.sight import SPACING_M
 from rbpf.tile_store import TileStore
+from rbpf.wall_directions import WallDirections
 from spatial import se2
 from spatial.se2 import Transform
 
@@ -56,6 +57,7 @@ class ParticleFilter:
         """Index of the particle that speaks for all."""
         self.neff = float(n)
         self.resamplings = 0
+        self._walls = WallDirections()
         self._shared = Rows(3)  # keyframes on which all particles agree, from the first on
         self._poses = np.zeros((n, 64, 3))  # (particle, keyframe) of those after
         self._rng = np.random.default_rng(seed)
@@ -100,6 +102,11 @@ class ParticleFilter:
             if self._own.shape[1] == self._poses.shape[1]:
                 self._poses = np.concatenate([self._poses, np.zeros_like(self._poses)], axis=1)
             result = self._propose(key)
+        if self.config.use_walls:
+            heading = self._poses[:, self.keys - self._shared.size, 2]
+            turn = self._walls.turn(key.points, key.origin, float(heading[self.best]), float(key.arrival[WAY]))
+            if turn != 0.0:
+                heading[:] = se2.wrap(heading + turn)
         self.keys += 1
         weights = self.weights
         self.neff = effective(weights)
@@ -180,6 +187,8 @@ class ParticleFilter:
 
     def adopt(self, poses: Transform, scans: dict[int, NDArray[np.float32]], origins: NDArray[np.float64]) -> None:
         """Let all go on from this trajectory ``(K, 3)`` and the map that the scans of some keyframes make on it."""
+        if self.config.use_walls:
+            self._walls.adopt(poses[:, 2])
         store = self.store
         store.cover(poses[:, :2].min(axis=0) - self._reach_m, poses[:, :2].max(axis=0) + self._reach_m)
         for i in range(self.count):
@@ -199,7 +208,7 @@ class ParticleFilter:
         return {
             "store": self.store.state(), "rng": self._rng.bit_generator.state, "log_weights": self.log_weights,
             "shared": self._shared.rows, "poses": self._own, "best": self.best, "neff": self.neff,
-            "resamplings": self.resamplings,
+            "resamplings": self.resamplings, "walls": self._walls.state(),
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -207,6 +216,7 @@ class ParticleFilter:
         self.store.restore(state["store"])
         self._rng.bit_generator.state = state["rng"]
         self.log_weights = state["log_weights"]
+        self._walls.restore(state["walls"])
         self._shared, poses = Rows.of(state["shared"]), state["poses"]
         self.keys = self._shared.size + poses.shape[1]
         self._poses = np.concatenate([poses, np.zeros((poses.shape[0], max(64, poses.shape[1]), 3))], axis=1)

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rbpf.resampling import effective, normalised, systematic
@@ -14,6 +14,7 @@ def naive(weights: np.ndarray, count: int, u: float) -> list[int]:
     return [min(int(np.searchsorted(cdf, (k + u) / count, side="right")), last) for k in range(count)]
 
 
+@settings(deadline=None)  # the first call may compile
 @given(st.lists(st.integers(0, 100), min_size=1, max_size=40), st.integers(1, 60), st.floats(0.01, 0.99))
 def test_as_the_naive_twin(weights: list[int], count: int, u: float) -> None:
     w = np.array(weights, dtype=float)

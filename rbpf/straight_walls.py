@@ -1,0 +1,108 @@
+"""Straight stretches of wall in one scan, and the direction that most of them have."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+LEAST_M, LEAST_POINTS = 0.8, 8
+"""A stretch of wall is at least so long and so often hit."""
+OFF_M, OFF_SHARE = 0.05, 0.003
+"""Its points lie so near a line, and farther off by this share of their range."""
+GAP_M, GAP_SHARE = 0.25, 0.05
+"""Two neighbours of a stretch are at most so far apart, and this share of their range more."""
+NOISE_M = 0.01
+"""Points of a wall are never better than this."""
+SPLITS_MOST = 64
+STRETCHES_MOST, STRETCH_COLUMNS = 64, 3
+ALIKE_RAD = math.radians(1.5)
+"""Stretches of one direction differ by no more."""
+TOLD_LEAST_M, TOLD_SHARE = 3.0, 0.5
+"""A scan tells a direction if its walls are so long in all, and are this share of all walls in it."""
+PARALLEL_RAD = math.radians(0.3)
+"""Walls of one building are parallel like this (1 sigma)."""
+RIGHT = 0.5 * math.pi
+
+
+def folded(angle: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return what is left of angles beside the nearest multiple of a right angle."""
+    return angle - RIGHT * np.round(angle / RIGHT)
+
+
+@njit(cache=True, nogil=True)
+def stretches(
+    points: NDArray[np.float64], origin: NDArray[np.float64], out: NDArray[np.float64]
+) -> int:  # pragma: no cover - compiled
+    """Write ``(direction, variance, length)`` of each straight stretch of wall into ``out (M, 3)``; return how many."""
+    n = points.shape[0]
+    stack = np.empty((SPLITS_MOST, 2), dtype=np.int64)
+    found = 0
+    begin = 0
+    for end in range(1, n + 1):
+        if end < n:
+            r = math.hypot(points[end, 0] - origin[0], points[end, 1] - origin[1])
+            gap = GAP_M + GAP_SHARE * r
+            if math.hypot(points[end, 0] - points[end - 1, 0], points[end, 1] - points[end - 1, 1]) <= gap:
+                continue
+        stack[0, 0], stack[0, 1] = begin, end
+        begin = end
+        depth = 1
+        while depth > 0:
+            depth -= 1
+            a, b = stack[depth, 0], stack[depth, 1]
+            if b - a < LEAST_POINTS:
+                continue
+            ux, uy = points[b - 1, 0] - points[a, 0], points[b - 1, 1] - points[a, 1]
+            length = math.hypot(ux, uy)
+            if length < LEAST_M:
+                continue
+            ux, uy = ux / length, uy / length
+            worst, where = 0.0, a
+            for i in range(a + 1, b - 1):
+                off = abs(-uy * (points[i, 0] - points[a, 0]) + ux * (points[i, 1] - points[a, 1]))
+                if off > worst:
+                    worst, where = off, i
+            r = math.hypot(points[where, 0] - origin[0], points[where, 1] - origin[1])
+            if worst > OFF_M + OFF_SHARE * r:
+                if depth + 2 <= SPLITS_MOST:
+                    stack[depth, 0], stack[depth, 1] = a, where
+                    stack[depth + 1, 0], stack[depth + 1, 1] = where, b
+                    depth += 2
+                continue
+            mx = my = 0.0
+            for i in range(a, b):
+                mx += points[i, 0]
+                my += points[i, 1]
+            mx, my = mx / (b - a), my / (b - a)
+            cxx = cxy = cyy = 0.0
+            for i in range(a, b):
+                x, y = points[i, 0] - mx, points[i, 1] - my
+                cxx += x * x
+                cxy += x * y
+                cyy += y * y
+            mean, half = 0.5 * (cxx + cyy), math.sqrt(0.25 * (cxx - cyy) ** 2 + cxy * cxy)
+            noise2 = max((mean - half) / (b - a), NOISE_M * NOISE_M)
+            if found < out.shape[0]:
+                out[found, 0] = 0.5 * math.atan2(2.0 * cxy, cxx - cyy)
+                out[found, 1] = noise2 / (mean + half)
+                out[found, 2] = length
+                found += 1
+    return found
+
+
+def told(walls: NDArray[np.float64]) -> tuple[float, float] | None:
+    """Return the direction, modulo a right angle, of most of a scan's ``walls (M, 3)``, and its variance, if any."""
+    if not walls.size:
+        return None
+    direction, variance, length = walls.T
+    alike = np.abs(folded(direction[:, None] - direction)) < ALIKE_RAD
+    alike_m = alike @ length
+    first = int(np.argmax(alike_m))
+    if alike_m[first] < max(TOLD_LEAST_M, TOLD_SHARE * length.sum()):
+        return None
+    weights = alike[first] / (variance + PARALLEL_RAD**2)
+    mean = direction[first] + weights @ folded(direction - direction[first]) / weights.sum()
+    return float(mean), float(1.0 / weights.sum())
