@@ -18,11 +18,12 @@ from rbpf.rows import Rows
 from rbpf.straight_walls import STRETCH_COLUMNS, STRETCHES_MOST, folded, stretches, told
 
 WALL_RAD = math.radians(0.35)
-"""How well one scan's walls tell where the building's run (1 sigma): real ones are parallel to a third of a degree, and
-many scans see the same ones."""
-DRIFT = math.radians(0.2) ** 2
+"""How well one scan's walls tell where the building's run (1 sigma): real ones are parallel to a third of a degree."""
+SAME_WALLS = 5.0
+"""So many keyframes see the same walls with the same error: each counts as a share of one."""
+DRIFT = math.radians(0.14) ** 2
 """Variance of the map's heading that comes with each metre of way, rad^2/m."""
-GATE = 2.5
+GATE = 3.0
 """A direction is known again within so many sigmas."""
 SURE = 0.9
 """Where two may be meant, one must be so much more likely: its share."""
@@ -70,7 +71,7 @@ class WallDirections:
         if likely[one] < SURE * likely.sum():
             self._told.add((0.0, NONE))
             return 0.0
-        gain = from_each[one] / sigma2[one]
+        gain = from_each[one] / (sigma2[one] + (SAME_WALLS - 1.0) * variance)
         self.cov = self.cov - np.outer(gain, from_each[one])
         self.angles = self.angles + gain[1:] * missed[one]
         self.seen[one] += 1
@@ -89,7 +90,7 @@ class WallDirections:
             self._told.rows[gone] = (0.0, NONE)
         self.angles[n], self.seen[n] = angle, 1
         self.cov[n + 1] = self.cov[:, n + 1] = self.cov[0]
-        self.cov[n + 1, n + 1] = self.cov[0, 0] + variance
+        self.cov[n + 1, n + 1] = self.cov[0, 0] + SAME_WALLS * variance
         return n
 
     def adopt(self, headings: NDArray[np.float64]) -> None:
