@@ -23,6 +23,9 @@ SAME_WALLS = 5.0
 """So many keyframes see the same walls with the same error: each counts as a share of one."""
 DRIFT = math.radians(0.14) ** 2
 """Variance of the map's heading that comes with each metre of way, rad^2/m."""
+SURPRISE_MEMORY, SURPRISE_LEAST = 0.05, 0.25
+"""Share of a new reading in how far readings miss, squared and over what was expected, and the least that is assumed of
+it: where walls are less parallel than elsewhere, each tells less."""
 GATE = 3.0
 """A direction is known again within so many sigmas."""
 SURE = 0.9
@@ -48,6 +51,7 @@ class WallDirections:
         self.cov = np.zeros((1, 1))
         """``(1 + D, 1 + D)``, of the newest heading and of the directions."""
         self._told = Rows(2)  # what each keyframe's walls told: direction in its frame, index or -1
+        self._surprise = 1.0  # what readings miss, squared, over what they should
         self._walls = np.zeros((STRETCHES_MOST, STRETCH_COLUMNS))
 
     def turn(self, points: NDArray[np.float64], origin: NDArray[np.float64], heading: float, way_m: float) -> float:
@@ -71,7 +75,9 @@ class WallDirections:
         if likely[one] < SURE * likely.sum():
             self._told.add((0.0, NONE))
             return 0.0
-        gain = from_each[one] / (sigma2[one] + (SAME_WALLS - 1.0) * variance)
+        self._surprise += SURPRISE_MEMORY * (float(missed[one] ** 2 / sigma2[one]) - self._surprise)
+        doubt = SAME_WALLS * max(self._surprise, SURPRISE_LEAST) - 1.0
+        gain = from_each[one] / (sigma2[one] + doubt * variance)
         self.cov = self.cov - np.outer(gain, from_each[one])
         self.angles = self.angles + gain[1:] * missed[one]
         self.seen[one] += 1
@@ -111,9 +117,9 @@ class WallDirections:
 
     def state(self) -> list[Any]:
         """Return everything that a resumed mapper needs."""
-        return [self.angles, self.seen.copy(), self.cov.copy(), self._told.rows]
+        return [self.angles, self.seen.copy(), self.cov.copy(), self._surprise, self._told.rows]
 
     def restore(self, state: list[Any]) -> None:
         """Go on from what :meth:`state` returned."""
-        self.angles, self.seen, self.cov = state[:3]
-        self._told = Rows.of(state[3])
+        self.angles, self.seen, self.cov, self._surprise = state[:4]
+        self._told = Rows.of(state[4])
