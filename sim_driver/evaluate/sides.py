@@ -67,5 +67,5 @@ def when_text(pair: Mapping[str, Any]) -> str:
     first_s, both_s = pair["accepted_at_s"], pair["both_at_s"]
     if both_s is None:
         return f"after {first_s:.0f} s"
-    early = f" ({pair['accepted_by'][0]} after {first_s:.0f} s)" if round(first_s) < round(both_s) else ""
-    return f"after {both_s:.0f} s{early}"
+    apart = both_s - first_s >= 1.0 and round(first_s) < round(both_s)
+    return f"after {both_s:.0f} s" + (f" ({pair['accepted_by'][0]} after {first_s:.0f} s)" if apart else "")

@@ -63,3 +63,8 @@ def test_a_base_station_has_no_map_to_be_merged() -> None:
     robots = {"base": {"mode": "central"}, "r2": {"mode": "mapper"}, "r1": {"mode": "distributed"}}
     assert pairs_of(robots) == [("r1", "r2")]
     assert givers_of(robots) == {"r2"}
+
+
+def test_moments_that_round_to_nearly_the_same_are_told_as_one() -> None:
+    assert said({"r1": view(15.4), "r2": view(15.6)}) == "r1 and r2 merged after 16 s"
+    assert said({"r1": view(14.4), "r2": view(15.6)}) == "r1 and r2 merged after 16 s (r1 after 14 s)"
