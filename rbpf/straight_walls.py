@@ -17,6 +17,7 @@ GAP_M, GAP_SHARE = 0.25, 0.05
 NOISE_M = 0.01
 """Points of a wall are never better than this."""
 SPLITS_MOST = 64
+"""Pieces that wait for being looked at; more are passed over."""
 STRETCHES_MOST, STRETCH_COLUMNS = 64, 3
 ALIKE_RAD = math.radians(1.5)
 """Stretches of one direction differ by no more."""
@@ -36,7 +37,12 @@ def folded(angle: NDArray[np.float64]) -> NDArray[np.float64]:
 def stretches(
     points: NDArray[np.float64], origin: NDArray[np.float64], out: NDArray[np.float64]
 ) -> int:  # pragma: no cover - compiled
-    """Write ``(direction, variance, length)`` of each straight stretch of wall into ``out (M, 3)``; return how many."""
+    """Write ``(direction, variance, length)`` of each straight stretch of wall into ``out (M, 3)``; return how many.
+
+    ``points (N, >= 2)`` in the order of the beams and ``origin (2,)``, where the laser is, metres; directions in radians
+    modulo half a turn, and their variance from how the points scatter about the line that fits them best. Stretches are
+    what is left where the points are cut at gaps and, again and again, where they are farthest off their chord.
+    """
     n = points.shape[0]
     stack = np.empty((SPLITS_MOST, 2), dtype=np.int64)
     found = 0
@@ -94,7 +100,10 @@ def stretches(
 
 
 def told(walls: NDArray[np.float64]) -> tuple[float, float] | None:
-    """Return the direction, modulo a right angle, of most of a scan's ``walls (M, 3)``, and its variance, if any."""
+    """Return the direction that most of a scan's walls have, modulo a right angle, and its variance, if they have one.
+
+    ``walls (M, 3)`` as :func:`stretches` writes them; radians.
+    """
     if not walls.size:
         return None
     direction, variance, length = walls.T

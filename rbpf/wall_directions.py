@@ -3,7 +3,8 @@
 A scan matched to the map just drawn knows its heading against that map to a hundredth of a degree, and the map itself
 turns, a little with each metre. Walls far apart in a building are parallel, or square to each other, nearly always; so
 the directions in which walls run are landmarks that are seen nearly everywhere. None is assumed: the first ones seen
-become landmarks, others later on, and a place without straight walls says nothing.
+become landmarks, others later on, and a place without straight walls says nothing. Orthogonal SLAM (Nguyen, Harati,
+Martinelli, Siegwart and Tomatis 2006) takes right angles for granted.
 """
 
 from __future__ import annotations
@@ -55,7 +56,12 @@ class WallDirections:
         self._walls = np.zeros((STRETCHES_MOST, STRETCH_COLUMNS))
 
     def turn(self, points: NDArray[np.float64], origin: NDArray[np.float64], heading: float, way_m: float) -> float:
-        """Take a keyframe, at ``heading`` in the map after ``way_m``; return by how much it should be turned."""
+        """Take a keyframe; return by how much it should be turned, radians.
+
+        ``points (N, 5)`` seen from ``origin (2,)``, both in the base frame; ``heading`` (rad) where the filter has it in the
+        map, ``way_m`` since the keyframe before. With ``a`` the walls' direction in the base frame, ``d`` the same in the
+        map and ``b`` the heading's error, ``d - heading - a`` measures ``b`` less the error of ``d``.
+        """
         self.cov[0, 0] += DRIFT * way_m
         reading = told(self._walls[: stretches(points, origin, self._walls)])
         if reading is None:
