@@ -39,9 +39,10 @@ def stretches(
 ) -> int:  # pragma: no cover - compiled
     """Write ``(direction, variance, length)`` of each straight stretch of wall into ``out (M, 3)``; return how many.
 
-    ``points (N, >= 2)`` in the order of the beams and ``origin (2,)``, where the laser is, metres; directions in radians
-    modulo half a turn, and their variance from how the points scatter about the line that fits them best. Stretches are
-    what is left where the points are cut at gaps and, again and again, where they are farthest off their chord.
+    ``points (N, >= 2)`` in the order of the beams and ``origin (2,)``, where the laser is, metres; directions in
+    radians modulo half a turn, and their variance from how the points scatter about the line that fits them best.
+    Stretches are what is left where the points are cut at gaps and, again and again, where they are farthest off their
+    chord.
     """
     n = points.shape[0]
     stack = np.empty((SPLITS_MOST, 2), dtype=np.int64)

@@ -58,9 +58,9 @@ class WallDirections:
     def turn(self, points: NDArray[np.float64], origin: NDArray[np.float64], heading: float, way_m: float) -> float:
         """Take a keyframe; return by how much it should be turned, radians.
 
-        ``points (N, 5)`` seen from ``origin (2,)``, both in the base frame; ``heading`` (rad) where the filter has it in the
-        map, ``way_m`` since the keyframe before. With ``a`` the walls' direction in the base frame, ``d`` the same in the
-        map and ``b`` the heading's error, ``d - heading - a`` measures ``b`` less the error of ``d``.
+        ``points (N, 5)`` seen from ``origin (2,)``, both in the base frame; ``heading`` (rad) where the filter has it
+        in the map, ``way_m`` since the keyframe before. With ``a`` the walls' direction in the base frame, ``d`` the
+        same in the map and ``b`` the heading's error, ``d - heading - a`` measures ``b`` less the error of ``d``.
         """
         self.cov[0, 0] += DRIFT * way_m
         reading = told(self._walls[: stretches(points, origin, self._walls)])
