@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 from itertools import pairwise
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 T = TypeVar("T")
 
@@ -46,12 +46,25 @@ class Crew:
         self._pool = ThreadPoolExecutor(self.threads - 1, thread_name_prefix="rbpf") if self.threads > 1 else None
         self._news = threading.Condition()
         self._shared: _Shared | None = None
+        self._task: Future[Any] | None = None
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether there is another thread, and it has nothing to do."""
+        return self._pool is not None and (self._task is None or self._task.done())
+
+    def both(self, one: Callable[[], None], other: Callable[[], None]) -> None:
+        """Do the one here and the other beside it; an idle crew only."""
+        assert self._pool is not None
+        beside = self._pool.submit(other)
+        one()
+        beside.result()
 
     def begin(self, task: Callable[[], T]) -> Pending[T]:
         """Begin a task; the one before must be done."""
         if self._pool is None:
             return Pending.done(task())
-        future = self._pool.submit(task)
+        self._task = future = self._pool.submit(task)
         future.add_done_callback(self._tell)
         return Pending(self, future)
 

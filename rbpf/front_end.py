@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbpf.config import MapperConfig
+from rbpf.crew import Crew
 from rbpf.matching import BLIND, CONFLICTS, INFO, INLIERS, RESULT_SIZE, SCORE, match
 from rbpf.nearest import COS, SIN
 from rbpf.poses import between, compose
@@ -64,7 +65,8 @@ class Step:
 class FrontEnd:
     """The rolling local map and the robot's pose in it."""
 
-    def __init__(self, config: MapperConfig) -> None:
+    def __init__(self, config: MapperConfig, crew: Crew | None = None) -> None:
+        self._crew = crew
         self.sigma_m = config.sigma_m
         self.reach_m = config.usable_range_m + 2.0
         self.store = TileStore(1, config.resolution_m)
@@ -183,7 +185,8 @@ class FrontEnd:
         """
         first, found = self._out.copy(), self._start
         step_rad = 0.03 if far else 0.015
-        search(*place, 60, start, half_turn, step_rad, half_shift_m, 0.1, COS, SIN, found)  # type: ignore[call-arg]
+        lattice = (60, start, half_turn, step_rad, half_shift_m, 0.1)
+        search(*place, *lattice, COS, SIN, found, self._crew)  # type: ignore[call-arg]
         prior, centre = (FAR_PRIOR, found) if far else (self._prior, start)
         match(*place, found, centre, prior, self.sigma_m, 12, COS, SIN, self._out)  # type: ignore[call-arg]
         if self._out[SCORE] <= least:

@@ -52,9 +52,9 @@ class Mapper:
         self.stopwatch = Stopwatch(clock)
         self._gate = ScanGate()
         self._sight = Sight(self.config)
-        self._front = FrontEnd(self.config)
-        self._since = Since()
         self._crew = Crew(self.config.threads)
+        self._front = FrontEnd(self.config, self._crew)
+        self._since = Since()
         self._busy_back = BackEnd(self.config, seed, self._crew, Stopwatch(clock, self.stopwatch.seconds))
         self._verdict: Pending[Verdict] | None = None  # on the newest keyframe, until it is told
         self._patience = 0  # scans until then

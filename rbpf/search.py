@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from rbpf.crew import Crew
 from rbpf.nearest import nearest
+
+SCORE, RANK = 3, 4
+"""Columns of what :func:`search_turns` writes after the pose."""
 
 
 @njit(cache=True, nogil=True)
-def search(
+def search_turns(
     pool: NDArray[np.uint32],
     table: NDArray[np.int32],
     row0: int,
@@ -27,11 +32,13 @@ def search(
     shift_step_m: float,
     cos_table: NDArray[np.float64],
     sin_table: NDArray[np.float64],
+    first: int,
+    step: int,
     out: NDArray[np.float64],
-) -> float:  # pragma: no cover - compiled
-    """Write the best pose of a lattice around ``centre`` into ``out (3,)`` and return its score per point, 0..1.
+) -> None:  # pragma: no cover - compiled
+    """Write the best pose of every ``step``-th turn of a lattice into ``out (5,)``, its score and its rank.
 
-    Correlative matching (Olson 2009) on a subset of the points; gives :func:`match` a start where prediction is poor.
+    Of the whole lattice the best is the one with the highest score, and of those the one with the lowest rank.
     """
     inv = 1.0 / resolution_m
     stride = max(1, points.shape[0] // most_points)
@@ -39,12 +46,12 @@ def search(
     shifts = int(half_shift_m / shift_step_m + 0.5)
     used = (points.shape[0] + stride - 1) // stride
     best = -1.0
-    out[0], out[1], out[2] = centre[0], centre[1], centre[2]
+    out[0], out[1], out[2], out[3], out[4] = centre[0], centre[1], centre[2], best, 1e9
     if used == 0:
-        return 0.0
+        return
     turned = np.empty((used, 5))
     # From the middle outward: a good score early spares most of the others.
-    for ka in range(2 * turns + 1):
+    for ka in range(first, 2 * turns + 1, step):
         a = (ka + 1) // 2 if ka % 2 else -(ka // 2)
         theta = centre[2] + a * turn_step
         c, s = math.cos(theta), math.sin(theta)
@@ -76,4 +83,43 @@ def search(
                 if score > best:
                     best = score
                     out[0], out[1], out[2] = centre[0] + x, centre[1] + y, theta
-    return best / used
+                    out[3], out[4] = best, (ka * (2 * shifts + 1) + ky) * (2 * shifts + 1) + kx
+
+
+def search(
+    pool: NDArray[np.uint32],
+    table: NDArray[np.int32],
+    row0: int,
+    col0: int,
+    resolution_m: float,
+    points: NDArray[np.float64],
+    most_points: int,
+    centre: NDArray[np.float64],
+    half_turn: float,
+    turn_step: float,
+    half_shift_m: float,
+    shift_step_m: float,
+    cos_table: NDArray[np.float64],
+    sin_table: NDArray[np.float64],
+    out: NDArray[np.float64],
+    crew: Crew | None = None,
+) -> float:
+    """Write the best pose of a lattice around ``centre`` into ``out (3,)`` and return its score per point, 0..1.
+
+    Correlative matching (Olson 2009) on a subset of the points; gives :func:`match` a start where prediction is poor.
+    Where another thread of the ``crew`` has nothing to do it takes half of the turns; the result is the same.
+    """
+    lattice = (
+        pool, table, row0, col0, resolution_m, points, most_points, centre, half_turn, turn_step, half_shift_m,
+        shift_step_m, cos_table, sin_table,
+    )  # fmt: skip
+    found = np.empty((2, RANK + 1))
+    if crew is None or not crew.is_idle:
+        search_turns(*lattice, 0, 1, found[0])
+        best = found[0]
+    else:
+        crew.both(partial(search_turns, *lattice, 0, 2, found[0]), partial(search_turns, *lattice, 1, 2, found[1]))
+        best = min(found, key=lambda half: (-half[SCORE], half[RANK]))
+    out[:] = best[:SCORE]
+    used = -(-points.shape[0] // max(1, points.shape[0] // most_points))
+    return float(best[SCORE]) / used if used else 0.0

@@ -28,6 +28,18 @@ def test_every_part_is_done_once_whoever_does_it(threads: int) -> None:
     assert done == [20] * 30
 
 
+def test_an_idle_crew_does_two_things_at_once() -> None:
+    crew, met = Crew(2), threading.Barrier(2, timeout=30.0)
+    assert crew.is_idle and not Crew(1).is_idle
+    crew.both(met.wait, met.wait)  # neither goes on without the other
+    held = threading.Event()
+    pending = crew.begin(held.wait)
+    assert not crew.is_idle
+    held.set()
+    pending.result()
+    assert crew.is_idle
+
+
 def test_who_waits_takes_its_share() -> None:
     crew, here = Crew(2), threading.Event()
     names: list[str] = []

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from rbpf.cells import add_hit, add_pass, hits_of, visits_of
+from rbpf.crew import Crew
 from rbpf.front_end import information
 from rbpf.graph import relax
 from rbpf.matching import BLIND, CONFLICTS, INLIERS, RESULT_SIZE, match
@@ -157,6 +158,18 @@ def test_search_finds_what_descent_cannot() -> None:
     score = search(*place(store), 0.05, points, 90, np.array([0.3, -0.2, 0.3]), 0.4, 0.02, 0.4, 0.1, COS, SIN, out)
     assert score > 0.5
     assert np.hypot(out[0], out[1]) < 0.15 and abs(out[2]) < 0.04
+
+
+@pytest.mark.parametrize("share", [1.0, 0.5, 0.0])
+def test_a_search_shared_by_two_threads_finds_the_same_pose(share: float) -> None:
+    store, points = seen_room()
+    points = points[: int(share * len(points))]  # of no points at all every pose is worth the same
+    for k in range(8):
+        centre = np.array([0.1 * k - 0.3, 0.2 - 0.1 * k, 0.1 * k])
+        alone, shared = np.zeros(3), np.zeros(3)
+        lattice = (*place(store), 0.05, points, 60, centre, 0.05 * k, 0.02, 0.3, 0.1, COS, SIN)
+        assert search(*lattice, shared, Crew(2)) == search(*lattice, alone)
+        assert np.array_equal(alone, shared)
 
 
 def test_normals_look_at_the_laser_and_stand_on_walls() -> None:
