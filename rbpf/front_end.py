@@ -185,8 +185,7 @@ class FrontEnd:
         """
         first, found = self._out.copy(), self._start
         step_rad = 0.03 if far else 0.015
-        lattice = (60, start, half_turn, step_rad, half_shift_m, 0.1)
-        search(*place, *lattice, COS, SIN, found, self._crew)  # type: ignore[call-arg]
+        search(*place, 60, start, half_turn, step_rad, half_shift_m, 0.1, COS, SIN, out=found, crew=self._crew)
         prior, centre = (FAR_PRIOR, found) if far else (self._prior, start)
         match(*place, found, centre, prior, self.sigma_m, 12, COS, SIN, self._out)  # type: ignore[call-arg]
         if self._out[SCORE] <= least:

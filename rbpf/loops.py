@@ -145,11 +145,11 @@ class LoopCloser:
         if not _fits(fitted, 0.1):
             coarse = self._draw(1, T_map_key, group, old, T_old_now)
             start = np.zeros(3)
-            search(  # type: ignore[call-arg]
+            search(
                 *coarse, source, 80, T_old_now, min(0.1 + 0.002 * lost_m, TURN_MOST_RAD), 0.03,
-                min(0.7 + DRIFT * lost_m, FAR_MOST_M), 0.35, COS, SIN, start,
+                min(0.7 + DRIFT * lost_m, FAR_MOST_M), 0.35, COS, SIN, out=start,
             )  # fmt: skip
-            search(*fine, source, 120, start.copy(), 0.045, 0.015, 0.3, 0.1, COS, SIN, start)  # type: ignore[call-arg]
+            search(*fine, source, 120, start.copy(), 0.045, 0.015, 0.3, 0.1, COS, SIN, out=start)
             match(*fine, source, start, T_old_now, prior, sigma, 15, COS, SIN, out)  # type: ignore[call-arg]
             if out[SCORE] > fitted[SCORE]:
                 fitted = out.copy()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -14,6 +15,8 @@ from rbpf.nearest import nearest
 
 SCORE, RANK = 3, 4
 """Columns of what :func:`search_turns` writes after the pose."""
+POINTS = slice(5, 7)
+"""Where among its arguments the points are, and how many of them it uses at most."""
 
 
 @njit(cache=True, nogil=True)
@@ -86,40 +89,22 @@ def search_turns(
                     out[3], out[4] = best, (ka * (2 * shifts + 1) + ky) * (2 * shifts + 1) + kx
 
 
-def search(
-    pool: NDArray[np.uint32],
-    table: NDArray[np.int32],
-    row0: int,
-    col0: int,
-    resolution_m: float,
-    points: NDArray[np.float64],
-    most_points: int,
-    centre: NDArray[np.float64],
-    half_turn: float,
-    turn_step: float,
-    half_shift_m: float,
-    shift_step_m: float,
-    cos_table: NDArray[np.float64],
-    sin_table: NDArray[np.float64],
-    out: NDArray[np.float64],
-    crew: Crew | None = None,
-) -> float:
-    """Write the best pose of a lattice around ``centre`` into ``out (3,)`` and return its score per point, 0..1.
+def search(*lattice: Any, out: NDArray[np.float64], crew: Crew | None = None) -> float:
+    """Write the best pose of a lattice around a centre into ``out (3,)`` and return its score per point, 0..1.
 
     Correlative matching (Olson 2009) on a subset of the points; gives :func:`match` a start where prediction is poor.
-    Where another thread of the ``crew`` has nothing to do it takes half of the turns; the result is the same.
+    ``lattice`` : what :func:`search_turns` takes, up to the tables of directions. Where another thread of the ``crew``
+    has nothing to do it takes half of the turns; the result is the same.
     """
-    lattice = (
-        pool, table, row0, col0, resolution_m, points, most_points, centre, half_turn, turn_step, half_shift_m,
-        shift_step_m, cos_table, sin_table,
-    )  # fmt: skip
     found = np.empty((2, RANK + 1))
+    turns = partial(search_turns, *lattice)
     if crew is None or not crew.is_idle:
-        search_turns(*lattice, 0, 1, found[0])
+        turns(0, 1, found[0])
         best = found[0]
     else:
-        crew.both(partial(search_turns, *lattice, 0, 2, found[0]), partial(search_turns, *lattice, 1, 2, found[1]))
+        crew.both(partial(turns, 0, 2, found[0]), partial(turns, 1, 2, found[1]))
         best = min(found, key=lambda half: (-half[SCORE], half[RANK]))
     out[:] = best[:SCORE]
+    points, most_points = lattice[POINTS]
     used = -(-points.shape[0] // max(1, points.shape[0] // most_points))
     return float(best[SCORE]) / used if used else 0.0

@@ -32,4 +32,4 @@ def warm_up() -> None:
     store = TileStore(1, 0.05)
     store.draw(0, np.zeros((1, 2)), np.zeros((1, 3)), [np.zeros((20, 5), dtype=np.float32)], 0.1)
     place = (store.pool, store.tables[0], store.row0, store.col0, store.resolution_m, np.zeros((20, 5)))
-    search(*place, 10, np.zeros(3), 0.1, 0.05, 0.1, 0.1, COS, SIN, np.zeros(3))
+    search(*place, 10, np.zeros(3), 0.1, 0.05, 0.1, 0.1, COS, SIN, out=np.zeros(3))

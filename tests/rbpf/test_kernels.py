@@ -155,7 +155,7 @@ def test_a_bare_corridor_tells_nothing_of_the_way_along_it() -> None:
 def test_search_finds_what_descent_cannot() -> None:
     store, points = seen_room()
     out = np.zeros(3)
-    score = search(*place(store), 0.05, points, 90, np.array([0.3, -0.2, 0.3]), 0.4, 0.02, 0.4, 0.1, COS, SIN, out)
+    score = search(*place(store), 0.05, points, 90, np.array([0.3, -0.2, 0.3]), 0.4, 0.02, 0.4, 0.1, COS, SIN, out=out)
     assert score > 0.5
     assert np.hypot(out[0], out[1]) < 0.15 and abs(out[2]) < 0.04
 
@@ -168,7 +168,7 @@ def test_a_search_shared_by_two_threads_finds_the_same_pose(share: float) -> Non
         centre = np.array([0.1 * k - 0.3, 0.2 - 0.1 * k, 0.1 * k])
         alone, shared = np.zeros(3), np.zeros(3)
         lattice = (*place(store), 0.05, points, 60, centre, 0.05 * k, 0.02, 0.3, 0.1, COS, SIN)
-        assert search(*lattice, shared, Crew(2)) == search(*lattice, alone)
+        assert search(*lattice, out=shared, crew=Crew(2)) == search(*lattice, out=alone)
         assert np.array_equal(alone, shared)
 
 
