@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -97,7 +98,7 @@ def search(*lattice: Any, out: NDArray[np.float64], crew: Crew | None = None) ->
     has nothing to do it takes half of the turns; the result is the same.
     """
     found = np.empty((2, RANK + 1))
-    turns = partial(search_turns, *lattice)
+    turns: Callable[..., None] = partial(search_turns, *lattice)
     if crew is None or not crew.is_idle:
         turns(0, 1, found[0])
         best = found[0]
