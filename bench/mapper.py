@@ -34,6 +34,7 @@ from spatial.images import write_image  # noqa: E402
 def run(log: Path, particles: int, seed: int, threads: int, odometry: bool, out: Path | None) -> dict[str, Any]:
     """Map one log and return its figures."""
     load_kernels(["rbpf", "sim_driver.feeds"])
+    rbpf.hand_over_quickly()
     wall, cpu = time.perf_counter(), time.process_time()
     readings = open_feed(log).readings
     parsed = time.process_time()

@@ -20,6 +20,14 @@ HAND_OVER_S = 1e-4
 """A thread that needs the interpreter waits no longer for another to let go of it (Python's own: 5 ms)."""
 
 
+def hand_over_quickly() -> None:
+    """Shorten the interpreter's switch interval for this process, which is to do nothing but map.
+
+    Where other threads have much to do in Python (an agent under a flood of messages) they would hold up the mapper's.
+    """
+    sys.setswitchinterval(HAND_OVER_S)
+
+
 class Pending(Generic[T]):
     """What a background task will return, or has returned."""
 
@@ -44,13 +52,8 @@ class Crew:
     """Does one task at a time beside the thread that asked for it; results must not depend on who does what."""
 
     def __init__(self, threads: int) -> None:
-        """Use ``threads`` threads with the caller's, or as many as there are cores if 0; alone, do all at once.
-
-        With more than one, the interpreter's switch interval is shortened for the whole process.
-        """
+        """Use ``threads`` threads with the caller's, or as many as there are cores if 0; alone, do all at once."""
         self.threads = threads or len(os.sched_getaffinity(0))
-        if self.threads > 1:
-            sys.setswitchinterval(min(sys.getswitchinterval(), HAND_OVER_S))
         self._pool = ThreadPoolExecutor(self.threads - 1, thread_name_prefix="rbpf") if self.threads > 1 else None
         self._news = threading.Condition()
         self._shared: _Shared | None = None

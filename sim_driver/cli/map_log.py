@@ -61,6 +61,7 @@ def map_log(
         say(f"{log.name}: {note}")
     make_folder(out)
     compile_s = ensure_compiled(say, ("rbpf",))
+    rbpf.hand_over_quickly()
     wall, cpu = time.monotonic(), time.process_time()
     mapper = rbpf.Mapper(config, seed=seed)
     show = watch_mapper(mapper, rrd, start_viewer() if view else None, log.stem) if rrd is not None or view else None
