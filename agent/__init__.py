@@ -1,18 +1,18 @@
 """One robot: the deterministic core that wires mapper, network, alignment and team map, and the shells that run it."""
 
-from agent.body import Body, Sensed
-from agent.checkpoint import resume
-from agent.clock import Clock, Counter, SharedClock, WallClock
-from agent.config import AgentConfig, Settings
-from agent.core import Agent
-from agent.effects import AlignJob, Effect, Event
-from agent.keeper import Inline, Keeper
-from agent.outputs import write_robot
-from agent.process import ProcessShell
-from agent.runner import LinkSource, Runner
-from agent.sensors import SensorBody
-from agent.virtual import TakesTurns, VirtualRobot, run_virtual
-from agent.watcher import Watcher
+from mrslam.agent.checkpoint import resume
+from mrslam.agent.config import AgentConfig, Settings
+from mrslam.agent.core import Agent
+from mrslam.agent.effects import AlignJob, Effect, Event
+from mrslam.agent.shells.body import Body, Sensed
+from mrslam.agent.shells.clock import Clock, Counter, SharedClock, WallClock
+from mrslam.agent.shells.keeper import Inline, Keeper
+from mrslam.agent.shells.outputs import write_robot
+from mrslam.agent.shells.process import ProcessShell
+from mrslam.agent.shells.runner import LinkSource, Runner
+from mrslam.agent.shells.sensors import SensorBody
+from mrslam.agent.shells.virtual import TakesTurns, VirtualRobot, run_virtual
+from mrslam.agent.shells.watcher import Watcher
 
 __all__ = [
     "Agent",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from agent.effects import Event
+from mrslam.agent.effects import Event
 
 BLIND_NS = 1_000_000_000
 """Where no scan could be used for so long though scans came, the robot is blind, nanoseconds."""

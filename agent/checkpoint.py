@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from agent.core import Agent
-from agent.link_stats import LinkStats
-from agent.pairs import PairStatus
-from alignment import Alignment
-from comms import restore_store, store_state
-from rbpf import Mapper
-from spatial import InputError
-from spatial.state_file import MISFIT, Packed, pack, read_state, write_state
+from mrslam.agent.core import Agent
+from mrslam.agent.link_stats import LinkStats
+from mrslam.agent.pairs import PairStatus
+from mrslam.alignment import Alignment
+from mrslam.comms import restore_store, store_state
+from mrslam.rbpf import Mapper
+from mrslam.spatial import InputError
+from mrslam.spatial.files.state_file import MISFIT, Packed, pack, read_state, write_state
 
 KIND = "mrslam-agent"
 VERSION = 2

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from alignment import ALIGNERS, AlignmentConfig
-from comms import CommsConfig
-from merge import MergeConfig
-from mutual_detection import MutualDetectionConfig
-from rbpf import MapperConfig
-from spatial.errors import require
+from mrslam.alignment import ALIGNERS, AlignmentConfig
+from mrslam.comms import CommsConfig
+from mrslam.merge import MergeConfig
+from mrslam.mutual_detection import MutualDetectionConfig
+from mrslam.rbpf import MapperConfig
+from mrslam.spatial.errors import require
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,19 +10,19 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
-import comms
-from agent.blindness import Blindness
-from agent.config import Settings
-from agent.doubt import SelfDoubt, fits_map
-from agent.effects import AlignJob, Effect, Event, as_event
-from agent.link_stats import LinkStats
-from agent.team import Team
-from alignment import Alignment, Rejection
-from merge import TeamMap
-from mutual_detection import TeammateTracker, mask_teammates
-from rbpf import Mapper, UpdateInfo
-from spatial import Keyframes, LocalMap, OccupancyGrid, Scan, se2
-from spatial.se2 import Transform
+from mrslam import comms
+from mrslam.agent.blindness import Blindness
+from mrslam.agent.config import Settings
+from mrslam.agent.doubt import SelfDoubt, fits_map
+from mrslam.agent.effects import AlignJob, Effect, Event, as_event
+from mrslam.agent.link_stats import LinkStats
+from mrslam.agent.team import Team
+from mrslam.alignment import Alignment, Rejection
+from mrslam.merge import TeamMap
+from mrslam.mutual_detection import TeammateTracker, mask_teammates
+from mrslam.rbpf import Mapper, UpdateInfo
+from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, Scan, se2
+from mrslam.spatial.se2 import Transform
 
 TEAMMATE_NS = 10_000_000_000
 """A teammate heard longer ago than this may be anywhere, nanoseconds."""

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from spatial import TILE_CELLS, LocalMap, OccupancyGrid, Scan, se2
-from spatial.se2 import Transform
+from mrslam.spatial import TILE_CELLS, LocalMap, OccupancyGrid, Scan, se2
+from mrslam.spatial.se2 import Transform
 
 CERTAIN = 0.1
 """Health must pass the threshold by this much before a robot that was lost trusts itself again."""

@@ -1,4 +1,4 @@
-"""What an agent asks its shell to do. Messages to send are :class:`comms.Send`; the rest is here."""
+"""What an agent asks its shell to do. Messages to send are :class:`mrslam.comms.Send`; the rest is here."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import re
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-import comms
-from alignment import Prior
-from comms import Send
-from spatial import OccupancyGrid
+from mrslam import comms
+from mrslam.alignment import Prior
+from mrslam.comms import Send
+from mrslam.spatial import OccupancyGrid
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from comms import ExchangeDone
+from mrslam.comms import ExchangeDone
 
 
 @dataclass

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from agent.config import AgentConfig
-from agent.effects import AlignJob
-from agent.second_look import doubt, is_echo, refuted
-from alignment import Alignment, Prior, Rejection, StabilityCheck
-from spatial import OccupancyGrid, TiledMap, se2
-from spatial.se2 import Transform
+from mrslam.agent.config import AgentConfig
+from mrslam.agent.effects import AlignJob
+from mrslam.agent.second_look import doubt, is_echo, refuted
+from mrslam.alignment import Alignment, Prior, Rejection, StabilityCheck
+from mrslam.spatial import OccupancyGrid, TiledMap, se2
+from mrslam.spatial.se2 import Transform
 
 Version = tuple[int, int]
 UNCONFIRMED = "found once; a second alignment that agrees is awaited"

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from alignment import Alignment, Rejection, StabilityCheck
-from alignment.reasons import against, matched_m
+from mrslam.alignment import Alignment, Rejection, StabilityCheck
+from mrslam.alignment.verification.reasons import against, matched_m
 
 THEREABOUTS = StabilityCheck(max_dx_m=2.0, max_dy_m=2.0, max_dtheta_rad=0.4)
 """A transform that differs by less is the one believed, corrected; one that differs by more is another place."""

@@ -9,16 +9,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from agent.config import Settings
-from agent.doubt import contradicts_itself
-from agent.effects import AlignJob, Effect, Event
-from agent.pairs import PairBook, PairStatus
-from alignment import Alignment, Rejection
-from comms.store import MapStore
-from merge import TeamMap, TeamMapper
-from mutual_detection import clear_ghosts
-from spatial import LocalMap, OccupancyGrid, se2
-from spatial.se2 import Transform
+from mrslam.agent.config import Settings
+from mrslam.agent.doubt import contradicts_itself
+from mrslam.agent.effects import AlignJob, Effect, Event
+from mrslam.agent.pairs import PairBook, PairStatus
+from mrslam.alignment import Alignment, Rejection
+from mrslam.comms.maps.store import MapStore
+from mrslam.merge import TeamMap, TeamMapper
+from mrslam.mutual_detection import clear_ghosts
+from mrslam.spatial import LocalMap, OccupancyGrid, se2
+from mrslam.spatial.se2 import Transform
 
 PLACE_NS = 2_000_000_000
 """How often maps that have changed are held against each other, nanoseconds."""

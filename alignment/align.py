@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
-from alignment.aligners import ALIGNERS
-from alignment.config import AlignmentConfig
-from alignment.decide import decide
-from alignment.prepared import PreparedMap, is_smaller, main_part, prepare, working_resolution
-from alignment.result import Alignment, Candidate, Prior, Rejection
-from spatial import InputError, OccupancyGrid, se2
+from mrslam.alignment.aligners import ALIGNERS
+from mrslam.alignment.config import AlignmentConfig
+from mrslam.alignment.prepared import PreparedMap, is_smaller, main_part, prepare, working_resolution
+from mrslam.alignment.result import Alignment, Candidate, Prior, Rejection
+from mrslam.alignment.verification.decide import decide
+from mrslam.spatial import InputError, OccupancyGrid, se2
 
 MIN_KNOWN_M2 = 2.0
 """A map smaller than this is not compared."""

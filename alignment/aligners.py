@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from alignment.config import AlignmentConfig
-from alignment.features import orb
-from alignment.hough import hough
-from alignment.prepared import PreparedMap
-from alignment.result import Candidate, Prior
-from alignment.search import exhaustive
-from alignment.surf import surf
-from alignment.walks import adaptive_walk, annealing, brute_force, hill_climb, plain_walk, searched
+from mrslam.alignment.config import AlignmentConfig
+from mrslam.alignment.prepared import PreparedMap
+from mrslam.alignment.proposals.features import orb
+from mrslam.alignment.proposals.hough import hough
+from mrslam.alignment.proposals.search import exhaustive
+from mrslam.alignment.proposals.surf import surf
+from mrslam.alignment.proposals.walks import adaptive_walk, annealing, brute_force, hill_climb, plain_walk, searched
+from mrslam.alignment.result import Candidate, Prior
 
 Aligner = Callable[[PreparedMap, PreparedMap, AlignmentConfig, Prior | None], list[Candidate]]
 """``(a, b, config, prior) -> candidates``, best first; deterministic."""

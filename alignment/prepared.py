@@ -7,13 +7,12 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from alignment import wall_kernels
-from alignment.config import AlignmentConfig
-from spatial import FREE_MAX, OCCUPIED_MIN, UNKNOWN, OccupancyGrid
+from mrslam.alignment.config import AlignmentConfig
+from mrslam.alignment.kernels import walls as wall_kernels
+from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, UNKNOWN, OccupancyGrid
 
 DOTS = 3
 """Occupied cells no farther apart than this, rows or columns, are one thing."""
@@ -106,6 +105,8 @@ def prepare(grid: OccupancyGrid, res: float) -> PreparedMap:
 
     A cell is occupied where any source cell is, else free where any is.
     """
+    import cv2
+
     border = max(wall_kernels.REACH, round(REACH_M / res)) + 1
     found = grid.cells.view(np.uint8)
     if found.size:
@@ -134,6 +135,8 @@ def main_part(grid: OccupancyGrid) -> OccupancyGrid:
 
     A mapper that loses itself begins anew elsewhere, and shows one place twice; only within a part can it be trusted.
     """
+    import cv2
+
     if grid.cells.size == 0:
         return grid
     block = max(1, round(ISLAND_GAP_M / grid.resolution_m))

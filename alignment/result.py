@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from spatial.errors import InputError
-from spatial.se2 import Transform
+from mrslam.spatial.errors import InputError
+from mrslam.spatial.se2 import Transform
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from alignment.result import Alignment
-from spatial.errors import require
-from spatial.se2 import Transform, wrap
+from mrslam.alignment.result import Alignment
+from mrslam.spatial.errors import require
+from mrslam.spatial.se2 import Transform, wrap
 
 
 @dataclass

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from spatial import OccupancyGrid
+from mrslam.spatial import OccupancyGrid
 
 
 def warm_up() -> None:
     """Call each kernel of this package with tiny input."""
-    from alignment.align import align  # late: align imports every kernel
-    from alignment.aligners import ALIGNERS
-    from alignment.config import AlignmentConfig
+    from mrslam.alignment.align import align  # late: align imports every kernel
+    from mrslam.alignment.aligners import ALIGNERS
+    from mrslam.alignment.config import AlignmentConfig
 
     cells = np.full((120, 160), -1, dtype=np.int8)
     cells[20:100, 20:140] = 0

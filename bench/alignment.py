@@ -13,19 +13,14 @@ import json
 import math
 import os
 import platform
-import sys
 import time
 from pathlib import Path
 
-sys.path[:] = [
-    p for p in sys.path if Path(p or ".").resolve() != Path(__file__).resolve().parent
-]  # this file's name hides the package
+import numpy as np
 
-import numpy as np  # noqa: E402
-
-import alignment  # noqa: E402
-from sim_driver.usage import peak_kb  # noqa: E402
-from spatial import read_map, se2  # noqa: E402
+from mrslam import alignment
+from mrslam.sim_driver.missions.usage import peak_kb
+from mrslam.spatial import read_map, se2
 
 LOOSE, STRICT = (0.5, math.radians(5.0)), (0.15, math.radians(1.0))
 

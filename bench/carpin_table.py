@@ -11,20 +11,16 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import sys
 import time
 from pathlib import Path
 
-sys.path[:] = [
-    p for p in sys.path if Path(p or ".").resolve() != Path(__file__).resolve().parent
-]  # bench/alignment.py hides the package
+import numpy as np
 
-import numpy as np  # noqa: E402
-
-from alignment import AlignmentConfig, walks  # noqa: E402
-from alignment.dissimilarity import Dissimilarity  # noqa: E402
-from alignment.prepared import prepare, working_resolution  # noqa: E402
-from spatial import read_map  # noqa: E402
+from mrslam.alignment import AlignmentConfig
+from mrslam.alignment.prepared import prepare, working_resolution
+from mrslam.alignment.proposals import walks
+from mrslam.alignment.proposals.dissimilarity import Dissimilarity
+from mrslam.spatial import read_map
 
 BEST = 10
 """Samples that algorithm 2 carries on; the source does not say."""

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -19,20 +18,10 @@ from pathlib import Path
 import lz4.block
 import numpy as np
 
-HERE = Path(__file__).resolve().parent
-sys.path[:] = [folder for folder in sys.path if Path(folder).resolve() != HERE]  # its comms is this file
-
-from comms import (  # noqa: E402
-    CommsConfig,
-    CommsNode,
-    ExchangeDone,
-    MemoryNetwork,
-    Send,
-    warm_up,
-)
-from rbpf import Mapper, MapperConfig  # noqa: E402
-from sim_driver.feeds.carmen import CarmenFeed  # noqa: E402
-from spatial import Keyframes, LocalMap, OccupancyGrid, TiledMap  # noqa: E402
+from mrslam.comms import CommsConfig, CommsNode, ExchangeDone, MemoryNetwork, Send, warm_up
+from mrslam.rbpf import Mapper, MapperConfig
+from mrslam.sim_driver.feeds.carmen import CarmenFeed
+from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, TiledMap
 
 STEP_NS = 50_000_000
 IDLE_STEP_NS = 250_000_000

@@ -7,16 +7,11 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 import time
-from pathlib import Path
 
 import numpy as np
 
-HERE = Path(__file__).resolve().parent
-sys.path[:] = [folder for folder in sys.path if Path(folder).resolve() != HERE]  # its comms.py is not the package
-
-from comms import CommsConfig, CommsNode, ExchangeDone, MemoryNetwork, Send, warm_up  # noqa: E402
+from mrslam.comms import CommsConfig, CommsNode, ExchangeDone, MemoryNetwork, Send, warm_up
 
 SECOND = 1_000_000_000
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import sys
 import tempfile
 import threading
 import time
@@ -22,13 +21,10 @@ import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 
-HERE = Path(__file__).resolve().parent
-sys.path[:] = [folder for folder in sys.path if Path(folder).resolve() != HERE]  # its comms.py is not the package
-
-from sim_driver.kernels import ensure_compiled  # noqa: E402
-from sim_driver.mission import Mission, make_mission  # noqa: E402
-from sim_driver.run_virtual import VirtualTeam, run_in_virtual_time  # noqa: E402
-from sim_driver.simulation import make_world  # noqa: E402
+from mrslam.sim_driver.kernels import ensure_compiled
+from mrslam.sim_driver.missions.mission import Mission, make_mission
+from mrslam.sim_driver.run.run_virtual import VirtualTeam, run_in_virtual_time
+from mrslam.sim_driver.simulation.simulation import make_world
 
 SAMPLE_S = 30.0
 PLACES = 6

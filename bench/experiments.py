@@ -27,26 +27,18 @@ import numpy as np
 from experiments_table import draw, summary  # beside this file; must come before the next line
 from scipy.spatial import cKDTree
 
-HERE = Path(__file__).resolve().parent
-sys.path[:] = [folder for folder in sys.path if Path(folder).resolve() != HERE]  # its comms.py is not the package
+from mrslam.sim_driver.evaluate.truth import FALSE_MERGE_DEG, FALSE_MERGE_M, MUST_MERGE, field_at, overlap, values_at
+from mrslam.sim_driver.missions.mission import Mission, load_mission, make_mission
+from mrslam.sim_driver.robots import LASERS
+from mrslam.sim_driver.run.run import run_mission
+from mrslam.sim_driver.simulation.simulation import make_world
+from mrslam.sim_driver.worlds import World
+from mrslam.spatial import OccupancyGrid, read_map, se2
+from mrslam.spatial.distance import euclidean
+from mrslam.spatial.files.tum import read_tum
+from mrslam.spatial.se2 import Transform
 
-from sim_driver.evaluate.truth import (  # noqa: E402
-    FALSE_MERGE_DEG,
-    FALSE_MERGE_M,
-    MUST_MERGE,
-    field_at,
-    overlap,
-    values_at,
-)
-from sim_driver.mission import Mission, load_mission, make_mission  # noqa: E402
-from sim_driver.robots import LASERS  # noqa: E402
-from sim_driver.run import run_mission  # noqa: E402
-from sim_driver.simulation import make_world  # noqa: E402
-from sim_driver.worlds import World  # noqa: E402
-from spatial import OccupancyGrid, read_map, se2  # noqa: E402
-from spatial.distance import euclidean  # noqa: E402
-from spatial.se2 import Transform  # noqa: E402
-from spatial.tum import read_tum  # noqa: E402
+HERE = Path(__file__).resolve().parent
 
 MISSIONS = HERE.parent / "missions"
 OFFICE = {"mission": {"shell": "virtual", "duration_s": 400.0, "linger_s": 15.0}, "world": {"name": "office"},

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 import tempfile
 import time
 from collections import Counter
@@ -20,9 +19,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-sys.path[:] = [folder for folder in sys.path if Path(folder).resolve() != Path(__file__).resolve().parent]
-
-from comms import (  # noqa: E402
+from mrslam.comms import (
     CommsConfig,
     CommsNode,
     Incoming,
@@ -36,9 +33,9 @@ from comms import (  # noqa: E402
     status_report,
     warm_up,
 )
-from comms.frames import HEADER, frame, team_tag  # noqa: E402
-from sim_driver.usage import peak_kb  # noqa: E402
-from spatial import Keyframes, LocalMap, Tile, TiledMap  # noqa: E402
+from mrslam.comms.wire.frames import HEADER, frame, team_tag
+from mrslam.sim_driver.missions.usage import peak_kb
+from mrslam.spatial import Keyframes, LocalMap, Tile, TiledMap
 
 STEP_NS = 250_000_000
 TEAM = "fuzz"

@@ -16,7 +16,6 @@ import tempfile
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-sys.path[:] = [str(HERE.parent), *(folder for folder in sys.path if Path(folder).resolve() != HERE)]
 
 CORPUS = 50
 """Files to begin with."""
@@ -36,7 +35,7 @@ def fuzz(name: str, seconds: int, out: Path) -> None:
     import atheris
 
     with atheris.instrument_imports(include=list(ROOMS), exclude=kernels()):
-        from spatial import InputError
+        from mrslam.spatial import InputError
         from tests.fuzz.readers import READERS, broken
     import numpy as np
 

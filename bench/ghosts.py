@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 import tempfile
 from collections import defaultdict
 from collections.abc import Iterator
@@ -24,18 +23,15 @@ from unittest.mock import patch
 import numpy as np
 from scipy.spatial import cKDTree
 
-HERE = Path(__file__).resolve().parent
-sys.path[:] = [folder for folder in sys.path if Path(folder).resolve() != HERE]  # its comms.py is not the package
-
-from agent import Agent  # noqa: E402
-from sim_driver.mission import make_mission  # noqa: E402
-from sim_driver.replay.again import replay_mission  # noqa: E402
-from sim_driver.run import run_mission  # noqa: E402
-from sim_driver.worlds import World  # noqa: E402
-from sim_driver.worlds.canvas import Canvas  # noqa: E402
-from spatial import Scan, read_map, se2, write_map  # noqa: E402
-from spatial.se2 import Transform  # noqa: E402
-from spatial.tum import read_tum  # noqa: E402
+from mrslam.agent import Agent
+from mrslam.sim_driver.missions.mission import make_mission
+from mrslam.sim_driver.replay.again import replay_mission
+from mrslam.sim_driver.run.run import run_mission
+from mrslam.sim_driver.worlds import World
+from mrslam.sim_driver.worlds.canvas import Canvas
+from mrslam.spatial import Scan, read_map, se2, write_map
+from mrslam.spatial.files.tum import read_tum
+from mrslam.spatial.se2 import Transform
 
 FAR_M, NEAR_M = 0.2, 0.1
 

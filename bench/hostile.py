@@ -24,10 +24,9 @@ from pathlib import Path
 import fuzz_codec  # beside this file; must come before the next line
 import numpy as np
 
-HERE = Path(__file__).resolve().parent
-sys.path[:] = [folder for folder in sys.path if Path(folder).resolve() != HERE]  # its comms.py is not the package
+from mrslam.comms import CommsNode, Incoming, MemoryNetwork, Send, make_team_keys
 
-from comms import CommsNode, Incoming, MemoryNetwork, Send, make_team_keys  # noqa: E402
+HERE = Path(__file__).resolve().parent
 
 TEAM, VICTIM, MATE = fuzz_codec.TEAM, "r1", "r2"
 MUTANTS = 2000
@@ -133,7 +132,7 @@ def free_port() -> int:
 def play(options: argparse.Namespace, folder: Path, name: str, under_fire: bool) -> dict[str, object]:
     """Play the log to an agent once; return its figures."""
     address, out = f"{'tls' if options.keys else 'tcp'}/127.0.0.1:{free_port()}", folder / name
-    command = [sys.executable, "-c", "from sim_driver.cli import main; main()", "agent", VICTIM, "--team", TEAM,
+    command = [sys.executable, "-c", "from mrslam.sim_driver.cli import main; main()", "agent", VICTIM, "--team", TEAM,
                "--no-multicast", "--listen", address, "--log", str(options.log), "--out", str(out),
                "--duration", str(options.seconds)]  # fmt: skip
     if options.keys:

@@ -8,18 +8,15 @@ from __future__ import annotations
 import argparse
 import json
 import socket
-import sys
 import threading
 import time
 from pathlib import Path
 
 import numpy as np
 
-HERE = Path(__file__).resolve().parent
-sys.path[:] = [folder for folder in sys.path if Path(folder).resolve() != HERE]  # its comms.py is not the package
-
-from comms import CommsConfig, CommsNode, ExchangeDone, MapSeal, Send, ZenohTransport, load_keys, warm_up  # noqa: E402
-from spatial import Keyframes, LocalMap, OccupancyGrid, TiledMap  # noqa: E402
+from mrslam.comms import CommsConfig, CommsNode, ExchangeDone, MapSeal, Send, load_keys, warm_up
+from mrslam.comms.zenoh import ZenohTransport
+from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, TiledMap
 
 
 def signed_node(robot: str, config: CommsConfig, keys: Path | None) -> CommsNode:

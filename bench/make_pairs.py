@@ -18,8 +18,8 @@ import numpy as np
 from numba import njit
 from surveys import RES, Survey, office_walls, read_plan, survey_log, survey_plan
 
-from spatial import se2
-from spatial.traversal import traverse
+from mrslam.spatial import se2
+from mrslam.spatial.traversal import traverse
 
 Warp = Callable[[np.ndarray], np.ndarray]
 BINS = {0.9: (0.82, 0.95), 0.7: (0.65, 0.75), 0.5: (0.42, 0.5), 0.3: (0.22, 0.31), 0.15: (0.1, 0.16)}

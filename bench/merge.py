@@ -12,23 +12,19 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 
-sys.path[:] = [folder for folder in sys.path if Path(folder).resolve() != Path(__file__).resolve().parent]  # I am merge
-
-import alignment  # noqa: E402
-import merge  # noqa: E402
-from alignment import Alignment  # noqa: E402
-from rbpf import Mapper, MapperConfig  # noqa: E402
-from sim_driver.feeds import open_feed  # noqa: E402
-from sim_driver.usage import peak_kb  # noqa: E402
-from spatial import OccupancyGrid, TiledMap, read_map, se2  # noqa: E402
-from spatial.images import write_image  # noqa: E402
-from spatial.tum import read_tum  # noqa: E402
+from mrslam import alignment, merge
+from mrslam.alignment import Alignment
+from mrslam.rbpf import Mapper, MapperConfig
+from mrslam.sim_driver.feeds import open_feed
+from mrslam.sim_driver.missions.usage import peak_kb
+from mrslam.spatial import OccupancyGrid, TiledMap, read_map, se2
+from mrslam.spatial.files.images import write_image
+from mrslam.spatial.files.tum import read_tum
 
 Cuts = dict[str, tuple[OccupancyGrid, np.ndarray, np.ndarray]]
 RIGHT_M, RIGHT_RAD = 0.5, math.radians(5.0)

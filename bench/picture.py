@@ -11,7 +11,6 @@ matplotlib brings.
 from __future__ import annotations
 
 import argparse
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,15 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
-from merge.draw import FREE_TINT, INK, PAPER, WALL_SHADE, colours
-from sim_driver.evaluate.results import RunResults
-from sim_driver.report.layout import Layout, lay_out
-from sim_driver.report.map_data import joined_s
-from sim_driver.report.seen import first_seen_s, mission_trajectory, spread
-from spatial import se2
-from spatial.se2 import Transform
+from mrslam.merge.draw import FREE_TINT, INK, PAPER, WALL_SHADE, colours
+from mrslam.sim_driver.evaluate.results import RunResults
+from mrslam.sim_driver.report.layout import Layout, lay_out
+from mrslam.sim_driver.report.map_data import joined_s
+from mrslam.sim_driver.report.seen import first_seen_s, mission_trajectory, spread
+from mrslam.spatial import se2
+from mrslam.spatial.se2 import Transform
 
 FRAME_MS = 90
 SNAP_FRAMES = 14

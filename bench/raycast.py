@@ -5,8 +5,8 @@ import time
 
 import numpy as np
 
-from sim_driver.robots.raycast import cast, leap_field
-from sim_driver.worlds import load_world
+from mrslam.sim_driver.robots.raycast import cast, leap_field
+from mrslam.sim_driver.worlds import load_world
 
 
 def main() -> None:

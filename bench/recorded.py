@@ -20,16 +20,14 @@ import numpy as np
 from experiments import MISSIONS, laid_over  # beside this file; must come before the next lines
 from scipy.spatial import cKDTree
 
-HERE = Path(__file__).resolve().parent
-sys.path[:] = [folder for folder in sys.path if Path(folder).resolve() != HERE]  # its comms.py is not the package
-
-from merge import warp  # noqa: E402
-from sim_driver.mission import load_mission  # noqa: E402
-from sim_driver.run import run_mission  # noqa: E402
-from sim_driver.worlds import load_world  # noqa: E402
-from spatial import map_files, read_map, se2  # noqa: E402
-from spatial.images import write_image  # noqa: E402
-from spatial.tum import read_tum  # noqa: E402
+from mrslam.merge import warp
+from mrslam.sim_driver.missions.mission import load_mission
+from mrslam.sim_driver.run.run import run_mission
+from mrslam.sim_driver.worlds import load_world
+from mrslam.spatial import read_map, se2
+from mrslam.spatial.files import map_files
+from mrslam.spatial.files.images import write_image
+from mrslam.spatial.files.tum import read_tum
 
 ARENA = "worlds/mrl_arena/mrl_arena.yaml"
 GREY, GAP, NEAR_M = 205, 20, 0.1

@@ -12,8 +12,8 @@ from numba import njit
 from scipy import ndimage, sparse
 from scipy.sparse.csgraph import dijkstra
 
-from sim_driver.feeds.carmen import CarmenFeed
-from sim_driver.worlds import office
+from mrslam.sim_driver.feeds.carmen import CarmenFeed
+from mrslam.sim_driver.worlds import office
 
 RES = 0.05
 """Cell that plans are read at, metres."""

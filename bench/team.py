@@ -16,11 +16,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-HERE = Path(__file__).resolve().parent
-sys.path[:] = [folder for folder in sys.path if Path(folder).resolve() != HERE]  # its comms.py is not the package
-
-from sim_driver.mission import make_mission  # noqa: E402
-from sim_driver.run import run_mission  # noqa: E402
+from mrslam.sim_driver.missions.mission import make_mission
+from mrslam.sim_driver.run.run import run_mission
 
 
 def main() -> None:

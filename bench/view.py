@@ -7,20 +7,16 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import sys
 import tempfile
 import time
 from pathlib import Path
 from typing import Any
 
-HERE = Path(__file__).resolve().parent
-sys.path[:] = [folder for folder in sys.path if Path(folder).resolve() != HERE]  # its comms.py is not the package
-
-from agent import Runner  # noqa: E402
-from sim_driver.mission import make_mission  # noqa: E402
-from sim_driver.run import run_mission  # noqa: E402
-from sim_driver.view import ViewOptions  # noqa: E402
-from sim_driver.view.watch import ViewWatcher  # noqa: E402
+from mrslam.agent import Runner
+from mrslam.sim_driver.missions.mission import make_mission
+from mrslam.sim_driver.run.run import run_mission
+from mrslam.sim_driver.view import ViewOptions
+from mrslam.sim_driver.view.watch import ViewWatcher
 
 TABLES = {"world": {"name": "office"}, "robots": [{"id": "r1"}, {"id": "r2"}]}
 

@@ -1,8 +1,7 @@
 """The network: discovery, link quality, rendezvous, and an exchange of maps that loses nothing."""
 
-import spatial  # noqa: F401  (points numba's cache at the right folder)
-from comms.config import CommsConfig
-from comms.effects import (
+from mrslam.comms.config import CommsConfig
+from mrslam.comms.effects import (
     Dropped,
     DuplicateId,
     Effect,
@@ -16,18 +15,15 @@ from comms.effects import (
     Send,
     TeammatePose,
 )
-from comms.memory_transport import Conditions, LinkConditions, MemoryNetwork, MemoryTransport
-from comms.node import CommsNode
-from comms.persistence import restore_store, store_state
-from comms.seal import MapSeal
-from comms.security import RobotKeys, load_keys, make_team_keys, own_keys
-from comms.status import PeerStatus, status_report, team_status
-from comms.team_view import TeamView
-from comms.transport import Arrival, Incoming, PeerJoined, PeerLeft, Sighting, Transport
-from comms.warm_up import warm_up
-from comms.zenoh_sensors import SensorPublisher, ZenohSensors
-from comms.zenoh_transport import ZenohTransport
-from comms.zenoh_watcher import ZenohWatcher
+from mrslam.comms.maps.persistence import restore_store, store_state
+from mrslam.comms.maps.seal import MapSeal
+from mrslam.comms.node import CommsNode
+from mrslam.comms.security.team_keys import RobotKeys, load_keys, make_team_keys, own_keys
+from mrslam.comms.status.report import PeerStatus, status_report, team_status
+from mrslam.comms.status.team_view import TeamView
+from mrslam.comms.transport.base import Arrival, Incoming, PeerJoined, PeerLeft, Sighting, Transport
+from mrslam.comms.transport.memory import Conditions, LinkConditions, MemoryNetwork, MemoryTransport
+from mrslam.comms.warm_up import warm_up
 
 __all__ = [
     "Arrival",
@@ -54,14 +50,10 @@ __all__ = [
     "PeerStatus",
     "RobotKeys",
     "Send",
-    "SensorPublisher",
     "Sighting",
     "TeamView",
     "TeammatePose",
     "Transport",
-    "ZenohSensors",
-    "ZenohTransport",
-    "ZenohWatcher",
     "load_keys",
     "make_team_keys",
     "own_keys",

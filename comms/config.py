@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from spatial.errors import require
+from mrslam.spatial.errors import require
 
 MODES = ("distributed", "mapper", "central")
 LINK_SOURCES = ("measured", "model", "trace")
@@ -12,7 +12,7 @@ LINK_SOURCES = ("measured", "model", "trace")
 
 @dataclass(frozen=True, kw_only=True)
 class CommsConfig:
-    """Every setting of :class:`comms.CommsNode`."""
+    """Every setting of :class:`mrslam.comms.CommsNode`."""
 
     link_threshold: float = 0.80
     """Link quality (LQ x NLQ) from which a link is strong enough to exchange maps, 0..1."""

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from comms.effects import Send
-from comms.transport import Incoming, Transport
-from comms.zenoh_transport import ZenohTransport
-from spatial import InputError
+from mrslam.comms.effects import Send
+from mrslam.comms.transport.base import Incoming, Transport
+from mrslam.comms.zenoh.transport import ZenohTransport
+from mrslam.spatial import InputError
 
 Level = Literal["ok", "warning", "error"]
 MULTICAST = ("224.0.0.224", 7446)

@@ -1,4 +1,4 @@
-"""What the network core wants done or known: values that :class:`comms.CommsNode` returns."""
+"""What the network core wants done or known: values that :class:`mrslam.comms.CommsNode` returns."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spatial.tiles import TileIndex
+from mrslam.spatial.tiles import TileIndex
 
 Lane = Literal["beacon", "control", "bulk", "status"]
 """beacon: best effort, may be dropped; control: small and urgent; bulk: map chunks, behind all else; status: for those

@@ -8,20 +8,20 @@ from hashlib import blake2b
 
 import numpy as np
 
-from comms import effects as fx
-from comms.config import MODES, CommsConfig
-from comms.exchanges import Exchanges
-from comms.frames import WireError, check_name, team_tag
-from comms.messages import AnyMessage, Beacon, Bye, Message, Open, Status, decode, encode
-from comms.neighbourhood import Neighbourhood
-from comms.rendezvous import Rendezvous
-from comms.seal import MapSeal
-from comms.station import Station
-from comms.store import MapStore
-from comms.transport import Arrival, Incoming, PeerJoined, PeerLeft
-from spatial import LocalMap
-from spatial.errors import require
-from spatial.se2 import Transform
+from mrslam.comms import effects as fx
+from mrslam.comms.config import MODES, CommsConfig
+from mrslam.comms.exchange.exchanges import Exchanges
+from mrslam.comms.exchange.rendezvous import Rendezvous
+from mrslam.comms.exchange.station import Station
+from mrslam.comms.maps.seal import MapSeal
+from mrslam.comms.maps.store import MapStore
+from mrslam.comms.neighbours.neighbourhood import Neighbourhood
+from mrslam.comms.transport.base import Arrival, Incoming, PeerJoined, PeerLeft
+from mrslam.comms.wire.frames import WireError, check_name, team_tag
+from mrslam.comms.wire.messages import AnyMessage, Beacon, Bye, Message, Open, Status, decode, encode
+from mrslam.spatial import LocalMap
+from mrslam.spatial.errors import require
+from mrslam.spatial.se2 import Transform
 
 
 @dataclass

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from comms.tile_codec import pack_tiles, unknown_tile, unpack_tiles
+from mrslam.comms.wire.tile_codec import pack_tiles, unknown_tile, unpack_tiles
 
 
 def warm_up() -> None:

@@ -3,9 +3,9 @@
 import sys
 from pathlib import Path
 
-from alignment import Rejection, align
-from merge import merge_maps
-from spatial import read_map, write_map
+from mrslam.alignment import Rejection, align
+from mrslam.merge import merge_maps
+from mrslam.spatial import read_map, write_map
 
 a, b = (read_map(Path(name)) for name in sys.argv[1:3])
 outcome = align(a, b)

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from alignment import ALIGNERS, Candidate, align
-from spatial import read_map, se2
+from mrslam.alignment import ALIGNERS, Candidate, align
+from mrslam.spatial import read_map, se2
 
 CELL_M, BEST = 0.2, 50
 

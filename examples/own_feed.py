@@ -1,7 +1,7 @@
 """Feed agents from a laser of your own, in virtual time: python examples/own_feed.py [SECONDS] [OUT].
 
-With ``agent.ProcessShell``, ``agent.WallClock`` and ``comms.ZenohTransport`` in place of the last lines the same body
-runs on a real robot.
+With ``ProcessShell`` and ``WallClock`` of ``mrslam.agent`` and ``mrslam.comms.zenoh.ZenohTransport`` in place of the
+last lines the same body runs on a real robot.
 """
 
 import sys
@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from agent import Agent, Runner, Sensed, Settings, VirtualRobot, run_virtual
-from comms import MemoryNetwork
-from sim_driver.robots import LASERS, SimulatedRobot
-from sim_driver.worlds import load_world
-from spatial import se2
+from mrslam.agent import Agent, Runner, Sensed, Settings, VirtualRobot, run_virtual
+from mrslam.comms import MemoryNetwork
+from mrslam.sim_driver.robots import LASERS, SimulatedRobot
+from mrslam.sim_driver.worlds import load_world
+from mrslam.spatial import se2
 
 
 class MyRobot:

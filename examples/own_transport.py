@@ -4,9 +4,9 @@ import sys
 from queue import Empty, SimpleQueue
 from typing import ClassVar
 
-from comms import CommsNode, ExchangeDone, Incoming, Send
-from sim_driver.worlds import load_world
-from spatial import LocalMap, TiledMap
+from mrslam.comms import CommsNode, ExchangeDone, Incoming, Send
+from mrslam.sim_driver.worlds import load_world
+from mrslam.spatial import LocalMap, TiledMap
 
 
 class QueueTransport:

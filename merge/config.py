@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from spatial.errors import require
+from mrslam.spatial.errors import require
 
 FUSIONS = ("log-odds", "max", "mean")
 """Ways to fuse known with known."""

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from merge.team import TeamMap
-from merge.warp import warp
-from spatial import FREE_MAX, OCCUPIED_MIN, OccupancyGrid, se2
+from mrslam.merge.grids.warp import warp
+from mrslam.merge.team import TeamMap
+from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, OccupancyGrid, se2
 
 PALETTE = (
     (31, 119, 180),
@@ -53,6 +52,8 @@ def draw_team(
     metres. Free space is tinted by the robots that saw it, walls are drawn in their colours. The longer side of the map
     gets about ``size_px``.
     """
+    import cv2
+
     grid = team_map.grid
     if grid.cells.size == 0:
         return _with_legend(np.full((120, 360, 3), PAPER, dtype=np.uint8), team_map, {}, 0.0)
@@ -131,6 +132,8 @@ def _painted_band(
 
 def _draw_path(picture: NDArray[np.uint8], pixels: NDArray[np.float64], colour: tuple[int, int, int]) -> None:
     """Draw a trajectory with a ring where it starts and a dot where it ends."""
+    import cv2
+
     fixed = np.rint(pixels * 16).astype(np.int32)
     dark = tuple(int(0.75 * c) for c in colour)
     cv2.polylines(picture, [fixed.reshape(-1, 1, 2)], False, (255, 255, 255), 4, cv2.LINE_AA, 4)
@@ -145,6 +148,8 @@ def _with_legend(
     picture: NDArray[np.uint8], team_map: TeamMap, hue: Mapping[str, tuple[int, int, int]], px_per_m: float
 ) -> NDArray[np.uint8]:
     """Return the picture with a strip below: the robots' names and colours, who is not placed, and a scale bar."""
+    import cv2
+
     placed = [(robot_id, hue[robot_id]) for robot_id in team_map.T_team_map if robot_id in hue]
     missing = sorted(team_map.unplaced)
     font, line_px, x, y = cv2.FONT_HERSHEY_DUPLEX, 30, PAD_PX, 30
@@ -179,6 +184,8 @@ def _with_legend(
 
 
 def _bordered(picture: NDArray[np.uint8], top: int, bottom: int, left: int, right: int) -> NDArray[np.uint8]:
+    import cv2
+
     framed = cv2.copyMakeBorder(picture, top, bottom, left, right, cv2.BORDER_CONSTANT, value=PAPER)
     return np.asarray(framed, dtype=np.uint8)
 

@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from merge.agreement import Walls, compare
-from merge.config import MergeConfig
-from merge.edges import AlignmentLike, Edge, Pair
-from merge.fusion_tree import FusionTree
-from merge.graph import Placement, TeamGraph
-from merge.layers import Layer
-from spatial import TILE_CELLS, UNKNOWN, InputError, OccupancyGrid, TiledMap, se2
-from spatial.tiles import MOST_CELLS, TileIndex, box_cells
+from mrslam.merge.config import MergeConfig
+from mrslam.merge.graph.edges import AlignmentLike, Edge, Pair
+from mrslam.merge.graph.team_graph import Placement, TeamGraph
+from mrslam.merge.grids.agreement import Walls, compare
+from mrslam.merge.grids.fusion_tree import FusionTree
+from mrslam.merge.grids.layers import Layer
+from mrslam.spatial import TILE_CELLS, UNKNOWN, InputError, OccupancyGrid, TiledMap, se2
+from mrslam.spatial.tiles import MOST_CELLS, TileIndex, box_cells
 
 _Compared = tuple[OccupancyGrid, OccupancyGrid, str | None]
 REMEMBERED = 4

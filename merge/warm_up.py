@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from merge.agreement import Walls, compare
-from merge.fuse import fuse
-from merge.warp import warp
-from spatial import OccupancyGrid, se2
+from mrslam.merge.grids.agreement import Walls, compare
+from mrslam.merge.grids.fuse import fuse
+from mrslam.merge.grids.warp import warp
+from mrslam.spatial import OccupancyGrid, se2
 
 
 def warm_up() -> None:

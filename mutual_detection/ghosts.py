@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from spatial import OCCUPIED_MIN, OccupancyGrid
+from mrslam.spatial import OCCUPIED_MIN, OccupancyGrid
 
 AROUND_M = 0.10
 """A speck is a ghost when all of it lies within the body's radius and so much more of a path: noise, alignment."""

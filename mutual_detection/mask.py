@@ -6,8 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from spatial import Scan, se2
-from spatial.se2 import Transform
+from mrslam.spatial import Scan, se2
+from mrslam.spatial.se2 import Transform
 
 
 def mask_teammates(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mutual_detection.config import MutualDetectionConfig
+from mrslam.mutual_detection.config import MutualDetectionConfig
 
 if TYPE_CHECKING:
     from filterpy.kalman import KalmanFilter

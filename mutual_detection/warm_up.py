@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from mutual_detection.ghosts import clear_ghosts
-from mutual_detection.mask import mask_teammates
-from mutual_detection.tracker import TeammateTracker
-from spatial import OccupancyGrid, Scan
+from mrslam.mutual_detection.ghosts import clear_ghosts
+from mrslam.mutual_detection.mask import mask_teammates
+from mrslam.mutual_detection.tracker import TeammateTracker
+from mrslam.spatial import OccupancyGrid, Scan
 
 
 def warm_up() -> None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import asdict
 from pathlib import Path
 
-from rbpf.config import MapperConfig
-from rbpf.mapper import Mapper
-from spatial import InputError
-from spatial.state_file import MISFIT, pack, read_state, write_state
+from mrslam.rbpf.config import MapperConfig
+from mrslam.rbpf.mapper import Mapper
+from mrslam.spatial import InputError
+from mrslam.spatial.files.state_file import MISFIT, pack, read_state, write_state
 
 KIND = "mrslam-mapper"
 VERSION = 2

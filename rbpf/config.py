@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from spatial.errors import require
+from mrslam.spatial.errors import require
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,23 +15,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rbpf.back_end import BackEnd, Verdict
-from rbpf.config import MapperConfig
-from rbpf.crew import Crew, Pending
-from rbpf.front_end import FrontEnd
-from rbpf.health import ADRIFT_MOST, DOUBTFUL
-from rbpf.motion import MOTION, Keyframe, Since, motion_cov
-from rbpf.outcome import Stats, Stopwatch, UpdateInfo
-from rbpf.poses import between, compose
-from rbpf.publisher import Publisher
-from rbpf.rows import Rows
-from rbpf.scan_gate import ScanGate
-from rbpf.scan_log import ScanLog
-from rbpf.sight import Sight
-from rbpf.told_pose import ToldPose
-from rbpf.trajectory import spread
-from spatial import InputError, Keyframes, LocalMap, Scan, se2
-from spatial.se2 import Transform
+from mrslam.rbpf.config import MapperConfig
+from mrslam.rbpf.crew import Crew, Pending
+from mrslam.rbpf.filter.back_end import BackEnd, Verdict
+from mrslam.rbpf.filter.scan_log import ScanLog
+from mrslam.rbpf.filter.trajectory import spread
+from mrslam.rbpf.front_end.front_end import FrontEnd
+from mrslam.rbpf.front_end.health import ADRIFT_MOST, DOUBTFUL
+from mrslam.rbpf.front_end.motion import MOTION, Keyframe, Since, motion_cov
+from mrslam.rbpf.front_end.reported_pose import ToldPose
+from mrslam.rbpf.front_end.scan_gate import ScanGate
+from mrslam.rbpf.match.sight import Sight
+from mrslam.rbpf.outcome import Stats, Stopwatch, UpdateInfo
+from mrslam.rbpf.rows import Rows
+from mrslam.rbpf.tiles.publisher import Publisher
+from mrslam.spatial import InputError, Keyframes, LocalMap, Scan, se2
+from mrslam.spatial.poses import between, compose
+from mrslam.spatial.se2 import Transform
 
 LAYOUT = 12
 """Of :meth:`Mapper.state`; raised whenever its content changes."""

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from spatial.se2 import Transform
+from mrslam.spatial.se2 import Transform
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

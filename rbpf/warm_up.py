@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from rbpf.config import MapperConfig
-from rbpf.mapper import Mapper
-from rbpf.nearest import COS, SIN
-from rbpf.resampling import systematic
-from rbpf.search import search
-from rbpf.tile_store import TileStore
-from spatial import Scan
+from mrslam.rbpf.config import MapperConfig
+from mrslam.rbpf.filter.resampling import systematic
+from mrslam.rbpf.mapper import Mapper
+from mrslam.rbpf.match.correlative import search
+from mrslam.rbpf.match.nearest import COS, SIN
+from mrslam.rbpf.tiles.store import TileStore
+from mrslam.spatial import Scan
 
 
 def warm_up() -> None:

@@ -2,9 +2,10 @@
 
 Nothing is imported here, so that ``mrslam --help`` is quick. Where to begin:
 
-- ``sim_driver.feeds``: ``open_feed``, recorded logs as scans.
-- ``sim_driver.worlds``, ``sim_driver.robots``, ``sim_driver.drivers``: what is simulated.
-- ``sim_driver.mission``: ``load_mission``, ``make_mission``; ``sim_driver.run``: ``run_mission``.
-- ``sim_driver.evaluate``: ``assess``, a run judged; ``sim_driver.report``: ``write_report``, its page.
-- ``sim_driver.sweep``: ``make_plan``, ``run_sweep``.
+- ``mrslam.sim_driver.feeds``: ``open_feed``, recorded logs as scans.
+- ``mrslam.sim_driver.worlds``, ``mrslam.sim_driver.robots``, ``mrslam.sim_driver.drivers``: what is simulated.
+- ``mrslam.sim_driver.missions.mission``: ``load_mission``, ``make_mission``.
+- ``mrslam.sim_driver.run.run``: ``run_mission``.
+- ``mrslam.sim_driver.evaluate``: ``assess``, a run judged; ``mrslam.sim_driver.report``: ``write_report``, its page.
+- ``mrslam.sim_driver.sweep``: ``make_plan``, ``run_sweep``.
 """

@@ -12,8 +12,9 @@ from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 
-from spatial.heap import give_back
-from spatial.jit_cache import forget_old, is_warm
+from mrslam import jit_cache
+from mrslam.jit_cache import forget_old, is_warm, mark_warm
+from mrslam.spatial.runtime.heap import give_back
 
 ROOMS = (
     "rbpf",
@@ -25,7 +26,7 @@ ROOMS = (
     "sim_driver.drivers",
     "sim_driver.feeds",
 )
-"""Packages with kernels; each offers ``warm_up()``, which calls every kernel once."""
+"""Packages with kernels, below ``mrslam``; each offers ``warm_up()``, which calls every kernel once."""
 
 
 def load_kernels(rooms: Sequence[str] = ROOMS) -> None:
@@ -35,7 +36,8 @@ def load_kernels(rooms: Sequence[str] = ROOMS) -> None:
     good by the collector of garbage: to look through numba's objects again takes it a tenth of a second each time.
     """
     for room in rooms:
-        import_module(room).warm_up()
+        import_module(f"mrslam.{room}").warm_up()
+        mark_warm(room)
     if gc.get_freeze_count() == 0:  # later on, what is left of an earlier mission must not be kept
         gc.freeze()
     give_back()
@@ -71,8 +73,11 @@ def _compiled_beside(rooms: Sequence[str]) -> Iterator[Callable[[], object]]:
     if not rooms:
         yield lambda: None
         return
-    top = str(Path(__file__).resolve().parents[1])
-    code = "import sys; sys.path.insert(0, sys.argv[1]); import sim_driver.kernels as k; k.load_kernels(sys.argv[2:])"
+    top = str(Path(jit_cache.__file__).parents[1])
+    code = (
+        "import sys; sys.path.insert(0, sys.argv[1]); "
+        "from mrslam.sim_driver import kernels; kernels.load_kernels(sys.argv[2:])"
+    )
     command = [sys.executable, "-c", code, top, *rooms]
     helper = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:

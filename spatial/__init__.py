@@ -1,14 +1,11 @@
 """Value types and kernels that every room shares: poses, scans, grids, tiles, map files. The ground floor."""
 
-from spatial.jit_cache import use_cache_dir
-
-use_cache_dir()
-
-from spatial.errors import InputError  # noqa: E402
-from spatial.grid import FREE_MAX, OCCUPIED_MIN, UNKNOWN, OccupancyGrid  # noqa: E402
-from spatial.map_files import read_map, write_map  # noqa: E402
-from spatial.scan import Scan  # noqa: E402
-from spatial.tiles import TILE_CELLS, Keyframes, LocalMap, Tile, TiledMap  # noqa: E402
+from mrslam.spatial.errors import InputError
+from mrslam.spatial.files.map_files import read_map, write_map
+from mrslam.spatial.files.tum import read_tum, write_tum
+from mrslam.spatial.grid import FREE_MAX, OCCUPIED_MIN, UNKNOWN, OccupancyGrid
+from mrslam.spatial.scan import Scan
+from mrslam.spatial.tiles import TILE_CELLS, Keyframes, LocalMap, Tile, TiledMap
 
 __all__ = [
     "FREE_MAX",
@@ -23,5 +20,7 @@ __all__ = [
     "Tile",
     "TiledMap",
     "read_map",
+    "read_tum",
     "write_map",
+    "write_tum",
 ]

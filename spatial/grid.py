@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spatial.errors import InputError
+from mrslam.spatial.errors import InputError
 
 UNKNOWN = -1
 """Cell value of what was never seen."""

@@ -15,8 +15,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spatial import se2
-from spatial.errors import InputError
+from mrslam.spatial import se2
+from mrslam.spatial.errors import InputError
 
 SLOWEST_SWEEP_S = 1.0
 """No planar laser takes longer from its first beam to its last."""

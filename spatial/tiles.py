@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from spatial.grid import UNKNOWN, OccupancyGrid
+from mrslam.spatial.grid import UNKNOWN, OccupancyGrid
 
 TILE_CELLS = 64
 """Edge of a tile, cells."""

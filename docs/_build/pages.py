@@ -15,7 +15,7 @@ sys.path.insert(0, str(ROOT))
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add what is not written by hand."""
-    from sim_driver.cli.config import as_markdown
+    from mrslam.sim_driver.cli.config import as_markdown
 
     pages = {
         "settings.md": as_markdown(),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import sys
 
-from sim_driver.cli.app import app
+from mrslam.sim_driver.cli.app import app
 
 NEW_OBJECTS = 50_000
 """After so many, garbage is looked for: what is imported makes many, and none of them is garbage."""
@@ -13,7 +13,7 @@ NEW_OBJECTS = 50_000
 
 def main() -> None:
     """Run the command; a known error is one line and exit code 1, a wrong call exit code 2."""
-    from spatial.errors import InputError
+    from mrslam.spatial.errors import InputError
 
     gc.set_threshold(NEW_OBJECTS)
     try:

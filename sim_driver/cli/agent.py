@@ -12,23 +12,24 @@ from pathlib import Path
 
 from rich.status import Status
 
-from agent import Agent, Body, Event, Keeper, ProcessShell, Runner, SensorBody, Settings, WallClock
-from comms import ZenohSensors, load_keys
-from sim_driver.agent_record import AgentRecord
-from sim_driver.cli.agent_told import DoubtTeller, begin
-from sim_driver.cli.console import console, say
-from sim_driver.cli.progress import Lines
-from sim_driver.cli.signals import signals_heard
-from sim_driver.feeds import open_feed
-from sim_driver.kernels import ensure_compiled
-from sim_driver.locate import locate
-from sim_driver.mission import make_settings
-from sim_driver.recorded import RecordedBody
-from sim_driver.settings import as_table, check_keys, read_toml, with_overrides
-from sim_driver.team import CHECKPOINT, NoBody, go_online
-from sim_driver.usage import write_usage
-from spatial import InputError
-from spatial.files import held
+from mrslam.agent import Agent, Body, Event, Keeper, ProcessShell, Runner, SensorBody, Settings, WallClock
+from mrslam.comms import load_keys
+from mrslam.comms.zenoh import ZenohSensors
+from mrslam.sim_driver.cli.agent_told import DoubtTeller, begin
+from mrslam.sim_driver.cli.console import console, say
+from mrslam.sim_driver.cli.progress import Lines
+from mrslam.sim_driver.cli.signals import signals_heard
+from mrslam.sim_driver.feeds import open_feed
+from mrslam.sim_driver.kernels import ensure_compiled
+from mrslam.sim_driver.missions.agent_record import AgentRecord
+from mrslam.sim_driver.missions.locate import locate
+from mrslam.sim_driver.missions.mission import make_settings
+from mrslam.sim_driver.missions.settings import as_table, check_keys, read_toml, with_overrides
+from mrslam.sim_driver.missions.usage import write_usage
+from mrslam.sim_driver.run.team import CHECKPOINT, NoBody, go_online
+from mrslam.sim_driver.simulation.recorded import RecordedBody
+from mrslam.spatial import InputError
+from mrslam.spatial.files.atomic import held
 
 SHOW_S = 1.0
 """How often the line of status is renewed, seconds."""

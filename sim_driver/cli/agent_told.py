@@ -5,9 +5,9 @@ from __future__ import annotations
 from datetime import datetime
 from pathlib import Path
 
-from agent import Agent, Event, Sensed
-from sim_driver.cli.console import say
-from sim_driver.team import CHECKPOINT, take_up
+from mrslam.agent import Agent, Event, Sensed
+from mrslam.sim_driver.cli.console import say
+from mrslam.sim_driver.run.team import CHECKPOINT, take_up
 
 KEPT = f"{CHECKPOINT}.old"
 """What a checkpoint is called that an agent did not go on from: nobody shall lose a map by an option or a setting."""

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from alignment import ALIGNERS, Alignment, AlignmentConfig, Rejection, align
-from sim_driver.cli.console import say
-from sim_driver.kernels import ensure_compiled
-from sim_driver.settings import build, with_overrides
-from spatial import InputError, read_map
-from spatial.archives import arrays_in
+from mrslam.alignment import ALIGNERS, Alignment, AlignmentConfig, Rejection, align
+from mrslam.sim_driver.cli.console import say
+from mrslam.sim_driver.kernels import ensure_compiled
+from mrslam.sim_driver.missions.settings import build, with_overrides
+from mrslam.spatial import InputError, read_map
+from mrslam.spatial.files.archives import arrays_in
 
 
 def align_files(

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from sim_driver.cli.commands import maps, network, runs
+from mrslam.sim_driver.cli.commands import maps, network, runs
 
 app = typer.Typer(
     name="mrslam",

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from sim_driver.cli.console import say
-from sim_driver.cli.progress import progress_bar
-from sim_driver.evaluate.trajectories import in_mission_time
-from sim_driver.feeds.bag_writer import BagWriter
-from sim_driver.replay import SCANS_FILE, read_recording
-from sim_driver.run_folder import METRICS_FILE, robots_of
-from spatial import InputError, read_map
-from spatial.tum import read_tum
+from mrslam.sim_driver.cli.console import say
+from mrslam.sim_driver.cli.progress import progress_bar
+from mrslam.sim_driver.evaluate.trajectories import in_mission_time
+from mrslam.sim_driver.feeds.bag_writer import BagWriter
+from mrslam.sim_driver.missions.run_folder import METRICS_FILE, robots_of
+from mrslam.sim_driver.replay import SCANS_FILE, read_recording
+from mrslam.spatial import InputError, read_map
+from mrslam.spatial.files.tum import read_tum
 
 TEAM = "team"
 

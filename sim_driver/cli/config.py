@@ -7,11 +7,11 @@ import dataclasses
 import inspect
 from collections.abc import Iterator
 
-from agent import Settings
-from sim_driver import mission_config
-from sim_driver.drivers import DriverConfig
-from sim_driver.faults import FaultConfig
-from sim_driver.radio import RadioConfig
+from mrslam.agent import Settings
+from mrslam.sim_driver.drivers import DriverConfig
+from mrslam.sim_driver.faults import FaultConfig
+from mrslam.sim_driver.missions import sections as mission_config
+from mrslam.sim_driver.worlds.radio import RadioConfig
 
 LISTS = ("robots", "faults")
 """Sections of which there may be several."""

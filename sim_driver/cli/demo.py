@@ -5,13 +5,13 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-import sim_driver
-from sim_driver.cli.console import say
-from sim_driver.cli.run import end_as_interrupted, report, run_with_progress
-from sim_driver.mission import make_mission
-from sim_driver.settings import read_toml
+from mrslam.sim_driver import missions
+from mrslam.sim_driver.cli.console import say
+from mrslam.sim_driver.cli.run import end_as_interrupted, report, run_with_progress
+from mrslam.sim_driver.missions.mission import make_mission
+from mrslam.sim_driver.missions.settings import read_toml
 
-MISSION = Path(sim_driver.__file__).parent / "demo.toml"
+MISSION = Path(missions.__file__).with_name("demo.toml")
 
 
 def demo(out: Path, seed: int, robots: int, rrd: Path | None, view: bool) -> None:

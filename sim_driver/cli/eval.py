@@ -9,12 +9,12 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from sim_driver.evaluate import References, assess
-from sim_driver.evaluate.sides import when_text
-from sim_driver.evaluate.trajectories import Trajectory
-from sim_driver.kernels import ensure_compiled
-from spatial import InputError, read_map
-from spatial.tum import read_tum
+from mrslam.sim_driver.evaluate import References, assess
+from mrslam.sim_driver.evaluate.sides import when_text
+from mrslam.sim_driver.evaluate.trajectories import Trajectory
+from mrslam.sim_driver.kernels import ensure_compiled
+from mrslam.spatial import InputError, read_map
+from mrslam.spatial.files.tum import read_tum
 
 ROBOT_ROWS = {
     "ATE m": ("trajectory", "ate_rmse_m"),

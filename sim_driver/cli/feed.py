@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from sim_driver.feeds.inspect import describe, inspect
-from sim_driver.locate import locate
+from mrslam.sim_driver.feeds.inspect import describe, inspect
+from mrslam.sim_driver.missions.locate import locate
 
 
 def inspect_file(log: Path, as_json: bool, salvage: bool = False) -> None:

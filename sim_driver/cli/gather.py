@@ -7,10 +7,10 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from sim_driver.cli.console import say
-from sim_driver.cli.run import report
-from sim_driver.gather import gather
-from sim_driver.report import write_report
+from mrslam.sim_driver.cli.console import say
+from mrslam.sim_driver.cli.run import report
+from mrslam.sim_driver.report import write_report
+from mrslam.sim_driver.run.gather import gather
 
 
 def gather_agents(folders: Sequence[Path], out: Path, as_json: bool) -> None:

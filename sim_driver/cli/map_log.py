@@ -14,26 +14,26 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-import rbpf
-from sim_driver.cli.console import say
-from sim_driver.cli.progress import progress_bar
-from sim_driver.evaluate.doubtful import find_doubts
-from sim_driver.evaluate.relations import Relations, own_errors, read_relations
-from sim_driver.feeds import Reading, open_feed
-from sim_driver.kernels import ensure_compiled
-from sim_driver.locate import locate
-from sim_driver.settings import build, with_overrides
-from sim_driver.usage import peak_kb
-from sim_driver.view import watch_mapper
-from sim_driver.view.files import start_viewer
-from spatial import se2, write_map
-from spatial.files import make_folder, write_text
-from spatial.images import write_image
-from spatial.map_files import pixels
-from spatial.tum import write_tum
+from mrslam import rbpf
+from mrslam.sim_driver.cli.console import say
+from mrslam.sim_driver.cli.progress import progress_bar
+from mrslam.sim_driver.evaluate.doubtful import find_doubts
+from mrslam.sim_driver.evaluate.relations import Relations, own_errors, read_relations
+from mrslam.sim_driver.feeds import Reading, open_feed
+from mrslam.sim_driver.kernels import ensure_compiled
+from mrslam.sim_driver.missions.locate import locate
+from mrslam.sim_driver.missions.settings import build, with_overrides
+from mrslam.sim_driver.missions.usage import peak_kb
+from mrslam.sim_driver.view import watch_mapper
+from mrslam.sim_driver.view.files import start_viewer
+from mrslam.spatial import se2, write_map
+from mrslam.spatial.files.atomic import make_folder, write_text
+from mrslam.spatial.files.images import write_image
+from mrslam.spatial.files.map_files import pixels
+from mrslam.spatial.files.tum import write_tum
 
 if TYPE_CHECKING:
-    from sim_driver.view.watch import MapperWatcher
+    from mrslam.sim_driver.view.watch import MapperWatcher
 
 
 def map_log(

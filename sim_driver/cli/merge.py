@@ -11,18 +11,19 @@ from typing import Any
 
 import numpy as np
 
-from alignment import Alignment, Rejection
-from merge import MergeConfig, MergeResult, Pair, draw_team, merge_maps
-from sim_driver.cli.align import as_row, check_method
-from sim_driver.cli.console import say
-from sim_driver.cli.progress import progress_bar
-from sim_driver.kernels import ensure_compiled
-from sim_driver.settings import build, with_overrides
-from spatial import InputError, OccupancyGrid, read_map, write_map
-from spatial.archives import arrays_in
-from spatial.files import is_file, is_folder, make_folder, write_text
-from spatial.images import write_image
-from spatial.se2 import Transform, transform
+from mrslam.alignment import Alignment, Rejection
+from mrslam.merge import MergeConfig, MergeResult, Pair, merge_maps
+from mrslam.merge.draw import draw_team
+from mrslam.sim_driver.cli.align import as_row, check_method
+from mrslam.sim_driver.cli.console import say
+from mrslam.sim_driver.cli.progress import progress_bar
+from mrslam.sim_driver.kernels import ensure_compiled
+from mrslam.sim_driver.missions.settings import build, with_overrides
+from mrslam.spatial import InputError, OccupancyGrid, read_map, write_map
+from mrslam.spatial.files.archives import arrays_in
+from mrslam.spatial.files.atomic import is_file, is_folder, make_folder, write_text
+from mrslam.spatial.files.images import write_image
+from mrslam.spatial.se2 import Transform, transform
 
 
 def merge_files(

@@ -6,9 +6,9 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
-from comms import make_team_keys
-from comms.doctor import examine
-from sim_driver.cli.console import say
+from mrslam.comms import make_team_keys
+from mrslam.comms.doctor import examine
+from mrslam.sim_driver.cli.console import say
 
 MARKS = {"ok": "ok", "warning": "look", "error": "BAD"}
 

@@ -16,7 +16,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from sim_driver.cli.console import console, say
+from mrslam.sim_driver.cli.console import console, say
 
 LINE_EVERY_S = 10.0
 """How often a line is printed where no bar can be shown, seconds."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from sim_driver.cli.console import say
-from sim_driver.report import write_report
+from mrslam.sim_driver.cli.console import say
+from mrslam.sim_driver.report import write_report
 
 
 def report_run(run: Path, out: Path | None) -> None:

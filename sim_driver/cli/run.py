@@ -10,19 +10,19 @@ from typing import Any
 
 import typer
 
-from sim_driver import run as runs
-from sim_driver.cli.console import say
-from sim_driver.cli.progress import mission_progress
-from sim_driver.cli.signals import interrupts_noted
-from sim_driver.evaluate.network import compared
-from sim_driver.evaluate.sides import merged_text
-from sim_driver.mission import Mission, load_mission
-from sim_driver.replay.again import replay_mission
-from sim_driver.report import REPORT_FILE, write_report
-from sim_driver.simulation import make_world
-from sim_driver.view import ViewOptions
-from sim_driver.view.files import join_recordings, start_viewer
-from spatial.files import make_folder
+from mrslam.sim_driver.cli.console import say
+from mrslam.sim_driver.cli.progress import mission_progress
+from mrslam.sim_driver.cli.signals import interrupts_noted
+from mrslam.sim_driver.evaluate.network import compared
+from mrslam.sim_driver.evaluate.sides import merged_text
+from mrslam.sim_driver.missions.mission import Mission, load_mission
+from mrslam.sim_driver.replay.again import replay_mission
+from mrslam.sim_driver.report import REPORT_FILE, write_report
+from mrslam.sim_driver.run import run as runs
+from mrslam.sim_driver.simulation.simulation import make_world
+from mrslam.sim_driver.view import ViewOptions
+from mrslam.sim_driver.view.files import join_recordings, start_viewer
+from mrslam.spatial.files.atomic import make_folder
 
 
 def run_file(

@@ -8,17 +8,17 @@ import time
 from dataclasses import asdict
 from pathlib import Path
 
-from sim_driver.cli.console import say
-from sim_driver.cli.progress import progress_bar
-from sim_driver.kernels import ensure_compiled
-from sim_driver.sweep import make_plan, parse_knob, run_sweep
-from sim_driver.sweep.advice import advice, pareto, summarise
-from sim_driver.sweep.plots import draw_all
-from sim_driver.sweep.sweep import steps
-from sim_driver.sweep.table import write_table
-from sim_driver.sweep.workers import workers_at
-from spatial import InputError
-from spatial.files import write_text
+from mrslam.sim_driver.cli.console import say
+from mrslam.sim_driver.cli.progress import progress_bar
+from mrslam.sim_driver.kernels import ensure_compiled
+from mrslam.sim_driver.sweep import make_plan, parse_knob, run_sweep
+from mrslam.sim_driver.sweep.advice import advice, pareto, summarise
+from mrslam.sim_driver.sweep.plots import draw_all
+from mrslam.sim_driver.sweep.sweep import steps
+from mrslam.sim_driver.sweep.table import write_table
+from mrslam.sim_driver.sweep.workers import workers_at
+from mrslam.spatial import InputError
+from mrslam.spatial.files.atomic import write_text
 
 
 def sweep(

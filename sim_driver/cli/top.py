@@ -15,10 +15,11 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from comms import TeamView, ZenohWatcher, own_keys
-from comms.local_robots import LocalRobot, local_robots
-from sim_driver.cli.signals import signals_heard
-from sim_driver.cli.top_tables import render
+from mrslam.comms import TeamView, own_keys
+from mrslam.comms.transport.local_robots import LocalRobot, local_robots
+from mrslam.comms.zenoh import ZenohWatcher
+from mrslam.sim_driver.cli.signals import signals_heard
+from mrslam.sim_driver.cli.top_tables import render
 
 console = Console(soft_wrap=False)
 """The view is what was asked for, so it goes to the standard output."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from sim_driver.drivers.base import STOP, Command, Driver
-from sim_driver.drivers.config import DriverConfig
-from sim_driver.drivers.explore import Explorer
-from sim_driver.drivers.warm_up import warm_up
-from sim_driver.drivers.waypoints import IdleDriver, TrajectoryDriver, WaypointDriver
+from mrslam.sim_driver.drivers.base import STOP, Command, Driver
+from mrslam.sim_driver.drivers.config import DriverConfig
+from mrslam.sim_driver.drivers.explore import Explorer
+from mrslam.sim_driver.drivers.warm_up import warm_up
+from mrslam.sim_driver.drivers.waypoints import IdleDriver, TrajectoryDriver, WaypointDriver
 
 DRIVERS: dict[str, Callable[..., Driver]] = {
     "explore": Explorer,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Protocol
 
-from spatial import OccupancyGrid, Scan
-from spatial.se2 import Transform
+from mrslam.spatial import OccupancyGrid, Scan
+from mrslam.spatial.se2 import Transform
 
 Command = tuple[float, float]
 """Speed (m/s) and turn (rad/s, counter-clockwise)."""

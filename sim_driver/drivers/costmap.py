@@ -9,9 +9,9 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from sim_driver.drivers.config import DriverConfig
-from spatial import FREE_MAX, OCCUPIED_MIN, OccupancyGrid
-from spatial.distance import euclidean
+from mrslam.sim_driver.drivers.config import DriverConfig
+from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, OccupancyGrid
+from mrslam.spatial.distance import euclidean
 
 WALL_PENALTY = 4.0
 """How much dearer a step right beside a wall is."""

@@ -12,16 +12,16 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_driver.drivers.attempts import ARRIVED_M, Attempts
-from sim_driver.drivers.base import STOP, Command
-from sim_driver.drivers.config import DriverConfig
-from sim_driver.drivers.costmap import Costmap, make_costmap
-from sim_driver.drivers.follow import slow_for_obstacles, steer
-from sim_driver.drivers.goals import Goal, find_goals
-from sim_driver.drivers.plan import length_m, seen_obstacles
-from sim_driver.drivers.recovery import Recovery
-from spatial import OccupancyGrid, Scan
-from spatial.se2 import Transform
+from mrslam.sim_driver.drivers.attempts import ARRIVED_M, Attempts
+from mrslam.sim_driver.drivers.base import STOP, Command
+from mrslam.sim_driver.drivers.config import DriverConfig
+from mrslam.sim_driver.drivers.costmap import Costmap, make_costmap
+from mrslam.sim_driver.drivers.follow import slow_for_obstacles, steer
+from mrslam.sim_driver.drivers.goals import Goal, find_goals
+from mrslam.sim_driver.drivers.plan import length_m, seen_obstacles
+from mrslam.sim_driver.drivers.recovery import Recovery
+from mrslam.spatial import OccupancyGrid, Scan
+from mrslam.spatial.se2 import Transform
 
 log = logging.getLogger(__name__)
 
@@ -71,7 +71,7 @@ class Explorer:
         teammates: Mapping[str, Transform],
         scan: Scan | None = None,
     ) -> Command:
-        """See :class:`sim_driver.drivers.Driver`."""
+        """See :class:`mrslam.sim_driver.drivers.Driver`."""
         if grid is None or grid.cells.size == 0:
             return SCAN_ROUND
         escape = self._recovery.command(now_ns)

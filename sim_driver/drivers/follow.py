@@ -7,10 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_driver.drivers.base import STOP, Command
-from sim_driver.drivers.config import DriverConfig
-from spatial import Scan, se2
-from spatial.se2 import Transform
+from mrslam.sim_driver.drivers.base import STOP, Command
+from mrslam.sim_driver.drivers.config import DriverConfig
+from mrslam.spatial import Scan, se2
+from mrslam.spatial.se2 import Transform
 
 TURN_FIRST_RAD = 0.9
 """Beyond this heading error the robot turns on the spot."""

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_driver.drivers.config import DriverConfig
-from sim_driver.drivers.costmap import Costmap
-from sim_driver.drivers.plan import SNAP_M
-from sim_driver.drivers.search import frontiers, trace, travel
-from spatial import se2
-from spatial.se2 import Transform
+from mrslam.sim_driver.drivers.config import DriverConfig
+from mrslam.sim_driver.drivers.costmap import Costmap
+from mrslam.sim_driver.drivers.plan import SNAP_M
+from mrslam.sim_driver.drivers.search import frontiers, trace, travel
+from mrslam.spatial import se2
+from mrslam.spatial.se2 import Transform
 
 BIGGEST_GAIN_M = 5.0
 """Longer frontiers gain no more than this."""

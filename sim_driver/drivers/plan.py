@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_driver.drivers.config import DriverConfig
-from sim_driver.drivers.costmap import Costmap
-from sim_driver.drivers.search import trace, travel
-from spatial import Scan, se2
-from spatial.se2 import Transform
+from mrslam.sim_driver.drivers.config import DriverConfig
+from mrslam.sim_driver.drivers.costmap import Costmap
+from mrslam.sim_driver.drivers.search import trace, travel
+from mrslam.spatial import Scan, se2
+from mrslam.spatial.se2 import Transform
 
 SEEN_WITHIN_M = 2.0
 """Returns nearer than this are obstacles for planning, whatever the map says."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim_driver.drivers.base import Command
-from sim_driver.drivers.config import DriverConfig
-from spatial import se2
-from spatial.se2 import Transform
+from mrslam.sim_driver.drivers.base import Command
+from mrslam.sim_driver.drivers.config import DriverConfig
+from mrslam.spatial import se2
+from mrslam.spatial.se2 import Transform
 
 NS = 1_000_000_000
 MOVED_M, TURNED_RAD = 0.08, 0.4

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim_driver.drivers.explore import Explorer
-from sim_driver.drivers.waypoints import WaypointDriver
-from spatial import OccupancyGrid
+from mrslam.sim_driver.drivers.explore import Explorer
+from mrslam.sim_driver.drivers.waypoints import WaypointDriver
+from mrslam.spatial import OccupancyGrid
 
 
 def warm_up() -> None:

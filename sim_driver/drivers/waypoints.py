@@ -7,14 +7,14 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sim_driver.drivers.base import STOP, Command
-from sim_driver.drivers.config import DriverConfig
-from sim_driver.drivers.costmap import make_costmap
-from sim_driver.drivers.follow import slow_for_obstacles, steer, steer_at
-from sim_driver.drivers.plan import path_between, seen_obstacles
-from sim_driver.drivers.recovery import Recovery
-from spatial import InputError, OccupancyGrid, Scan
-from spatial.se2 import Transform
+from mrslam.sim_driver.drivers.base import STOP, Command
+from mrslam.sim_driver.drivers.config import DriverConfig
+from mrslam.sim_driver.drivers.costmap import make_costmap
+from mrslam.sim_driver.drivers.follow import slow_for_obstacles, steer, steer_at
+from mrslam.sim_driver.drivers.plan import path_between, seen_obstacles
+from mrslam.sim_driver.drivers.recovery import Recovery
+from mrslam.spatial import InputError, OccupancyGrid, Scan
+from mrslam.spatial.se2 import Transform
 
 NS = 1_000_000_000
 
@@ -51,7 +51,7 @@ class WaypointDriver:
         teammates: Mapping[str, Transform],
         scan: Scan | None = None,
     ) -> Command:
-        """See :class:`sim_driver.drivers.Driver`."""
+        """See :class:`mrslam.sim_driver.drivers.Driver`."""
         if not self.finished and np.hypot(*(self._waypoints_m[self._at] - T_map_base[:2])) < self._config.arrive_m:
             self._at, self._next_plan_ns = self._at + 1, now_ns
             if self._loop:
@@ -113,7 +113,7 @@ class TrajectoryDriver:
         teammates: Mapping[str, Transform],
         scan: Scan | None = None,
     ) -> Command:
-        """See :class:`sim_driver.drivers.Driver`; steers at where the recording is a second from now."""
+        """See :class:`mrslam.sim_driver.drivers.Driver`; steers at where the recording is a second from now."""
         if self._start_ns is None:
             self._start_ns = now_ns
         elapsed = self._stamps_ns[0] + (now_ns - self._start_ns)
@@ -140,5 +140,5 @@ class IdleDriver:
         teammates: Mapping[str, Transform],
         scan: Scan | None = None,
     ) -> Command:
-        """See :class:`sim_driver.drivers.Driver`."""
+        """See :class:`mrslam.sim_driver.drivers.Driver`."""
         return STOP

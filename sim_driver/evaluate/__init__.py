@@ -1,6 +1,6 @@
 """What a run is worth: against the simulator's truth, relations, reference trajectories or a true map."""
 
-from sim_driver.evaluate.assess import assess
-from sim_driver.evaluate.judges import References
+from mrslam.sim_driver.evaluate.assess import assess
+from mrslam.sim_driver.evaluate.judges import References
 
 __all__ = ["References", "assess"]

@@ -9,17 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from sim_driver.evaluate.events import first_merge_s
-from sim_driver.evaluate.judges import Judgement, PairJudge, References, map_judge, pair_judge, relations_of
-from sim_driver.evaluate.network import bytes_by_kind, exchanges, link_rows
-from sim_driver.evaluate.relations import own_errors
-from sim_driver.evaluate.results import RunResults
-from sim_driver.evaluate.sides import givers_of, pairs_of, sides_of, speaker_of
-from sim_driver.evaluate.trajectories import errors
-from sim_driver.evaluate.truth import MUST_MERGE, Judge, team_frames
-from sim_driver.usage import USAGE
-from spatial import InputError
-from spatial.se2 import Transform
+from mrslam.sim_driver.evaluate.events import first_merge_s
+from mrslam.sim_driver.evaluate.judges import Judgement, PairJudge, References, map_judge, pair_judge, relations_of
+from mrslam.sim_driver.evaluate.network import bytes_by_kind, exchanges, link_rows
+from mrslam.sim_driver.evaluate.relations import own_errors
+from mrslam.sim_driver.evaluate.results import RunResults
+from mrslam.sim_driver.evaluate.sides import givers_of, pairs_of, sides_of, speaker_of
+from mrslam.sim_driver.evaluate.trajectories import errors
+from mrslam.sim_driver.evaluate.truth import MUST_MERGE, Judge, team_frames
+from mrslam.sim_driver.missions.usage import USAGE
+from mrslam.spatial import InputError
+from mrslam.spatial.se2 import Transform
 
 ACCURATE = ((0.5, 5.0), (0.15, 1.0))
 """Alignments within (m, deg) are counted as successes, coarse and fine."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 DOUBTFUL_BELOW = 0.5
-"""Health of a doubtful pose, as ``rbpf.UpdateInfo`` has it."""
+"""Health of a doubtful pose, as ``mrslam.rbpf.UpdateInfo`` has it."""
 APART_S = 5.0
 """Doubts less than this apart are one stretch, seconds."""
 TOLD_MOST = 5

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from alignment import Alignment, align
-from sim_driver.evaluate.relations import Relations, cross_errors, read_relations
-from sim_driver.evaluate.results import RunResults
-from sim_driver.evaluate.trajectories import Trajectory, fit
-from sim_driver.evaluate.truth import FALSE_MERGE_DEG, FALSE_MERGE_M, Judge, overlap, pair_error
-from sim_driver.simulation import make_world
-from spatial import OccupancyGrid
-from spatial.se2 import Transform
+from mrslam.alignment import Alignment, align
+from mrslam.sim_driver.evaluate.relations import Relations, cross_errors, read_relations
+from mrslam.sim_driver.evaluate.results import RunResults
+from mrslam.sim_driver.evaluate.trajectories import Trajectory, fit
+from mrslam.sim_driver.evaluate.truth import FALSE_MERGE_DEG, FALSE_MERGE_M, Judge, overlap, pair_error
+from mrslam.sim_driver.simulation.simulation import make_world
+from mrslam.spatial import OccupancyGrid
+from mrslam.spatial.se2 import Transform
 
 
 @dataclass(frozen=True)

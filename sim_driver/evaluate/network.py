@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from sim_driver.evaluate.events import Event
-from sim_driver.evaluate.results import RunResults
+from mrslam.sim_driver.evaluate.events import Event
+from mrslam.sim_driver.evaluate.results import RunResults
 
 
 def bytes_by_kind(run: RunResults) -> dict[str, int]:

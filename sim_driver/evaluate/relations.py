@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_driver.evaluate.trajectories import Trajectory
-from spatial import InputError, se2
-from spatial.se2 import Transform
+from mrslam.sim_driver.evaluate.trajectories import Trajectory
+from mrslam.spatial import InputError, se2
+from mrslam.spatial.se2 import Transform
 
 Relations = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]
 """Stamps (us) of the two poses of each relation, and the second pose in the frame of the first, ``(N, 3)``."""

@@ -10,16 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from sim_driver.evaluate.events import Event, read_events
-from sim_driver.evaluate.trajectories import Trajectory, fit
-from sim_driver.evaluate.truth import true_starts, true_trajectories
-from sim_driver.mission import Mission
-from sim_driver.replay.again import mission_of
-from sim_driver.robots import LASERS
-from sim_driver.run_folder import METRICS_FILE
-from spatial import InputError, OccupancyGrid, read_map, se2
-from spatial.se2 import Transform
-from spatial.tum import read_tum
+from mrslam.sim_driver.evaluate.events import Event, read_events
+from mrslam.sim_driver.evaluate.trajectories import Trajectory, fit
+from mrslam.sim_driver.evaluate.truth import true_starts, true_trajectories
+from mrslam.sim_driver.missions.mission import Mission
+from mrslam.sim_driver.missions.run_folder import METRICS_FILE
+from mrslam.sim_driver.replay.again import mission_of
+from mrslam.sim_driver.robots import LASERS
+from mrslam.spatial import InputError, OccupancyGrid, read_map, se2
+from mrslam.spatial.files.tum import read_tum
+from mrslam.spatial.se2 import Transform
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spatial import se2
-from spatial.se2 import Transform
+from mrslam.spatial import se2
+from mrslam.spatial.se2 import Transform
 
 Trajectory = tuple[NDArray[np.int64], NDArray[np.float64]]
 """Stamps ``(N,)`` ns and poses ``(N, 3)``."""

@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from sim_driver.evaluate.trajectories import Trajectory
-from sim_driver.mission import Mission
-from sim_driver.simulation import make_world
-from spatial import UNKNOWN, OccupancyGrid, read_map, se2
-from spatial.distance import euclidean
-from spatial.se2 import Transform
-from spatial.tum import read_tum
+from mrslam.sim_driver.evaluate.trajectories import Trajectory
+from mrslam.sim_driver.missions.mission import Mission
+from mrslam.sim_driver.simulation.simulation import make_world
+from mrslam.spatial import UNKNOWN, OccupancyGrid, read_map, se2
+from mrslam.spatial.distance import euclidean
+from mrslam.spatial.files.tum import read_tum
+from mrslam.spatial.se2 import Transform
 
 FALSE_MERGE_M, FALSE_MERGE_DEG = 0.5, 5.0
 """An accepted transform farther off than this is a false merge."""

@@ -1,5 +1,5 @@
 """What can go wrong with a robot, on purpose: faults that a mission lists, played in virtual time."""
 
-from sim_driver.faults.config import KINDS, FaultConfig
+from mrslam.sim_driver.faults.config import KINDS, FaultConfig
 
 __all__ = ["KINDS", "FaultConfig"]

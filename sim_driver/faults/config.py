@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from spatial.errors import require
+from mrslam.spatial.errors import require
 
 KINDS = {
     "crash": "the robot's computer dies, and starts again after `for_s` from its checkpoint",

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from agent import Agent
-from spatial import TILE_CELLS, LocalMap, Tile, TiledMap
-from spatial.tiles import TileIndex
+from mrslam.agent import Agent
+from mrslam.spatial import TILE_CELLS, LocalMap, Tile, TiledMap
+from mrslam.spatial.tiles import TileIndex
 
 WAYS = ("rotated", "mirrored", "random")
 

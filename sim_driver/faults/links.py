@@ -8,8 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
-from comms import Arrival, Conditions, LinkConditions, Send, Transport
-from sim_driver.faults.config import FaultConfig
+from mrslam.comms import Arrival, Conditions, LinkConditions, Send, Transport
+from mrslam.sim_driver.faults.config import FaultConfig
 
 FLAP_S = 3.0
 """A flapping link is down for as long, then up for as long."""

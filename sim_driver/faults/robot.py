@@ -8,8 +8,8 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
-from agent import Inline, Runner, VirtualRobot
-from sim_driver.faults.config import FaultConfig
+from mrslam.agent import Inline, Runner, VirtualRobot
+from mrslam.sim_driver.faults.config import FaultConfig
 
 GAIN = 1e-3
 """A clock that has jumped gains as much from then on, seconds a second."""

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from agent import Agent, Body, Sensed
-from sim_driver.faults.config import FaultConfig
-from spatial import se2
+from mrslam.agent import Agent, Body, Sensed
+from mrslam.sim_driver.faults.config import FaultConfig
+from mrslam.spatial import se2
 
 
 class FaultySenses:

@@ -6,13 +6,12 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-import spatial  # noqa: F401 - points numba's cache at the right folder before any kernel is defined
-from sim_driver.feeds.base import Feed, Reading
-from sim_driver.feeds.carmen import CarmenFeed
-from sim_driver.feeds.floats import warm_up
-from sim_driver.feeds.rosbag import RosbagFeed
-from spatial import InputError
-from spatial.files import is_file, is_folder
+from mrslam.sim_driver.feeds.base import Feed, Reading
+from mrslam.sim_driver.feeds.carmen import CarmenFeed
+from mrslam.sim_driver.feeds.floats import warm_up
+from mrslam.sim_driver.feeds.rosbag import RosbagFeed
+from mrslam.spatial import InputError
+from mrslam.spatial.files.atomic import is_file, is_folder
 
 FEEDS: dict[str, Callable[[Path], Feed]] = {"carmen": CarmenFeed, "rosbag": RosbagFeed}
 """Format name -> reader."""

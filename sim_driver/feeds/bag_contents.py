@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_driver.feeds.tf_tree import Motion, TransformTree
-from spatial import InputError, Scan
-from spatial.errors import first_line
-from spatial.scan import SLOWEST_SWEEP_S
-from spatial.se2 import Transform
+from mrslam.sim_driver.feeds.tf_tree import Motion, TransformTree
+from mrslam.spatial import InputError, Scan
+from mrslam.spatial.errors import first_line
+from mrslam.spatial.scan import SLOWEST_SWEEP_S
+from mrslam.spatial.se2 import Transform
 
 SCAN, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
@@ -130,7 +130,7 @@ def _read(path: Path, notes: list[str], is_cut: bool) -> BagContents:
     try:
         any_reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE))
         if is_cut:
-            from sim_driver.feeds.cut_bag import CutBagReader
+            from mrslam.sim_driver.feeds.cut_bag import CutBagReader
 
             any_reader.readers = [CutBagReader(path)]
         with any_reader as reader:

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spatial import InputError, OccupancyGrid, Scan
-from spatial.se2 import Transform
+from mrslam.spatial import InputError, OccupancyGrid, Scan
+from mrslam.spatial.se2 import Transform
 
 NS = 1_000_000_000
 

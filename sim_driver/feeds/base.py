@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from spatial import Scan
-from spatial.se2 import Transform
+from mrslam.spatial import Scan
+from mrslam.spatial.se2 import Transform
 
 
 @dataclass(frozen=True, eq=False)

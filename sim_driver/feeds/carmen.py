@@ -20,9 +20,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_driver.feeds import floats
-from sim_driver.feeds.base import Reading
-from spatial import InputError, Scan, se2
+from mrslam.sim_driver.feeds import floats
+from mrslam.sim_driver.feeds.base import Reading
+from mrslam.spatial import InputError, Scan, se2
 
 MAX_BEAMS = 100_000
 SALVAGE = "; --salvage uses the scans before"

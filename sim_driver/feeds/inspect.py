@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_driver.feeds import guess_format, open_feed
-from sim_driver.feeds.base import Feed
-from spatial import se2
+from mrslam.sim_driver.feeds import guess_format, open_feed
+from mrslam.sim_driver.feeds.base import Feed
+from mrslam.spatial import se2
 
 FAST_M_S, LONG_GAP_S, SPARSE_M = 3.0, 2.0, 0.5
 

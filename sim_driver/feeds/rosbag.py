@@ -11,11 +11,11 @@ from typing import TypeVar
 
 import numpy as np
 
-from sim_driver.feeds.bag_contents import BagContents, read_contents
-from sim_driver.feeds.base import Reading
-from sim_driver.feeds.tf_tree import Motion, TransformTree
-from spatial import InputError
-from spatial.se2 import Transform
+from mrslam.sim_driver.feeds.bag_contents import BagContents, read_contents
+from mrslam.sim_driver.feeds.base import Reading
+from mrslam.sim_driver.feeds.tf_tree import Motion, TransformTree
+from mrslam.spatial import InputError
+from mrslam.spatial.se2 import Transform
 
 MAX_GAP_S = 1.0
 """Scans farther from any odometry than this get none."""

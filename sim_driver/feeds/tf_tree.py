@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spatial.se2 import Transform, wrap
+from mrslam.spatial.se2 import Transform, wrap
 
 NS = 1_000_000_000
 

@@ -9,14 +9,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from agent import Settings
-from sim_driver.mission import Mission, make_mission
-from sim_driver.replay.recording import SCANS_FILE
-from sim_driver.run_folder import CONFIG_FILE, METRICS_FILE, read_config
-from sim_driver.settings import parse_assignment, with_overrides
-from sim_driver.simulation import LINKS_FILE, is_simulated
-from spatial import InputError
-from spatial.files import write_bytes
+from mrslam.agent import Settings
+from mrslam.sim_driver.missions.mission import Mission, make_mission
+from mrslam.sim_driver.missions.run_folder import CONFIG_FILE, METRICS_FILE, read_config
+from mrslam.sim_driver.missions.settings import parse_assignment, with_overrides
+from mrslam.sim_driver.replay.recording import SCANS_FILE
+from mrslam.sim_driver.simulation.simulation import LINKS_FILE, is_simulated
+from mrslam.spatial import InputError
+from mrslam.spatial.files.atomic import write_bytes
 
 REPLAYABLE = (*(section.name for section in dataclasses.fields(Settings)), "truth")
 """Sections whose settings can change without driving anew."""

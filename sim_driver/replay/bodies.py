@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from agent import Agent, Sensed
-from sim_driver.simulated import PLAN_NS
+from mrslam.agent import Agent, Sensed
+from mrslam.sim_driver.simulation.simulated import PLAN_NS
 
 
 class ReplayedBody:

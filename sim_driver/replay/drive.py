@@ -11,8 +11,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from sim_driver.mission import Mission
-from sim_driver.simulation import is_simulated
+from mrslam.sim_driver.missions.mission import Mission
+from mrslam.sim_driver.simulation.simulation import is_simulated
 
 TEAM_KNOWLEDGE = ("merged", "unmerged", "map_updated", "alignment")
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from agent import Agent, Event, Sensed
-from spatial import InputError, Scan
-from spatial.archives import read_arrays
-from spatial.files import is_file, write_bytes
+from mrslam.agent import Agent, Event, Sensed
+from mrslam.spatial import InputError, Scan
+from mrslam.spatial.files.archives import read_arrays
+from mrslam.spatial.files.atomic import is_file, write_bytes
 
 SCANS_FILE = "scans.npz"
 

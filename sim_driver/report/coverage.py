@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_driver.evaluate.results import RunResults
-from sim_driver.report.layout import Layout
-from sim_driver.simulation import make_world
-from spatial import se2
+from mrslam.sim_driver.evaluate.results import RunResults
+from mrslam.sim_driver.report.layout import Layout
+from mrslam.sim_driver.simulation.simulation import make_world
+from mrslam.spatial import se2
 
 CURVE_POINTS = 80
 """Points of a curve over time."""

@@ -5,17 +5,17 @@ from __future__ import annotations
 from itertools import combinations
 from typing import Any
 
-from agent import Settings
-from merge.draw import colours
-from sim_driver.evaluate import References, assess
-from sim_driver.evaluate.results import RunResults
-from sim_driver.report.coverage import coverage_data
-from sim_driver.report.layout import lay_out
-from sim_driver.report.links import link_data, traffic_curve
-from sim_driver.report.map_data import map_data
-from sim_driver.report.seen import first_seen_s
-from sim_driver.report.story import event_words, headline, sentences
-from sim_driver.settings import as_table
+from mrslam.agent import Settings
+from mrslam.merge.draw import colours
+from mrslam.sim_driver.evaluate import References, assess
+from mrslam.sim_driver.evaluate.results import RunResults
+from mrslam.sim_driver.missions.settings import as_table
+from mrslam.sim_driver.report.coverage import coverage_data
+from mrslam.sim_driver.report.layout import lay_out
+from mrslam.sim_driver.report.links import link_data, traffic_curve
+from mrslam.sim_driver.report.map_data import map_data
+from mrslam.sim_driver.report.seen import first_seen_s
+from mrslam.sim_driver.report.story import event_words, headline, sentences
 
 TICKER_LINES = 400
 

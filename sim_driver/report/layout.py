@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_driver.evaluate.results import RunResults
-from spatial import OccupancyGrid, se2
-from spatial.se2 import Transform
+from mrslam.sim_driver.evaluate.results import RunResults
+from mrslam.spatial import OccupancyGrid, se2
+from mrslam.spatial.se2 import Transform
 
 MOST_PIXELS = 900
 """Longest side of the picture, pixels."""

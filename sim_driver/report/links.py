@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from sim_driver.evaluate.network import quality_over_time
-from sim_driver.evaluate.results import RunResults
+from mrslam.sim_driver.evaluate.network import quality_over_time
+from mrslam.sim_driver.evaluate.results import RunResults
 
 
 def link_data(run: RunResults, a: str, b: str, end_s: float) -> dict[str, Any]:

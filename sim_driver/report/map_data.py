@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_driver.evaluate.results import RunResults
-from sim_driver.report.layout import Layout
-from sim_driver.report.png import png_uri
-from sim_driver.report.seen import mission_trajectory, spread
-from spatial import se2
+from mrslam.sim_driver.evaluate.results import RunResults
+from mrslam.sim_driver.report.layout import Layout
+from mrslam.sim_driver.report.png import png_uri
+from mrslam.sim_driver.report.seen import mission_trajectory, spread
+from mrslam.spatial import se2
 
 PATH_POINTS = 500
 """Points of a trajectory that the page draws."""

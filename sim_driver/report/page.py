@@ -6,10 +6,10 @@ import html
 import json
 from pathlib import Path
 
-from sim_driver.evaluate import References
-from sim_driver.evaluate.results import RunResults
-from sim_driver.report.data import page_data
-from spatial.files import write_text
+from mrslam.sim_driver.evaluate import References
+from mrslam.sim_driver.evaluate.results import RunResults
+from mrslam.sim_driver.report.data import page_data
+from mrslam.spatial.files.atomic import write_text
 
 REPORT_FILE = "report.html"
 TEMPLATE = Path(__file__).with_name("page.html")

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from agent import Sensed
-from sim_driver.evaluate.results import RunResults
-from sim_driver.evaluate.trajectories import Trajectory, in_mission_time
-from sim_driver.feeds import open_feed
-from sim_driver.recorded import RecordedBody
-from sim_driver.replay import SCANS_FILE, read_recording
-from sim_driver.report.layout import Layout
-from spatial import Scan, se2
+from mrslam.agent import Sensed
+from mrslam.sim_driver.evaluate.results import RunResults
+from mrslam.sim_driver.evaluate.trajectories import Trajectory, in_mission_time
+from mrslam.sim_driver.feeds import open_feed
+from mrslam.sim_driver.replay import SCANS_FILE, read_recording
+from mrslam.sim_driver.report.layout import Layout
+from mrslam.sim_driver.simulation.recorded import RecordedBody
+from mrslam.spatial import Scan, se2
 
 NEVER = np.float32(np.inf)
 STEP_M, STEP_RAD = 0.25, 0.2

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from sim_driver.evaluate.network import compared
-from sim_driver.evaluate.results import RunResults
-from sim_driver.evaluate.sides import merged_text
-from sim_driver.faults.config import ONCE
+from mrslam.sim_driver.evaluate.network import compared
+from mrslam.sim_driver.evaluate.results import RunResults
+from mrslam.sim_driver.evaluate.sides import merged_text
+from mrslam.sim_driver.faults.config import ONCE
 
 Assessment = dict[str, Any]
 

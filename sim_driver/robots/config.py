@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from spatial.errors import require
+from mrslam.spatial.errors import require
 
 
 @dataclass(frozen=True, kw_only=True)

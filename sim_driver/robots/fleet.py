@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_driver.robots.robot import SimulatedRobot
-from spatial import Scan
-from spatial.se2 import Transform
+from mrslam.sim_driver.robots.robot import SimulatedRobot
+from mrslam.spatial import Scan
+from mrslam.spatial.se2 import Transform
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from spatial.errors import require
+from mrslam.spatial.errors import require
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim_driver.robots.config import OdometryConfig
-from spatial import se2
-from spatial.se2 import Transform
+from mrslam.sim_driver.robots.config import OdometryConfig
+from mrslam.spatial import se2
+from mrslam.spatial.se2 import Transform
 
 STILL = 1e-9
 """Motion below this is rounding, not motion: metres, radians."""

@@ -7,13 +7,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_driver.robots.config import ChassisConfig, OdometryConfig
-from sim_driver.robots.lasers import LaserModel
-from sim_driver.robots.odometry import Odometry
-from sim_driver.robots.raycast import cast, cast_discs, leap_field
-from sim_driver.worlds.world import World
-from spatial import Scan, se2
-from spatial.se2 import Transform
+from mrslam.sim_driver.robots.config import ChassisConfig, OdometryConfig
+from mrslam.sim_driver.robots.lasers import LaserModel
+from mrslam.sim_driver.robots.odometry import Odometry
+from mrslam.sim_driver.robots.raycast import cast, cast_discs, leap_field
+from mrslam.sim_driver.worlds.world import World
+from mrslam.spatial import Scan, se2
+from mrslam.spatial.se2 import Transform
 
 NOBODY: tuple[NDArray[np.float64], NDArray[np.float64]] = (np.empty((0, 2)), np.empty(0))
 """No discs: centres ``(0, 2)`` and radii ``(0,)``."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim_driver.radio import Radio
-from sim_driver.robots.lasers import LASERS
-from sim_driver.robots.robot import SimulatedRobot
-from sim_driver.worlds.canvas import Canvas
-from sim_driver.worlds.world import World
+from mrslam.sim_driver.robots.lasers import LASERS
+from mrslam.sim_driver.robots.robot import SimulatedRobot
+from mrslam.sim_driver.worlds.canvas import Canvas
+from mrslam.sim_driver.worlds.radio import Radio
+from mrslam.sim_driver.worlds.world import World
 
 
 def warm_up() -> None:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from statistics import mean, median
 from typing import Any
 
-from sim_driver.sweep.plan import Knob
-from sim_driver.sweep.table import Rows
+from mrslam.sim_driver.sweep.plan import Knob
+from mrslam.sim_driver.sweep.table import Rows
 
 NEARLY = 1.10
 """A setting that merges within this factor of the fastest counts as fast as it."""

@@ -11,12 +11,12 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from sim_driver.mission import make_mission
-from sim_driver.mission_config import SweepConfig
-from sim_driver.replay.again import REPLAYABLE
-from sim_driver.settings import build, parse_assignment, read_toml, with_overrides
-from sim_driver.shipped import find_mission
-from spatial import InputError
+from mrslam.sim_driver.missions.mission import make_mission
+from mrslam.sim_driver.missions.sections import SweepConfig
+from mrslam.sim_driver.missions.settings import build, parse_assignment, read_toml, with_overrides
+from mrslam.sim_driver.missions.shipped import find_mission
+from mrslam.sim_driver.replay.again import REPLAYABLE
+from mrslam.spatial import InputError
 
 DRIVES = ("auto", "recorded", "anew")
 MOST_POINTS = 100_000

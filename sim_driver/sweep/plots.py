@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from sim_driver.sweep.advice import Summary, mean_merge_s, merge_s, pareto, recommend
-from sim_driver.sweep.plan import Knob
-from sim_driver.sweep.table import Rows
-from spatial import InputError
+from mrslam.sim_driver.sweep.advice import Summary, mean_merge_s, merge_s, pareto, recommend
+from mrslam.sim_driver.sweep.plan import Knob
+from mrslam.sim_driver.sweep.table import Rows
+from mrslam.spatial import InputError
 
 Value = Callable[[dict[str, Any]], float | None]
 

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from sim_driver.sweep.plan import Plan, Point
-from sim_driver.sweep.work import Job, record_drive, run_point
-from sim_driver.sweep.workers import Workers
-from spatial.files import write_bytes, write_text
+from mrslam.sim_driver.sweep.plan import Plan, Point
+from mrslam.sim_driver.sweep.work import Job, record_drive, run_point
+from mrslam.sim_driver.sweep.workers import Workers
+from mrslam.spatial.files.atomic import write_bytes, write_text
 
 Say = Callable[[str], None]
 

@@ -8,7 +8,7 @@ import io
 from pathlib import Path
 from typing import Any
 
-from spatial.files import write_bytes, write_text
+from mrslam.spatial.files.atomic import write_bytes, write_text
 
 Rows = list[dict[str, Any]]
 

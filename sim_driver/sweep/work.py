@@ -12,11 +12,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from sim_driver.evaluate import assess
-from sim_driver.mission import Mission, make_mission
-from sim_driver.replay.again import replay_mission
-from sim_driver.run import run_mission
-from sim_driver.settings import with_overrides
+from mrslam.sim_driver.evaluate import assess
+from mrslam.sim_driver.missions.mission import Mission, make_mission
+from mrslam.sim_driver.missions.settings import with_overrides
+from mrslam.sim_driver.replay.again import replay_mission
+from mrslam.sim_driver.run.run import run_mission
 
 KEPT = ("config.json", "metrics.json", "links.csv", "scans.npz", "truth.tum", "events.jsonl")
 """What of a recorded run is needed to play it again."""

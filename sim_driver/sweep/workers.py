@@ -13,7 +13,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from contextlib import contextmanager
 from typing import Any, Protocol
 
-from spatial import InputError
+from mrslam.spatial import InputError
 
 WATCH_S = 1.0
 """How often a worker looks whether its parent is still there, seconds."""

@@ -7,8 +7,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from sim_driver.run_folder import robots_of
-from spatial import InputError
+from mrslam.sim_driver.missions.run_folder import robots_of
+from mrslam.spatial import InputError
 
 VIEWER_MEMORY = "1GB"
 """Most memory the viewer takes; it then forgets what is oldest."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from spatial import LocalMap, Scan
-from spatial.se2 import Transform
+from mrslam.spatial import LocalMap, Scan
+from mrslam.spatial.se2 import Transform
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,13 +8,13 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from agent import Event
-from merge.draw import colours
-from sim_driver.view.blueprint import blueprint_of
-from sim_driver.view.frame import Frame
-from sim_driver.view.options import ViewOptions
-from spatial import LocalMap, se2
-from spatial.se2 import Transform
+from mrslam.agent import Event
+from mrslam.merge.draw import colours
+from mrslam.sim_driver.missions.view_options import ViewOptions
+from mrslam.sim_driver.view.blueprint import blueprint_of
+from mrslam.sim_driver.view.frame import Frame
+from mrslam.spatial import LocalMap, se2
+from mrslam.spatial.se2 import Transform
 
 APPLICATION = "mrslam"
 FLUSH_S = 2.0

@@ -7,10 +7,10 @@ import threading
 from collections import deque
 from typing import Protocol
 
-from agent import Agent, Event, Sensed
-from rbpf import Mapper
-from sim_driver.view.frame import Frame
-from spatial import Scan
+from mrslam.agent import Agent, Event, Sensed
+from mrslam.rbpf import Mapper
+from mrslam.sim_driver.view.frame import Frame
+from mrslam.spatial import Scan
 
 FRAME_NS = 400_000_000
 """Least mission time between two frames, nanoseconds."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from sim_driver.worlds.builtin import BUILT_IN
-from sim_driver.worlds.office import office
-from sim_driver.worlds.world import World
-from spatial import InputError, OccupancyGrid, read_map
-from spatial.files import is_file
-from spatial.images import read_image
+from mrslam.sim_driver.worlds.builtin import BUILT_IN
+from mrslam.sim_driver.worlds.office import office
+from mrslam.sim_driver.worlds.world import World
+from mrslam.spatial import InputError, OccupancyGrid, read_map
+from mrslam.spatial.files.atomic import is_file
+from mrslam.spatial.files.images import read_image
 
 DARK_BELOW = 128
 """Grey value below which a bitmap's pixel is wall."""

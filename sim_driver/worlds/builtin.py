@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from sim_driver.worlds.canvas import Canvas
-from sim_driver.worlds.office import office
-from spatial import OccupancyGrid
+from mrslam.sim_driver.worlds.canvas import Canvas
+from mrslam.sim_driver.worlds.office import office
+from mrslam.spatial import OccupancyGrid
 
 OFFICE_SEED = 11
 """The floor called "office"."""

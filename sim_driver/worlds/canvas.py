@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from spatial import OccupancyGrid
+from mrslam.spatial import OccupancyGrid
 
 
 class Canvas:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from sim_driver.worlds.canvas import Canvas
-from spatial import OccupancyGrid
+from mrslam.sim_driver.worlds.canvas import Canvas
+from mrslam.spatial import OccupancyGrid
 
 DOOR_M = (0.95, 1.3)
 ROOM_WIDTH_M = (2.6, 5.2)

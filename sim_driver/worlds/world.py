@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from spatial import InputError, OccupancyGrid, se2
-from spatial.distance import euclidean
-from spatial.se2 import Transform
+from mrslam.spatial import InputError, OccupancyGrid, se2
+from mrslam.spatial.distance import euclidean
+from mrslam.spatial.se2 import Transform
 
 WALL = 100
 

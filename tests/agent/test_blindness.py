@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from agent import Agent, Event, Settings
-from rbpf import MapperConfig
+from mrslam.agent import Agent, Event, Settings
+from mrslam.rbpf import MapperConfig
 from tests.rbpf.rooms import drive, make_scan
 
 S = 1_000_000_000

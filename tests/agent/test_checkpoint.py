@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agent import Agent, Inline, Keeper, Settings, resume
-from agent.checkpoint import REVISIONS_LOST, freeze, restore, write
-from agent.effects import Effect, Event
-from alignment import Alignment
-from comms import CommsConfig, Send
-from rbpf import MapperConfig
-from spatial import InputError, Scan
+from mrslam.agent import Agent, Inline, Keeper, Settings, resume
+from mrslam.agent.checkpoint import REVISIONS_LOST, freeze, restore, write
+from mrslam.agent.effects import Effect, Event
+from mrslam.alignment import Alignment
+from mrslam.comms import CommsConfig, Send
+from mrslam.rbpf import MapperConfig
+from mrslam.spatial import InputError, Scan
 
 S = 1_000_000_000
 SETTINGS = Settings(rbpf=MapperConfig(particles=3), comms=CommsConfig(link_source="model", exchange_timeout_s=1.0))
@@ -132,7 +132,7 @@ def test_without_a_disk_a_resumed_map_gets_a_new_epoch(tmp_path: Path, monkeypat
     def full(*_: Any) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("agent.checkpoint.write", full)
+    monkeypatch.setattr("mrslam.agent.checkpoint.write", full)
     again = robot("r1", 2)
     resume(again, tmp_path / "state")
     assert again.node.store.version("r1")[0] == one.node.store.version("r1")[0] + 1
@@ -166,7 +166,7 @@ def test_a_keeper_saves_in_time_and_tells_trouble_once(tmp_path: Path, monkeypat
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patched:
-        patched.setattr("agent.checkpoint.write_state", full)
+        patched.setattr("mrslam.agent.checkpoint.write_state", full)
         told = [event.kind for t in range(7, 27) for event in keeper.look(one, t * S, t * S)]
     assert told == ["checkpoint_failed"] and keeper.failures >= 2
     assert keeper.path.read_bytes() == kept

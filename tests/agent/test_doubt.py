@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agent.doubt import SelfDoubt, contradicts_itself, fits_map
-from spatial import Keyframes, LocalMap, OccupancyGrid, Scan, TiledMap
+from mrslam.agent.doubt import SelfDoubt, contradicts_itself, fits_map
+from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, Scan, TiledMap
 
 S = 1_000_000_000
 

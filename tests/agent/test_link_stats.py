@@ -1,8 +1,8 @@
 from __future__ import annotations
 
-from agent.effects import as_event
-from agent.link_stats import LinkStats
-from comms import ExchangeDone
+from mrslam.agent.effects import as_event
+from mrslam.agent.link_stats import LinkStats
+from mrslam.comms import ExchangeDone
 
 DONE = ExchangeDone("r2", 100, 50, 1000, 9000, 3, 0.123456, "complete")
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-import agent.outputs as outputs
-from agent import Agent, Event, Settings, write_robot
-from agent.outputs import EventLog
+from mrslam.agent import Agent, Event, Settings, write_robot
+from mrslam.agent.shells import outputs
+from mrslam.agent.shells.outputs import EventLog
 
 
 def test_events_go_on_where_they_were(tmp_path: Path) -> None:

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agent import Agent, ProcessShell, Runner, Sensed, Settings, WallClock
-from agent.overload import FLOOR, LATE_S, Overload
-from comms import MemoryNetwork
-from spatial import Scan
+from mrslam.agent import Agent, ProcessShell, Runner, Sensed, Settings, WallClock
+from mrslam.agent.shells.overload import FLOOR, LATE_S, Overload
+from mrslam.comms import MemoryNetwork
+from mrslam.spatial import Scan
 
 LASER_S = 0.1
 

@@ -3,10 +3,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agent.config import AgentConfig
-from agent.pairs import UNCONFIRMED, WEAK, PairBook
-from alignment import Alignment, Rejection
-from spatial import OccupancyGrid, TiledMap, se2
+from mrslam.agent.config import AgentConfig
+from mrslam.agent.pairs import UNCONFIRMED, WEAK, PairBook
+from mrslam.alignment import Alignment, Rejection
+from mrslam.spatial import OccupancyGrid, TiledMap, se2
 
 S = 1_000_000_000
 

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agent import WallClock
-from agent.sensors import SensorBody
-from comms.sensors import decode_odometry, decode_scan, encode_odometry, encode_scan
-from spatial import InputError, Scan
+from mrslam.agent import WallClock
+from mrslam.agent.shells.sensors import SensorBody
+from mrslam.comms.transport.sensors import decode_odometry, decode_scan, encode_odometry, encode_scan
+from mrslam.spatial import InputError, Scan
 
 
 def scan(stamp_ns: int = 5, value: float = 1.0) -> Scan:

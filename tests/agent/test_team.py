@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agent import Agent, Settings, checkpoint, resume
-from agent.effects import AlignJob
-from alignment import Alignment
-from comms.snapshots import published
-from spatial import Keyframes, LocalMap, OccupancyGrid, TiledMap
+from mrslam.agent import Agent, Settings, checkpoint, resume
+from mrslam.agent.effects import AlignJob
+from mrslam.alignment import Alignment
+from mrslam.comms.maps.snapshots import published
+from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, TiledMap
 
 SECOND = 1_000_000_000
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from spatial import OccupancyGrid, se2
+from mrslam.spatial import OccupancyGrid, se2
 
 
 class House:

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import alignment
-from alignment import Alignment, AlignmentConfig, Candidate, Prior, Rejection, align
-from sim_driver.worlds import load_world
-from spatial import InputError, OccupancyGrid, se2
+from mrslam import alignment
+from mrslam.alignment import Alignment, AlignmentConfig, Candidate, Prior, Rejection, align
+from mrslam.sim_driver.worlds import load_world
+from mrslam.spatial import InputError, OccupancyGrid, se2
 from tests.alignment.conftest import T_A, House
 
 

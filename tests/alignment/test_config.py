@@ -1,7 +1,7 @@
 import pytest
 
-from alignment import AlignmentConfig
-from spatial import InputError
+from mrslam.alignment import AlignmentConfig
+from mrslam.spatial import InputError
 
 
 @pytest.mark.parametrize(

@@ -8,14 +8,18 @@ import numpy as np
 import pytest
 from scipy.sparse.csgraph import connected_components
 
-from alignment import agreement_kernels, correlate, correlate_kernels, ransac, structure, wall_kernels
-from alignment.config import AlignmentConfig
-from alignment.dissimilarity import Dissimilarity, mean_distance
-from alignment.hough import hough_spectrum
-from alignment.prepared import PreparedMap, prepare, working_resolution
-from alignment.refine import equations, refine
-from alignment.verify import judge_walls
-from spatial import OccupancyGrid, se2
+from mrslam.alignment.config import AlignmentConfig
+from mrslam.alignment.kernels import agreement as agreement_kernels
+from mrslam.alignment.kernels import correlation as correlate_kernels
+from mrslam.alignment.kernels import walls as wall_kernels
+from mrslam.alignment.prepared import PreparedMap, prepare, working_resolution
+from mrslam.alignment.proposals import correlate, ransac
+from mrslam.alignment.proposals.dissimilarity import Dissimilarity, mean_distance
+from mrslam.alignment.proposals.hough import hough_spectrum
+from mrslam.alignment.verification import structure
+from mrslam.alignment.verification.refine import equations, refine
+from mrslam.alignment.verification.verify import judge_walls
+from mrslam.spatial import OccupancyGrid, se2
 
 
 @pytest.fixture(scope="module")
@@ -329,7 +333,7 @@ def test_free_overlap_like_its_twin():
 
 
 def test_acceptance_index_of_a_map_with_itself(pair):
-    import alignment
+    from mrslam import alignment
 
     a = pair[0]
     assert alignment.acceptance_index(a, a, np.zeros(3)) == 1.0

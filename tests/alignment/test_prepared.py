@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from alignment.prepared import main_part, prepare
-from alignment.wall_kernels import FREE, OCCUPIED
-from spatial import OccupancyGrid
+from mrslam.alignment.kernels.walls import FREE, OCCUPIED
+from mrslam.alignment.prepared import main_part, prepare
+from mrslam.spatial import OccupancyGrid
 
 
 @pytest.mark.parametrize("res", [0.05, 0.07, 0.1, 0.2])

@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from alignment import AlignmentConfig, reasons
+from mrslam.alignment import AlignmentConfig
+from mrslam.alignment.verification import reasons
 
 
 def test_the_lead_bounds_the_confidence_as_the_documentation_says() -> None:

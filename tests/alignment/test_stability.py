@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from alignment import Alignment, StabilityCheck
-from spatial import InputError
+from mrslam.alignment import Alignment, StabilityCheck
+from mrslam.spatial import InputError
 
 
 def estimate(x: float = 0.0, y: float = 0.0, theta: float = 0.0, confidence: float = 0.7) -> Alignment:

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from alignment import AlignmentConfig
-from alignment.decide import rivalry
-from alignment.prepared import prepare
-from alignment.reasons import tests as asked_of
-from alignment.verify import Case, case, examine, quick_case
-from spatial import OccupancyGrid, se2
+from mrslam.alignment import AlignmentConfig
+from mrslam.alignment.prepared import prepare
+from mrslam.alignment.verification.decide import rivalry
+from mrslam.alignment.verification.reasons import tests as asked_of
+from mrslam.alignment.verification.verify import Case, case, examine, quick_case
+from mrslam.spatial import OccupancyGrid, se2
 
 GOOD = Case(matched_m=30.0, opposed_m=0.0, contradicted_m=1.0, free_m2=60.0)
 

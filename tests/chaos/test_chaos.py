@@ -1,4 +1,4 @@
-"""A share of the chaos missions; ``bench/chaos.py`` plays as many as one likes, and a broken one again by its seed."""
+"""A share of the chaos missions; ``bench.chaos`` plays as many as one likes, and a broken one again by its seed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from sim_driver.faults.chaos import run_chaos
+from bench.chaos.mission import run_chaos
 
 MISSIONS = int(os.environ.get("MRSLAM_CHAOS", "6"))
 

@@ -9,20 +9,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agent import Sensed
-from comms import LinkConditions, MemoryNetwork, Send
-from sim_driver.evaluate.truth import Judge
-from sim_driver.faults import KINDS, FaultConfig
-from sim_driver.faults.invariants import Invariants
-from sim_driver.faults.liar import WAYS
-from sim_driver.faults.links import CUT, CorruptingTransport, faulty_conditions
-from sim_driver.faults.robot import FaultyDisk
-from sim_driver.faults.schedule import LENGTH_S, chaos_tables
-from sim_driver.faults.senses import FaultySenses
-from sim_driver.mission import Mission, make_mission
-from sim_driver.run_virtual import VirtualTeam, run_in_virtual_time
-from sim_driver.simulation import make_world
-from spatial import InputError, Scan
+from bench.chaos.invariants import Invariants
+from bench.chaos.schedule import LENGTH_S, chaos_tables
+from mrslam.agent import Sensed
+from mrslam.comms import LinkConditions, MemoryNetwork, Send
+from mrslam.sim_driver.evaluate.truth import Judge
+from mrslam.sim_driver.faults import KINDS, FaultConfig
+from mrslam.sim_driver.faults.liar import WAYS
+from mrslam.sim_driver.faults.links import CUT, CorruptingTransport, faulty_conditions
+from mrslam.sim_driver.faults.robot import FaultyDisk
+from mrslam.sim_driver.faults.senses import FaultySenses
+from mrslam.sim_driver.missions.mission import Mission, make_mission
+from mrslam.sim_driver.run.run_virtual import VirtualTeam, run_in_virtual_time
+from mrslam.sim_driver.simulation.simulation import make_world
+from mrslam.spatial import InputError, Scan
 
 S = 1_000_000_000
 

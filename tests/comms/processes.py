@@ -10,16 +10,8 @@ import socket
 import time
 from pathlib import Path
 
-from comms import (
-    CommsConfig,
-    CommsNode,
-    MapSeal,
-    Send,
-    ZenohTransport,
-    load_keys,
-    status_report,
-    warm_up,
-)
+from mrslam.comms import CommsConfig, CommsNode, MapSeal, Send, load_keys, status_report, warm_up
+from mrslam.comms.zenoh import ZenohTransport
 from tests.comms.bad_link import enter
 from tests.comms.team import fingerprint
 

@@ -8,7 +8,7 @@ from hashlib import blake2b
 
 import numpy as np
 
-from comms import (
+from mrslam.comms import (
     CommsConfig,
     CommsNode,
     Effect,
@@ -20,8 +20,8 @@ from comms import (
     MemoryNetwork,
     Send,
 )
-from comms.memory_transport import PERFECT
-from spatial import Keyframes, LocalMap, OccupancyGrid, Tile, TiledMap
+from mrslam.comms.transport.memory import PERFECT
+from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, Tile, TiledMap
 
 SECOND = 1_000_000_000
 QUICK = CommsConfig(

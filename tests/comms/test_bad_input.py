@@ -8,15 +8,10 @@ import msgspec
 import numpy as np
 import pytest
 
-from comms import (
-    CommsNode,
-    Dropped,
-    Incoming,
-    Send,
-)
-from comms import messages as m
-from comms.frames import team_tag
-from spatial import Tile, TiledMap
+from mrslam.comms import CommsNode, Dropped, Incoming, Send
+from mrslam.comms.wire import messages as m
+from mrslam.comms.wire.frames import team_tag
+from mrslam.spatial import Tile, TiledMap
 from tests.comms.team import QUICK, Team, big_map
 
 TAG = team_tag("team")
@@ -91,8 +86,8 @@ def test_a_chunk_that_lies_about_its_content_is_refused():
     ],
 )
 def test_manifests_that_contradict_themselves_are_refused(change):
-    from comms.exchange import check_manifest
-    from comms.frames import WireError
+    from mrslam.comms.exchange.exchange import check_manifest
+    from mrslam.comms.wire.frames import WireError
 
     good = m.Manifest("b", 1, "b", 1, 0, 5, 0.05, 10, [0], [0], [0, 1], [0, 0], [0, 1])
     check_manifest(good, QUICK)
@@ -101,9 +96,9 @@ def test_manifests_that_contradict_themselves_are_refused(change):
 
 
 def test_a_map_too_large_is_refused():
-    from comms.exchange import check_extent
-    from comms.frames import WireError
-    from comms.snapshots import Snapshot
+    from mrslam.comms.exchange.exchange import check_extent
+    from mrslam.comms.maps.snapshots import Snapshot
+    from mrslam.comms.wire.frames import WireError
 
     near = m.Manifest("b", 1, "b", 1, 0, 5, 0.05, 10, [0], [0], [0, 100], [0, 100], [0, 1])
     cells = np.zeros((64, 64), dtype=np.int8)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comms import CommsConfig, ExchangeDone, ExchangeFailed, LinkChanged, PeerGone, make_team_keys
+from mrslam.comms import CommsConfig, ExchangeDone, ExchangeFailed, LinkChanged, PeerGone, make_team_keys
 from tests.comms.bad_link import BadLink
 from tests.comms.processes import Robot, robot_keys
 from tests.comms.team import Team, big_map, fingerprint

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from comms import CommsConfig, LinkConditions, Send
-from comms import messages as m
-from comms.beacons import BeaconClock
+from mrslam.comms import CommsConfig, LinkConditions, Send
+from mrslam.comms.neighbours.beacons import BeaconClock
+from mrslam.comms.wire import messages as m
 from tests.comms.team import QUICK, SECOND, Team
 
 MEASURED = replace(QUICK, link_source="measured", beacon_period_s=0.5, link_threshold=0.15)

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from comms import cell_coder
-from comms.cell_coder import READ_AHEAD, code
+from mrslam.comms.wire import cell_coder
+from mrslam.comms.wire.cell_coder import READ_AHEAD, code
 
 
 class PlainCoder:

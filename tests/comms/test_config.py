@@ -2,9 +2,9 @@ from __future__ import annotations
 
 import pytest
 
-from comms import CommsConfig
-from comms.zenoh_config import stays_here
-from spatial import InputError
+from mrslam.comms import CommsConfig
+from mrslam.comms.zenoh.config import stays_here
+from mrslam.spatial import InputError
 
 
 @pytest.mark.parametrize(

@@ -4,8 +4,8 @@ import socket
 
 import pytest
 
-from comms import doctor
-from spatial import InputError
+from mrslam.comms import doctor
+from mrslam.spatial import InputError
 from tests.comms.processes import free_port
 
 

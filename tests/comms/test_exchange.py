@@ -6,16 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from comms import (
-    ExchangeDone,
-    ExchangeFailed,
-    ExchangeStarted,
-    LinkChanged,
-    LinkConditions,
-    MapUpdated,
-)
-from comms.frames import team_tag
-from spatial import LocalMap, Tile, TiledMap
+from mrslam.comms import ExchangeDone, ExchangeFailed, ExchangeStarted, LinkChanged, LinkConditions, MapUpdated
+from mrslam.comms.wire.frames import team_tag
+from mrslam.spatial import LocalMap, Tile, TiledMap
 from tests.comms.team import QUICK, SECOND, Team, big_map, fingerprint
 
 TAG = team_tag("team")

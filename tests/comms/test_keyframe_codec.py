@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from comms.frames import WireError
-from comms.keyframe_codec import (
+from mrslam.comms.wire.frames import WireError
+from mrslam.comms.wire.keyframe_codec import (
     BLOCK,
     KeyframeBlock,
     pack_block,
@@ -17,7 +17,7 @@ from comms.keyframe_codec import (
     unpack_block,
     varints,
 )
-from spatial import Keyframes
+from mrslam.spatial import Keyframes
 
 blocks = st.integers(1, BLOCK).flatmap(
     lambda n: st.builds(

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from comms import CommsConfig
-from comms.link_quality import MIN_EXPECTED, BeaconWindow, LinkMonitor
+from mrslam.comms import CommsConfig
+from mrslam.comms.neighbours.link_quality import MIN_EXPECTED, BeaconWindow, LinkMonitor
 
 MS = 1_000_000
 PERIOD = 500 * MS

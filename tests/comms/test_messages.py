@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from comms import messages as m
-from comms.frames import HEADER, WireError, check_name, frame, team_tag
-from spatial import InputError
+from mrslam.comms.wire import messages as m
+from mrslam.comms.wire.frames import HEADER, WireError, check_name, frame, team_tag
+from mrslam.spatial import InputError
 
 TAG = team_tag("team")
 names = st.from_regex(r"\A[A-Za-z0-9_.-]{1,64}\Z")

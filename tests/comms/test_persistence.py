@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from comms import restore_store, store_state
+from mrslam.comms import restore_store, store_state
 from tests.comms.team import Team, fingerprint
 
 

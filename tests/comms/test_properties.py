@@ -11,7 +11,7 @@ import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from comms import ExchangeDone, ExchangeFailed, LinkConditions, MapUpdated
+from mrslam.comms import ExchangeDone, ExchangeFailed, LinkConditions, MapUpdated
 from tests.comms.team import Team
 
 CASES = int(os.environ.get("MRSLAM_CASES", "50"))

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from comms import CommsConfig
-from comms.rendezvous import STRONG, WEAK, Rendezvous
+from mrslam.comms import CommsConfig
+from mrslam.comms.exchange.rendezvous import STRONG, WEAK, Rendezvous
 
 S = 1_000_000_000
 

@@ -6,12 +6,12 @@ import msgspec
 import numpy as np
 import pytest
 
-from comms import ExchangeDone, MapSeal, load_keys, make_team_keys, own_keys, restore_store, store_state
-from comms import messages as m
-from comms.frames import WireError
-from comms.seal import PURPOSE
-from comms.snapshots import Snapshot, published
-from spatial import InputError, Keyframes, LocalMap, Tile, TiledMap
+from mrslam.comms import ExchangeDone, MapSeal, load_keys, make_team_keys, own_keys, restore_store, store_state
+from mrslam.comms.maps.seal import PURPOSE
+from mrslam.comms.maps.snapshots import Snapshot, published
+from mrslam.comms.wire import messages as m
+from mrslam.comms.wire.frames import WireError
+from mrslam.spatial import InputError, Keyframes, LocalMap, Tile, TiledMap
 from tests.comms.team import QUICK, Team, big_map, fingerprint
 
 IDS = ["a", "b", "c"]

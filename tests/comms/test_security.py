@@ -6,9 +6,10 @@ import stat
 import pytest
 from cryptography import x509
 
-from comms import CommsConfig, ExchangeDone, MapUpdated, PeerSeen, Send, ZenohTransport, load_keys, make_team_keys
-from comms.access import access_rules
-from spatial import InputError
+from mrslam.comms import CommsConfig, ExchangeDone, MapUpdated, PeerSeen, Send, load_keys, make_team_keys
+from mrslam.comms.security.access import access_rules
+from mrslam.comms.zenoh import ZenohTransport
+from mrslam.spatial import InputError
 from tests.comms.processes import Robot, free_port, robot_keys
 from tests.comms.team import big_map
 

@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from comms import CommsConfig, ExchangeDone, ExchangeFailed, ExchangeStarted, LinkConditions
-from comms.bitmask import to_mask
-from comms.content import content_hash
-from comms.frames import team_tag
-from comms.in_flight import InFlight
-from comms.messages import Beacon, Chunk, Manifest, Open, encode
-from comms.tile_codec import compress, pack_tiles, unknown_tile
-from spatial import Keyframes, LocalMap, OccupancyGrid, Tile, TiledMap
+from mrslam.comms import CommsConfig, ExchangeDone, ExchangeFailed, ExchangeStarted, LinkConditions
+from mrslam.comms.exchange.in_flight import InFlight
+from mrslam.comms.maps.content import content_hash
+from mrslam.comms.wire.bitmask import to_mask
+from mrslam.comms.wire.frames import team_tag
+from mrslam.comms.wire.messages import Beacon, Chunk, Manifest, Open, encode
+from mrslam.comms.wire.tile_codec import compress, pack_tiles, unknown_tile
+from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, Tile, TiledMap
 from tests.comms.team import QUICK, SECOND, Team, big_map
 
 PATIENCE_NS = 4 * SECOND

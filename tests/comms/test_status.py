@@ -3,7 +3,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from comms import LinkConditions, team_status
+from mrslam.comms import LinkConditions, team_status
 from tests.comms.team import QUICK, Team
 
 

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from comms import Sighting, TeamView, status_report
-from comms import messages as m
+from mrslam.comms import Sighting, TeamView, status_report
+from mrslam.comms.wire import messages as m
 from tests.comms.team import Team
 
 

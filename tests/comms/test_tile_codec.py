@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from comms.frames import WireError
-from comms.tile_codec import compress, decompress, max_packed, pack_tiles, unknown_tile, unpack_tiles
+from mrslam.comms.wire.frames import WireError
+from mrslam.comms.wire.tile_codec import compress, decompress, max_packed, pack_tiles, unknown_tile, unpack_tiles
 
 seeds = st.integers(0, 2**16)
 

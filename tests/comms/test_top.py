@@ -11,13 +11,14 @@ import time
 
 import pytest
 
-from comms import CommsConfig, ExchangeDone, PeerSeen, ZenohTransport, make_team_keys
-from comms.local_robots import folder, local_robots
+from mrslam.comms import CommsConfig, ExchangeDone, PeerSeen, make_team_keys
+from mrslam.comms.transport.local_robots import folder, local_robots
+from mrslam.comms.zenoh import ZenohTransport
 from tests.comms.processes import Robot, free_port, robot_keys
 from tests.comms.team import big_map
 
 EAGER = CommsConfig(exchange_timeout_s=20.0, beacon_period_s=0.1, beacon_window=20)
-COMMAND = [sys.executable, "-c", "from sim_driver.cli import main; main()", "top", "--no-multicast"]
+COMMAND = [sys.executable, "-c", "from mrslam.sim_driver.cli import main; main()", "top", "--no-multicast"]
 
 
 def top(*options: str) -> tuple[int, str]:

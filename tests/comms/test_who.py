@@ -7,18 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from comms import (
-    CommsNode,
-    DuplicateId,
-    ExchangeDone,
-    ExchangeStarted,
-    PeerGone,
-    PeerSeen,
-    Send,
-    TeammatePose,
-)
-from comms.frames import team_tag
-from spatial import InputError
+from mrslam.comms import CommsNode, DuplicateId, ExchangeDone, ExchangeStarted, PeerGone, PeerSeen, Send, TeammatePose
+from mrslam.comms.wire.frames import team_tag
+from mrslam.spatial import InputError
 from tests.comms.team import QUICK, SECOND, Team, big_map
 
 TAG = team_tag("team")

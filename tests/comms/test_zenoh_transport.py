@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from comms import (
+from mrslam.comms import (
     CommsConfig,
     DuplicateId,
     ExchangeDone,
@@ -17,10 +17,10 @@ from comms import (
     PeerLeft,
     PeerSeen,
     Send,
-    ZenohTransport,
 )
-from comms.doctor import multicast
-from spatial import InputError
+from mrslam.comms.doctor import multicast
+from mrslam.comms.zenoh import ZenohTransport
+from mrslam.spatial import InputError
 from tests.comms.processes import Robot, free_port
 from tests.comms.team import big_map
 

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 import typer.main
 
-from sim_driver.cli.app import app
-from sim_driver.mission import make_mission
-from sim_driver.settings import parse_assignment
+from mrslam.sim_driver.cli.app import app
+from mrslam.sim_driver.missions.mission import make_mission
+from mrslam.sim_driver.missions.settings import parse_assignment
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]

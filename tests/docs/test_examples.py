@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim_driver.robots import LASERS, SimulatedRobot
-from sim_driver.worlds import load_world
-from spatial import OccupancyGrid, read_map, se2, write_map
-from spatial.tum import read_tum
+from mrslam.sim_driver.robots import LASERS, SimulatedRobot
+from mrslam.sim_driver.worlds import load_world
+from mrslam.spatial import OccupancyGrid, read_map, se2, write_map
+from mrslam.spatial.files.tum import read_tum
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -78,7 +78,7 @@ def test_own_feed_drives_agents(run, tmp_path: Path) -> None:
 
 
 def test_own_aligner_is_judged_like_the_others(run, halves: tuple[Path, Path]) -> None:
-    from alignment import ALIGNERS
+    from mrslam.alignment import ALIGNERS
 
     try:
         said = run("own_aligner.py", *halves)

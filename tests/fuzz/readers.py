@@ -10,19 +10,19 @@ from pathlib import Path
 
 import numpy as np
 
-from agent import Agent, Settings, resume
-from agent.checkpoint import freeze, write
-from rbpf import Mapper, MapperConfig, load_checkpoint, save_checkpoint
-from sim_driver.cli.merge import read_poses
-from sim_driver.evaluate.relations import read_relations
-from sim_driver.feeds import open_feed
-from sim_driver.mission import load_mission
-from sim_driver.replay.recording import read_recording, write_recording
-from sim_driver.traces import LinkTrace
-from sim_driver.worlds import load_world
-from spatial import OccupancyGrid, Scan
-from spatial.map_files import read_map, write_map
-from spatial.tum import read_tum, write_tum
+from mrslam.agent import Agent, Settings, resume
+from mrslam.agent.checkpoint import freeze, write
+from mrslam.rbpf import Mapper, MapperConfig, load_checkpoint, save_checkpoint
+from mrslam.sim_driver.cli.merge import read_poses
+from mrslam.sim_driver.evaluate.relations import read_relations
+from mrslam.sim_driver.feeds import open_feed
+from mrslam.sim_driver.missions.mission import load_mission
+from mrslam.sim_driver.missions.traces import LinkTrace
+from mrslam.sim_driver.replay.recording import read_recording, write_recording
+from mrslam.sim_driver.worlds import load_world
+from mrslam.spatial import OccupancyGrid, Scan
+from mrslam.spatial.files.map_files import read_map, write_map
+from mrslam.spatial.files.tum import read_tum, write_tum
 from tests.sim_driver.feeds.test_rosbag import NS, Recorder, target
 
 EDGES = np.array([0, 1, 9, 10, 13, 32, 34, 44, 45, 46, 48, 57, 0x5B, 0x7F, 0x80, 0xC0, 0xFE, 0xFF], dtype=np.uint8)
@@ -151,8 +151,8 @@ def _agent(folder: Path) -> Path:
     agent = Agent("r1", settings())
     for i, scan in enumerate(scans(4)):
         agent.on_scan(scan, np.array([0.1 * i, 0.0, 0.0]), scan.stamp_ns)
-    write(freeze(agent), folder / "agent.checkpoint")
-    return folder / "agent.checkpoint"
+    write(freeze(agent), folder / "mrslam.agent.checkpoint")
+    return folder / "mrslam.agent.checkpoint"
 
 
 def _resealed(raw: bytes) -> bytes:
@@ -178,7 +178,7 @@ def _tum(folder: Path) -> Path:
 
 
 def _recording(folder: Path) -> Path:
-    from agent import Sensed
+    from mrslam.agent import Sensed
 
     write_recording(folder / "scans.npz", [Sensed(scan.stamp_ns, scan, np.zeros(3)) for scan in scans(3)])
     return folder / "scans.npz"

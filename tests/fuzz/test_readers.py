@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from spatial import InputError
+from mrslam.spatial import InputError
 from tests.fuzz.readers import READERS, Reader, broken
 
 

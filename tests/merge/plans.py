@@ -6,9 +6,9 @@ import itertools
 
 import numpy as np
 
-from alignment import Alignment
-from merge import warp
-from spatial import OccupancyGrid, se2
+from mrslam.alignment import Alignment
+from mrslam.merge import warp
+from mrslam.spatial import OccupancyGrid, se2
 
 RESOLUTION_M = 0.05
 

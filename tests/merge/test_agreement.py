@@ -3,9 +3,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from merge.agreement import BLOCK, Walls, compare, count_walls, distances
-from spatial import OccupancyGrid, se2
-from spatial.distance import euclidean
+from mrslam.merge.grids.agreement import BLOCK, Walls, compare, count_walls, distances
+from mrslam.spatial import OccupancyGrid, se2
+from mrslam.spatial.distance import euclidean
 from tests.merge.plans import RESOLUTION_M, building, part
 
 

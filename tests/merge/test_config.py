@@ -2,8 +2,8 @@ import dataclasses
 
 import pytest
 
-from merge import MergeConfig
-from spatial import InputError
+from mrslam.merge import MergeConfig
+from mrslam.spatial import InputError
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from merge import MergeConfig
-from merge.consistency import (
+from mrslam.merge import MergeConfig
+from mrslam.merge.graph.consistency import (
     Node,
     chain,
     components,
@@ -15,8 +15,8 @@ from merge.consistency import (
     path,
     spanning_tree,
 )
-from merge.edges import make_edge
-from spatial import se2
+from mrslam.merge.graph.edges import make_edge
+from mrslam.spatial import se2
 from tests.merge.plans import alignment
 
 CONFIG = MergeConfig()

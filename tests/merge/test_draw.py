@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from merge import TeamMap, TeamMapper, draw_team
-from merge.draw import INK, PALETTE, PAPER, colours
-from spatial import UNKNOWN, OccupancyGrid, se2
+from mrslam.merge import TeamMap, TeamMapper
+from mrslam.merge.draw import INK, PALETTE, PAPER, colours, draw_team
+from mrslam.spatial import UNKNOWN, OccupancyGrid, se2
 from tests.merge.plans import alignment
 
 
@@ -91,7 +91,7 @@ def test_sizes_and_empty_maps(team_map):
 
 def test_large_maps_are_drawn_in_bands_as_in_one(team_map, monkeypatch):
     whole = plain(team_map)
-    monkeypatch.setattr("merge.draw.BAND_ROWS", 3)
+    monkeypatch.setattr("mrslam.merge.draw.BAND_ROWS", 3)
     np.testing.assert_array_equal(plain(team_map), whole)
 
 

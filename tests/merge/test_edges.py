@@ -3,9 +3,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from merge import TeamGraph
-from merge.edges import inverse_covariance, make_edge, pair_of
-from spatial import InputError, OccupancyGrid, se2
+from mrslam.merge import TeamGraph
+from mrslam.merge.graph.edges import inverse_covariance, make_edge, pair_of
+from mrslam.spatial import InputError, OccupancyGrid, se2
 from tests.merge.plans import alignment
 
 transforms = st.builds(se2.transform, st.floats(-50, 50), st.floats(-50, 50), st.floats(-3.1, 3.1))

@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from merge import fuse
-from merge.config import FUSIONS
-from merge.fuse import fuse_evidence, to_cells, to_evidence
-from spatial import UNKNOWN, InputError, OccupancyGrid
+from mrslam.merge import fuse
+from mrslam.merge.config import FUSIONS
+from mrslam.merge.grids.fuse import fuse_evidence, to_cells, to_evidence
+from mrslam.spatial import UNKNOWN, InputError, OccupancyGrid
 
 percent = st.one_of(st.just(-1), st.integers(0, 100))
 

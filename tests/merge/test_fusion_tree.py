@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from merge import fuse, warp
-from merge.config import FUSIONS
-from merge.fusion_tree import FusionTree
-from merge.layers import Layer
-from spatial import TILE_CELLS, UNKNOWN, OccupancyGrid, se2
+from mrslam.merge import fuse, warp
+from mrslam.merge.config import FUSIONS
+from mrslam.merge.grids.fusion_tree import FusionTree
+from mrslam.merge.grids.layers import Layer
+from mrslam.spatial import TILE_CELLS, UNKNOWN, OccupancyGrid, se2
 from tests.merge.plans import building
 
 ROBOTS = [f"r{i:02}" for i in range(8)]

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from merge import MergeConfig, TeamGraph
-from spatial import InputError, OccupancyGrid, se2
+from mrslam.merge import MergeConfig, TeamGraph
+from mrslam.spatial import InputError, OccupancyGrid, se2
 from tests.merge.plans import alignment, truth
 
 

@@ -3,9 +3,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from merge import warp
-from merge.layers import Layer, changed_parts
-from spatial import TILE_CELLS, UNKNOWN, OccupancyGrid, se2
+from mrslam.merge import warp
+from mrslam.merge.grids.layers import Layer, changed_parts
+from mrslam.spatial import TILE_CELLS, UNKNOWN, OccupancyGrid, se2
 from tests.merge.plans import building
 
 PLAN = building(5)

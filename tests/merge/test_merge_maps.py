@@ -3,10 +3,10 @@ import json
 import numpy as np
 import pytest
 
-import alignment
-from merge import MergeConfig, merge_maps
-from merge.graph import node_of
-from spatial import InputError, OccupancyGrid, read_map, se2
+from mrslam import alignment
+from mrslam.merge import MergeConfig, merge_maps
+from mrslam.merge.graph.team_graph import node_of
+from mrslam.spatial import InputError, OccupancyGrid, read_map, se2
 from tests.merge.plans import building, part
 
 PLAN = building(11, rooms=7)

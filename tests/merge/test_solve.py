@@ -3,11 +3,11 @@ import itertools
 import numpy as np
 import pytest
 
-from merge import MergeConfig
-from merge.consistency import chain, spanning_tree
-from merge.edges import make_edge
-from merge.solve import _residual, jointly
-from spatial import se2
+from mrslam.merge import MergeConfig
+from mrslam.merge.graph.consistency import chain, spanning_tree
+from mrslam.merge.graph.edges import make_edge
+from mrslam.merge.graph.solve import _residual, jointly
+from mrslam.spatial import se2
 from tests.merge.plans import alignment
 
 

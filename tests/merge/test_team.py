@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from merge import MergeConfig, TeamMapper, fuse, warp
-from spatial import UNKNOWN, OccupancyGrid, TiledMap, se2
+from mrslam.merge import MergeConfig, TeamMapper, fuse, warp
+from mrslam.spatial import UNKNOWN, OccupancyGrid, TiledMap, se2
 from tests.merge.plans import alignment, building, part, truth
 
 PLAN = building(7)

@@ -2,7 +2,7 @@ import importlib
 import inspect
 import pkgutil
 
-import merge
+from mrslam import merge
 
 
 def test_every_kernel_is_compiled_afterwards():

@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy import ndimage
 
-from merge import warp
-from merge.warp import warp_tile
-from merge.warp_kernels import LINKS
-from spatial import UNKNOWN, InputError, OccupancyGrid, se2
+from mrslam.merge import warp
+from mrslam.merge.grids.warp import warp_tile
+from mrslam.merge.grids.warp_kernels import LINKS
+from mrslam.spatial import UNKNOWN, InputError, OccupancyGrid, se2
 
 EIGHT = np.ones((3, 3))
 angles = st.floats(-math.pi, math.pi)

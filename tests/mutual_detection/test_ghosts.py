@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from mutual_detection import clear_ghosts, ghosts
-from spatial import OccupancyGrid
+from mrslam.mutual_detection import clear_ghosts, ghosts
+from mrslam.spatial import OccupancyGrid
 
 
 def room():

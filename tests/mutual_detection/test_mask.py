@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from mutual_detection import mask_teammates, masked_beams
-from spatial import Scan, se2
+from mrslam.mutual_detection import mask_teammates, masked_beams
+from mrslam.spatial import Scan, se2
 
 
 def scan_of(ranges, mounting=(0.1, -0.05, 0.3)):

@@ -4,8 +4,8 @@ import sys
 import numpy as np
 import pytest
 
-from mutual_detection import MutualDetectionConfig, TeammateTracker
-from spatial import InputError
+from mrslam.mutual_detection import MutualDetectionConfig, TeammateTracker
+from mrslam.spatial import InputError
 
 S = 1_000_000_000
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rbpf import Mapper, MapperConfig
-from spatial import Scan, se2
+from mrslam.rbpf import Mapper, MapperConfig
+from mrslam.spatial import Scan, se2
 
 SMALL = MapperConfig(particles=6, threads=1)
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from rbpf.crew import Crew, Pending
+from mrslam.rbpf.crew import Crew, Pending
 
 
 @pytest.mark.parametrize("threads", [1, 2, 3, 5])

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rbpf.health import DOUBTFUL, Health
-from rbpf.matching import CONFLICTS, INLIERS, RESULT_SIZE
-from rbpf.motion import Keyframe
+from mrslam.rbpf.front_end.health import DOUBTFUL, Health
+from mrslam.rbpf.front_end.motion import Keyframe
+from mrslam.rbpf.match.gauss_newton import CONFLICTS, INLIERS, RESULT_SIZE
 
 
 def key(unseen_m: float = 0.0, inliers: float = 1.0) -> Keyframe:

@@ -7,19 +7,19 @@ import math
 import numpy as np
 import pytest
 
-from rbpf.cells import add_hit, add_pass, hits_of, visits_of
-from rbpf.crew import Crew
-from rbpf.front_end import information
-from rbpf.graph import relax
-from rbpf.matching import BLIND, CONFLICTS, INLIERS, RESULT_SIZE, match
-from rbpf.nearest import COS, SIN, nearest
-from rbpf.poses import between, compose
-from rbpf.publisher import EDGES, LEVELS, quantise
-from rbpf.scan_points import UNSURE, scan_points, spaced
-from rbpf.search import search
-from rbpf.tile_store import TileStore
-from rbpf.trajectory import spread
-from spatial import se2
+from mrslam.rbpf.crew import Crew
+from mrslam.rbpf.filter.trajectory import spread
+from mrslam.rbpf.front_end.front_end import information
+from mrslam.rbpf.loops.graph import relax
+from mrslam.rbpf.match.correlative import search
+from mrslam.rbpf.match.gauss_newton import BLIND, CONFLICTS, INLIERS, RESULT_SIZE, match
+from mrslam.rbpf.match.nearest import COS, SIN, nearest
+from mrslam.rbpf.match.scan_points import UNSURE, scan_points, spaced
+from mrslam.rbpf.tiles.cells import add_hit, add_pass, hits_of, visits_of
+from mrslam.rbpf.tiles.publisher import EDGES, LEVELS, quantise
+from mrslam.rbpf.tiles.store import TileStore
+from mrslam.spatial import se2
+from mrslam.spatial.poses import between, compose
 from tests.rbpf.rooms import make_scan
 
 

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rbpf import Mapper, MapperConfig
-from sim_driver.evaluate.truth import values_at
-from sim_driver.feeds import open_feed
-from spatial import InputError, Scan, se2
+from mrslam.rbpf import Mapper, MapperConfig
+from mrslam.sim_driver.evaluate.truth import values_at
+from mrslam.sim_driver.feeds import open_feed
+from mrslam.spatial import InputError, Scan, se2
 from tests.rbpf.rooms import SMALL, T_WORLD_START, drive, errors, feed, make_scan
 
 

@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rbpf import Mapper, MapperConfig, load_checkpoint, save_checkpoint
-from rbpf.checkpoint import KIND, VERSION
-from sim_driver.feeds import open_feed
-from spatial import InputError
-from spatial.state_file import pack, write_state
+from mrslam.rbpf import Mapper, MapperConfig, load_checkpoint, save_checkpoint
+from mrslam.rbpf.checkpoint import KIND, VERSION
+from mrslam.sim_driver.feeds import open_feed
+from mrslam.spatial import InputError
+from mrslam.spatial.files.state_file import pack, write_state
 from tests.rbpf.rooms import SMALL, drive, feed
 
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rbpf import Mapper
-from spatial import Scan, se2
+from mrslam.rbpf import Mapper
+from mrslam.spatial import Scan, se2
 from tests.rbpf.rooms import SMALL, drive, feed, make_scan
 
 BAD = range(60, 90)

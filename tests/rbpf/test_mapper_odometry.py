@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rbpf import Mapper, MapperConfig
-from spatial import Scan, se2
+from mrslam.rbpf import Mapper, MapperConfig
+from mrslam.spatial import Scan, se2
 from tests.rbpf.rooms import SMALL, drive, errors, feed, make_scan
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rbpf import Mapper, MapperConfig, load_checkpoint, save_checkpoint
-from spatial import InputError
-from spatial.state_file import pack
+from mrslam.rbpf import Mapper, MapperConfig, load_checkpoint, save_checkpoint
+from mrslam.spatial import InputError
+from mrslam.spatial.files.state_file import pack
 from tests.rbpf.rooms import SMALL, drive, errors, feed, make_scan
 
 
@@ -79,7 +79,7 @@ def test_rounds_in_one_room_cost_no_memory() -> None:
 
 
 def test_particles_that_never_part_remember_the_far_past_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("rbpf.particle_filter.APART_MOST", 12)
+    monkeypatch.setattr("mrslam.rbpf.filter.particle_filter.APART_MOST", 12)
     poses = drive(120)
     mapper = Mapper(replace(SMALL, neff_fraction=0.01), seed=1)
     feed(mapper, poses)

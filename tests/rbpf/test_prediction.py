@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rbpf.matching import BLIND, INLIERS, RESULT_SIZE
-from rbpf.prediction import Predictor
+from mrslam.rbpf.front_end.prediction import Predictor
+from mrslam.rbpf.match.gauss_newton import BLIND, INLIERS, RESULT_SIZE
 
 
 def seen(blind: float = 0.0) -> np.ndarray:

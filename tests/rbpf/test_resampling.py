@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rbpf.resampling import effective, normalised, systematic
+from mrslam.rbpf.filter.resampling import effective, normalised, systematic
 
 
 def naive(weights: np.ndarray, count: int, u: float) -> list[int]:

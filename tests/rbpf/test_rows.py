@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rbpf.rows import Rows
+from mrslam.rbpf.rows import Rows
 
 
 def test_rows_grow_and_go_on_from_what_was_saved() -> None:

@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rbpf import MapperConfig
-from rbpf.sight import Sight
-from spatial import Scan
+from mrslam.rbpf import MapperConfig
+from mrslam.rbpf.match.sight import Sight
+from mrslam.spatial import Scan
 
 MOUNTED = np.array([0.2, 0.0, 0.1])
 """Pose of the laser on the robot."""

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rbpf.drawing import insert_scan
-from rbpf.tile_store import NO_ENDS, TileStore
+from mrslam.rbpf.tiles.drawing import insert_scan
+from mrslam.rbpf.tiles.store import NO_ENDS, TileStore
 
 ORIGIN = np.zeros(2)
 

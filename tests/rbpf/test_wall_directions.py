@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from rbpf import Mapper
-from rbpf.config import MapperConfig
-from rbpf.sight import Sight
-from rbpf.straight_walls import folded, stretches, told
-from rbpf.wall_directions import MOST, WallDirections
+from mrslam.rbpf import Mapper
+from mrslam.rbpf.config import MapperConfig
+from mrslam.rbpf.filter.straight_walls import folded, stretches, told
+from mrslam.rbpf.filter.wall_directions import MOST, WallDirections
+from mrslam.rbpf.match.sight import Sight
 from tests.rbpf import rooms
 from tests.rbpf.rooms import SMALL, make_scan
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import njit
 
-from sim_driver.drivers import Driver, DriverConfig, Explorer
-from sim_driver.robots import LASERS, Fleet, SimulatedRobot
-from sim_driver.worlds import World
-from spatial import OccupancyGrid, se2
-from spatial.traversal import traverse
+from mrslam.sim_driver.drivers import Driver, DriverConfig, Explorer
+from mrslam.sim_driver.robots import LASERS, Fleet, SimulatedRobot
+from mrslam.sim_driver.worlds import World
+from mrslam.spatial import OccupancyGrid, se2
+from mrslam.spatial.traversal import traverse
 
 STEP_NS = 100_000_000
 

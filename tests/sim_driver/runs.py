@@ -7,8 +7,8 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-from sim_driver.mission import make_mission
-from sim_driver.run import run_mission
+from mrslam.sim_driver.missions.mission import make_mission
+from mrslam.sim_driver.run.run import run_mission
 
 
 def played(tables: dict[str, Any], out: Path) -> Path:

@@ -16,10 +16,11 @@ from pathlib import Path
 
 import pytest
 
-from comms import SensorPublisher, make_team_keys
-from sim_driver.feeds import Reading, open_feed
-from sim_driver.gather import gather
-from sim_driver.report import write_report
+from mrslam.comms import make_team_keys
+from mrslam.comms.zenoh import SensorPublisher
+from mrslam.sim_driver.feeds import Reading, open_feed
+from mrslam.sim_driver.report import write_report
+from mrslam.sim_driver.run.gather import gather
 
 
 def address(kind: str = "tcp") -> str:
@@ -40,7 +41,7 @@ def nobody_is_left() -> Iterator[None]:
 
 
 def start(*arguments: str) -> subprocess.Popen[str]:
-    command = [sys.executable, "-c", "from sim_driver.cli import main; main()", "agent", *arguments]
+    command = [sys.executable, "-c", "from mrslam.sim_driver.cli import main; main()", "agent", *arguments]
     STARTED.append(subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True))
     return STARTED[-1]
 

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agent import Agent, Event, Settings, checkpoint
-from rbpf import MapperConfig
-from sim_driver.cli import agent_told
-from sim_driver.cli.agent_told import WORDS, DoubtTeller, begin
-from spatial import Scan
+from mrslam.agent import Agent, Event, Settings, checkpoint
+from mrslam.rbpf import MapperConfig
+from mrslam.sim_driver.cli import agent_told
+from mrslam.sim_driver.cli.agent_told import WORDS, DoubtTeller, begin
+from mrslam.spatial import Scan
 
 
 def robot(particles: int = 3) -> Agent:

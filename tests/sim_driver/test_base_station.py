@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agent import Agent, Settings, checkpoint, resume
-from sim_driver.evaluate import assess
-from sim_driver.evaluate.results import RunResults
-from sim_driver.report import write_report
-from sim_driver.report.data import page_data
+from mrslam.agent import Agent, Settings, checkpoint, resume
+from mrslam.sim_driver.evaluate import assess
+from mrslam.sim_driver.evaluate.results import RunResults
+from mrslam.sim_driver.report import write_report
+from mrslam.sim_driver.report.data import page_data
 from tests.agent.test_team import arrives, merged, room
 from tests.sim_driver.runs import played
 

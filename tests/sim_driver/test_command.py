@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spatial import OccupancyGrid, write_map
-from spatial.images import write_image
+from mrslam.spatial import OccupancyGrid, write_map
+from mrslam.spatial.files.images import write_image
 
 
 def mrslam(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    code = "from sim_driver.cli import main; main()"
+    code = "from mrslam.sim_driver.cli import main; main()"
     command = [sys.executable, "-c", code, *(str(argument) for argument in arguments)]
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=300, check=False)
 
@@ -192,7 +192,7 @@ def test_map_interrupted_keeps_what_it_has_and_relations_are_judged(tmp_path: Pa
         "    if left[0] < 0: raise KeyboardInterrupt\n"
         "    return update(self, *scan)\n"
         "rbpf.Mapper.update = interrupted\n"
-        "from sim_driver.cli import main; main()"
+        "from mrslam.sim_driver.cli import main; main()"
     )
     log = data_dir / "slam" / "aces.clf.gz"
     relations = data_dir / "slam" / "aces.relations"

@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from sim_driver.cli.bag import bag_run
-from sim_driver.earlier import clear_earlier
-from sim_driver.evaluate import assess
-from sim_driver.mission import Mission, make_mission
-from sim_driver.replay.again import replay_mission
-from sim_driver.report import write_report
-from sim_driver.run import run_mission
-from sim_driver.run_folder import robots_of
-from sim_driver.view.files import open_recording
-from spatial import InputError
+from mrslam.sim_driver.cli.bag import bag_run
+from mrslam.sim_driver.evaluate import assess
+from mrslam.sim_driver.missions.mission import Mission, make_mission
+from mrslam.sim_driver.missions.run_folder import robots_of
+from mrslam.sim_driver.replay.again import replay_mission
+from mrslam.sim_driver.report import write_report
+from mrslam.sim_driver.run.earlier import clear_earlier
+from mrslam.sim_driver.run.run import run_mission
+from mrslam.sim_driver.view.files import open_recording
+from mrslam.spatial import InputError
 
 
 def mission(name: str, *robots: str, **tables: object) -> Mission:

@@ -9,16 +9,16 @@ from pathlib import Path
 
 import pytest
 
-from sim_driver.agent_record import AgentRecord
-from sim_driver.evaluate import References, assess
-from sim_driver.evaluate.results import RunResults
-from sim_driver.gather import gather
-from sim_driver.replay.again import replay_mission
-from sim_driver.report import write_report
-from sim_driver.report.data import page_data
-from sim_driver.run import run_mission
-from spatial import InputError
-from spatial.tum import read_tum
+from mrslam.sim_driver.evaluate import References, assess
+from mrslam.sim_driver.evaluate.results import RunResults
+from mrslam.sim_driver.missions.agent_record import AgentRecord
+from mrslam.sim_driver.replay.again import replay_mission
+from mrslam.sim_driver.report import write_report
+from mrslam.sim_driver.report.data import page_data
+from mrslam.sim_driver.run.gather import gather
+from mrslam.sim_driver.run.run import run_mission
+from mrslam.spatial import InputError
+from mrslam.spatial.files.tum import read_tum
 from tests.sim_driver.runs import played
 
 WORLD_S = 1_790_000_000.0

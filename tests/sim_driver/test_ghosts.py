@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from mutual_detection import TeammateTracker, mask_teammates
-from sim_driver.drivers import Explorer
-from sim_driver.robots import LASERS, NOBODY, Fleet, SimulatedRobot
-from sim_driver.worlds import load_world
-from spatial import se2
+from mrslam.mutual_detection import TeammateTracker, mask_teammates
+from mrslam.sim_driver.drivers import Explorer
+from mrslam.sim_driver.robots import LASERS, NOBODY, Fleet, SimulatedRobot
+from mrslam.sim_driver.worlds import load_world
+from mrslam.spatial import se2
 from tests.sim_driver.rehearsal import STEP_NS, TrueMapper
 
 

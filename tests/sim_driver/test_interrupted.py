@@ -13,11 +13,11 @@ from typing import Any
 
 import pytest
 
-from sim_driver.cli.signals import interrupts_noted
-from sim_driver.evaluate import assess
-from sim_driver.mission import make_mission
-from sim_driver.report import write_report
-from sim_driver.run import run_mission
+from mrslam.sim_driver.cli.signals import interrupts_noted
+from mrslam.sim_driver.evaluate import assess
+from mrslam.sim_driver.missions.mission import make_mission
+from mrslam.sim_driver.report import write_report
+from mrslam.sim_driver.run.run import run_mission
 
 TABLES: dict[str, Any] = {
     "mission": {"seed": 2, "duration_s": 20.0, "shell": "virtual"},
@@ -28,14 +28,14 @@ TABLES: dict[str, Any] = {
 }
 CODE = """
 import os, signal, sys
-from sim_driver.simulation import Simulation
+from mrslam.sim_driver.simulation.simulation import Simulation
 advance, left = Simulation.advance, [15]
 def interrupted(self, now_ns):
     left[0] -= 1
     if left[0] == 0: os.kill(os.getpid(), signal.SIGINT)
     advance(self, now_ns)
 Simulation.advance = interrupted
-from sim_driver.cli import main; main()
+from mrslam.sim_driver.cli import main; main()
 """
 MISSION = """
 mission = {shell = "virtual", duration_s = 20.0}

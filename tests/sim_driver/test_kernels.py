@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from sim_driver import kernels
+from mrslam.sim_driver import kernels
 
 CODE = """
-from sim_driver.kernels import ensure_compiled
+from mrslam.sim_driver.kernels import ensure_compiled
 said = []
 ensure_compiled(said.append, ("sim_driver.robots", "mutual_detection"))
 print(" ".join(said))

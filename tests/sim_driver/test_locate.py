@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from sim_driver.locate import DATA_VARIABLE, locate
-from spatial import InputError
+from mrslam.sim_driver.missions.locate import DATA_VARIABLE, locate
+from mrslam.spatial import InputError
 
 
 @pytest.fixture

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim_driver.cli.merge import merge_files, read_poses, short_names, target_of
-from spatial import InputError, OccupancyGrid, write_map
+from mrslam.sim_driver.cli.merge import merge_files, read_poses, short_names, target_of
+from mrslam.spatial import InputError, OccupancyGrid, write_map
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from sim_driver.mission import load_mission, make_mission
-from spatial import InputError
+from mrslam.sim_driver.missions.mission import load_mission, make_mission
+from mrslam.spatial import InputError
 
 ROBOT = {"id": "r1", "log": "x.clf"}
 

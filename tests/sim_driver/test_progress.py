@@ -7,10 +7,10 @@ from collections.abc import Callable
 
 import pytest
 
-from sim_driver.cli import console as module
-from sim_driver.cli import progress
-from sim_driver.cli.console import console, say
-from sim_driver.cli.progress import Lines, mission_progress, progress_bar
+from mrslam.sim_driver.cli import console as module
+from mrslam.sim_driver.cli import progress
+from mrslam.sim_driver.cli.console import console, say
+from mrslam.sim_driver.cli.progress import Lines, mission_progress, progress_bar
 
 
 class Clock:

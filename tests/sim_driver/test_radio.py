@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from sim_driver.radio import Radio, RadioConfig, count_walls
-from sim_driver.worlds import World, load_world
-from sim_driver.worlds.canvas import Canvas
-from spatial import InputError
+from mrslam.sim_driver.worlds import World, load_world
+from mrslam.sim_driver.worlds.canvas import Canvas
+from mrslam.sim_driver.worlds.radio import Radio, RadioConfig, count_walls
+from mrslam.spatial import InputError
 
 CLEAR = RadioConfig(shadowing_db=0.0)
 

@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim_driver.feeds import Reading
-from sim_driver.recorded import RecordedBody
-from spatial import InputError, Scan
+from mrslam.sim_driver.feeds import Reading
+from mrslam.sim_driver.simulation.recorded import RecordedBody
+from mrslam.spatial import InputError, Scan
 
 
 def readings(stamps_s: list[float]) -> list[Reading]:

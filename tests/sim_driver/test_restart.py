@@ -8,8 +8,8 @@ import os
 import signal
 from pathlib import Path
 
-from sim_driver.mission import make_mission
-from sim_driver.run import run_mission
+from mrslam.sim_driver.missions.mission import make_mission
+from mrslam.sim_driver.run.run import run_mission
 
 TABLES = {
     "mission": {"shell": "process", "speed": 3.0, "duration_s": 120.0, "seed": 3, "restart": True},

@@ -10,12 +10,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sim_driver.children import _await_ready
-from sim_driver.evaluate import assess
-from sim_driver.mission import Mission, make_mission
-from sim_driver.run import run_mission
-from spatial import InputError
-from spatial.tum import read_tum, write_tum
+from mrslam.sim_driver.evaluate import assess
+from mrslam.sim_driver.missions.mission import Mission, make_mission
+from mrslam.sim_driver.run.children import _await_ready
+from mrslam.sim_driver.run.run import run_mission
+from mrslam.spatial import InputError
+from mrslam.spatial.files.tum import read_tum, write_tum
 
 TABLES = {
     "mission": {"seed": 2, "duration_s": 40.0, "speed": 3.0},

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from sim_driver.settings import build, parse_assignment, read_toml, with_overrides
-from spatial import InputError
-from spatial.errors import require
+from mrslam.sim_driver.missions.settings import build, parse_assignment, read_toml, with_overrides
+from mrslam.spatial import InputError
+from mrslam.spatial.errors import require
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from sim_driver.mission import load_mission
-from sim_driver.shipped import find_mission, shipped_missions
-from sim_driver.sweep import make_plan
-from spatial import InputError
+from mrslam.sim_driver.missions.mission import load_mission
+from mrslam.sim_driver.missions.shipped import find_mission, shipped_missions
+from mrslam.sim_driver.sweep import make_plan
+from mrslam.spatial import InputError
 
 CHECKOUT = Path(__file__).parents[2] / "missions"
 

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from sim_driver.mission import make_mission
-from sim_driver.team import read_trace
-from sim_driver.traces import LinkTrace, TracedLinks
-from spatial import InputError
+from mrslam.sim_driver.missions.mission import make_mission
+from mrslam.sim_driver.missions.traces import LinkTrace, TracedLinks
+from mrslam.sim_driver.run.team import read_trace
+from mrslam.spatial import InputError
 
 
 def read(tmp_path: Path, text: str) -> LinkTrace:

@@ -1,6 +1,6 @@
 import pytest
 
-from spatial.errors import InputError, require
+from mrslam.spatial.errors import InputError, require
 
 
 def test_require_names_setting_rule_and_value():

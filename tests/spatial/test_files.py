@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from spatial import files
+from mrslam.spatial.files import atomic as files
 
 
 def test_content_is_replaced_and_folders_are_made(tmp_path):

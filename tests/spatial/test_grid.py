@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from spatial import UNKNOWN, InputError, OccupancyGrid
+from mrslam.spatial import UNKNOWN, InputError, OccupancyGrid
 
 cells_strategy = arrays(np.int8, st.tuples(st.integers(0, 12), st.integers(0, 12)), elements=st.integers(-1, 100))
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from spatial import heap
-from spatial.heap import give_back
+from mrslam.spatial.runtime import heap
+from mrslam.spatial.runtime.heap import give_back
 
 
 def resident_kb() -> int:

@@ -2,8 +2,8 @@ import cv2
 import numpy as np
 import pytest
 
-from spatial import InputError
-from spatial.images import read_image, write_image
+from mrslam.spatial import InputError
+from mrslam.spatial.files.images import read_image, write_image
 
 
 @pytest.mark.parametrize("suffix", [".pgm", ".png"])

@@ -6,10 +6,9 @@ from pathlib import Path
 
 import pytest
 
-import spatial
-from spatial import jit_cache
+from mrslam import jit_cache
 
-TOP = Path(spatial.__file__).resolve().parent.parent
+TOP = Path(jit_cache.__file__).resolve().parents[1]
 
 
 def copy_of_sources(tmp_path: Path) -> Path:
@@ -20,7 +19,7 @@ def copy_of_sources(tmp_path: Path) -> Path:
 
 
 def hash_of(top: Path, monkeypatch) -> str:
-    monkeypatch.setattr(jit_cache, "__file__", str(top / "spatial" / "jit_cache.py"))
+    monkeypatch.setattr(jit_cache, "__file__", str(top / "jit_cache.py"))
     return jit_cache.source_hash()
 
 
@@ -52,15 +51,16 @@ def run(code: str, **environment: str) -> str:
 @pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="nothing is compiled")
 def test_importing_points_numba_at_the_folder_and_kernels_land_there(tmp_path):
     code = (
-        "import numpy, spatial; from spatial.distance import manhattan; from spatial.jit_cache import is_warm;"
-        "cold = is_warm('spatial'); manhattan(numpy.ones((2, 2), dtype=bool)); print(cold, is_warm('spatial'))"
+        "import numpy; from mrslam.spatial.distance import manhattan; from mrslam.jit_cache import is_warm, mark_warm;"
+        "manhattan(numpy.ones((2, 2), dtype=bool)); cold = is_warm('spatial'); mark_warm('spatial');"
+        "print(cold, is_warm('spatial'), is_warm('rbpf'))"
     )
-    assert run(code, MRSLAM_CACHE=str(tmp_path)) == "False True"
+    assert run(code, MRSLAM_CACHE=str(tmp_path)) == "False True False"
     assert list((tmp_path / "kernels").rglob("*.nbc"))
 
 
 def test_numbas_own_setting_wins_also_when_numba_came_first(tmp_path):
-    code = "import numba, spatial; from numba.core import config; print(config.CACHE_DIR)"
+    code = "import numba, mrslam; from numba.core import config; print(config.CACHE_DIR)"
     assert run(code, NUMBA_CACHE_DIR=str(tmp_path / "own")) == str(tmp_path / "own")
     assert run(code, MRSLAM_CACHE=str(tmp_path)).startswith(str(tmp_path / "kernels"))
 

@@ -10,8 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from spatial import InputError, OccupancyGrid, read_map, write_map
-from spatial.images import read_image, write_image
+from mrslam.spatial import InputError, OccupancyGrid, read_map, write_map
+from mrslam.spatial.files.images import read_image, write_image
 
 trinary = arrays(np.int8, st.tuples(st.integers(1, 12), st.integers(1, 12)), elements=st.sampled_from([-1, 0, 100]))
 

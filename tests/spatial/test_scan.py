@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from spatial import InputError, Scan, se2
+from mrslam.spatial import InputError, Scan, se2
 
 MAX, MIN = 10.0, 0.1
 

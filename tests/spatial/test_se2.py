@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spatial import se2
+from mrslam.spatial import se2
 
 metres = st.floats(-1e3, 1e3)
 angles = st.floats(-math.pi, math.pi)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spatial.spool import ROWS, Spool
+from mrslam.spatial.runtime.spool import ROWS, Spool
 
 
 def filled(count: int) -> Spool:

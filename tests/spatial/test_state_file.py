@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from spatial import InputError
-from spatial.state_file import Packed, pack, read_state, write_state
+from mrslam.spatial import InputError
+from mrslam.spatial.files.state_file import Packed, pack, read_state, write_state
 
 arrays = st.sampled_from(["float64", "float32", "int64", "int32", "uint32", "int8", "bool"]).flatmap(
     lambda dtype: hnp.arrays(dtype, hnp.array_shapes(min_dims=1, max_dims=3, min_side=0, max_side=4))

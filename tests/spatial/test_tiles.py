@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from spatial import TILE_CELLS, UNKNOWN, OccupancyGrid, Tile, TiledMap
+from mrslam.spatial import TILE_CELLS, UNKNOWN, OccupancyGrid, Tile, TiledMap
 
 
 def random_grid(seed: int, row0: int, col0: int, height: int, width: int) -> OccupancyGrid:

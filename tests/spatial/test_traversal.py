@@ -5,7 +5,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from spatial.traversal import traverse
+from mrslam.spatial.traversal import traverse
 
 coordinate = st.floats(-30, 30)
 

@@ -3,8 +3,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from spatial import InputError, se2
-from spatial.tum import read_tum, write_tum
+from mrslam.spatial import InputError, se2
+from mrslam.spatial.files.tum import read_tum, write_tum
 
 
 @settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sim_driver.cli.commands.options import Json, Out, Rrd, Salvage, Set, View
+from mrslam.sim_driver.cli.commands.options import Json, Out, Rrd, Salvage, Set, View
 
 METHODS = "auto, orb, surf, hough, random-walk, plain-walk, hill-climb, annealing or brute-force."
 
@@ -34,7 +34,7 @@ def map_(
     mrslam map slam/intel.clf.gz --particles 30 --seed 1 --out out/intel
     mrslam map monday.bag --no-odometry --out out/monday
     """
-    from sim_driver.cli.map_log import map_log
+    from mrslam.sim_driver.cli.map_log import map_log
 
     map_log(log, particles, seed, out, no_odometry, set_ or [], json, rrd, view, relations, salvage)
 
@@ -47,7 +47,7 @@ def feed(
     mrslam feed slam/intel.clf.gz
     mrslam feed monday.bag --json
     """
-    from sim_driver.cli.feed import inspect_file
+    from mrslam.sim_driver.cli.feed import inspect_file
 
     inspect_file(log, json, salvage)
 
@@ -69,7 +69,7 @@ def align(
     mrslam align a/map.yaml b/map.yaml --json
     mrslam align a.png b.png --resolution 0.05 --method surf
     """
-    from sim_driver.cli.align import align_files
+    from mrslam.sim_driver.cli.align import align_files
 
     align_files(a, b, method, resolution, set_ or [], json)
 
@@ -96,6 +96,6 @@ def merge(
     mrslam merge a/map.yaml b/map.yaml c/map.yaml -o out/merged
     mrslam merge a/map.yaml b/map.yaml --known-poses poses.csv -o out/merged
     """
-    from sim_driver.cli.merge import merge_files
+    from mrslam.sim_driver.cli.merge import merge_files
 
     merge_files(maps, out, known_poses, method, resolution, set_ or [], json)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sim_driver.cli.commands.options import Json, Set
+from mrslam.sim_driver.cli.commands.options import Json, Set
 
 
 def agent(
@@ -48,7 +48,7 @@ def agent(
     mrslam agent r1 --team depot --listen tcp/0.0.0.0:7447 --connect tcp/10.0.0.2:7447
     mrslam agent r1 --team desk --log slam/intel.clf.gz    play a log as if it were the laser
     """
-    from sim_driver.cli.agent import AgentOptions, run_agent
+    from mrslam.sim_driver.cli.agent import AgentOptions, run_agent
 
     options = AgentOptions(
         robot=robot, team=team, mode=mode, listen=listen or [], connect=connect or [],
@@ -78,7 +78,7 @@ def top(
     mrslam top                   in a second terminal, while mrslam demo runs
     mrslam top --once --json     for scripts; exit code 1 where nobody is here
     """
-    from sim_driver.cli.top import top as show_top
+    from mrslam.sim_driver.cli.top import top as show_top
 
     show_top(team, listen or [], connect or [], keys, multicast, once, json, wait)
 
@@ -99,7 +99,7 @@ def doctor(
 
     mrslam doctor --listen tcp/0.0.0.0:7447 --connect tcp/192.168.1.5:7447
     """
-    from sim_driver.cli.network import diagnose
+    from mrslam.sim_driver.cli.network import diagnose
 
     diagnose(listen or [], connect or [], multicast, json)
 
@@ -119,7 +119,7 @@ def keys(
     mrslam keys demo r1 r2 r3 --out keys
     mrslam agent r1 --team demo --keys keys/r1
     """
-    from sim_driver.cli.network import make_keys
+    from mrslam.sim_driver.cli.network import make_keys
 
     make_keys(team, robots, router or [], out)
 
@@ -129,6 +129,6 @@ def config() -> None:
 
     mrslam config | grep -A 1 timeout
     """
-    from sim_driver.cli.config import print_reference
+    from mrslam.sim_driver.cli.config import print_reference
 
     print_reference()

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sim_driver.cli.commands.options import Json, Out, Rrd, Seed, Set, View
+from mrslam.sim_driver.cli.commands.options import Json, Out, Rrd, Seed, Set, View
 
 
 def demo(
@@ -24,7 +24,7 @@ def demo(
     mrslam demo --out out/demo
     mrslam demo --out out/demo7 --seed 7 --robots 2
     """
-    from sim_driver.cli.demo import demo as run_demo
+    from mrslam.sim_driver.cli.demo import demo as run_demo
 
     run_demo(out, seed, robots, rrd, view)
 
@@ -54,7 +54,7 @@ def run(
     mrslam run missions/intel-two.toml --out out/intel-two --set comms.exchange_timeout_s=10
     mrslam run --from out/intel-two --out out/again --set comms.link_threshold=0.5
     """
-    from sim_driver.cli.run import run_file
+    from mrslam.sim_driver.cli.run import run_file
 
     run_file(mission, from_, out, shell, speed, seed, set_ or [], json, rrd, view)
 
@@ -93,7 +93,7 @@ def sweep(
     mrslam sweep missions/office-two.toml
     mrslam sweep office --vary comms.link_threshold=0.2,0.5,0.8 --vary comms.exchange_timeout_s=5,30 --seeds 3
     """
-    from sim_driver.cli.sweep import sweep as run_sweep
+    from mrslam.sim_driver.cli.sweep import sweep as run_sweep
 
     run_sweep(mission, vary or [], seeds, out, drive, workers, scheduler, set_ or [], json)
 
@@ -117,7 +117,7 @@ def eval_(
     mrslam eval out/demo
     mrslam eval out/run --reference r1=truth_r1.tum --reference r2=truth_r2.tum --true-map plan.yaml
     """
-    from sim_driver.cli.eval import eval_run
+    from mrslam.sim_driver.cli.eval import eval_run
 
     eval_run(run, relations, reference or [], true_map, json)
 
@@ -134,7 +134,7 @@ def gather(
     mrslam gather from-r1 from-r2 --out out/depot
     mrslam eval out/depot --reference r1=truth_r1.tum --reference r2=truth_r2.tum
     """
-    from sim_driver.cli.gather import gather_agents
+    from mrslam.sim_driver.cli.gather import gather_agents
 
     gather_agents(folders, out, json)
 
@@ -149,7 +149,7 @@ def report(
 
     mrslam report out/demo
     """
-    from sim_driver.cli.report import report_run
+    from mrslam.sim_driver.cli.report import report_run
 
     report_run(run, out)
 
@@ -162,7 +162,7 @@ def view_(
     mrslam demo --out out/demo --rrd out/demo/run.rrd
     mrslam view out/demo
     """
-    from sim_driver.view.files import open_recording
+    from mrslam.sim_driver.view.files import open_recording
 
     open_recording(run)
 
@@ -179,6 +179,6 @@ def bag(
 
     mrslam bag out/demo --out demo.mcap
     """
-    from sim_driver.cli.bag import bag_run
+    from mrslam.sim_driver.cli.bag import bag_run
 
     bag_run(run, out)

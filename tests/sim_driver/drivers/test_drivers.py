@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
 
-from sim_driver.drivers import DRIVERS, DriverConfig, Explorer, IdleDriver, TrajectoryDriver, WaypointDriver
-from sim_driver.drivers.costmap import make_costmap
-from sim_driver.drivers.follow import slow_for_obstacles, steer
-from sim_driver.drivers.plan import path_between
-from sim_driver.worlds import World, load_world
-from sim_driver.worlds.canvas import Canvas
-from spatial import InputError, OccupancyGrid, Scan, se2
+from mrslam.sim_driver.drivers import DRIVERS, DriverConfig, Explorer, IdleDriver, TrajectoryDriver, WaypointDriver
+from mrslam.sim_driver.drivers.costmap import make_costmap
+from mrslam.sim_driver.drivers.follow import slow_for_obstacles, steer
+from mrslam.sim_driver.drivers.plan import path_between
+from mrslam.sim_driver.worlds import World, load_world
+from mrslam.sim_driver.worlds.canvas import Canvas
+from mrslam.spatial import InputError, OccupancyGrid, Scan, se2
 from tests.sim_driver.rehearsal import rehearse
 
 S = 1_000_000_000

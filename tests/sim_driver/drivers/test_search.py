@@ -6,10 +6,10 @@ from scipy import ndimage
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from sim_driver.drivers.config import DriverConfig
-from sim_driver.drivers.costmap import make_costmap, pool
-from sim_driver.drivers.search import frontiers, trace, travel
-from spatial import OccupancyGrid
+from mrslam.sim_driver.drivers.config import DriverConfig
+from mrslam.sim_driver.drivers.costmap import make_costmap, pool
+from mrslam.sim_driver.drivers.search import frontiers, trace, travel
+from mrslam.spatial import OccupancyGrid
 
 
 def random_weight(seed, shape=(25, 31), blocked=0.25):

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim_driver.evaluate import References, assess
-from sim_driver.worlds import load_world
-from spatial import InputError
+from mrslam.sim_driver.evaluate import References, assess
+from mrslam.sim_driver.worlds import load_world
+from mrslam.spatial import InputError
 from tests.sim_driver.runs import played, with_wrong_merge
 
 TABLES = {
@@ -138,11 +138,11 @@ def test_references_and_a_true_map_stand_in_for_the_simulator(folder: Path, tmp_
     exact = assess(folder)
     blind = tmp_path / "blind"
     shutil.copytree(folder, blind)
-    from spatial.tum import read_tum
+    from mrslam.spatial.files.tum import read_tum
 
     trajectories = {"r1": read_tum(folder / "r1" / "truth.tum")}
     stamps, poses = read_tum(folder / "r2" / "truth.tum")
-    from spatial import se2
+    from mrslam.spatial import se2
 
     trajectories["r2"] = stamps, se2.compose(poses, np.array([0.05, 0.0, 0.0]))
     for robot in ("r1", "r2"):
@@ -165,7 +165,7 @@ def test_a_folder_without_a_run_is_an_error(tmp_path: Path) -> None:
 
 
 def test_the_command_prints_tables_or_json(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from sim_driver.cli.eval import eval_run
+    from mrslam.sim_driver.cli.eval import eval_run
 
     eval_run(folder, None, [], None, as_json=True)
     assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(assess(folder)))
@@ -182,7 +182,7 @@ def test_the_command_prints_tables_or_json(folder: Path, capsys: pytest.CaptureF
 
 
 def test_relations_are_counted(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from sim_driver.cli.eval import eval_run
+    from mrslam.sim_driver.cli.eval import eval_run
 
     stamps = [row[0] for row in rows(folder / "r1" / "trajectory.tum")]
     relations = tmp_path / "some.relations"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim_driver.evaluate.doubtful import find_doubts
+from mrslam.sim_driver.evaluate.doubtful import find_doubts
 
 STAMPS_NS = 7_000_000_000 + 500_000_000 * np.arange(200)
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim_driver.evaluate.relations import NEAR_US, cross_errors, own_errors, read_relations
-from spatial import InputError, se2
+from mrslam.sim_driver.evaluate.relations import NEAR_US, cross_errors, own_errors, read_relations
+from mrslam.spatial import InputError, se2
 
 
 def test_cross_errors_see_only_what_links_the_robots() -> None:

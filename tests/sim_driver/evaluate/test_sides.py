@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from sim_driver.evaluate.sides import givers_of, merged_text, pairs_of, sides_of
+from mrslam.sim_driver.evaluate.sides import givers_of, merged_text, pairs_of, sides_of
 
 
 def view(at_s: float | None, reason: str = "weak evidence") -> dict[str, Any]:

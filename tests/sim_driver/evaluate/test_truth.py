@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim_driver.evaluate.truth import Judge, true_starts, true_trajectories
-from sim_driver.mission import make_mission
-from spatial import OccupancyGrid
-from spatial.tum import write_tum
+from mrslam.sim_driver.evaluate.truth import Judge, true_starts, true_trajectories
+from mrslam.sim_driver.missions.mission import make_mission
+from mrslam.spatial import OccupancyGrid
+from mrslam.spatial.files.tum import write_tum
 
 
 def room(wall_col: int) -> OccupancyGrid:

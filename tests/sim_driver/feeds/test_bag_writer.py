@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agent import Sensed
-from sim_driver.cli.bag import bag_run
-from sim_driver.feeds import open_feed
-from sim_driver.feeds.bag_writer import BagWriter
-from sim_driver.replay.recording import write_recording
-from spatial import InputError, OccupancyGrid, Scan, read_map, write_map
-from spatial.files import write_text
-from spatial.tum import write_tum
+from mrslam.agent import Sensed
+from mrslam.sim_driver.cli.bag import bag_run
+from mrslam.sim_driver.feeds import open_feed
+from mrslam.sim_driver.feeds.bag_writer import BagWriter
+from mrslam.sim_driver.replay.recording import write_recording
+from mrslam.spatial import InputError, OccupancyGrid, Scan, read_map, write_map
+from mrslam.spatial.files.atomic import write_text
+from mrslam.spatial.files.tum import write_tum
 
 rosbags = pytest.importorskip("rosbags.highlevel")
 

@@ -4,9 +4,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim_driver.feeds import open_feed
-from sim_driver.feeds.carmen import CarmenFeed, flaser_angles
-from spatial import InputError, se2
+from mrslam.sim_driver.feeds import open_feed
+from mrslam.sim_driver.feeds.carmen import CarmenFeed, flaser_angles
+from mrslam.spatial import InputError, se2
 
 
 def flaser(ranges, laser=(0.0, 0.0, 0.0), odom=(0.0, 0.0, 0.0), stamp=1.0):

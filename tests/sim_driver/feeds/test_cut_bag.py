@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from rosbags.rosbag1 import Writer
 
-from sim_driver.feeds import open_feed
-from spatial import InputError
+from mrslam.sim_driver.feeds import open_feed
+from mrslam.spatial import InputError
 from tests.sim_driver.feeds.spoiling import spoilt
 from tests.sim_driver.feeds.test_rosbag import NS, Recorder
 

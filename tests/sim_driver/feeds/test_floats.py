@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim_driver.feeds.floats import parse
+from mrslam.sim_driver.feeds.floats import parse
 
 WORDS = st.one_of(
     st.floats(allow_nan=False).map(repr),

@@ -3,7 +3,7 @@ import json
 import numpy as np
 import pytest
 
-from sim_driver.feeds.inspect import describe, inspect
+from mrslam.sim_driver.feeds.inspect import describe, inspect
 from tests.sim_driver.feeds.test_carmen import flaser, write
 from tests.sim_driver.feeds.test_rosbag import NS, Recorder
 

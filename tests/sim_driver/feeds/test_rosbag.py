@@ -7,10 +7,10 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from sim_driver.feeds import open_feed
-from sim_driver.feeds.bag_contents import LaserMessage
-from sim_driver.feeds.rosbag import RosbagFeed
-from spatial import InputError, se2
+from mrslam.sim_driver.feeds import open_feed
+from mrslam.sim_driver.feeds.bag_contents import LaserMessage
+from mrslam.sim_driver.feeds.rosbag import RosbagFeed
+from mrslam.spatial import InputError, se2
 from tests.sim_driver.feeds.spoiling import spoilt
 
 NS = 1_000_000_000

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim_driver.mission import make_mission
-from sim_driver.replay import read_recording
-from sim_driver.replay.again import mission_of, replay_mission
-from sim_driver.run import run_mission
-from spatial import InputError
+from mrslam.sim_driver.missions.mission import make_mission
+from mrslam.sim_driver.replay import read_recording
+from mrslam.sim_driver.replay.again import mission_of, replay_mission
+from mrslam.sim_driver.run.run import run_mission
+from mrslam.spatial import InputError
 
 TABLES = {
     "mission": {"seed": 2, "duration_s": 40.0, "shell": "virtual"},

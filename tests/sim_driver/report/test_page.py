@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim_driver.evaluate.results import RunResults
-from sim_driver.report import write_report
-from sim_driver.report.data import page_data
-from sim_driver.report.png import png_uri
+from mrslam.sim_driver.evaluate.results import RunResults
+from mrslam.sim_driver.report import write_report
+from mrslam.sim_driver.report.data import page_data
+from mrslam.sim_driver.report.png import png_uri
 from tests.sim_driver.runs import played, with_wrong_merge
 
 ROBOTS = [{"id": "r1"}, {"id": "r2"}]

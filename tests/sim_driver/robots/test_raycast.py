@@ -3,9 +3,9 @@ import threading
 import numpy as np
 import pytest
 
-from sim_driver.robots.raycast import cast, cast_discs, leap_field
-from sim_driver.worlds import load_world
-from spatial.distance import euclidean
+from mrslam.sim_driver.robots.raycast import cast, cast_discs, leap_field
+from mrslam.sim_driver.worlds import load_world
+from mrslam.spatial.distance import euclidean
 
 
 def naive(is_wall, x, y, angle, limit):

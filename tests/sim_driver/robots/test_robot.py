@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from sim_driver.robots import LASERS, ChassisConfig, Fleet, LaserModel, OdometryConfig, SimulatedRobot
-from sim_driver.worlds import World, load_world
-from sim_driver.worlds.canvas import Canvas
-from spatial import InputError, se2
+from mrslam.sim_driver.robots import LASERS, ChassisConfig, Fleet, LaserModel, OdometryConfig, SimulatedRobot
+from mrslam.sim_driver.worlds import World, load_world
+from mrslam.sim_driver.worlds.canvas import Canvas
+from mrslam.spatial import InputError, se2
 
 PERFECT = OdometryConfig(
     translation_m_per_sqrt_m=0, rotation_rad_per_sqrt_m=0, rotation_rad_per_sqrt_rad=0,

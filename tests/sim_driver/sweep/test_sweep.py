@@ -11,14 +11,14 @@ from pathlib import Path
 
 import pytest
 
-from sim_driver.sweep import make_plan, parse_knob, run_sweep
-from sim_driver.sweep.advice import Summary, advice, pareto, recommend, summarise
-from sim_driver.sweep.plots import draw_all
-from sim_driver.sweep.sweep import steps
-from sim_driver.sweep.table import write_table
-from sim_driver.sweep.work import Job, record_drive
-from sim_driver.sweep.workers import DaskWorkers, LocalWorkers
-from spatial import InputError
+from mrslam.sim_driver.sweep import make_plan, parse_knob, run_sweep
+from mrslam.sim_driver.sweep.advice import Summary, advice, pareto, recommend, summarise
+from mrslam.sim_driver.sweep.plots import draw_all
+from mrslam.sim_driver.sweep.sweep import steps
+from mrslam.sim_driver.sweep.table import write_table
+from mrslam.sim_driver.sweep.work import Job, record_drive
+from mrslam.sim_driver.sweep.workers import DaskWorkers, LocalWorkers
+from mrslam.spatial import InputError
 
 MISSION = """
 [mission]
@@ -135,7 +135,7 @@ def test_a_point_that_fails_is_said_and_tried_again(path: Path, tmp_path: Path, 
             raise ValueError("out of luck")
         return json.loads((tmp_path / "real" / "points" / f"{plan.points[0].name}.json").read_text())
 
-    monkeypatch.setattr("sim_driver.sweep.sweep.run_point", broken)
+    monkeypatch.setattr("mrslam.sim_driver.sweep.sweep.run_point", broken)
     assert len(sweep(plan, tmp_path / "out", Here())) == 2
     assert (
         "comms.link_threshold=0.9, comms.exchange_timeout_s=3, seed 2 failed: ValueError: out of luck"

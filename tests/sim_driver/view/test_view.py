@@ -13,14 +13,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agent import Event
-from sim_driver.mission import make_mission
-from sim_driver.run import run_mission
-from sim_driver.view import ViewOptions
-from sim_driver.view.files import join_recordings, open_recording
-from sim_driver.view.frame import Frame
-from sim_driver.view.watch import Handover
-from spatial import InputError, Scan
+from mrslam.agent import Event
+from mrslam.sim_driver.missions.mission import make_mission
+from mrslam.sim_driver.run.run import run_mission
+from mrslam.sim_driver.view import ViewOptions
+from mrslam.sim_driver.view.files import join_recordings, open_recording
+from mrslam.sim_driver.view.frame import Frame
+from mrslam.sim_driver.view.watch import Handover
+from mrslam.spatial import InputError, Scan
 
 TABLES = {
     "mission": {"seed": 2, "duration_s": 12.0, "shell": "virtual", "record": False},
@@ -142,7 +142,7 @@ def test_the_latest_frame_wins_and_no_event_is_lost() -> None:
 
 
 def test_a_viewer_that_hangs_at_the_end_is_left_behind(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sim_driver.view.watch.CLOSE_S", 0.05)
+    monkeypatch.setattr("mrslam.sim_driver.view.watch.CLOSE_S", 0.05)
     stream = Slow()
     view = Handover(stream)
     view.show(frame(0))

@@ -2,8 +2,8 @@ import cv2
 import numpy as np
 import pytest
 
-from sim_driver.worlds import BUILT_IN, World, load_world
-from spatial import InputError, OccupancyGrid, write_map
+from mrslam.sim_driver.worlds import BUILT_IN, World, load_world
+from mrslam.spatial import InputError, OccupancyGrid, write_map
 
 
 @pytest.mark.parametrize("name", [*BUILT_IN, "office:0", "office:1", "office:2", "office:3"])

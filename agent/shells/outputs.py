@@ -1,0 +1,100 @@
+"""What one robot leaves in its folder: maps, team map, trajectory, events, and a summary for the mission's metrics."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from mrslam.agent.core import Agent
+from mrslam.agent.effects import Event
+from mrslam.merge.draw import draw_team
+from mrslam.spatial import write_map
+from mrslam.spatial.files.atomic import write_text
+from mrslam.spatial.files.images import write_image
+from mrslam.spatial.files.tum import write_tum
+
+log = logging.getLogger(__name__)
+
+
+class EventLog:
+    """Writes events as JSON lines, each at once: what is written survives a crash.
+
+    While the disk is full events are lost, and counted; the robot goes on.
+    """
+
+    def __init__(self, folder: Path, robot_id: str) -> None:
+        """Begin ``events.jsonl`` in the folder, or go on with it: a robot that starts again has a past."""
+        folder.mkdir(parents=True, exist_ok=True)
+        self._file = (folder / "events.jsonl").open("a+b", buffering=0)
+        self._robot_id = robot_id
+        self.lost = 0
+        """Events that could not be written."""
+        self._torn = self._ends_within_a_line()
+
+    def write(self, event: Event) -> None:
+        """Append one event: ``t`` (mission seconds), ``robot``, ``event`` and its own fields."""
+        line = {"t": round(event.t_ns / 1e9, 3), "robot": self._robot_id, "event": event.kind, **event.fields}
+        raw = json.dumps(line, allow_nan=False).encode() + b"\n"
+        try:
+            written = self._file.write(b"\n" + raw if self._torn else raw)
+            self._torn = written is not None and written < len(raw)
+        except OSError as error:
+            if self.lost == 0:
+                log.warning("%s: events cannot be written (%s)", self._robot_id, error.strerror)
+            self.lost += 1
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def _ends_within_a_line(self) -> bool:
+        """Return whether what is there was cut off, by a crash or a full disk."""
+        if self._file.seek(0, os.SEEK_END) == 0:
+            return False
+        self._file.seek(-1, os.SEEK_END)
+        return self._file.read(1) != b"\n"
+
+
+def write_robot(agent: Agent, folder: Path, sent_bytes: Mapping[str, int]) -> None:
+    """Write everything a robot knows at its end into its folder; what cannot be written is told, and the rest is."""
+    folder.mkdir(parents=True, exist_ok=True)
+    team, trajectory = agent.team_map(), agent.trajectory_laser()
+    layers = {robot_id: local.map.to_grid() for robot_id, local in sorted(agent.node.store.maps.items())}
+    text = json.dumps(summary(agent, sent_bytes), indent=1, allow_nan=False) + "\n"
+    for what in (
+        partial(write_text, folder / "robot.json", text),
+        partial(write_map, folder / "map.yaml", agent.own_map()),
+        partial(write_map, folder / "team_map.yaml", team.grid),
+        partial(write_tum, folder / "trajectory.tum", trajectory.stamps_ns, trajectory.T_map_base),
+        partial(write_image, folder / "team_map.png", draw_team(team, layers)),
+    ):
+        try:
+            what()
+        except OSError as error:
+            log.warning("%s: %s cannot be written (%s)", agent.robot_id, what.args[0], error.strerror)
+
+
+def summary(agent: Agent, sent_bytes: Mapping[str, int]) -> dict[str, Any]:
+    """Return what the mission's metrics need of one robot, as plain JSON values."""
+    team = agent.team_map()
+    return {
+        "id": agent.robot_id,
+        "mode": agent.mode,
+        "frame": team.anchor,
+        "known_area_m2": round(agent.own_map().known_area_m2(), 2),
+        "team_area_m2": round(team.grid.known_area_m2(), 2),
+        "scans": agent.mapper.stats.scans,
+        "scans_processed": agent.mapper.stats.processed,
+        "masked_beams": agent.masked_beams,
+        "loops_closed": agent.mapper.stats.loops_closed,
+        "placed": {robot: [float(value) for value in T] for robot, T in sorted(team.T_team_map.items())},
+        "unplaced": dict(sorted({**team.unplaced, **agent.team.doubted}.items())),
+        "pairs": [status.row(a, b) for (a, b), status in sorted(agent.team.pairs.pairs.items())],
+        "sent_bytes": dict(sent_bytes),
+        "links": [{"peer": peer, **stats.row()} for peer, stats in sorted(agent.links.items())],
+    }

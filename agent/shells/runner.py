@@ -1,0 +1,117 @@
+"""What both shells do alike: hand a robot what came in, and carry out what it asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Protocol
+
+from mrslam.agent.core import Agent
+from mrslam.agent.effects import AlignJob, Effect, Event
+from mrslam.agent.shells.body import Body, Sensed
+from mrslam.agent.shells.keeper import Keeper
+from mrslam.agent.shells.outputs import EventLog, write_robot
+from mrslam.agent.shells.watcher import Watcher
+from mrslam.alignment import Alignment, Rejection, align
+from mrslam.comms import Incoming, PeerJoined, PeerLeft, Transport
+from mrslam.spatial.runtime.heap import give_back, trim
+
+TRIM_NS = 60_000_000_000
+"""Mission time between two times that free pages go back to the system, nanoseconds."""
+
+
+class LinkSource(Protocol):
+    """Link qualities told from outside: a radio model or a trace."""
+
+    def qualities(self, now_ns: int) -> dict[str, float]:
+        """Return the quality in [0, 1] of the link to each peer, now."""
+
+
+class Runner:
+    """One agent with its body, its end of the network, and its folder."""
+
+    def __init__(
+        self,
+        agent: Agent,
+        body: Body,
+        transport: Transport,
+        folder: Path,
+        links: LinkSource | None = None,
+        watchers: Sequence[Watcher] = (),
+        keeper: Keeper | None = None,
+    ) -> None:
+        """Wire an agent to the world; its folder gets ``events.jsonl`` at once and the rest when it is closed."""
+        self.agent, self.body, self.transport, self.folder, self.links = agent, body, transport, folder, links
+        self.watchers = tuple(watchers)
+        self.sent_bytes = dict.fromkeys(("beacon", "control", "bulk", "status"), 0)
+        """Bytes given to the network by lane; what goes to all counts once."""
+        self.keeper = keeper
+        self.events = EventLog(folder, agent.robot_id)
+        self._next_trim_ns = 0
+
+    def receive(self, timeout_s: float, now_ns: Callable[[], int]) -> None:
+        """Hand the agent all that came from the network."""
+        for item in self.transport.poll(timeout_s):
+            match item:
+                case PeerJoined():
+                    self.perform(self.agent.on_peer_joined(item.peer, now_ns()))
+                case PeerLeft():
+                    self.perform(self.agent.on_peer_left(item.peer, now_ns()))
+                case Incoming():
+                    self.perform(self.agent.on_message(item.payload, item.sender, now_ns()))
+
+    def sense(self, now_ns: int) -> Sensed | None:
+        """Hand the agent the next scan that is due and return it; None where none is due."""
+        sensed = self.body.sense(now_ns)
+        if sensed is None:
+            return None
+        self.perform(self.agent.on_scan(sensed.scan, sensed.T_odom_base, now_ns))
+        for watcher in self.watchers:
+            watcher.on_scan(self.agent, sensed, now_ns)
+        return sensed
+
+    def tick(self, now_ns: int) -> None:
+        """Tell the agent the link qualities where they come from outside, and let it look after its links."""
+        if now_ns >= self._next_trim_ns:
+            self._next_trim_ns = now_ns + TRIM_NS
+            trim()
+        if self.links is not None:
+            for peer, quality in sorted(self.links.qualities(now_ns).items()):
+                self.perform(self.agent.set_link_quality(peer, quality, now_ns))
+        self.perform(self.agent.on_tick(now_ns))
+
+    def keep(self, clock_ns: int, now_ns: int) -> None:
+        """Let the keeper save the robot when it is time to by ``clock_ns``."""
+        if self.keeper is not None:
+            self.perform(self.keeper.look(self.agent, clock_ns, now_ns))
+
+    def perform(self, effects: Sequence[Effect]) -> None:
+        """Carry out what the agent asks for."""
+        for effect in effects:
+            if isinstance(effect, Event):
+                self.events.write(effect)
+                for watcher in self.watchers:
+                    watcher.on_event(self.agent, effect)
+            else:
+                self.sent_bytes[effect.lane] += len(effect.payload)
+                self.transport.send(effect)
+
+    def align(self, job: AlignJob) -> Alignment | Rejection:
+        """Align the two maps of a job by the agent's settings; slow."""
+        config = replace(self.agent.settings.alignment, seed=self.agent.settings.alignment.seed + job.attempt)
+        method = self.agent.settings.agent.align_method
+        outcome = align(job.grid_a, job.grid_b, method=method, prior=job.prior, config=config)
+        give_back()
+        return outcome
+
+    def close(self, now_ns: int) -> None:
+        """Leave the network and write the robot's files."""
+        self.perform(self.agent.leave(now_ns))
+        self.transport.close()
+        if self.keeper is not None:
+            self.keeper.close(self.agent)
+        self.events.close()
+        for watcher in self.watchers:
+            watcher.close(self.agent, now_ns)
+        write_robot(self.agent, self.folder, self.sent_bytes)

@@ -1,0 +1,71 @@
+"""A body whose laser and wheels are real: drivers hand in what they measure, from any thread."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from typing import TYPE_CHECKING
+
+from mrslam.agent.shells.body import Sensed
+from mrslam.agent.shells.clock import Clock
+from mrslam.spatial import Scan, se2
+from mrslam.spatial.se2 import Transform
+
+if TYPE_CHECKING:
+    from mrslam.agent.core import Agent
+
+WAITING = 2
+"""Scans that wait at most; then a newer one takes the oldest's place: where the robot is matters, not where it was."""
+ODOMETRY_KEPT = 200
+"""Odometry readings kept to find the one of a scan's moment."""
+ODOMETRY_AGE_NS = 200_000_000
+"""Odometry that is farther from a scan than this is not its own, nanoseconds."""
+
+
+class SensorBody:
+    """Holds the newest scans for the agent; :attr:`scans_lost` counts those it was too slow for."""
+
+    finished = False
+    next_ns: int | None = None
+
+    def __init__(self, clock: Clock) -> None:
+        """Take the agent's clock."""
+        self.scans_lost = 0
+        self._clock = clock
+        self._waiting: deque[Sensed] = deque()
+        self._odometry: deque[tuple[int, Transform]] = deque(maxlen=ODOMETRY_KEPT)
+        self._lock = threading.Lock()
+
+    def on_scan(self, scan: Scan, T_odom_base: Transform | None = None) -> None:
+        """Take a scan; without odometry of its own it gets what the wheels said at its stamp."""
+        with self._lock:
+            if T_odom_base is None:
+                T_odom_base = self._odometry_at(scan.stamp_ns)
+            self._waiting.append(Sensed(self._clock.now_ns(), scan, T_odom_base))
+            if len(self._waiting) > WAITING:
+                self._waiting.popleft()
+                self.scans_lost += 1
+
+    def on_odometry(self, stamp_ns: int, T_odom_base: Transform) -> None:
+        """Take an odometry reading."""
+        with self._lock:
+            self._odometry.append((stamp_ns, T_odom_base))
+
+    def _odometry_at(self, stamp_ns: int) -> Transform | None:
+        """Return the pose at this moment, between the readings around it; None where none is near."""
+        before = [one for one in self._odometry if one[0] <= stamp_ns]
+        after = [one for one in self._odometry if one[0] > stamp_ns]
+        near = [one for one in (before[-1:] + after[:1]) if abs(one[0] - stamp_ns) <= ODOMETRY_AGE_NS]
+        if len(near) < 2:
+            return near[0][1] if near else None
+        (t0, T0), (t1, T1) = near
+        share = (stamp_ns - t0) / (t1 - t0)
+        return se2.compose(T0, share * se2.between(T0, T1))
+
+    def sense(self, now_ns: int) -> Sensed | None:
+        """Return the oldest scan that waits."""
+        with self._lock:
+            return self._waiting.popleft() if self._waiting else None
+
+    def act(self, agent: Agent, now_ns: int) -> None:
+        """Nothing to drive: somebody else steers."""

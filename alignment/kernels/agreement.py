@@ -1,0 +1,125 @@
+"""Compiled loops that compare two maps under a transform, wall by wall and cell by cell."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from mrslam.alignment.kernels.walls import FREE, NOTHING, UNKNOWN
+
+F64 = NDArray[np.float64]
+U8 = NDArray[np.uint8]
+
+
+@njit(cache=True, nogil=True)
+def quadrant(nx: float, ny: float) -> int:  # pragma: no cover - compiled
+    """Return 0..3: the direction among +x, +y, -x, -y nearest to the normal."""
+    if abs(nx) >= abs(ny):
+        return 0 if nx > 0.0 else 2
+    return 1 if ny > 0.0 else 3
+
+
+@njit(cache=True, nogil=True)
+def agreement(
+    points_s: F64,
+    normals_s: F64,
+    solid_s: NDArray[np.bool_],
+    step: int,
+    T_t_s: F64,
+    state_t: U8,
+    label_t: NDArray[np.uint16],
+    points_t: F64,
+    normals_t: F64,
+    x0: float,
+    y0: float,
+    res: float,
+    tolerance_m: float,
+    verdict: U8,
+) -> tuple[int, int, int, int]:  # pragma: no cover - compiled
+    """Judge source wall points in the target map; return how many match, are opposed, contradict, are unseen.
+
+    matched: a wall that faces the same way within the tolerance. opposed: a wall there, but facing otherwise.
+    contradicted: the target is free there, and the source point is part of something ``solid_s``; specks come and go.
+    unseen: neither.
+    ``verdict`` receives 1, 2, 3, 0 per point used (every ``step``-th).
+    """
+    height, width = state_t.shape
+    cos, sin = math.cos(T_t_s[2]), math.sin(T_t_s[2])
+    matched = opposed = against = unseen = 0
+    limit = tolerance_m * tolerance_m
+    for i in range(0, points_s.shape[0], step):
+        x = T_t_s[0] + cos * points_s[i, 0] - sin * points_s[i, 1]
+        y = T_t_s[1] + sin * points_s[i, 0] + cos * points_s[i, 1]
+        c, r = int(math.floor((x - x0) / res)), int(math.floor((y - y0) / res))
+        verdict[i] = 0
+        if not (0 < r < height - 1 and 0 < c < width - 1):
+            unseen += 1
+            continue
+        nx = cos * normals_s[i, 0] - sin * normals_s[i, 1]
+        ny = sin * normals_s[i, 0] + cos * normals_s[i, 1]
+        speck = nx == 0.0 and ny == 0.0
+        own = quadrant(nx, ny)
+        found = 0
+        for k in range(4):
+            q = (own + k) % 4
+            j = label_t[q, r, c]
+            if j == NOTHING or (points_t[j, 0] - x) ** 2 + (points_t[j, 1] - y) ** 2 > limit:
+                continue
+            found = 2
+            plain = speck or (normals_t[j, 0] == 0.0 and normals_t[j, 1] == 0.0)
+            if plain or (k == 0 and nx * normals_t[j, 0] + ny * normals_t[j, 1] > 0.7):
+                found = 1
+            if found == 1:
+                break
+        if found == 1:
+            matched += 1
+        elif found == 2:
+            opposed += 1
+        else:
+            free = 0
+            for dr in range(-1, 2):
+                for dc in range(-1, 2):
+                    if state_t[r + dr, c + dc] == FREE:
+                        free += 1
+            if free >= 6 and solid_s[i]:
+                against += 1
+                found = 3
+            else:
+                unseen += 1
+        verdict[i] = found
+    return matched, opposed, against, unseen
+
+
+@njit(cache=True, nogil=True)
+def free_overlap(
+    state_s: U8, xs: float, ys: float, step: int, T_t_s: F64, state_t: U8, xt: float, yt: float, res: float
+) -> tuple[int, int, int, int]:  # pragma: no cover - compiled
+    """Compare every ``step``-th cell; return how many are free/free, occupied/occupied, unlike, and known in s."""
+    height, width = state_t.shape
+    cos, sin = math.cos(T_t_s[2]), math.sin(T_t_s[2])
+    both_free = both_occupied = differ = known = 0
+    for r in range(0, state_s.shape[0], step):
+        for c in range(0, state_s.shape[1], step):
+            s = state_s[r, c]
+            if s == UNKNOWN:
+                continue
+            known += 1
+            px, py = xs + (c + 0.5) * res, ys + (r + 0.5) * res
+            x = T_t_s[0] + cos * px - sin * py
+            y = T_t_s[1] + sin * px + cos * py
+            ct, rt = int(math.floor((x - xt) / res)), int(math.floor((y - yt) / res))
+            if not (0 <= rt < height and 0 <= ct < width):
+                continue
+            t = state_t[rt, ct]
+            if t == UNKNOWN:
+                continue
+            if s != t:
+                differ += 1
+            elif s == FREE:
+                both_free += 1
+            else:
+                both_occupied += 1
+    return both_free, both_occupied, differ, known

@@ -1,0 +1,1 @@
+"""The methods that propose transforms: features, Hough spectrum, random walks, exhaustive search."""

@@ -1,0 +1,1 @@
+"""One verification for all proposals: refinement, agreement, contradiction, ambiguity, decision."""

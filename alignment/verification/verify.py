@@ -1,0 +1,189 @@
+"""The common verification: how well two maps agree under a transform, in numbers, and whether that is enough."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrslam.alignment.kernels.agreement import agreement, free_overlap
+from mrslam.alignment.prepared import PreparedMap
+from mrslam.alignment.verification.refine import equations
+from mrslam.alignment.verification.structure import distinct_walls
+from mrslam.spatial import se2
+from mrslam.spatial.se2 import Transform
+
+DEEP_M = 0.4
+"""A wall that is free in the other map and farther than this from its walls is not bent by noise, metres."""
+
+
+WALL_M = 0.5
+"""Shorter pieces do not count as a wall, metres."""
+MOST_WALLS = 20
+"""Counting ends here."""
+DISCOUNT = 0.25
+"""Contradicted wall per metre of agreeing wall that makes a fit e times less worth."""
+SNUG_M, DEEP_ENOUGH_M = 0.2, 0.8
+"""How far free space in common reaches before the walls that agree: 0.2 m where maps touch, else 0.7 m or more."""
+FROM_BEHIND = 0.3
+"""What wall seen from opposite sides is worth beside wall seen from one."""
+UNDOES = 2.4
+"""Agreeing metres that a contradicting one undoes."""
+FREE_STEP = 2
+"""Every so manieth row and column of free space is looked at."""
+QUICK_CELLS = 4000
+"""Cells of free space looked at for a quick look."""
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """What two maps say of each other under one transform."""
+
+    T_a_b: Transform
+    evidence: dict[str, float]
+    """See :func:`examine`."""
+    pivot: NDArray[np.float64]
+    """``(2,)`` centre of the matched walls in frame a, metres."""
+    H: NDArray[np.float64]
+    """``(3, 3)`` curvature of the fit about ``pivot``, unit weights."""
+
+
+def judge_walls(
+    source: PreparedMap, target: PreparedMap, T_t_s: Transform, tolerance_m: float, step: int = 1
+) -> tuple[NDArray[np.uint8], tuple[int, int, int, int]]:
+    """Return a verdict per wall point of ``source`` and the counts (matched, opposed, contradicted, unseen)."""
+    verdict = np.empty(len(source.points), dtype=np.uint8)
+    counts = agreement(
+        source.points, source.normals, source.solid, step, T_t_s,
+        target.state, target.label, target.points, target.normals,
+        target.x0, target.y0, target.res, tolerance_m, verdict,
+    )  # fmt: skip
+    return verdict, counts
+
+
+def examine(a: PreparedMap, b: PreparedMap, T_a_b: Transform, tolerance_m: float) -> Agreement:
+    """Return the numbers that decide about ``T_a_b``.
+
+    ``matched_b_m``: wall of b that lies on wall of a, is free on the same side; ``opposed_b_m``: on a wall, but not so;
+    ``contradicted_b_m``: where a is free; likewise for a in b. ``wall_agreement_*`` = matched / (matched + the others).
+    ``overlap_m2``: known in both; ``acceptance_index``: Carpin 2008; ``crosswise_m``: matched wall
+    across the weakest direction; ``walls``: distinct straight walls matched; ``deep_*``: contradicted by ``DEEP_M``.
+    """
+    T_b_a = se2.inverse(T_a_b)
+    verdict_b, (mb, ob, cb, _) = judge_walls(b, a, T_a_b, tolerance_m)
+    verdict_a, (ma, oa, ca, _) = judge_walls(a, b, T_b_a, tolerance_m)
+    _, (_, _, db, _) = judge_walls(b, a, T_a_b, DEEP_M)
+    _, (_, _, da, _) = judge_walls(a, b, T_b_a, DEEP_M)
+    res = a.res
+    small, large = (a, b) if a.state.size <= b.state.size else (b, a)
+    T = T_b_a if small is a else T_a_b
+    free, occupied, differ, _ = free_overlap(
+        small.state, small.x0, small.y0, FREE_STEP, T, large.state, large.x0, large.y0, res
+    )
+    cell = (FREE_STEP * res) ** 2
+    evidence = {
+        "matched_a_m": ma * res,
+        "matched_b_m": mb * res,
+        "opposed_a_m": oa * res,
+        "opposed_b_m": ob * res,
+        "contradicted_a_m": ca * res,
+        "contradicted_b_m": cb * res,
+        "deep_a_m": da * res,
+        "deep_b_m": db * res,
+        "wall_agreement_a": ma / max(ma + oa + ca, 1),
+        "wall_agreement_b": mb / max(mb + ob + cb, 1),
+        "contradiction": (ca + cb) / max(ma + mb + ca + cb, 1),
+        "overlap_m2": (free + occupied + differ) * cell,
+        "overlap": (free + occupied + differ) * cell / max(min(a.known_m2, b.known_m2), 1e-9),
+        "free_m2": free * cell,
+        "acceptance_index": (free + occupied) / max(free + occupied + differ, 1),
+    }
+    hit_a, hit_b = a.points[verdict_a == 1], se2.apply(T_a_b, b.points[verdict_b == 1])
+    both = np.concatenate([hit_a, hit_b])
+    pivot = both.mean(axis=0) if len(both) else a.centre
+    H, _, used, cost = equations(a, b, T_a_b, pivot, tolerance_m, 0.5 * tolerance_m)
+    evidence["crosswise_m"] = 0.5 * res * float(np.linalg.eigvalsh(H[:2, :2])[0])
+    evidence["extent_m"] = float(np.sqrt(both.var(axis=0).sum())) if len(both) else 0.0
+    hit = (verdict_b == 1) | (verdict_b == 2)  # another side of the same wall is a coincidence too
+    sizes = distinct_walls(b.points[hit], b.normals[hit], WALL_M / res, 0.3, MOST_WALLS)
+    evidence["walls"] = float(len(sizes))
+    evidence["residual"] = cost / max(used, 1)
+    return Agreement(T_a_b, evidence, pivot, H)
+
+
+@dataclass(frozen=True)
+class Case:
+    """What speaks for and against a fit, by the worse direction."""
+
+    matched_m: float
+    """Wall on wall that faces the same way, metres."""
+    opposed_m: float
+    """Wall on wall that faces otherwise, seen by the other map from behind, metres."""
+    contradicted_m: float
+    """Wall where the other map is free, metres."""
+    free_m2: float
+    """Free in both, square metres."""
+
+    @property
+    def open(self) -> float:
+        """Return 0..1: whether both maps know free space before the walls that agree.
+
+        Who sees a wall sees the space before it. Maps that merely touch agree along a long wall, and share no room.
+        """
+        depth_m = self.free_m2 / max(self.matched_m, 0.1)
+        return min(max((depth_m - SNUG_M) / (DEEP_ENOUGH_M - SNUG_M), 0.0), 1.0)
+
+    def worth(self, discount: float = DISCOUNT) -> float:
+        """Return metres of wall that speak for the fit, discounted by the share that contradicts.
+
+        Where every metre weighs alike, the right place of bent maps falls below places that share a corner and nothing
+        else; where the share decides, it stays above them, for chance contradicts about as much as it agrees.
+        """
+        behind = FROM_BEHIND * min(self.opposed_m, 2.0 * self.matched_m + 2.0)
+        share = self.contradicted_m / max(self.matched_m, 0.1)
+        return (self.matched_m + behind) * self.open * math.exp(-share / discount)
+
+    @property
+    def balance(self) -> float:
+        """Return metres that speak for the fit less those against it, each weighed by how seldom it is chance.
+
+        Of wall laid on a wrong place some 40 % agree; at the right place of maps that are bent as usual 8 % contradict:
+        a metre that contradicts undoes 2.4 that agree.
+        """
+        return self.open * (self.matched_m - UNDOES * self.contradicted_m)
+
+
+def case(evidence: dict[str, float]) -> Case:
+    """Return what speaks for and against a fit that was examined."""
+    return Case(
+        min(evidence["matched_a_m"], evidence["matched_b_m"]),
+        min(evidence["opposed_a_m"], evidence["opposed_b_m"]),
+        max(evidence["contradicted_a_m"], evidence["contradicted_b_m"]),
+        evidence["free_m2"],
+    )
+
+
+def quick_case(
+    a: PreparedMap,
+    b: PreparedMap,
+    T_a_b: Transform,
+    tolerance_m: float,
+    most_points: int = 1_000_000,
+    most_cells: float = QUICK_CELLS,
+) -> Case:
+    """Return the same without examining: from at most so many points of each map's walls, and cells of free space."""
+    step_a, step_b = (-(-len(side.points) // most_points) for side in (a, b))
+    T_b_a = se2.inverse(T_a_b)
+    _, (mb, ob, cb, _) = judge_walls(b, a, T_a_b, tolerance_m, step_b)
+    _, (ma, oa, ca, _) = judge_walls(a, b, T_b_a, tolerance_m, step_a)
+    small, large, T = (a, b, T_b_a) if a.state.size <= b.state.size else (b, a, T_a_b)
+    step = max(FREE_STEP, math.ceil(math.sqrt(small.state.size / most_cells)))
+    free, _, _, _ = free_overlap(small.state, small.x0, small.y0, step, T, large.state, large.x0, large.y0, a.res)
+    return Case(
+        min(ma * step_a, mb * step_b) * a.res,
+        min(oa * step_a, ob * step_b) * a.res,
+        max(ca * step_a, cb * step_b) * a.res,
+        free * (step * a.res) ** 2,
+    )

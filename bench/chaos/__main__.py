@@ -1,0 +1,75 @@
+"""Chaos missions, many: faults of every kind at random, everything that must hold checked at every step.
+
+    python -m bench.chaos --missions 1000 --seed 0
+
+A mission that broke is named with its seed; ``--missions 1 --seed THAT`` plays it again. One JSON line at the end,
+which counts what was played until then after Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing as mp
+import signal
+import sys
+import tempfile
+import time
+from collections import Counter
+from contextlib import suppress
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import track
+
+from bench.chaos.mission import Outcome, run_chaos
+from mrslam.sim_driver.kernels import ensure_compiled
+
+
+def one(seed: int) -> Outcome:
+    """Play one mission in a folder that is gone afterwards."""
+    with tempfile.TemporaryDirectory() as folder:
+        return run_chaos(seed, Path(folder))
+
+
+def main() -> int:
+    """Play the missions and say what broke."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--missions", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=0, help="of the first mission; the others follow")
+    parser.add_argument("--workers", type=int, default=mp.cpu_count())
+    options = parser.parse_args()
+    console = Console(stderr=True)
+    ensure_compiled(console.print)
+    start_s = time.monotonic()
+    faults: Counter[str] = Counter()
+    broken: dict[int, list[str]] = {}
+    seeds = range(options.seed, options.seed + options.missions)
+    played = 0
+    deaf = (signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for this process
+    with (
+        suppress(KeyboardInterrupt),
+        mp.get_context("spawn").Pool(options.workers, signal.signal, deaf, maxtasksperchild=20) as pool,
+    ):
+        outcomes = pool.imap_unordered(one, seeds)
+        for outcome in track(outcomes, "chaos", total=len(seeds), console=console):
+            played += 1
+            faults += outcome.faults
+            if outcome.violations:
+                broken[outcome.seed] = outcome.violations
+                console.print(f"seed {outcome.seed}: {len(outcome.violations)} violations; {outcome.violations[0]}")
+    line = {
+        "what": "chaos",
+        "missions": played,
+        "seed": options.seed,
+        "violations": sum(map(len, broken.values())),
+        "broken_seeds": sorted(broken),
+        "faults": dict(sorted(faults.items())),
+        "seconds": round(time.monotonic() - start_s, 1),
+    }
+    print(json.dumps(line))
+    return 1 if broken or played < len(seeds) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,89 @@
+"""The giving side of exchanges: offers what the peer lacks, and sends what it asks for."""
+
+from __future__ import annotations
+
+from mrslam.comms.exchange.exchange import Exchange, offer_of
+from mrslam.comms.exchange.in_flight import InFlight
+from mrslam.comms.exchange.provider import chunks_for, manifest_for
+from mrslam.comms.exchange.station import Station
+from mrslam.comms.maps.store import NOTHING
+from mrslam.comms.wire.bitmask import from_mask
+from mrslam.comms.wire.messages import GIVE_NO_MORE, Accept, Ask, Done, Get, Open, Version
+
+RESEND = 4
+"""Chunks of which none arrives are sent again after so many times ``retry_s``."""
+
+
+class Giving:
+    """Gives maps, within the bytes allowed for one meeting."""
+
+    def __init__(self, station: Station) -> None:
+        """Take the robot's means."""
+        self._station = station
+
+    def begin(self, exchange: Exchange) -> None:
+        """Note what sending whole maps would have cost: the own one at every meeting."""
+        if self._station.takes_maps(exchange.peer):
+            self._count_whole(exchange, self._station.own_id)
+
+    def offer_all(self, exchange: Exchange, digest: Open | Accept) -> None:
+        """Tell the peer what it lacks of each map known here, but its own."""
+        if not self._station.takes_maps(exchange.peer):
+            return
+        held = {robot: (epoch, revision) for robot, epoch, revision in digest.digest}
+        staged = {robot: (epoch, revision) for robot, epoch, revision in digest.staged}
+        for robot in self._station.store.digest():
+            if robot != exchange.peer:
+                self._offer(exchange, robot, held.get(robot, NOTHING), staged.get(robot))
+
+    def on_ask(self, exchange: Exchange, message: Ask) -> None:
+        """The peer asks what it lacks of one map."""
+        self._offer_or_end(exchange, message)
+
+    def on_get(self, exchange: Exchange, message: Get, now_ns: int) -> None:
+        """The peer asks for items of a manifest."""
+        store, config = self._station.store, self._station.config
+        offer = offer_of(message)
+        offered = exchange.offered.get(offer)
+        if offered is None or store.at(message.robot, message.epoch, message.target) is None:
+            self._offer_or_end(exchange, message)  # a map that was given up since, or a version too old to be kept
+            return
+        flow = exchange.in_flight.setdefault(offer, InFlight(now_ns))
+        wanted = from_mask(message.mask, len(offered.blocks) + len(offered.rows))
+        due = flow.due(wanted, now_ns, round(RESEND * config.retry_s * 1e9))
+        exchange.useful_ns = max(exchange.useful_ns, flow.moved_ns)
+        budget = config.exchange_budget_bytes
+        for chunk in chunks_for(store, offered, due, config):
+            if budget and exchange.served and exchange.served + len(chunk.packed) > budget:
+                self._give_no_more(exchange)
+                return
+            sent = self._station.post(chunk, exchange.peer, "bulk")
+            exchange.served += sent
+            exchange.useful_ns = now_ns
+            exchange.bytes_sent += sent
+
+    def _offer_or_end(self, exchange: Exchange, question: Ask | Get) -> None:
+        if not self._offer(exchange, question.robot, (question.epoch, question.base), None):
+            self._give_no_more(exchange)
+
+    def _offer(self, exchange: Exchange, robot: str, held: Version, staged: Version | None) -> bool:
+        station = self._station
+        finish = staged if station.config.exchange_budget_bytes else None
+        manifest = manifest_for(station.store, station.own_id, exchange.xid, robot, held, finish)
+        if manifest is None:
+            return False
+        exchange.offer(manifest)
+        if robot not in exchange.whole:
+            self._count_whole(exchange, robot)
+        exchange.bytes_sent += station.post(manifest, exchange.peer, "control")
+        return True
+
+    def _count_whole(self, exchange: Exchange, robot: str) -> None:
+        snapshot = self._station.store.newest(robot)
+        if snapshot is not None:
+            exchange.whole[robot] = snapshot
+
+    def _give_no_more(self, exchange: Exchange) -> None:
+        exchange.budget_spent = True
+        message = Done(self._station.own_id, exchange.xid, GIVE_NO_MORE)
+        exchange.bytes_sent += self._station.post(message, exchange.peer, "bulk")  # not before the last chunk

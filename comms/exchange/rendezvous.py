@@ -1,0 +1,135 @@
+"""When to exchange with whom: a pure state machine over peers, link qualities and time.
+
+A peer's link is weak (0) or strong (1), with hysteresis; -1 is the robot itself. An exchange is due on a strong link
+when ``exchange_timeout_s`` has passed since the last completed one, and the pause after a failed one is over. The peer
+that has waited longest goes first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mrslam.comms.config import CommsConfig
+
+SELF, WEAK, STRONG = -1, 0, 1
+ANSWERER_DELAY_NS = 500_000_000
+"""The robot with the greater id waits this much longer, so that the two do not open at the same moment."""
+BUSY_PAUSE_NS = 500_000_000
+"""Pause after a peer said "not now"."""
+
+
+@dataclass
+class PeerState:
+    """What the rendezvous knows of one peer."""
+
+    quality: float = 0.0
+    state: int = WEAK
+    is_busy: bool = False
+    """An exchange with it is going on."""
+    strong_since_ns: int = 0
+    done_ns: int | None = None
+    """When the last exchange was completed."""
+    turn: int = 0
+    """When an exchange last began, in the order of all exchanges."""
+    paused_until_ns: int = -(2**62)
+    failures: int = 0
+    """Failed exchanges in a row."""
+
+
+@dataclass
+class Rendezvous:
+    """Decides; does nothing itself."""
+
+    own_id: str
+    config: CommsConfig
+    rng: np.random.Generator
+    peers: dict[str, PeerState] = field(default_factory=dict)
+    _turn: int = 0
+
+    def on_quality(self, peer: str, quality: float, now_ns: int) -> bool:
+        """Take a link's quality; return whether its state changed."""
+        known = self.peers.setdefault(peer, PeerState())
+        known.quality = quality
+        bound = self.config.link_threshold - (self.config.link_hysteresis if known.state == STRONG else 0.0)
+        state = STRONG if quality >= bound and quality > 0.0 else WEAK
+        if state == known.state:
+            return False
+        known.state = state
+        if state == STRONG:
+            known.strong_since_ns = now_ns
+        return True
+
+    def forget(self, peer: str) -> None:
+        """Drop what is known of a peer's link; when it was last met is kept."""
+        known = self.peers.get(peer)
+        if known is not None:
+            known.quality, known.state, known.is_busy = 0.0, WEAK, False
+
+    def on_restart(self, peer: str) -> None:
+        """The peer started anew and holds nothing: the next exchange is due at once."""
+        self.peers.pop(peer, None)
+
+    def due(self, now_ns: int, is_worth: Callable[[str], bool] = lambda peer: True) -> list[str]:
+        """Return the peers to open an exchange with now, longest waiting first, as many as may run at once."""
+        free = self.config.max_parallel_exchanges - sum(known.is_busy for known in self.peers.values())
+        if free <= 0:
+            return []
+        ready = [
+            peer
+            for peer, known in self.peers.items()
+            if not known.is_busy and now_ns >= self._due_ns(peer) and is_worth(peer)
+        ]
+        return sorted(ready, key=lambda peer: (self.peers[peer].turn, peer))[:free]
+
+    def _due_ns(self, peer: str) -> float:
+        known = self.peers[peer]
+        if known.state != STRONG:
+            return float("inf")
+        since_done = known.strong_since_ns
+        if known.done_ns is not None:
+            since_done = max(since_done, known.done_ns + round(self.config.exchange_timeout_s * 1e9))
+        courtesy = ANSWERER_DELAY_NS if self.own_id > peer else 0
+        return max(since_done + courtesy, known.paused_until_ns)
+
+    def next_exchange_s(self, peer: str, now_ns: int) -> float:
+        """Return in how many seconds an exchange with a peer is due; 0 now, inf while its link is weak."""
+        if peer not in self.peers:
+            return float("inf")
+        return max(0.0, (self._due_ns(peer) - now_ns) / 1e9)
+
+    def may_answer(self, peer: str) -> str | None:
+        """Return None where an exchange that the peer opens is welcome, else why not."""
+        known = self.peers.get(peer)
+        if known is None or known.quality < self.config.link_threshold - self.config.link_hysteresis:
+            return "weak link"
+        if sum(other.is_busy for other in self.peers.values()) >= 2 * self.config.max_parallel_exchanges:
+            return "busy"
+        return None
+
+    def started(self, peer: str) -> None:
+        """An exchange with a peer began."""
+        known = self.peers.setdefault(peer, PeerState())
+        self._turn += 1
+        known.is_busy, known.turn = True, self._turn
+
+    def refused(self, peer: str, now_ns: int) -> None:
+        """The peer has no time now: no failure, ask again soon."""
+        known = self.peers.setdefault(peer, PeerState())
+        known.is_busy = False
+        known.paused_until_ns = now_ns + round(BUSY_PAUSE_NS * (1.0 + self.rng.random()))
+
+    def done(self, peer: str, now_ns: int) -> None:
+        """An exchange with a peer was completed."""
+        known = self.peers.setdefault(peer, PeerState())
+        known.is_busy, known.failures, known.done_ns, known.paused_until_ns = False, 0, now_ns, -(2**62)
+
+    def failed(self, peer: str, now_ns: int) -> None:
+        """An exchange broke off: pause, twice as long with each further failure, with some jitter."""
+        known = self.peers.setdefault(peer, PeerState())
+        pause_s = min(self.config.backoff_s * 2.0 ** min(known.failures, 20), self.config.backoff_max_s)
+        known.failures += 1
+        known.is_busy = False
+        known.paused_until_ns = now_ns + round(pause_s * 1e9 * (1.0 + 0.2 * self.rng.random()))

@@ -1,0 +1,1 @@
+"""What a robot knows of all maps: snapshots, staging of half-arrived ones, the store, signatures."""

@@ -1,0 +1,77 @@
+"""What a robot knows of all maps, as a state that can be written to disk and taken up again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mrslam.comms.maps.snapshots import Proof, Snapshot
+from mrslam.comms.maps.store import MapStore
+from mrslam.comms.wire.keyframe_codec import BLOCK, KeyframeBlock
+from mrslam.spatial import TILE_CELLS, Tile, TiledMap
+from mrslam.spatial.tiles import MOST_CELLS, box_cells
+
+
+def store_state(store: MapStore) -> dict[str, Any]:
+    """Return the newest map of every robot and the own epoch; parts of snapshots still on their way are left out."""
+    newest = {robot: store.newest(robot) for robot in store.digest()}
+    maps = {robot: _snapshot_state(snapshot) for robot, snapshot in newest.items() if snapshot is not None}
+    return {"epoch": store.own_epoch, "maps": maps}
+
+
+def restore_store(store: MapStore, state: dict[str, Any], skip: int) -> None:
+    """Take up what an earlier life of the robot knew; its own map goes on under its old epoch, ``skip`` revisions on.
+
+    Between its last saving and its end that life may have published revisions that are lost now, and teammates hold:
+    which tiles they changed nobody here knows, so all of the own map counts as changed and is sent once more.
+    """
+    store.own_epoch = int(state["epoch"])
+    for robot, kept in sorted(state["maps"].items()):
+        snapshot = _snapshot(kept)
+        if robot == store.own_id:
+            revision = snapshot.map.revision + skip
+            tiles = {index: Tile(revision, tile.cells) for index, tile in snapshot.map.tiles.items()}
+            blocks = tuple(replace(block, revision=revision) for block in snapshot.blocks)
+            snapshot = replace(snapshot, map=TiledMap(snapshot.map.resolution_m, tiles, revision), blocks=blocks)
+        store.take_up(robot, snapshot)
+
+
+def _snapshot_state(snapshot: Snapshot) -> dict[str, Any]:
+    tiles = snapshot.map.tiles
+    cells = (
+        np.stack([tile.cells for tile in tiles.values()]) if tiles else np.empty((0, TILE_CELLS, TILE_CELLS), np.int8)
+    )
+    blocks = snapshot.blocks
+    return {
+        "epoch": snapshot.epoch,
+        "revision": snapshot.map.revision,
+        "resolution_m": snapshot.map.resolution_m,
+        "places": np.array(list(tiles), dtype=np.int64).reshape(-1, 2),
+        "revisions": np.array([tile.revision for tile in tiles.values()], dtype=np.int64),
+        "cells": cells,
+        "block_revisions": np.array([block.revision for block in blocks], dtype=np.int64),
+        "stamps_ns": np.concatenate([block.stamps_ns for block in blocks]) if blocks else np.empty(0, np.int64),
+        "proof": None if snapshot.proof is None else [part.hex() for part in vars(snapshot.proof).values()],
+        "poses": np.concatenate([block.poses for block in blocks]) if blocks else np.empty((0, 3), np.int32),
+    }
+
+
+def _snapshot(state: dict[str, Any]) -> Snapshot:
+    tiles = {}
+    for (row, col), revision, cells in zip(
+        state["places"].tolist(), state["revisions"].tolist(), state["cells"], strict=True
+    ):
+        cells.flags.writeable = False
+        tiles[row, col] = Tile(revision, cells)
+    if box_cells(tiles) > MOST_CELLS:
+        raise ValueError("a map is too wide")
+    stamps, poses = state["stamps_ns"], state["poses"]
+    blocks = tuple(
+        KeyframeBlock(revision, stamps[k * BLOCK : (k + 1) * BLOCK], poses[k * BLOCK : (k + 1) * BLOCK])
+        for k, revision in enumerate(state["block_revisions"].tolist())
+    )
+    proof = None if state.get("proof") is None else Proof(*(bytes.fromhex(part) for part in state["proof"]))
+    tiled = TiledMap(float(state["resolution_m"]), tiles, int(state["revision"]))
+    return Snapshot(int(state["epoch"]), tiled, blocks, proof)

@@ -1,0 +1,116 @@
+"""Whose map it is, proven: each robot signs what its own map is at each revision, with the key of its certificate.
+
+A map may come through third parties. With team keys they can pass it on, but not change it or make one up: the
+signature is over the robot, the version, and a hash of everything in the map.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass, field
+from hashlib import blake2b
+
+from cryptography import x509
+from cryptography.exceptions import InvalidSignature, UnsupportedAlgorithm
+from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.x509.oid import NameOID
+
+from mrslam.comms.maps.snapshots import Proof, Snapshot
+from mrslam.comms.security.team_keys import RobotKeys
+from mrslam.comms.wire.frames import WireError
+from mrslam.comms.wire.messages import Version
+from mrslam.spatial import InputError, Tile
+from mrslam.spatial.tiles import TileIndex
+
+PURPOSE = b"mrslam map 1\n"
+"""First bytes of what is signed: the key serves TLS too, and no signature may mean two things."""
+HASH_BYTES = 16
+MAX_SIGNERS = 4096
+ALGORITHM = ec.ECDSA(hashes.SHA256())
+
+
+@dataclass
+class MapSeal:
+    """Signs the own map's versions and checks those of others. Holds keys in memory; does no I/O."""
+
+    team: str
+    own_id: str
+    key: ec.EllipticCurvePrivateKey
+    certificate: bytes
+    """The own one, DER."""
+    authority: x509.Certificate
+    _signers: dict[bytes, tuple[str, ec.EllipticCurvePublicKey]] = field(default_factory=dict)
+    _leaves: dict[str, dict[TileIndex, tuple[Tile, bytes]]] = field(default_factory=dict)
+
+    @classmethod
+    def load(cls, keys: RobotKeys, team: str, own_id: str) -> MapSeal:
+        """Read a robot's keys; raises ``InputError`` where they are of another kind than ``mrslam keys`` makes."""
+        try:
+            key = serialization.load_pem_private_key(keys.key.read_bytes(), password=None)
+            certificate = x509.load_pem_x509_certificate(keys.certificate.read_bytes())
+            authority = x509.load_pem_x509_certificate(keys.ca.read_bytes())
+        except (OSError, ValueError, TypeError) as error:
+            raise InputError(f"{keys.key.parent}: the keys cannot be read ({error})") from error
+        if not isinstance(key, ec.EllipticCurvePrivateKey):
+            raise InputError(f"{keys.key}: not an elliptic curve key; make new ones with mrslam keys")
+        return cls(team, own_id, key, certificate.public_bytes(serialization.Encoding.DER), authority)
+
+    def sign(self, snapshot: Snapshot) -> Proof:
+        """Return the proof that the own map at this version is this snapshot."""
+        root = self.root_of(self.own_id, snapshot)
+        return Proof(
+            root, self.key.sign(self._statement(self.own_id, snapshot.version, root), ALGORITHM), self.certificate
+        )
+
+    def check(self, robot: str, version: Version, proof: Proof) -> None:
+        """Raise :class:`WireError` unless the robot itself has said that its map at this version has this root."""
+        name, public_key = self._signer(proof.certificate)
+        if name != robot:
+            raise WireError("forged", f"a map of {robot!r} signed by {name!r}")
+        try:
+            public_key.verify(proof.signature, self._statement(robot, version, proof.root), ALGORITHM)
+        except InvalidSignature as error:
+            raise WireError("forged", f"a map of {robot!r} with a wrong signature") from error
+
+    def _signer(self, certificate: bytes) -> tuple[str, ec.EllipticCurvePublicKey]:
+        """Return whom a certificate of this team names, and its key; those seen before cost nothing."""
+        known = self._signers.get(certificate)
+        if known is None:
+            try:
+                parsed = x509.load_der_x509_certificate(certificate)
+                parsed.verify_directly_issued_by(self.authority)
+                name = str(parsed.subject.get_attributes_for_oid(NameOID.COMMON_NAME)[0].value)
+                public_key = parsed.public_key()
+            except (ValueError, TypeError, IndexError, InvalidSignature, UnsupportedAlgorithm) as error:
+                raise WireError("forged", "a map signed by a stranger") from error
+            if not isinstance(public_key, ec.EllipticCurvePublicKey):
+                raise WireError("forged", "a map signed with another kind of key")
+            if len(self._signers) >= MAX_SIGNERS:
+                self._signers.clear()
+            known = self._signers[certificate] = (name, public_key)
+        return known
+
+    def _statement(self, robot: str, version: Version, root: bytes) -> bytes:
+        return PURPOSE + f"{self.team}\n{robot}\n".encode() + struct.pack("<QQ", *version) + root
+
+    def root_of(self, robot: str, snapshot: Snapshot) -> bytes:
+        """Return a hash of all that a snapshot holds; tiles hashed before are not hashed again."""
+        before, leaves = self._leaves.get(robot, {}), {}
+        root = blake2b(digest_size=HASH_BYTES)
+        root.update(struct.pack("<dqq", snapshot.map.resolution_m, len(snapshot.map.tiles), len(snapshot.blocks)))
+        for index in sorted(snapshot.map.tiles):
+            tile = snapshot.map.tiles[index]
+            known = before.get(index)
+            leaf = known[1] if known is not None and known[0] is tile else _hash(tile.cells.tobytes())
+            leaves[index] = (tile, leaf)
+            root.update(struct.pack("<qqq", *index, tile.revision) + leaf)
+        for block in snapshot.blocks:
+            content = block.stamps_ns.astype("<i8").tobytes() + block.poses.astype("<i4").tobytes()
+            root.update(struct.pack("<q", block.revision) + _hash(content))
+        self._leaves[robot] = leaves
+        return root.digest()
+
+
+def _hash(content: bytes) -> bytes:
+    return blake2b(content, digest_size=HASH_BYTES).digest()

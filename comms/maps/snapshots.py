@@ -1,0 +1,102 @@
+"""One robot's map at one version, in the form in which every robot holds it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from mrslam.comms.wire.keyframe_codec import KeyframeBlock, to_blocks, to_keyframes
+from mrslam.comms.wire.messages import Version
+from mrslam.comms.wire.tile_codec import full_map_bytes, unknown_tile
+from mrslam.spatial import LocalMap, Tile, TiledMap
+from mrslam.spatial.tiles import TileIndex
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What a robot says its own map is at one version; ``comms/seal.py`` makes and checks it."""
+
+    root: bytes
+    """Hash of everything in the snapshot."""
+    signature: bytes
+    """ECDSA over robot, version and root, DER."""
+    certificate: bytes
+    """The signer's, DER."""
+
+
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """A map, its keyframes, and the epoch (which start of the robot) they belong to."""
+
+    epoch: int
+    map: TiledMap
+    blocks: tuple[KeyframeBlock, ...]
+    proof: Proof | None = None
+    """Where the team has keys."""
+
+    @property
+    def version(self) -> Version:
+        """(epoch, revision)."""
+        return self.epoch, self.map.revision
+
+    @property
+    def local_map(self) -> LocalMap:
+        """The same as the other rooms know it."""
+        return LocalMap(self.map, to_keyframes(self.blocks))
+
+    @property
+    def keyframes(self) -> int:
+        """How many keyframes it holds."""
+        return sum(block.stamps_ns.size for block in self.blocks)
+
+    @cached_property
+    def full_bytes(self) -> tuple[int, int]:
+        """What the whole map costs to send: (LZ4 on the cropped grid, raw), bytes."""
+        cells = self.map.to_grid().cells
+        return full_map_bytes(cells), cells.size
+
+
+def published(local_map: LocalMap, before: Snapshot | None, epoch: int) -> Snapshot | None:
+    """Return the snapshot after ``before``; None where its revision is not newer.
+
+    A tile that left the map is kept as an unknown one, so that others learn of it; one whose content changed under an
+    old revision gets the new one.
+    """
+    new = local_map.map
+    if before is not None and new.revision <= before.map.revision:
+        return None
+    tiles: dict[TileIndex, Tile] = {}
+    old = {} if before is None else before.map.tiles
+    for index, tile in new.tiles.items():
+        tiles[index] = _stamped(tile, old.get(index), 0 if before is None else before.map.revision, new.revision)
+    for index, tile in old.items():
+        if index not in tiles:
+            is_gone = bool((tile.cells == -1).all())
+            tiles[index] = tile if is_gone else Tile(new.revision, unknown_tile())
+    blocks = to_blocks(local_map.keyframes, before.blocks if before else (), new.revision)
+    return Snapshot(epoch, TiledMap(new.resolution_m, tiles, new.revision), blocks)
+
+
+def _stamped(tile: Tile, old: Tile | None, before: int, now: int) -> Tile:
+    """Return the tile with a revision that tells whether it differs from what was published before."""
+    if old is not None and old.revision == tile.revision:
+        return tile
+    if before < tile.revision <= now:
+        return tile
+    if old is not None and np.array_equal(old.cells, tile.cells):
+        return old
+    return Tile(now, tile.cells)
+
+
+def relabelled(snapshot: Snapshot, epoch: int) -> Snapshot:
+    """Return the same content under another epoch."""
+    return Snapshot(epoch, snapshot.map, snapshot.blocks)
+
+
+def value_of(tile: Tile, base: Tile | None) -> int:
+    """Return how many cells of a tile are news to one who holds ``base``."""
+    if base is None:
+        return int(np.count_nonzero(tile.cells != -1))
+    return int(np.count_nonzero(tile.cells != base.cells))

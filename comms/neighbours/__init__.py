@@ -1,0 +1,1 @@
+"""Who is here: beacons, presence, link quality."""

@@ -1,0 +1,1 @@
+"""Keys and certificates of a closed team, and who may write under which name."""

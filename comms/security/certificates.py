@@ -1,0 +1,118 @@
+"""X.509 for a team: its own certificate authority, and the certificates that it signs."""
+
+from __future__ import annotations
+
+import datetime
+import os
+from pathlib import Path
+
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
+
+from mrslam.spatial import InputError
+from mrslam.spatial.files.atomic import write_bytes
+
+
+def team_authority(folder: Path, team: str, valid_days: int) -> tuple[ec.EllipticCurvePrivateKey, x509.Certificate]:
+    """Return the team's CA from its folder, made now if there is none; ``InputError`` where it cannot be read."""
+    key_path, certificate_path = folder / "key.pem", folder / "certificate.pem"
+    if key_path.exists() and certificate_path.exists():
+        try:
+            key = serialization.load_pem_private_key(key_path.read_bytes(), password=None)
+            certificate = x509.load_pem_x509_certificate(certificate_path.read_bytes())
+        except (ValueError, TypeError) as error:
+            raise InputError(f"{folder}: the team's CA cannot be read ({error})") from error
+        if not isinstance(key, ec.EllipticCurvePrivateKey):
+            raise InputError(f"{key_path}: not an elliptic curve key")
+        return key, certificate
+    key = new_key()
+    name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, f"{team} CA"[:64])])
+    certificate = (
+        _builder(name, name, key, valid_days)
+        .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
+        .add_extension(_usage(signs_certificates=True), critical=True)
+        .add_extension(x509.SubjectKeyIdentifier.from_public_key(key.public_key()), critical=False)
+        .sign(key, hashes.SHA256())
+    )
+    write_private_key(key_path, key)
+    write_bytes(certificate_path, pem(certificate))
+    return key, certificate
+
+
+def member_certificate(
+    name: str,
+    key: ec.EllipticCurvePrivateKey,
+    ca_key: ec.EllipticCurvePrivateKey,
+    ca_certificate: x509.Certificate,
+    valid_days: int,
+) -> x509.Certificate:
+    """Return a member's certificate, good for both ends of a mutual TLS connection, signed by the team's CA."""
+    subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
+    both_ends = [ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH]
+    authority = x509.AuthorityKeyIdentifier.from_issuer_public_key(ca_key.public_key())
+    return (
+        _builder(subject, ca_certificate.subject, key, valid_days)
+        .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
+        .add_extension(_usage(signs_certificates=False), critical=True)
+        .add_extension(x509.ExtendedKeyUsage(both_ends), critical=False)
+        .add_extension(x509.SubjectAlternativeName([x509.DNSName(_dns(name))]), critical=False)
+        .add_extension(authority, critical=False)
+        .sign(ca_key, hashes.SHA256())
+    )
+
+
+def _dns(name: str) -> str:
+    """Return a name as a valid host label: certificates without an alternative name are refused by modern TLS."""
+    return name.replace("_", "-").replace(".", "-").strip("-").lower()[:63] or "robot"
+
+
+def _builder(
+    subject: x509.Name, issuer: x509.Name, key: ec.EllipticCurvePrivateKey, valid_days: int
+) -> x509.CertificateBuilder:
+    now = datetime.datetime.now(datetime.UTC)
+    return (
+        x509.CertificateBuilder()
+        .subject_name(subject)
+        .issuer_name(issuer)
+        .public_key(key.public_key())
+        .serial_number(x509.random_serial_number())
+        .not_valid_before(now - datetime.timedelta(days=1))  # robots' clocks are off
+        .not_valid_after(now + datetime.timedelta(days=valid_days))
+    )
+
+
+def _usage(*, signs_certificates: bool) -> x509.KeyUsage:
+    return x509.KeyUsage(
+        digital_signature=True,
+        content_commitment=False,
+        key_encipherment=False,
+        data_encipherment=False,
+        key_agreement=False,
+        key_cert_sign=signs_certificates,
+        crl_sign=signs_certificates,
+        encipher_only=False,
+        decipher_only=False,
+    )
+
+
+def pem(certificate: x509.Certificate) -> bytes:
+    """Return a certificate as the bytes of a PEM file."""
+    return certificate.public_bytes(serialization.Encoding.PEM)
+
+
+def new_key() -> ec.EllipticCurvePrivateKey:
+    """Return a fresh key of the kind that all certificates are for."""
+    return ec.generate_private_key(ec.SECP256R1())
+
+
+def write_private_key(path: Path, key: ec.EllipticCurvePrivateKey) -> None:
+    """Write a new key's file, which only its owner can read."""
+    path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+    text = key.private_bytes(
+        serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
+    )
+    # Opened with its final mode: the key is never readable by others, not even for a moment.
+    with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
+        file.write(text)

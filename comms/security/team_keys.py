@@ -1,0 +1,119 @@
+"""A team's keys as folders of files: one of the authority that signs, one for each robot, and who is in the team."""
+
+from __future__ import annotations
+
+import datetime
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from cryptography import x509
+from cryptography.x509.oid import NameOID
+
+from mrslam.comms.security.access import ROBOT, ROUTER
+from mrslam.comms.security.certificates import member_certificate, new_key, pem, team_authority, write_private_key
+from mrslam.comms.wire.frames import check_name
+from mrslam.spatial import InputError
+from mrslam.spatial.files.atomic import write_bytes, write_text
+
+VALID_DAYS = 3650
+ROSTER = "roster.json"
+
+
+@dataclass(frozen=True)
+class RobotKeys:
+    """What one robot needs to speak in a closed team: paths of PEM files, and who else has a certificate."""
+
+    ca: Path
+    certificate: Path
+    key: Path
+    roster: Mapping[str, str]
+    """Everyone with a certificate: name -> "robot" or "router"."""
+
+
+def make_team_keys(
+    folder: Path, team: str, robots: Sequence[str], routers: Sequence[str] = (), *, valid_days: int = VALID_DAYS
+) -> list[Path]:
+    """Make a team's CA and a folder of keys for each robot and router; return the new folders.
+
+    ``folder/ca`` holds the CA's own key: it stays with the owner. ``folder/<robot>`` is what is copied to that robot.
+    Called again with more names, it signs those with the same CA and brings every roster up to date; old keys stay.
+    Raises ``InputError`` for bad names, for no names, and where the folder holds another team.
+    """
+    check_name(team, "team name")
+    names = {check_name(name, "robot id"): ROBOT for name in robots}
+    names |= {check_name(name, "router name"): ROUTER for name in routers}
+    if not names:
+        raise InputError("name at least one robot to make keys for")
+    if "ca" in names:
+        raise InputError("'ca' is the folder of the team's authority and cannot be a robot's name")
+    ca_folder = folder / "ca"
+    roster = _known_roster(ca_folder, team) | names
+    ca_key, ca_certificate = team_authority(ca_folder, team, valid_days)
+    made = []
+    for name in names:
+        target = folder / name
+        if (target / "key.pem").exists():
+            continue
+        key = new_key()
+        write_private_key(target / "key.pem", key)
+        write_bytes(target / "certificate.pem", pem(member_certificate(name, key, ca_key, ca_certificate, valid_days)))
+        made.append(target)
+    text = json.dumps({"team": team, "members": dict(sorted(roster.items()))}, indent=1) + "\n"
+    write_text(ca_folder / ROSTER, text)
+    for name in roster:
+        write_bytes(folder / name / "ca.pem", pem(ca_certificate))
+        write_text(folder / name / ROSTER, text)
+    return made
+
+
+def load_keys(folder: Path, robot_id: str, team: str) -> RobotKeys:
+    """Return a robot's keys from its folder; raise ``InputError`` where a file is missing or another robot's."""
+    paths = {name: folder / name for name in ("ca.pem", "certificate.pem", "key.pem", ROSTER)}
+    for path in paths.values():
+        if not path.is_file():
+            raise InputError(f"{path}: no such file; a robot's key folder holds {', '.join(paths)}")
+    try:
+        content: Any = json.loads(paths[ROSTER].read_text(encoding="utf-8"))
+        its_team, members = content["team"], content["members"]
+        roster = {check_name(name, "robot id"): str(role) for name, role in members.items()}
+        certificate = x509.load_pem_x509_certificate(paths["certificate.pem"].read_bytes())
+        common_name = certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)[0].value
+    except (ValueError, KeyError, TypeError, AttributeError, IndexError, UnicodeDecodeError) as error:
+        raise InputError(f"{folder}: not a robot's key folder ({error})") from error
+    if its_team != team:
+        raise InputError(f"{folder}: holds keys of team {its_team!r}, not of {team!r}")
+    if common_name != robot_id:
+        raise InputError(f"{folder}: holds the keys of {common_name!r}, not of {robot_id!r}")
+    if certificate.not_valid_after_utc < datetime.datetime.now(datetime.UTC):
+        raise InputError(
+            f"{folder}: the certificate expired on {certificate.not_valid_after_utc:%Y-%m-%d}; make new keys"
+        )
+    return RobotKeys(paths["ca.pem"], paths["certificate.pem"], paths["key.pem"], roster)
+
+
+def own_keys(folder: Path) -> tuple[str, RobotKeys]:
+    """Return the team of a robot's key folder and the keys, whoever the robot is; ``InputError`` as above."""
+    try:
+        team = str(json.loads((folder / ROSTER).read_text(encoding="utf-8"))["team"])
+        certificate = x509.load_pem_x509_certificate((folder / "certificate.pem").read_bytes())
+        robot_id = str(certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)[0].value)
+    except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
+        raise InputError(f"{folder}: not a robot's key folder ({error})") from error
+    return team, load_keys(folder, robot_id, team)
+
+
+def _known_roster(ca_folder: Path, team: str) -> dict[str, str]:
+    path = ca_folder / ROSTER
+    if not path.exists():
+        return {}
+    try:
+        content: Any = json.loads(path.read_text(encoding="utf-8"))
+        its_team, members = str(content["team"]), dict(content["members"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path}: not a team's roster ({error})") from error
+    if its_team != team:
+        raise InputError(f"{ca_folder.parent}: holds keys of team {its_team!r} already; choose another folder")
+    return members

@@ -1,0 +1,50 @@
+"""What arrived and was not fetched yet, bounded, filled by the network's threads and emptied by the robot's own."""
+
+from __future__ import annotations
+
+import threading
+from collections import Counter, deque
+
+from mrslam.comms.transport.base import Arrival, Incoming
+
+MAX_BEACONS = 4096
+MAX_BYTES = 64 << 20
+
+
+class Inbox:
+    """A queue in which beacons push out older beacons, and other messages are refused above a bound of bytes."""
+
+    def __init__(self, max_bytes: int = MAX_BYTES, max_beacons: int = MAX_BEACONS) -> None:
+        """Make an empty queue."""
+        self._max_bytes = max_bytes
+        self._ready = threading.Condition()
+        self._beacons: deque[Arrival] = deque(maxlen=max_beacons)
+        self._others: deque[Arrival] = deque()
+        self._bytes = 0
+        self.refused: Counter[str] = Counter()
+        """Messages not taken, by lane."""
+
+    def put(self, arrival: Arrival) -> None:
+        """Add what arrived; never waits."""
+        with self._ready:
+            if isinstance(arrival, Incoming) and arrival.lane == "beacon":
+                self._beacons.append(arrival)
+            else:
+                size = len(arrival.payload) if isinstance(arrival, Incoming) else 0
+                if self._bytes + size > self._max_bytes:
+                    self.refused[arrival.lane if isinstance(arrival, Incoming) else "liveliness"] += 1
+                    return
+                self._bytes += size
+                self._others.append(arrival)
+            self._ready.notify()
+
+    def take(self, timeout_s: float) -> list[Arrival]:
+        """Return all that arrived, liveliness and maps before beacons; wait at most so long for the first."""
+        with self._ready:
+            if not self._beacons and not self._others and timeout_s > 0.0:
+                self._ready.wait(timeout_s)
+            taken = [*self._others, *self._beacons]
+            self._others.clear()
+            self._beacons.clear()
+            self._bytes = 0
+            return taken

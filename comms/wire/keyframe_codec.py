@@ -1,0 +1,122 @@
+"""Trajectory keyframes as bytes: blocks of 64, poses in millimetres and tenths of a milliradian."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrslam.comms.wire.frames import WireError
+from mrslam.spatial import Keyframes
+
+BLOCK = 64
+"""Keyframes in a block."""
+SCALE = np.array([1e3, 1e3, 1e4])
+"""Units per metre, metre, radian."""
+STAMP_LIMIT_NS = 2**62
+POSE_LIMIT = 2**30
+
+
+@dataclass(frozen=True, eq=False)
+class KeyframeBlock:
+    """Up to 64 keyframes and the map revision at which they last changed."""
+
+    revision: int
+    stamps_ns: NDArray[np.int64]
+    """``(k,)``."""
+    poses: NDArray[np.int32]
+    """``(k, 3)``: x (mm), y (mm), theta (0.1 mrad)."""
+
+    def equals(self, stamps_ns: NDArray[np.int64], poses: NDArray[np.int32]) -> bool:
+        """Return whether the content is the same."""
+        return np.array_equal(self.stamps_ns, stamps_ns) and np.array_equal(self.poses, poses)
+
+
+def quantise(T_map_base: NDArray[np.float64]) -> NDArray[np.int32]:
+    """Return poses ``(K, 3)`` as whole millimetres and tenths of a milliradian; what is not finite becomes 0."""
+    scaled = np.nan_to_num(np.round(T_map_base * SCALE), nan=0.0, posinf=0.0, neginf=0.0)
+    return np.clip(scaled, -POSE_LIMIT, POSE_LIMIT).astype(np.int32)
+
+
+def to_blocks(keyframes: Keyframes, before: tuple[KeyframeBlock, ...], revision: int) -> tuple[KeyframeBlock, ...]:
+    """Return the keyframes in blocks; a block that did not change keeps the object, and revision, it had."""
+    stamps, poses = np.asarray(keyframes.stamps_ns, dtype=np.int64), quantise(keyframes.T_map_base)
+    blocks = []
+    for i, start in enumerate(range(0, stamps.size, BLOCK)):
+        s, p = stamps[start : start + BLOCK].copy(), poses[start : start + BLOCK].copy()
+        keep = i < len(before) and before[i].equals(s, p)
+        blocks.append(before[i] if keep else KeyframeBlock(revision, s, p))
+    return tuple(blocks)
+
+
+def to_keyframes(blocks: tuple[KeyframeBlock, ...]) -> Keyframes:
+    """Return the keyframes of all blocks in order."""
+    if not blocks:
+        return Keyframes.empty()
+    stamps = np.concatenate([block.stamps_ns for block in blocks])
+    poses = np.concatenate([block.poses for block in blocks]) / SCALE
+    stamps.flags.writeable = poses.flags.writeable = False
+    return Keyframes(stamps, poses)
+
+
+def _columns(block: KeyframeBlock | None, count: int) -> NDArray[np.int64]:
+    """Return stamps and poses as ``(count, 4) int64``, cut or padded by repeating the last row."""
+    if block is None or block.stamps_ns.size == 0:
+        return np.zeros((count, 4), dtype=np.int64)
+    rows = np.concatenate([block.stamps_ns[:, None], block.poses.astype(np.int64)], axis=1)[:count]
+    return np.concatenate([rows, np.repeat(rows[-1:], count - rows.shape[0], axis=0)])
+
+
+def pack_block(block: KeyframeBlock, base: KeyframeBlock | None) -> bytes:
+    """Return the block coded against the asker's: differences along time of differences from it, as varints."""
+    count = block.stamps_ns.size
+    residual = _columns(block, count) - _columns(base, count)
+    steps = np.diff(residual, axis=0, prepend=0)
+    return bytes([count]) + varints(steps.T.reshape(-1))
+
+
+def unpack_block(raw: bytes, base: KeyframeBlock | None, revision: int) -> tuple[KeyframeBlock, int]:
+    """Return the block and how many bytes it took; raise :class:`WireError` where it is cut off or out of range."""
+    count = raw[0] if raw else 0
+    if not 0 < count <= BLOCK:
+        raise WireError("bad keyframes", "count")
+    steps, used = read_varints(raw, 1, 4 * count)
+    with np.errstate(over="ignore"):
+        rows = np.cumsum(steps.reshape(4, count).T, axis=0) + _columns(base, count)
+    if (np.abs(rows[:, 1:]) > POSE_LIMIT).any() or (np.abs(rows[:, 0]) > STAMP_LIMIT_NS).any():
+        raise WireError("bad keyframes", "out of range")
+    return KeyframeBlock(revision, rows[:, 0].copy(), rows[:, 1:].astype(np.int32)), used
+
+
+def varints(values: NDArray[np.int64]) -> bytes:
+    """Return signed numbers as zigzag LEB128, few bytes for small ones."""
+    out = bytearray()
+    for value in values.tolist():
+        rest = value << 1 if value >= 0 else (-value << 1) - 1
+        while rest > 127:
+            out.append(rest & 127 | 128)
+            rest >>= 7
+        out.append(rest)
+    return bytes(out)
+
+
+def read_varints(raw: bytes, start: int, count: int) -> tuple[NDArray[np.int64], int]:
+    """Return ``count`` numbers read from ``start`` and the position after them; at most nine bytes each."""
+    values, at = [], start
+    for _ in range(count):
+        value = shift = 0
+        while True:
+            if at >= len(raw) or shift > 63:
+                raise WireError("bad keyframes", "varint")
+            byte = raw[at]
+            at += 1
+            value |= (byte & 127) << shift
+            if byte < 128:
+                break
+            shift += 7
+        value = value >> 1 if value & 1 == 0 else -((value + 1) >> 1)
+        if not -(2**63) <= value < 2**63:
+            raise WireError("bad keyframes", "varint")
+        values.append(value)
+    return np.array(values, dtype=np.int64), at

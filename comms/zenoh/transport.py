@@ -1,0 +1,184 @@
+"""Robots over Zenoh.
+
+Keys: ``mrslam/<team>/<robot>/all/<lane>`` to everybody, ``mrslam/<team>/<robot>/to/<peer>/<lane>`` to one,
+``mrslam/<team>/<robot>/status`` to those who watch (nobody else subscribes, so without them nothing is sent), and the
+liveliness token ``mrslam/<team>/<robot>/alive/<session>``. A robot publishes only below its own name, which access
+rules can enforce. Zenoh's threads only put what arrives into a bounded queue.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import zenoh
+
+from mrslam.comms.effects import Lane, Send
+from mrslam.comms.security.team_keys import RobotKeys
+from mrslam.comms.transport.base import Arrival, Incoming, PeerJoined, PeerLeft
+from mrslam.comms.transport.inbox import Inbox
+from mrslam.comms.transport.local_robots import announce, withdraw
+from mrslam.comms.transport.outbox import Outbox
+from mrslam.comms.wire.frames import check_name
+from mrslam.comms.zenoh.config import datagram_settings, settings, split_datagrams
+from mrslam.comms.zenoh.session import open_session, warn_if_open
+from mrslam.spatial import InputError
+
+GOODBYE_S = 0.1
+"""The last messages go out before the token falls: that has a higher priority, and would overtake the goodbye."""
+
+log = logging.getLogger(__name__)
+
+LANES: tuple[Lane, ...] = ("beacon", "control", "bulk")
+"""What robots say to each other."""
+
+
+class ZenohTransport:
+    """One robot's Zenoh session."""
+
+    def __init__(
+        self,
+        robot_id: str,
+        team: str,
+        *,
+        listen: Sequence[str] = (),
+        connect: Sequence[str] = (),
+        multicast: bool = False,
+        mode: str = "peer",
+        keys: RobotKeys | None = None,
+    ) -> None:
+        """Open the session and announce the robot.
+
+        ``listen``, ``connect``: endpoints such as ``tcp/0.0.0.0:7447``; several are fine, absent peers are tried again;
+            beacons take datagram ones, ``udp/...`` or with keys ``quic/...?rel=0``, where there are any.
+        ``multicast``: find robots on the local network by themselves. ``mode``: "peer", "client", "router".
+        ``keys``: the robot's certificate; then links are mutual TLS and robots publish only under their own names.
+        Raises ``InputError`` where an endpoint cannot be used.
+        """
+        self.robot_id, self.team = check_name(robot_id, "robot id"), check_name(team, "team name")
+        warn_if_open(team, [*listen, *connect], multicast, keys)
+        (listen, listen_datagrams), (connect, connect_datagrams) = split_datagrams(listen), split_datagrams(connect)
+        self._session = open_session(
+            settings(team, mode=mode, listen=listen, connect=connect, multicast=multicast, keys=keys)
+        )
+        self._datagrams = self._session
+        if listen_datagrams or connect_datagrams:
+            try:
+                self._datagrams = open_session(datagram_settings(team, listen_datagrams, connect_datagrams, keys))
+            except InputError:
+                self._session.close()  # type: ignore[no-untyped-call]
+                raise
+        self.inbox = Inbox()
+        self._tokens: dict[str, set[str]] = {}
+        self._closed = False
+        root = f"mrslam/{team}"
+        self._own = f"{root}/{robot_id}"
+        # The bulk lane has a thread of its own: a map chunk that waits must not hold up a question.
+        self._control = Outbox(f"{robot_id}-control", self._put_control)
+        self._bulk = Outbox(f"{robot_id}-bulk", self._put_bulk)
+        self._beacons = self._datagrams.declare_publisher(
+            f"{self._own}/all/beacon",
+            congestion_control=zenoh.CongestionControl.DROP,
+            priority=zenoh.Priority.INTERACTIVE_HIGH,
+            reliability=zenoh.Reliability.BEST_EFFORT,
+            express=True,
+        )
+        self._status = self._session.declare_publisher(
+            f"{self._own}/status",
+            congestion_control=zenoh.CongestionControl.DROP,
+            priority=zenoh.Priority.DATA_LOW,
+            reliability=zenoh.Reliability.BEST_EFFORT,
+        )
+        remote = zenoh.Locality.REMOTE
+        self._subscribers: list[Any] = [
+            self._session.declare_subscriber(f"{root}/*/all/*", self._on_sample, allowed_origin=remote),
+            self._session.declare_subscriber(f"{root}/*/to/{robot_id}/*", self._on_sample, allowed_origin=remote),
+        ]
+        if self._datagrams is not self._session:
+            beacons = self._datagrams.declare_subscriber(f"{root}/*/all/*", self._on_sample, allowed_origin=remote)
+            self._subscribers.append(beacons)
+        liveliness = self._session.liveliness()
+        self._subscribers.append(liveliness.declare_subscriber(f"{root}/*/alive/*", self._on_token, history=True))
+        self._token = liveliness.declare_token(f"{self._own}/alive/{self._session.zid()}")
+        self._announced = announce(team, robot_id, listen)
+
+    def send(self, effect: Send) -> None:
+        """Send without waiting."""
+        if self._closed:
+            return
+        if effect.lane == "beacon" and effect.to is None:
+            self._beacons.put(effect.payload)
+            return
+        if effect.lane == "status":
+            self._status.put(effect.payload)
+            return
+        target = "all" if effect.to is None else f"to/{effect.to}"
+        outbox = self._bulk if effect.lane == "bulk" else self._control
+        outbox.send(f"{self._own}/{target}/{effect.lane}", effect.payload)
+
+    def poll(self, timeout_s: float) -> list[Arrival]:
+        """Return what arrived; wait at most so long for the first."""
+        return self.inbox.take(timeout_s)
+
+    def links(self) -> int:
+        """Return how many other Zenoh nodes this one is connected to."""
+        info = self._session.info
+        return len(info.peers_zid()) + len(info.routers_zid())
+
+    def close(self) -> None:
+        """Leave the network: teammates see it at once."""
+        if self._closed:
+            return
+        self._closed = True
+        withdraw(self._announced)
+        self._control.close()
+        self._bulk.close()
+        time.sleep(GOODBYE_S)
+        for declared in (self._token, *self._subscribers, self._beacons, self._status):
+            try:
+                declared.undeclare()
+            except zenoh.ZError as error:
+                log.debug("undeclaring: %s", error)
+        self._session.close()  # type: ignore[no-untyped-call]
+        if self._datagrams is not self._session:
+            self._datagrams.close()  # type: ignore[no-untyped-call]
+
+    def _put_control(self, key: str, payload: bytes) -> None:
+        self._session.put(
+            key,
+            payload,
+            congestion_control=zenoh.CongestionControl.BLOCK,
+            priority=zenoh.Priority.DATA_HIGH,
+            express=True,
+        )
+
+    def _put_bulk(self, key: str, payload: bytes) -> None:
+        self._session.put(
+            key, payload, congestion_control=zenoh.CongestionControl.BLOCK, priority=zenoh.Priority.BACKGROUND
+        )
+
+    # -- on Zenoh's threads: look at the key, put into a queue, nothing else ---------------------------------------
+
+    def _on_sample(self, sample: zenoh.Sample) -> None:
+        parts = str(sample.key_expr).split("/")
+        lane = parts[-1]
+        if len(parts) < 5 or lane not in LANES or sample.kind != zenoh.SampleKind.PUT:
+            return
+        self.inbox.put(Incoming(sample.payload.to_bytes(), parts[2], lane))
+
+    def _on_token(self, sample: zenoh.Sample) -> None:
+        parts = str(sample.key_expr).split("/")
+        if len(parts) != 5 or parts[2] == self.robot_id:
+            return
+        peer, session = parts[2], parts[4]
+        tokens = self._tokens.setdefault(peer, set())
+        if sample.kind == zenoh.SampleKind.PUT:
+            tokens.add(session)
+            if len(tokens) == 1:
+                self.inbox.put(PeerJoined(peer))
+        else:
+            tokens.discard(session)
+            if not tokens:
+                self.inbox.put(PeerLeft(peer))

@@ -1,0 +1,70 @@
+"""Those who watch robots over Zenoh: they listen to statuses and liveliness tokens, and publish nothing."""
+
+from __future__ import annotations
+
+import logging
+from collections import deque
+from collections.abc import Sequence
+from typing import Any
+
+import zenoh
+
+from mrslam.comms.security.team_keys import RobotKeys
+from mrslam.comms.transport.base import Sighting
+from mrslam.comms.wire.frames import check_name
+from mrslam.comms.zenoh.config import watcher_settings
+from mrslam.comms.zenoh.session import open_session, warn_if_open
+
+log = logging.getLogger(__name__)
+MAX_SIGHTINGS = 4096
+"""A watcher that does not look loses the oldest."""
+
+
+class ZenohWatcher:
+    """Looks on: takes part in nothing, is seen by no robot, listens on no address unless told to."""
+
+    def __init__(
+        self,
+        team: str | None,
+        *,
+        listen: Sequence[str] = (),
+        connect: Sequence[str] = (),
+        multicast: bool = False,
+        keys: RobotKeys | None = None,
+    ) -> None:
+        """Watch one team, or all that can be reached; raises ``InputError`` where an endpoint cannot be used."""
+        pattern = "*" if team is None else check_name(team, "team name")
+        warn_if_open(pattern, [*listen, *connect], multicast, keys)
+        self._session = open_session(watcher_settings(pattern, listen, connect, multicast, keys))
+        self._seen: deque[Sighting] = deque(maxlen=MAX_SIGHTINGS)
+        liveliness = self._session.liveliness()
+        self._subscribers: list[Any] = [
+            self._session.declare_subscriber(f"mrslam/{pattern}/*/status", self._on_status),
+            liveliness.declare_subscriber(f"mrslam/{pattern}/*/alive/*", self._on_token, history=True),
+        ]
+
+    def poll(self) -> list[Sighting]:
+        """Return what was seen since the last call."""
+        seen = []
+        while self._seen:
+            seen.append(self._seen.popleft())
+        return seen
+
+    def close(self) -> None:
+        """Look away."""
+        try:
+            for declared in self._subscribers:
+                declared.undeclare()
+            self._session.close()  # type: ignore[no-untyped-call]
+        except zenoh.ZError as error:  # on a machine that is too busy it takes longer than Zenoh waits
+            log.warning("the session was not closed in good order: %s", error)
+
+    def _on_status(self, sample: zenoh.Sample) -> None:
+        parts = str(sample.key_expr).split("/")
+        if len(parts) == 4 and sample.kind == zenoh.SampleKind.PUT:
+            self._seen.append(Sighting(parts[1], parts[2], sample.payload.to_bytes()))
+
+    def _on_token(self, sample: zenoh.Sample) -> None:
+        parts = str(sample.key_expr).split("/")
+        if len(parts) == 5:
+            self._seen.append(Sighting(parts[1], parts[2], None, sample.kind == zenoh.SampleKind.PUT))

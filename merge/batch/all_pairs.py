@@ -1,0 +1,46 @@
+"""Few maps: every pair is tried, but for those that known starting poses lay far apart."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+
+import numpy as np
+
+from mrslam.alignment import Prior
+from mrslam.merge.batch.pair_aligner import PairAligner
+from mrslam.merge.batch.vetting import vet
+from mrslam.merge.graph.consistency import components
+from mrslam.merge.graph.team_graph import node_of
+from mrslam.spatial import se2
+
+
+def try_every_pair(pairs: PairAligner, T_team_map: Mapping[str, se2.Transform]) -> None:
+    """Align all pairs of maps; ``T_team_map`` are the starting poses known of some of them, or none."""
+    names = sorted(pairs.grids)
+    jobs = []
+    for a, b in combinations(names, 2):
+        prior = _prior(pairs, a, b, T_team_map)
+        if prior is None or _may_touch(pairs, a, b, prior):
+            jobs.append((a, b, prior))
+    pairs.align_pairs(jobs, report=True)
+    for group in components(names, pairs.edges):
+        vet(pairs, pairs.cluster(group))
+
+
+def _prior(pairs: PairAligner, a: str, b: str, T_team_map: Mapping[str, se2.Transform]) -> Prior | None:
+    """Return what known starting poses say of a pair."""
+    if a not in T_team_map or b not in T_team_map:
+        return None
+    sigma_m, sigma_rad = 2.0 * pairs.config.known_pose_sigma_m, 2.0 * pairs.config.known_pose_sigma_rad
+    reach_m = node_of(pairs.grids[b]).diameter_m * sigma_rad
+    covariance = np.diag([sigma_m**2 + reach_m**2, sigma_m**2 + reach_m**2, sigma_rad**2])
+    return Prior(se2.between(np.asarray(T_team_map[a]), np.asarray(T_team_map[b])), covariance)
+
+
+def _may_touch(pairs: PairAligner, a: str, b: str, prior: Prior) -> bool:
+    """Whether two maps can overlap at all, given their circles."""
+    one, two = node_of(pairs.grids[a]), node_of(pairs.grids[b])
+    apart = float(np.hypot(*(one.centre_m - se2.apply(prior.T_a_b, two.centre_m))))
+    slack = 3.0 * float(np.sqrt(prior.covariance[0, 0]))
+    return apart <= 0.5 * (one.diameter_m + two.diameter_m) + slack

@@ -1,0 +1,92 @@
+"""Merging a set of maps: which belong together, and how."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mrslam.alignment import Alignment, Rejection
+from mrslam.alignment.align import MIN_KNOWN_M2
+from mrslam.merge.batch.all_pairs import try_every_pair
+from mrslam.merge.batch.cluster_search import ClusterSearch
+from mrslam.merge.batch.pair_aligner import PairAligner, Progress
+from mrslam.merge.config import MergeConfig
+from mrslam.merge.graph.edges import Pair
+from mrslam.merge.team import TeamMap, TeamMapper
+from mrslam.spatial import InputError, OccupancyGrid
+
+ALL_PAIRS_UP_TO = 9
+"""Up to so many maps every pair is tried."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MergeResult:
+    """A team map, and what the pairs of maps had to say about it."""
+
+    team_map: TeamMap
+    edges: dict[Pair, Alignment]
+    """Accepted alignments ``T_a_b`` by pair (a < b), used (``team_map.edges``) or not (``team_map.dropped``)."""
+    rejections: dict[Pair, Rejection]
+    """Pairs that were tried and do not fit together."""
+    tried: int
+    """Alignments computed."""
+
+
+def merge_maps(
+    grids: Mapping[str, OccupancyGrid],
+    known_poses: Mapping[str, ArrayLike] | None = None,
+    method: str = "auto",
+    progress: Progress | None = None,
+    config: MergeConfig | None = None,
+    anchor: str | None = None,
+    workers: int | None = None,
+) -> MergeResult:
+    """Find how maps fit together, place those of the largest component (or the anchor's) and fuse them.
+
+    ``known_poses`` (``T_team_map`` by name) define the team frame and place maps without overlap too; otherwise it is
+    the map frame of the anchor, or of the first map by name that is placed. The result does not depend on the order of
+    the maps nor on ``workers`` (threads; default: one a core). Raises ``InputError`` for names that do not match.
+    """
+    config = config or MergeConfig()
+    poses = {name: np.asarray(pose, dtype=np.float64) for name, pose in (known_poses or {}).items()}
+    mapper = TeamMapper(anchor, config)
+    if not grids:
+        raise InputError("nothing to merge: no maps given")
+    for name in [*poses, *([anchor] if anchor is not None else [])]:
+        if name not in grids:
+            raise InputError(f"there is no map {name!r} among {', '.join(sorted(grids))}")
+    for name in sorted(grids):
+        mapper.set_map(name, grids[name])
+    mapper.graph.set_known_poses(poses)
+    with ThreadPoolExecutor(workers or min(8, os.cpu_count() or 1)) as pool:
+        pairs = PairAligner(grids, method, pool, config, progress)
+        if len(grids) <= ALL_PAIRS_UP_TO or len(poses) == len(grids):
+            try_every_pair(pairs, poses)
+        else:
+            ClusterSearch(pairs).run()
+    for pair, edge in sorted(pairs.edges.items()):
+        mapper.set_edge(*pair, edge)
+    team_map = mapper.team_map()
+    unplaced = {name: _why(name, reason, pairs) for name, reason in team_map.unplaced.items()}
+    return MergeResult(
+        team_map=replace(team_map, unplaced=unplaced),
+        edges=dict(sorted(pairs.edges.items())),
+        rejections=dict(sorted(pairs.rejections.items())),
+        tried=pairs.tried,
+    )
+
+
+def _why(name: str, reason: str, pairs: PairAligner) -> str:
+    """Return why a map is not placed, with its best try in numbers."""
+    tries = {pair: found for pair, found in pairs.rejections.items() if name in pair}
+    if reason != "no accepted alignment" or not tries:
+        return reason
+    if (shown_m2 := pairs.grids[name].known_area_m2()) < MIN_KNOWN_M2:
+        return f"it shows {shown_m2:.1f} m2, at least {MIN_KNOWN_M2:.0f} m2 are needed"
+    best = max(sorted(tries), key=lambda pair: tries[pair].confidence)
+    return f"{reason}; nearest was {best[0] if best[1] == name else best[1]}: {tries[best].reason}"

@@ -1,0 +1,96 @@
+"""Aligning pairs of many maps side by side, and remembering what came out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+
+from mrslam.alignment import Alignment, Prior, Rejection, align
+from mrslam.merge.config import MergeConfig
+from mrslam.merge.graph.carried import turned
+from mrslam.merge.graph.edges import Pair, pair_of
+from mrslam.merge.grids.agreement import Walls
+from mrslam.merge.team import TeamMap, TeamMapper
+from mrslam.spatial import OccupancyGrid
+
+Progress = Callable[[int, int], None]
+"""(alignments or maps done, in all)."""
+Job = tuple[str, str, Prior | None]
+"""Two maps by name and what is known of their transform."""
+
+
+@dataclass
+class PairAligner:
+    """Aligns pairs of maps by id; remembers what came out."""
+
+    grids: Mapping[str, OccupancyGrid]
+    method: str
+    pool: Executor
+    config: MergeConfig
+    progress: Progress | None = None
+    edges: dict[Pair, Alignment] = field(default_factory=dict)
+    """Accepted ``T_a_b``, a < b."""
+    rejections: dict[Pair, Rejection] = field(default_factory=dict)
+    """Why a pair does not fit; of two clusters that do not, under the pair of their first members."""
+    tried: int = 0
+    """Alignments computed."""
+    vetted: set[Pair] = field(default_factory=set)
+    """Alignments that a cluster hung on by itself and that were looked at."""
+
+    _walls: dict[str, Walls] = field(default_factory=dict)
+
+    def walls(self, name: str) -> Walls:
+        """Return a map prepared for comparing; made once."""
+        if name not in self._walls:
+            self._walls[name] = Walls(self.grids[name])
+        return self._walls[name]
+
+    def report(self, done: int, whole: int) -> None:
+        """Tell whoever waits."""
+        if self.progress is not None:
+            self.progress(done, whole)
+
+    def align_pairs(self, jobs: Sequence[Job], report: bool = False) -> list[Pair]:
+        """Align pairs side by side; return those accepted, in the order of the jobs."""
+        found = self.pool.map(
+            lambda job: align(self.grids[job[0]], self.grids[job[1]], method=self.method, prior=job[2]), jobs
+        )
+        accepted = []
+        for done, ((a, b, _), result) in enumerate(zip(jobs, found, strict=True), start=1):
+            self.tried += 1
+            if self.keep(a, b, result):
+                accepted.append(pair_of(a, b))
+            if report:
+                self.report(done, len(jobs))
+        return accepted
+
+    def align_grids(self, one: OccupancyGrid, others: Sequence[OccupancyGrid]) -> list[Alignment | Rejection]:
+        """Align one map with each of the others side by side, remembering nothing."""
+        self.tried += len(others)
+        return list(self.pool.map(lambda other: align(one, other, method=self.method), others))
+
+    def keep(self, a: str, b: str, result: Alignment | Rejection) -> bool:
+        """Remember what came out of a pair; return whether it fits."""
+        pair = pair_of(a, b)
+        if isinstance(result, Rejection):
+            self.rejections[pair] = result
+            return False
+        self.edges[pair] = result if (a, b) == pair else turned(result)
+        self.rejections.pop(pair, None)
+        return True
+
+    def cluster(self, names: Sequence[str]) -> TeamMap:
+        """Return the team map of the first of these maps and those of the others that hang on it."""
+        mapper = TeamMapper(names[0], self.config)
+        for name in names:
+            mapper.set_map(name, self.grids[name])
+        for pair, edge in sorted(self.edges.items()):
+            if pair[0] in names and pair[1] in names:
+                mapper.set_edge(*pair, edge)
+        return mapper.team_map()
+
+
+def first(cluster: TeamMap) -> str:
+    """Return the first of a cluster's maps; its frame is the cluster's."""
+    return next(iter(cluster.T_team_map))

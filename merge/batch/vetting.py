@@ -1,0 +1,53 @@
+"""Looking again at alignments that hold two groups of maps together all by themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from mrslam.alignment import Alignment, Rejection
+from mrslam.merge.batch.pair_aligner import PairAligner, first
+from mrslam.merge.graph.consistency import apart, components
+from mrslam.merge.graph.team_graph import node_of
+from mrslam.merge.team import TeamMap
+from mrslam.spatial import se2
+
+SURE = 0.75
+"""An alignment of such confidence stands where the merged maps on both sides fit best there too, though not clearly."""
+
+
+def vet(pairs: PairAligner, cluster: TeamMap) -> None:
+    """Take back alignments that a cluster hangs on by itself where the merged maps on both sides do not fit."""
+    if len(cluster.T_team_map) < 3:
+        return
+    for edge in sorted(cluster.edges, key=lambda edge: (edge.confidence, edge.pair)):
+        sides = components(cluster.T_team_map, [other.pair for other in cluster.edges if other is not edge])
+        if len(sides) < 2 or edge.pair in pairs.vetted:
+            continue
+        pairs.vetted.add(edge.pair)
+        against = doubt(pairs, edge.confidence, sides, cluster.T_team_map)
+        if against is not None:
+            del pairs.edges[edge.pair]
+            pairs.rejections[edge.pair] = against
+            for side in sides:
+                vet(pairs, pairs.cluster(side))
+            return
+
+
+def doubt(
+    pairs: PairAligner, confidence: float, sides: Sequence[Sequence[str]], place: Mapping[str, se2.Transform]
+) -> Rejection | None:
+    """Return why the two sides of an alignment do not fit as they are placed, or None where they do."""
+    one, other = (pairs.cluster(side) for side in sides)
+    found = pairs.align_grids(one.grid, [other.grid])[0]
+    placed = se2.between(place[first(one)], place[first(other)])
+    gap_m, gap_rad = (
+        apart(placed, found.T_a_b, node_of(other.grid).centre_m) if found.T_a_b is not None else (np.inf, np.inf)
+    )
+    agrees = gap_m < pairs.config.loop_tolerance_m * 2 and gap_rad < pairs.config.loop_tolerance_rad * 2
+    if agrees and (isinstance(found, Alignment) or confidence >= SURE):
+        return None
+    why = found.reason if isinstance(found, Rejection) else f"they fit better {gap_m:.1f} m away"
+    reason = f"accepted by itself, but the merged maps of both sides speak against it: {why}"
+    return Rejection(reason, found.confidence, found.evidence, found.method)

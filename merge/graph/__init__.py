@@ -1,0 +1,1 @@
+"""The team graph: edges, loops that must close, joint least squares, placements."""

@@ -1,0 +1,80 @@
+"""Bringing a map into another map's frame and lattice."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mrslam.merge.grids.warp_kernels import warp_window
+from mrslam.spatial import UNKNOWN, InputError, OccupancyGrid, se2
+
+MAX_CELLS = 20_000 * 20_000
+"""Larger grids than this are refused instead of allocated."""
+
+
+def warp(grid: OccupancyGrid, T_target_grid: ArrayLike, resolution_m: float | None = None) -> OccupancyGrid:
+    """Return the grid in the target's frame, on its lattice, cropped to what is known.
+
+    A wall one cell thick stays one cell thick (two at steps) and unbroken at any angle, unknown stays unknown and
+    free space keeps its extent. A coarser ``resolution_m`` keeps every wall, a finer one keeps its width in metres.
+    """
+    resolution_m = grid.resolution_m if resolution_m is None else float(resolution_m)
+    T_target_grid = np.asarray(T_target_grid, dtype=np.float64)
+    if T_target_grid.shape != (3,) or not np.isfinite(T_target_grid).all():
+        raise InputError(f"T_target_grid must be three finite numbers, got {T_target_grid!r}")
+    if not (math.isfinite(resolution_m) and resolution_m > 0):
+        raise InputError(f"resolution_m must be > 0 m, got {resolution_m!r}")
+    grid = grid.cropped()
+    if grid.cells.size == 0:
+        return OccupancyGrid(np.empty((0, 0), dtype=np.int8), resolution_m)
+    row0, col0, height, width = window(grid, T_target_grid, resolution_m)
+    if height * width > MAX_CELLS:
+        raise InputError(
+            f"a map of {height} x {width} cells of {resolution_m} m is too large: use a coarser resolution"
+        )
+    out = np.empty((height, width), dtype=np.int8)
+    warp_window(
+        grid.cells, to_source(grid, T_target_grid, resolution_m), resolution_m / grid.resolution_m, row0, col0, out
+    )
+    return OccupancyGrid.at_cell(out, resolution_m, row0, col0).cropped()
+
+
+def to_source(grid: OccupancyGrid, T_target_grid: NDArray[np.float64], resolution_m: float) -> NDArray[np.float64]:
+    """Return the ``(2, 3)`` map from target points to source points, both in cells, x first."""
+    x, y, theta = T_target_grid
+    cos, sin = _exact(math.cos(theta)), _exact(math.sin(theta))
+    scale = resolution_m / grid.resolution_m
+    left, bottom = (-cos * x - sin * y - grid.origin_m[0]), (sin * x - cos * y - grid.origin_m[1])
+    affine = [
+        [cos * scale, sin * scale, left / grid.resolution_m],
+        [-sin * scale, cos * scale, bottom / grid.resolution_m],
+    ]
+    # A millionth of a cell is no rotation or shift worth a different rounding: lattice to lattice is then exact.
+    return np.array([[round(value, 9) for value in row] for row in affine])
+
+
+def _exact(value: float) -> float:
+    """Return quarter turns' sines and cosines without rounding noise."""
+    return float(round(value)) if abs(value - round(value)) < 1e-12 else value
+
+
+def window(grid: OccupancyGrid, T_target_grid: NDArray[np.float64], resolution_m: float) -> tuple[int, int, int, int]:
+    """Return (row0, col0, height, width) of the target lattice cells that the grid can reach."""
+    height, width = grid.shape
+    corners = np.array([[0, 0], [0, width], [height, 0], [height, width]], dtype=np.float64)[:, ::-1]
+    points = se2.apply(T_target_grid, corners * grid.resolution_m + np.asarray(grid.origin_m)) / resolution_m
+    low, high = np.floor(points.min(axis=0)).astype(int) - 1, np.ceil(points.max(axis=0)).astype(int) + 1
+    return int(low[1]), int(low[0]), int(high[1] - low[1]), int(high[0] - low[0])
+
+
+def warp_tile(
+    grid: OccupancyGrid, T_target_grid: NDArray[np.float64], resolution_m: float, row0: int, col0: int, edge: int
+) -> NDArray[np.int8]:
+    """Return ``(edge, edge) int8``: the square of :func:`warp`'s result from lattice cell (row0, col0)."""
+    out = np.full((edge, edge), UNKNOWN, dtype=np.int8)
+    if grid.cells.size:
+        affine = to_source(grid, T_target_grid, resolution_m)
+        warp_window(grid.cells, affine, resolution_m / grid.resolution_m, row0, col0, out)
+    return out

@@ -1,0 +1,131 @@
+"""Straight walls as a compass: buildings have few directions, and a map that turns away from them drifts.
+
+A scan matched to the map just drawn knows its heading against that map to a hundredth of a degree, and the map itself
+turns, a little with each metre. Walls far apart in a building are parallel, or square to each other, nearly always; so
+the directions in which walls run are landmarks that are seen nearly everywhere. None is assumed: the first ones seen
+become landmarks, others later on, and a place without straight walls says nothing. Orthogonal SLAM (Nguyen, Harati,
+Martinelli, Siegwart and Tomatis 2006) takes right angles for granted.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrslam.rbpf.filter.straight_walls import STRETCH_COLUMNS, STRETCHES_MOST, folded, stretches, told
+from mrslam.rbpf.rows import Rows
+
+WALL_RAD = math.radians(0.35)
+"""How well one scan's walls tell where the building's run (1 sigma): real ones are parallel to a third of a degree."""
+SAME_WALLS = 5.0
+"""So many keyframes see the same walls with the same error: each counts as a share of one."""
+DRIFT = math.radians(0.14) ** 2
+"""Variance of the map's heading that comes with each metre of way, rad^2/m."""
+SURPRISE_MEMORY, SURPRISE_LEAST = 0.05, 0.25
+"""Share of a new reading in how far readings miss, squared and over what was expected, and the least that is assumed of
+it: where walls are less parallel than elsewhere, each tells less."""
+GATE = 3.0
+"""A direction is known again within so many sigmas."""
+SURE = 0.9
+"""Where two may be meant, one must be so much more likely: its share."""
+MOST = 8
+"""So many directions are remembered."""
+SAME_RAD = math.radians(0.7)
+"""Directions that lie so near each other when the map was bent are one."""
+BENT_RAD = math.radians(0.2)
+"""What heading and directions are known to when the map was bent (1 sigma)."""
+NONE = -1.0
+"""Index of a direction where there is none."""
+
+
+class WallDirections:
+    """Kalman filter over the heading's error and the directions of walls in the map."""
+
+    def __init__(self) -> None:
+        self.angles = np.zeros(0)
+        """``(D,)``, in the map, modulo a right angle."""
+        self.seen = np.zeros(0, dtype=np.int64)
+        """``(D,)``, how often each was seen."""
+        self.cov = np.zeros((1, 1))
+        """``(1 + D, 1 + D)``, of the newest heading and of the directions."""
+        self._told = Rows(2)  # what each keyframe's walls told: direction in its frame, index or -1
+        self._surprise = 1.0  # what readings miss, squared, over what they should
+        self._walls = np.zeros((STRETCHES_MOST, STRETCH_COLUMNS))
+
+    def turn(self, points: NDArray[np.float64], origin: NDArray[np.float64], heading: float, way_m: float) -> float:
+        """Take a keyframe; return by how much it should be turned, radians.
+
+        ``points (N, 5)`` seen from ``origin (2,)``, both in the base frame; ``heading`` (rad) where the filter has it
+        in the map, ``way_m`` since the keyframe before. With ``a`` the walls' direction in the base frame, ``d`` the
+        same in the map and ``b`` the heading's error, ``d - heading - a`` measures ``b`` less the error of ``d``.
+        """
+        self.cov[0, 0] += DRIFT * way_m
+        reading = told(self._walls[: stretches(points, origin, self._walls)])
+        if reading is None:
+            self._told.add((0.0, NONE))
+            return 0.0
+        direction, variance = reading
+        variance += WALL_RAD**2
+        missed = folded(self.angles - heading - direction)
+        from_each = self.cov[0] - self.cov[1:]  # (D, 1 + D): covariance of what is missed with everything
+        sigma2 = from_each[:, 0] - np.diagonal(from_each, 1) + variance
+        near = missed**2 < GATE**2 * sigma2
+        if not near.any():
+            self._told.add((direction, self._begin(heading + direction, variance)))
+            return 0.0
+        likely = np.where(near, self.seen * np.exp(-0.5 * missed**2 / sigma2) / np.sqrt(sigma2), 0.0)
+        one = int(np.argmax(likely))
+        if likely[one] < SURE * likely.sum():
+            self._told.add((0.0, NONE))
+            return 0.0
+        self._surprise += SURPRISE_MEMORY * (float(missed[one] ** 2 / sigma2[one]) - self._surprise)
+        doubt = SAME_WALLS * max(self._surprise, SURPRISE_LEAST) - 1.0
+        gain = from_each[one] / (sigma2[one] + doubt * variance)
+        self.cov = self.cov - np.outer(gain, from_each[one])
+        self.angles = self.angles + gain[1:] * missed[one]
+        self.seen[one] += 1
+        self._told.add((direction, one))
+        return float(gain[0] * missed[one])
+
+    def _begin(self, angle: float, variance: float) -> int:
+        """Remember a new direction, if need be in place of the one that was seen least; return its index."""
+        n = self.angles.size
+        if n < MOST:
+            self.angles, self.seen = np.append(self.angles, 0.0), np.append(self.seen, 0)
+            self.cov = np.pad(self.cov, (0, 1))
+        else:
+            n = int(np.argmin(self.seen))
+            gone = self._told.rows[:, 1] == n
+            self._told.rows[gone] = (0.0, NONE)
+        self.angles[n], self.seen[n] = angle, 1
+        self.cov[n + 1] = self.cov[:, n + 1] = self.cov[0]
+        self.cov[n + 1, n + 1] = self.cov[0, 0] + SAME_WALLS * variance
+        return n
+
+    def adopt(self, headings: NDArray[np.float64]) -> None:
+        """Learn the directions anew on a trajectory that was bent, from the ``headings (K,)`` of all keyframes."""
+        direction, before = self._told.rows.T
+        in_map, now = headings + direction, np.full(before.size, NONE)
+        kept: list[float] = []
+        for one in np.argsort(-self.seen, kind="stable"):
+            saw = before == one
+            angle = self.angles[one] + np.median(folded(in_map[saw] - self.angles[one]))
+            same = np.flatnonzero(np.abs(folded(np.array(kept) - angle)) < SAME_RAD)
+            now[saw] = same[0] if same.size else len(kept)
+            kept += [] if same.size else [angle]
+        self._told.rows[:, 1] = now
+        self.angles = np.array(kept)
+        self.seen = np.bincount(now[now >= 0.0].astype(np.int64), minlength=len(kept))
+        self.cov = np.diag(np.full(1 + len(kept), BENT_RAD**2))
+
+    def state(self) -> list[Any]:
+        """Return everything that a resumed mapper needs."""
+        return [self.angles, self.seen.copy(), self.cov.copy(), self._surprise, self._told.rows]
+
+    def restore(self, state: list[Any]) -> None:
+        """Go on from what :meth:`state` returned."""
+        self.angles, self.seen, self.cov, self._surprise = state[:4]
+        self._told = Rows.of(state[4])

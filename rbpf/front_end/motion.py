@@ -1,0 +1,99 @@
+"""Local motion from keyframe to keyframe: how it adds up, when it is enough for another, and how far off it may be."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrslam.rbpf.config import MapperConfig
+from mrslam.rbpf.front_end.front_end import Step
+from mrslam.spatial import se2
+from mrslam.spatial.poses import compose
+from mrslam.spatial.se2 import Transform
+
+TURN_WAY_M = 0.3
+"""Way that a turn of one radian counts as, metres."""
+WAY_MOST = 3.0
+"""A keyframe is due after this many times the way it takes straight on, wherever that led."""
+
+MOTION, WAY, BLIND_M = slice(0, 3), 3, slice(4, 6)
+"""Columns of an arrival: local motion from the keyframe before (3), its way (1), its error where it was blind (2)."""
+ARRIVAL_COLUMNS = 6
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Keyframe:
+    """A scan that the filter takes, and how the robot came to it; nothing in it changes any more."""
+
+    points: NDArray[np.float64]
+    """``(N, 5)``, base frame."""
+    ends: NDArray[np.float64]
+    """``(M, 2)``, base frame: ends of beams that hit nothing but clear."""
+    origin: NDArray[np.float64]
+    """``(2,)``, base frame: where the laser is."""
+    arrival: NDArray[np.float64]
+    """``(6,)``: see ``MOTION``."""
+    inliers: float
+    """Share of beams that lie on the local map."""
+
+
+class Since:
+    """Local motion since the last keyframe."""
+
+    def __init__(self) -> None:
+        self.stamp_ns = 0
+        self.T_key_base: Transform = np.zeros(3)
+        self.way_m = 0.0
+        self.blind_m = np.zeros(2)
+        """In the keyframe's frame: error of motion along what could not be seen."""
+
+    def add(self, step: Step) -> None:
+        """Go on by one scan."""
+        self.T_key_base = compose(self.T_key_base, step.T_before_base)
+        if step.blind_m.any():
+            self.blind_m += se2.apply(np.array([0.0, 0.0, self.T_key_base[2]]), step.blind_m)
+        self.way_m += float(math.hypot(*step.T_before_base[:2]) + TURN_WAY_M * abs(step.T_before_base[2]))
+
+    def is_due(self, config: MapperConfig, stamp_ns: int) -> bool:
+        """Return whether the filter should be updated."""
+        motion = self.T_key_base
+        waited = 0.0 < config.temporal_update_s <= abs(stamp_ns - self.stamp_ns) * 1e-9
+        return (
+            math.hypot(motion[0], motion[1]) >= config.linear_update_m
+            or abs(motion[2]) >= config.angular_update_rad
+            or self.way_m >= WAY_MOST * config.linear_update_m
+            or waited
+        )
+
+    def restart(self, stamp_ns: int) -> NDArray[np.float64]:
+        """Begin anew from a keyframe, and return the arrival ``(6,)`` there."""
+        arrival = np.array([*self.T_key_base, self.way_m, *self.blind_m])
+        self.stamp_ns, self.T_key_base, self.way_m, self.blind_m = stamp_ns, np.zeros(3), 0.0, np.zeros(2)
+        return arrival
+
+    def state(self) -> list[Any]:
+        """Return everything that a resumed mapper needs."""
+        return [self.stamp_ns, self.T_key_base, self.way_m, self.blind_m]
+
+    def restore(self, state: list[Any]) -> None:
+        """Go on from what :meth:`state` returned."""
+        self.stamp_ns, self.T_key_base, self.way_m, self.blind_m = state
+
+
+def motion_cov(config: MapperConfig, motion: Transform, blind_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return ``(3, 3)``, the covariance of a local motion ``(3,)`` in the frame it starts from."""
+    length, turn = float(np.hypot(motion[0], motion[1])), abs(float(motion[2]))
+    sigma_xy = 0.01 + config.srr * length + config.str * turn
+    sigma_t = 0.0015 + config.srt * length + config.stt * turn
+    cov = np.diag([sigma_xy**2, sigma_xy**2, sigma_t**2])
+    cov[:2, :2] += np.outer(blind_m, blind_m)
+    return cov
+
+
+def chain_cov(config: MapperConfig, arrivals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return ``(K, 3, 3)`` covariances of the motion to each keyframe."""
+    return np.stack([motion_cov(config, row[MOTION], row[BLIND_M]) for row in arrivals])

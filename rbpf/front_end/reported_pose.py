@@ -1,0 +1,41 @@
+"""The pose that is told while the robot drives: calm, and still never far from what the filter knows."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mrslam.spatial.poses import between, compose
+from mrslam.spatial.se2 import Transform
+
+FOLLOW, JUMP_M, JUMP_RAD = 0.25, 0.15, 0.05
+"""The pose told takes this share of what it misses of the best particle's at an update, and all of it beyond a jump."""
+
+
+class ToldPose:
+    """Follows local motion from scan to scan, and the best particle from keyframe to keyframe.
+
+    A particle's pose is a sample: it jitters by centimetres from update to update while local motion is good to
+    millimetres. So the pose told follows slowly, but jumps where the two are far apart, as after a loop's closing.
+    """
+
+    def __init__(self) -> None:
+        self.T_map_key: Transform = np.zeros(3)
+        """Where the newest keyframe is told to be."""
+
+    def at(self, T_key_base: Transform) -> Transform:
+        """Return the pose ``(3,)`` after this local motion since the newest keyframe."""
+        return compose(self.T_map_key, T_key_base)
+
+    def follow(self, T_map_key: Transform) -> None:
+        """Draw the newest keyframe towards where the best particle has it."""
+        missed = between(self.T_map_key, T_map_key)
+        if math.hypot(missed[0], missed[1]) > JUMP_M or abs(missed[2]) > JUMP_RAD:
+            self.T_map_key = T_map_key.copy()
+        else:
+            self.T_map_key = compose(self.T_map_key, FOLLOW * missed)
+
+    def go_on(self, T_key_next: Transform) -> None:
+        """Begin the next keyframe."""
+        self.T_map_key = compose(self.T_map_key, T_key_next)

@@ -1,0 +1,1 @@
+"""Loop closing: places seen again, and the relaxation of a trajectory that follows."""

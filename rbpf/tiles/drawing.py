@@ -1,0 +1,184 @@
+"""Scans drawn into maps: which tiles a scan touches, and what its beams leave there."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from mrslam.rbpf.tiles.cells import MASK, TILE, TILE_BITS, add_hit, add_pass
+from mrslam.spatial.traversal import along_axis
+
+
+@njit(cache=True, nogil=True)
+def bounds(
+    pose: NDArray[np.float64], points: NDArray[np.float64]
+) -> NDArray[np.float64]:  # pragma: no cover - compiled
+    """Return ``(2, 2)``, the least and the largest x, y of the points ``(N, 5)`` of a scan taken at ``pose``."""
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    out = np.array([[np.inf, np.inf], [-np.inf, -np.inf]])
+    for i in range(points.shape[0]):
+        x = pose[0] + c * points[i, 0] - s * points[i, 1]
+        y = pose[1] + s * points[i, 0] + c * points[i, 1]
+        out[0, 0], out[0, 1] = min(out[0, 0], x), min(out[0, 1], y)
+        out[1, 0], out[1, 1] = max(out[1, 0], x), max(out[1, 1], y)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def insert_hits(
+    pool: NDArray[np.uint32],
+    table: NDArray[np.int32],
+    row0: int,
+    col0: int,
+    resolution_m: float,
+    pose: NDArray[np.float64],
+    points: NDArray[np.float64],
+) -> None:  # pragma: no cover - compiled
+    """Add the points ``(N, 5)`` of a scan taken at ``pose`` as hits; tiles must be there and owned."""
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    inv = 1.0 / resolution_m
+    height, width = table.shape
+    for i in range(points.shape[0]):
+        x = (pose[0] + c * points[i, 0] - s * points[i, 1]) * inv
+        y = (pose[1] + s * points[i, 0] + c * points[i, 1]) * inv
+        col, row = int(math.floor(x)), int(math.floor(y))
+        tr, tc = (row >> TILE_BITS) - row0, (col >> TILE_BITS) - col0
+        if not (0 <= tr < height and 0 <= tc < width):
+            continue
+        t = table[tr, tc]
+        if t == 0:
+            continue
+        k = ((row & MASK) << TILE_BITS) | (col & MASK)
+        nx = c * points[i, 2] - s * points[i, 3]
+        ny = s * points[i, 2] + c * points[i, 3]
+        pool[t, k] = add_hit(np.int64(pool[t, k]), x - col, y - row, nx, ny, points[i, 4])
+
+
+@njit(cache=True, nogil=True)
+def insert_scan(
+    pool: NDArray[np.uint32],
+    refs: NDArray[np.int32],
+    table: NDArray[np.int32],
+    row0: int,
+    col0: int,
+    resolution_m: float,
+    origin: NDArray[np.float64],
+    pose: NDArray[np.float64],
+    points: NDArray[np.float64],
+    ends: NDArray[np.float64],
+    skip_m: float,
+) -> None:  # pragma: no cover - compiled
+    """Add one scan: beams pass from the laser at ``origin`` (base frame) to the points, which are hit.
+
+    ``ends (M, 2)`` are ends of beams that hit nothing but clear. Passing stops ``skip_m`` before the end, so that beams
+    along a wall do not wear it away. Tiles that are missing or shared are left alone: prepare them first.
+    """
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    inv = 1.0 / resolution_m
+    height, width = table.shape
+    x0 = (pose[0] + c * origin[0] - s * origin[1]) * inv
+    y0 = (pose[1] + s * origin[0] + c * origin[1]) * inv
+    n = points.shape[0]
+    for i in range(n + ends.shape[0]):
+        if i < n:
+            px, py = points[i, 0], points[i, 1]
+        else:
+            px, py = ends[i - n, 0], ends[i - n, 1]
+        x1 = (pose[0] + c * px - s * py) * inv
+        y1 = (pose[1] + s * px + c * py) * inv
+        dx, dy = x1 - x0, y1 - y0
+        length = math.sqrt(dx * dx + dy * dy)
+        keep = 1.0
+        if i < n:
+            keep = 1.0 - skip_m * inv / max(length, 1e-9)
+        if keep > 0.0:
+            dx *= keep
+            dy *= keep
+            col, row = int(math.floor(x0)), int(math.floor(y0))
+            col_end, row_end = int(math.floor(x0 + dx)), int(math.floor(y0 + dy))
+            step_col, t_col, dt_col = along_axis(x0, dx, col)
+            step_row, t_row, dt_row = along_axis(y0, dy, row)
+            count = abs(col_end - col) + abs(row_end - row) + 1
+            tile_r, tile_c, tile = -1 << 30, -1 << 30, 0
+            for _ in range(count):
+                tr, tc = row >> TILE_BITS, col >> TILE_BITS
+                if tr != tile_r or tc != tile_c:
+                    tile_r, tile_c = tr, tc
+                    tile = 0
+                    if 0 <= tr - row0 < height and 0 <= tc - col0 < width:
+                        tile = table[tr - row0, tc - col0]
+                        if refs[tile] != 1:
+                            tile = 0
+                if tile != 0:
+                    k = ((row & MASK) << TILE_BITS) | (col & MASK)
+                    pool[tile, k] = add_pass(np.int64(pool[tile, k]))
+                if t_col <= t_row:
+                    col += step_col
+                    t_col += dt_col
+                else:
+                    row += step_row
+                    t_row += dt_row
+        if i < n:
+            col, row = int(math.floor(x1)), int(math.floor(y1))
+            tr, tc = (row >> TILE_BITS) - row0, (col >> TILE_BITS) - col0
+            if 0 <= tr < height and 0 <= tc < width:
+                tile = table[tr, tc]
+                if tile != 0 and refs[tile] == 1:
+                    k = ((row & MASK) << TILE_BITS) | (col & MASK)
+                    nx = c * points[i, 2] - s * points[i, 3]
+                    ny = s * points[i, 2] + c * points[i, 3]
+                    pool[tile, k] = add_hit(np.int64(pool[tile, k]), x1 - col, y1 - row, nx, ny, points[i, 4])
+
+
+@njit(cache=True, nogil=True)
+def mark_tiles(
+    mark: NDArray[np.int32],
+    stamp: int,
+    row0: int,
+    col0: int,
+    resolution_m: float,
+    origin: NDArray[np.float64],
+    pose: NDArray[np.float64],
+    points: NDArray[np.float64],
+    ends: NDArray[np.float64],
+    through: bool,
+    rows: NDArray[np.int32],
+    cols: NDArray[np.int32],
+) -> int:  # pragma: no cover - compiled
+    """Write the window indices of the tiles a scan touches (its beams too, if ``through``) and return how many."""
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    inv = 1.0 / (resolution_m * TILE)
+    height, width = mark.shape
+    ox = (pose[0] + c * origin[0] - s * origin[1]) * inv
+    oy = (pose[1] + s * origin[0] + c * origin[1]) * inv
+    n = points.shape[0]
+    count = 0
+    for i in range(n + ends.shape[0]):
+        if i < n:
+            px, py = points[i, 0], points[i, 1]
+        else:
+            px, py = ends[i - n, 0], ends[i - n, 1]
+        x1 = (pose[0] + c * px - s * py) * inv
+        y1 = (pose[1] + s * px + c * py) * inv
+        x0, y0 = (ox, oy) if through else (x1, y1)
+        col, row = int(math.floor(x0)), int(math.floor(y0))
+        steps = abs(int(math.floor(x1)) - col) + abs(int(math.floor(y1)) - row) + 1
+        step_col, t_col, dt_col = along_axis(x0, x1 - x0, col)
+        step_row, t_row, dt_row = along_axis(y0, y1 - y0, row)
+        for _ in range(steps):
+            tr, tc = row - row0, col - col0
+            if 0 <= tr < height and 0 <= tc < width and mark[tr, tc] != stamp and count < rows.size:
+                mark[tr, tc] = stamp
+                rows[count] = tr
+                cols[count] = tc
+                count += 1
+            if t_col <= t_row:
+                col += step_col
+                t_col += dt_col
+            else:
+                row += step_row
+                t_row += dt_row
+    return count

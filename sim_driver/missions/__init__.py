@@ -1,0 +1,1 @@
+"""Mission files, settings, seeds, and the folder that a run leaves."""

@@ -1,0 +1,53 @@
+"""What ``mrslam agent`` says of itself in its folder: whose it is, and with which settings it ran."""
+
+from __future__ import annotations
+
+import json
+import logging
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from mrslam.sim_driver.missions.settings import as_table
+from mrslam.spatial import InputError
+from mrslam.spatial.files.atomic import write_text
+
+AGENT_FILE = "agent.json"
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, kw_only=True)
+class AgentRecord:
+    """One agent's robot, team, input and settings."""
+
+    id: str
+    team: str
+    mode: str
+    log: str | None
+    """The log that stood in for the laser; None where drivers sent scans."""
+    settings: dict[str, Any]
+    """All settings by section, as in ``config.json`` of a run."""
+    begun_s: float
+    """When it began its map, by the world's clock."""
+    ended: bool = False
+    """Whether it left its maps since it was started last."""
+
+    def write(self, folder: Path) -> None:
+        """Write it into the robot's folder; where that cannot be, as on a full disk, the robot goes on without."""
+        try:
+            write_text(folder / AGENT_FILE, json.dumps(as_table(self), indent=1) + "\n")
+        except OSError as error:
+            log.warning("%s: %s cannot be written (%s)", self.id, folder / AGENT_FILE, error.strerror)
+
+    @classmethod
+    def read(cls, folder: Path) -> AgentRecord:
+        """Read it; raise ``InputError`` where the folder is no agent's."""
+        path = folder / AGENT_FILE
+        try:
+            return msgspec.json.decode(path.read_bytes(), type=cls)
+        except OSError as error:
+            raise InputError(f"{folder}: not the folder of an agent ({AGENT_FILE} is missing)") from error
+        except msgspec.DecodeError as error:
+            raise InputError(f"{path}: not what an agent writes ({error})") from error

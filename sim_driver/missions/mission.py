@@ -1,0 +1,132 @@
+"""Missions: which robots, what each of them senses, how they hear each other, and with which settings.
+
+A mission is a TOML file; ``docs/missions.md`` lists its keys. Everything in it can be left out but the robots.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from mrslam.agent import Settings
+from mrslam.sim_driver.drivers import DriverConfig
+from mrslam.sim_driver.faults import FaultConfig
+from mrslam.sim_driver.missions.locate import locate
+from mrslam.sim_driver.missions.sections import (
+    LinksConfig,
+    MissionConfig,
+    RobotConfig,
+    SweepConfig,
+    TruthConfig,
+    WorldConfig,
+)
+from mrslam.sim_driver.missions.settings import build, check_keys, read_toml, with_overrides
+from mrslam.sim_driver.missions.shipped import find_mission
+from mrslam.sim_driver.missions.view_options import ViewOptions
+from mrslam.sim_driver.worlds.radio import RadioConfig
+from mrslam.spatial import InputError
+from mrslam.spatial.errors import require
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mission:
+    """A mission, checked and with its files found."""
+
+    mission: MissionConfig
+    robots: tuple[RobotConfig, ...]
+    settings: Settings
+    links: LinksConfig
+    truth: TruthConfig
+    world: WorldConfig | None
+    radio: RadioConfig
+    driver: DriverConfig
+    faults: tuple[FaultConfig, ...] = ()
+    """What goes wrong, in virtual time."""
+    folder: Path
+    """Where the mission's file lies: names in it are looked for there first."""
+    replay: Path | None = None
+    """Folder of the run whose drive and radio are played again; its simulated robots do not drive anew."""
+    view: ViewOptions = field(default_factory=ViewOptions)
+    """Who looks on; changes nothing of what happens."""
+
+    @property
+    def files(self) -> list[str]:
+        """Names of the files that the mission reads, beside its world."""
+        named = [name for robot in self.robots for name in (robot.log, robot.trajectory)]
+        return [name for name in (*named, self.links.trace, self.truth.relations) if name is not None]
+
+    def find(self, name: str) -> Path:
+        """Return a file the mission names."""
+        return locate(name, self.folder)
+
+
+def load_mission(path: Path, assignments: Sequence[str] = ()) -> Mission:
+    """Read a mission file, or a shipped mission, with ``section.key=value`` options laid over it.
+
+    Every mistake is an ``InputError``.
+    """
+    path = find_mission(path)
+    return make_mission(with_overrides(read_toml(path), assignments), path)
+
+
+def make_mission(tables: dict[str, Any], path: Path) -> Mission:
+    """Return the mission that these tables describe; ``path`` is named in errors."""
+    sections = {section.name: section.type for section in fields(Settings)}
+    named = ["mission", "robots", "world", "driver", "radio", "links", "truth", "faults", "sweep", *sections]
+    check_keys(tables, named, str(path))
+    build(SweepConfig, tables.get("sweep", {}), f"{path}: sweep")
+    for name, table in tables.items():
+        if name not in ("robots", "faults") and not isinstance(table, dict):
+            raise InputError(f"{path}: [{name}] must be a section, got {table!r}")
+    raw_robots = tables.get("robots", [])
+    if not isinstance(raw_robots, list) or not raw_robots or not all(isinstance(robot, dict) for robot in raw_robots):
+        raise InputError(f"{path}: a mission needs at least one [[robots]] section")
+    robots = tuple(build(RobotConfig, robot, f"{path}: robots[{i}]") for i, robot in enumerate(raw_robots))
+    ids = [robot.id for robot in robots]
+    if len(set(ids)) != len(ids):
+        raise InputError(f"{path}: two robots have one id among {', '.join(ids)}")
+    world = build(WorldConfig, tables["world"], f"{path}: world") if "world" in tables else None
+    mission = build(MissionConfig, {"name": path.stem, **tables.get("mission", {})}, f"{path}: mission")
+    for robot in robots:
+        if robot.log is None and world is None and robot.mode != "central" and mission.shell != "agents":
+            raise InputError(f"{path}: robot {robot.id} has no log, and the mission has no [world] to simulate it in")
+    raw_faults = tables.get("faults", [])
+    if not isinstance(raw_faults, list) or not all(isinstance(fault, dict) for fault in raw_faults):
+        raise InputError(f"{path}: faults are [[faults]] sections")
+    faults = tuple(build(FaultConfig, fault, f"{path}: faults[{i}]") for i, fault in enumerate(raw_faults))
+    for fault in faults:
+        require(fault.robot in ids, f"{path}: faults.robot", f"one of {', '.join(ids)}", fault.robot)
+        if fault.kind == "kidnapped" and any(robot.id == fault.robot and robot.log is not None for robot in robots):
+            raise InputError(f"{path}: faults: {fault.robot} plays a log, so nobody can carry it off")
+        if mission.duration_s is not None and fault.at_s >= mission.duration_s:
+            never = f"{fault.kind} of {fault.robot} at {fault.at_s:g} s never happens"
+            raise InputError(f"{path}: faults: the mission ends after {mission.duration_s:g} s, so {never}")
+    links = build(LinksConfig, tables.get("links", {}), f"{path}: links")
+    if links.trace is not None:
+        tables = {**tables, "comms": {"link_source": "trace", **tables.get("comms", {})}}
+    return Mission(
+        mission=mission,
+        robots=robots,
+        settings=make_settings(tables, str(path)),
+        links=links,
+        truth=build(TruthConfig, tables.get("truth", {}), f"{path}: truth"),
+        world=world,
+        driver=build(DriverConfig, tables.get("driver", {}), f"{path}: driver"),
+        radio=build(RadioConfig, tables.get("radio", {}), f"{path}: radio"),
+        faults=faults,
+        folder=path.resolve().parent,
+    )
+
+
+def make_settings(tables: dict[str, Any], where: str) -> Settings:
+    """Return the settings of one robot from the sections named as the packages are."""
+    default = Settings()
+    parts = {
+        section.name: build(
+            type(getattr(default, section.name)), tables.get(section.name, {}), f"{where}: {section.name}"
+        )
+        for section in fields(Settings)
+    }
+    return Settings(**parts)

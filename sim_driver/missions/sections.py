@@ -1,0 +1,132 @@
+"""The sections of a mission file, their keys and defaults; ``mrslam config`` prints what stands below each.
+
+What the packages and the simulator's parts want to know they define themselves.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from mrslam.spatial.errors import require
+
+
+@dataclass(frozen=True, kw_only=True)
+class MissionConfig:
+    """The mission as a whole."""
+
+    name: str = ""
+    """What reports call it; the file's name unless given."""
+    seed: int = 0
+    """Everything random follows from it, >= 0."""
+    duration_s: float | None = None
+    """Mission time after which all stop, seconds; without it, when all robots have finished."""
+    linger_s: float = 60.0
+    """Mission time that robots stay after the last has finished, so that they can still meet, seconds, >= 0."""
+    speed: float = 1.0
+    """Mission seconds in a second of wall time, for real processes, > 0."""
+    shell: str = "process"
+    """"process": one operating-system process a robot, over Zenoh; "virtual": all in one, in virtual time."""
+    record: bool = True
+    """Whether what simulated robots sense is kept (about 15 kB a second and robot), for replays and the report."""
+    restart: bool = False
+    """Whether a robot whose process dies is started again, from its checkpoint; real processes only."""
+
+    def __post_init__(self) -> None:
+        require(self.seed >= 0, "mission.seed", ">= 0", self.seed)
+        require(self.duration_s is None or self.duration_s > 0, "mission.duration_s", "> 0 s", self.duration_s)
+        require(self.linger_s >= 0, "mission.linger_s", ">= 0 s", self.linger_s)
+        require(self.speed > 0, "mission.speed", "> 0", self.speed)
+        known = ("process", "virtual", "agents")  # the last: agents ran on their own, and were gathered
+        require(self.shell in known, "mission.shell", "'process' or 'virtual'", self.shell)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotConfig:
+    """One robot: recorded (it has a ``log``) or simulated (the mission has a ``world``)."""
+
+    id: str
+    """Its name, unique in the team: letters, digits, - and _."""
+    mode: str = "distributed"
+    """"distributed", "mapper" (maps and sends, does not merge) or "central" (merges, does not map)."""
+    log: str | None = None
+    """Recorded log: a path, or a name in the data folder."""
+    first: float = 0.0
+    """Where in the log this robot begins, as a share of its scans, 0..1."""
+    last: float = 1.0
+    """Where it ends."""
+    laser: str = "lidar-360"
+    """Laser of a simulated robot, by name."""
+    start: list[float] | None = None
+    """Start of a simulated robot in the world [x_m, y_m, theta_rad], unknown to the robot; random unless given."""
+    driver: str = "explore"
+    """What drives a simulated robot."""
+    waypoints: list[list[float]] = field(default_factory=list)
+    """World points [x_m, y_m] for the driver "waypoints"."""
+    patrol: bool = False
+    """Whether the driver "waypoints" begins again at the first when it has reached the last."""
+    trajectory: str | None = None
+    """TUM file of poses in the world for the driver "trajectory"; the robot starts at the first unless told."""
+
+    def __post_init__(self) -> None:
+        ok = bool(self.id) and all(c.isalnum() or c in "-_" for c in self.id) and self.id.isascii()
+        require(ok, "robots.id", "a name of letters, digits, - and _", self.id)
+        require(
+            self.mode in ("distributed", "mapper", "central"),
+            f"robots.{self.id}.mode",
+            "distributed, mapper or central",
+            self.mode,
+        )
+        require(
+            0.0 <= self.first < self.last <= 1.0,
+            f"robots.{self.id}.first, last",
+            "0 <= first < last <= 1",
+            [self.first, self.last],
+        )
+        require(
+            self.start is None or (len(self.start) == 3 and all(map(math.isfinite, self.start))),
+            f"robots.{self.id}.start",
+            "[x_m, y_m, theta_rad]",
+            self.start,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinksConfig:
+    """How robots hear each other."""
+
+    keys: str | None = None
+    """Folder of the team's keys (``mrslam keys``): links are mutual TLS; process shell only."""
+    trace: str | None = None
+    """CSV file ``t_s,a,b,quality``: link qualities over time; a quality holds until the pair's next line."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TruthConfig:
+    """What the outcome is judged by; robots never see it."""
+
+    relations: str | None = None
+    """Relations file of the recorded log."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class WorldConfig:
+    """Where simulated robots are."""
+
+    name: str
+    """Built-in world ("office", "arena1", "office:SEED", ...), map YAML or bitmap."""
+    scale_m: float | None = None
+    """Metres a pixel of a bitmap."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepConfig:
+    """What ``mrslam sweep`` varies where its command line names nothing; a single run does not look at it."""
+
+    vary: list[str] = field(default_factory=list)
+    """Settings and their values, each "section.key=value,value,..."."""
+    seeds: int = 5
+    """Runs of every setting, each with its own seed, >= 1."""
+
+    def __post_init__(self) -> None:
+        require(self.seeds >= 1, "sweep.seeds", ">= 1", self.seeds)

@@ -1,0 +1,85 @@
+"""What an earlier run left in the folder of a new one: it goes, and nothing else does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+
+from mrslam.sim_driver.missions.mission import Mission
+from mrslam.sim_driver.missions.run_folder import CONFIG_FILE, METRICS_FILE, read_config, robots_of
+from mrslam.sim_driver.missions.usage import USAGE
+from mrslam.sim_driver.replay import SCANS_FILE
+from mrslam.sim_driver.report import REPORT_FILE
+from mrslam.sim_driver.run.team import CHECKPOINT
+from mrslam.sim_driver.simulation.simulation import LINKS_FILE
+from mrslam.spatial import InputError
+
+OF_RUN = (METRICS_FILE, REPORT_FILE, "run.rrd", "run.mcap", LINKS_FILE, CONFIG_FILE)
+"""What a run, or a command on it, writes beside the robots' folders unless told otherwise."""
+OF_ROBOT = (
+    "events.jsonl", CHECKPOINT, "robot.json", "map.yaml", "map.pgm", "team_map.yaml", "team_map.pgm", "team_map.png",
+    "trajectory.tum", "truth.tum", SCANS_FILE, USAGE, "view.rrd",
+)  # fmt: skip
+"""What a robot of a run writes into its folder."""
+TWIN = "twin"
+"""A robot's second process, where a mission has one go wrong so, writes there."""
+
+
+def clear_earlier(mission: Mission, out: Path) -> str | None:
+    """Remove what an earlier run left in ``out`` and return its name, None where there was none.
+
+    Only files that a run writes go. Raises ``InputError``, and removes nothing, where the new run would read one of
+    them, or where a robot's checkpoint is there that belongs to no run.
+    """
+    replay = mission.replay
+    if replay is not None and replay.resolve() == out.resolve():
+        raise InputError(f"{out}: the drive that is played again is kept there; name another folder with --out")
+    robots = robots_of(out)
+    if robots is None:
+        _refuse_agents(mission, out)
+        return None
+    left = _left_by(out, robots)
+    _refuse_inputs(mission, left)
+    config = read_config(out)
+    for path in left:
+        path.unlink(missing_ok=True)
+    for robot_id in robots:
+        for folder in (out / robot_id / TWIN, out / robot_id):
+            with suppress(OSError):  # somebody put something of their own there
+                folder.rmdir()
+    section = config.get("mission")
+    return str(section.get("name") or "a mission") if isinstance(section, dict) else "a mission"
+
+
+def _left_by(out: Path, robots: Sequence[str]) -> list[Path]:
+    """Return the files of a run that are there; last ``config.json``, so that what breaks off is resumed."""
+    folders = [folder for robot_id in robots for folder in (out / robot_id, out / robot_id / TWIN)]
+    named = [*(folder / name for folder in folders for name in OF_ROBOT), *(out / name for name in OF_RUN)]
+    return [path for path in named if path.is_file() or path.is_symlink()]
+
+
+def _refuse_inputs(mission: Mission, left: Sequence[Path]) -> None:
+    """Raise where the mission reads a file that would be removed."""
+    world = () if mission.world is None else (mission.world.name,)
+    files = {path.resolve(): path for path in left}
+    for name in (*mission.files, *world):
+        with suppress(InputError):  # a built-in world is no file
+            path = mission.find(name)
+            if path not in files:
+                continue
+            text = f"{files[path]}: the mission reads this file of an earlier run, which the new one would replace"
+            break
+    else:
+        return
+    raise InputError(f"{text}; name another folder with --out")
+
+
+def _refuse_agents(mission: Mission, out: Path) -> None:
+    """Raise where a robot's checkpoint lies that no run left: it is all that an agent knows."""
+    for robot in mission.robots:
+        if (out / robot.id / CHECKPOINT).exists():
+            raise InputError(
+                f"{out / robot.id}: holds the checkpoint of an agent (mrslam agent); name another folder with --out, "
+                "or remove it"
+            )

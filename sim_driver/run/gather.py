@@ -1,0 +1,128 @@
+"""The folders of agents that ran on their own, put together as the folder of a run: to be judged, and read as a page.
+
+Agents tell times by the world's clock; a run's time begins at 0, with the first of all their events. Stamps of
+trajectories stay as the drivers or the log gave them, so that references and relations still fit.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from mrslam.sim_driver.evaluate.events import Event, read_events
+from mrslam.sim_driver.missions.agent_record import AGENT_FILE, AgentRecord
+from mrslam.sim_driver.missions.locate import locate
+from mrslam.sim_driver.missions.mission import Mission, make_mission
+from mrslam.sim_driver.missions.usage import USAGE
+from mrslam.sim_driver.run.metrics import write_metrics
+from mrslam.sim_driver.run.run import prepare_folder
+from mrslam.spatial import InputError
+from mrslam.spatial.files.atomic import is_file, make_folder, write_text
+
+KEPT = ("map.yaml", "map.pgm", "team_map.yaml", "team_map.pgm", "team_map.png", "trajectory.tum", USAGE)
+"""Files of an agent that are taken over as they are."""
+
+
+def gather(folders: Sequence[Path], out: Path, say: Callable[[str], None]) -> tuple[Mission, dict[str, Any]]:
+    """Put agents' folders together as a run's in ``out`` and return its mission and metrics.
+
+    Each of ``folders`` is an agent's, or holds those of several. What is there is only read. Raises ``InputError``
+    where one is no agent's, two are of one robot or of different teams, or ``out`` is among them.
+    """
+    agents = _agents(folders)
+    sources = {record.id: folder for folder, record in agents.items()}
+    records = sorted(agents.values(), key=lambda record: record.id)
+    for robot_id, source in sources.items():
+        if source.resolve() in ((out / robot_id).resolve(), out.resolve()):
+            raise InputError(f"{source}: the agent's own folder; name another one with --out")
+    mission = _mission(records, out, say)
+    prepare_folder(mission, out, say)
+    events = {record.id: _events(record, sources[record.id]) for record in records}
+    times = [event["t"] for told in events.values() for event in told]
+    begin_s, end_s = min(times, default=0.0), max(times, default=0.0)
+    for record in records:
+        _take(record, sources[record.id], out / record.id, events[record.id], begin_s, say)
+    began = {robot_id: round(_first_scan_s(told, begin_s) - begin_s, 3) for robot_id, told in events.items()}
+    span_s = round(end_s - begin_s, 3)
+    return mission, write_metrics(mission, out, wall_s=span_s, mission_s=span_s, shell="agents", began_s=began)
+
+
+def _agents(folders: Sequence[Path]) -> dict[Path, AgentRecord]:
+    """Return the agents' folders with what they say of themselves; one folder may hold many."""
+    found: dict[Path, AgentRecord] = {}
+    for folder in folders:
+        if not folder.is_dir():
+            raise InputError(f"{folder}: no such folder; name those that agents left (their --out)")
+        inner = (
+            [folder] if is_file(folder / AGENT_FILE) else sorted(path.parent for path in folder.glob(f"*/{AGENT_FILE}"))
+        )
+        if not inner:
+            raise InputError(f"{folder}: neither an agent's folder nor one with agents' folders in it ({AGENT_FILE})")
+        found |= {path: AgentRecord.read(path) for path in inner}
+    seen: dict[str, Path] = {}
+    for path, record in found.items():
+        if record.id in seen:
+            raise InputError(f"{path} and {seen[record.id]} are both of {record.id}")
+        seen[record.id] = path
+    teams = sorted({record.team for record in found.values()})
+    if len(teams) > 1:
+        raise InputError(f"these agents are of several teams ({', '.join(teams)}); gather those of one")
+    return found
+
+
+def _mission(records: Sequence[AgentRecord], out: Path, say: Callable[[str], None]) -> Mission:
+    """Return what they did as a mission; its settings are the first robot's, and it is said where others differ."""
+    first = records[0]
+    for record in records[1:]:
+        other = [section for section, table in record.settings.items() if table != first.settings.get(section)]
+        if other:
+            say(f"{record.id} ran with other settings than {first.id} ({', '.join(other)}); {first.id}'s are shown")
+    robots = [{"id": record.id, "mode": record.mode, "log": _log(record, say)} for record in records]
+    tables = {"mission": {"name": first.team, "shell": "agents"}, "robots": robots, **first.settings}
+    return make_mission(tables, out / "agents")
+
+
+def _log(record: AgentRecord, say: Callable[[str], None]) -> str | None:
+    """Return the agent's log where it can be read here."""
+    if record.log is None:
+        return None
+    try:
+        return str(locate(record.log))
+    except InputError as error:
+        say(f"{record.id}: its log is not here, and its scans are not shown ({error})")
+        return None
+
+
+def _events(record: AgentRecord, source: Path) -> list[Event]:
+    """Return what happened since the agent began its map."""
+    return [event for event in read_events(source / "events.jsonl") if event["t"] >= record.begun_s]
+
+
+def _take(
+    record: AgentRecord, source: Path, target: Path, events: Sequence[Event], begin_s: float, say: Callable[[str], None]
+) -> None:
+    """Copy what the agent left, with times from the run's begin on."""
+    make_folder(target)
+    for name in KEPT:
+        if is_file(source / name):
+            shutil.copyfile(source / name, target / name)
+    told = [json.dumps({**event, "t": round(event["t"] - begin_s, 3)}) + "\n" for event in events]
+    write_text(target / "events.jsonl", "".join(told))
+    if not is_file(source / "robot.json"):
+        say(f"{record.id} has not ended: there are only its events")
+        return
+    if not record.ended:
+        say(f"{record.id} has not ended since it was started last: its maps are of the time before")
+    robot = json.loads((source / "robot.json").read_text(encoding="utf-8"))
+    for pair in robot["pairs"]:
+        if pair["accepted_at_s"] is not None:
+            pair["accepted_at_s"] = round(pair["accepted_at_s"] - begin_s, 3)
+    write_text(target / "robot.json", json.dumps(robot, indent=1) + "\n")
+
+
+def _first_scan_s(events: Sequence[Event], default_s: float) -> float:
+    """Return when the robot mapped its first scan, by the world's clock."""
+    return float(next((event["t"] for event in events if event["event"] == "mapped"), default_s))

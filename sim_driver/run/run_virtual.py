@@ -1,0 +1,202 @@
+"""A mission in virtual time: all robots in this process, the same bytes for the same seed."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mrslam.agent import Keeper, LinkSource, Runner, TakesTurns, VirtualRobot, run_virtual
+from mrslam.comms import Conditions, LinkConditions, MemoryNetwork, Transport
+from mrslam.sim_driver.faults import FaultConfig
+from mrslam.sim_driver.faults.links import CorruptingTransport, faulty_conditions
+from mrslam.sim_driver.faults.robot import FaultyDisk, MortalRobot, Start, Twin
+from mrslam.sim_driver.faults.senses import FaultySenses
+from mrslam.sim_driver.missions.mission import Mission
+from mrslam.sim_driver.missions.sections import RobotConfig
+from mrslam.sim_driver.missions.seeds import seed_for
+from mrslam.sim_driver.run.shaping import CUT_BELOW
+from mrslam.sim_driver.run.team import (
+    CHECKPOINT,
+    NoBody,
+    make_agent,
+    make_body,
+    radio_of,
+    read_trace,
+    take_up,
+    told_links,
+    watchers_of,
+)
+from mrslam.sim_driver.simulation.recorded import RecordedBody
+from mrslam.sim_driver.simulation.simulated import DirectPort
+from mrslam.sim_driver.simulation.simulation import Simulation, is_simulated
+
+BOOTS_APART = 1000
+"""Between the boot ids of two lives of a robot, as between start times in ms: its maps are counted on from one."""
+
+
+class Hands:
+    """Carries kidnapped robots to where they do not know they are."""
+
+    def __init__(self, mission: Mission) -> None:
+        """Take the mission's kidnappings."""
+        self._waiting = sorted(_of_kind(mission, "kidnapped"), key=lambda fault: fault.at_s)
+        self._rng = np.random.default_rng(seed_for(mission, "kidnapped"))
+
+    def reach_in(self, simulation: Simulation, now_ns: int) -> None:
+        """Do what is due."""
+        while self._waiting and self._waiting[0].at_s * 1e9 <= now_ns:
+            fault = self._waiting.pop(0)
+            simulation.kidnap(fault.robot, fault.amount, self._rng)
+
+
+class VirtualWorld:
+    """Network and simulated world, moved on together."""
+
+    def __init__(self, network: MemoryNetwork, simulation: Simulation | None, hands: Hands) -> None:
+        """Take both, and who carries robots about; a mission of recorded robots has no world."""
+        self._network, self._simulation, self._hands = network, simulation, hands
+
+    def advance(self, now_ns: int) -> None:
+        """Move virtual time on."""
+        if self._simulation is not None:
+            self._hands.reach_in(self._simulation, now_ns)
+            self._simulation.advance(now_ns)
+        self._network.advance(now_ns)
+
+
+def _conditions(radios: Mapping[str, LinkSource | None]) -> Conditions:
+    """Return how every link is, by what the sender's radio says of it."""
+
+    def conditions(sender: str, receiver: str, now_ns: int) -> LinkConditions:
+        radio = radios.get(sender)
+        quality = 1.0 if radio is None else radio.qualities(now_ns).get(receiver, 1.0)
+        return LinkConditions.of_quality(quality if quality >= CUT_BELOW else 0.0)
+
+    return conditions
+
+
+def _one_thread_a_mapper(mission: Mission) -> Mission:
+    """Return the mission for robots that take their turns side by side: enough of them keep all cores busy."""
+    settings = mission.settings
+    if settings.rbpf.threads or len(mission.robots) < len(os.sched_getaffinity(0)):
+        return mission
+    return replace(mission, settings=replace(settings, rbpf=replace(settings.rbpf, threads=1)))
+
+
+class VirtualTeam:
+    """Makes the robots of a mission, at its beginning and again when one has died."""
+
+    def __init__(self, mission: Mission, out: Path) -> None:
+        """Take the mission and where its robots' folders go."""
+        self._mission, self._out = mission, out
+        self._settled = _one_thread_a_mapper(mission)
+        self.simulation = Simulation(mission) if mission.world is not None and mission.replay is None else None
+        self._trace = read_trace(mission)
+        self._radios: dict[str, LinkSource | None] = {}
+        conditions = faulty_conditions(_conditions(self._radios), mission.faults)
+        self.network = MemoryNetwork(seed_for(mission, "network"), conditions)
+        self.duration_s = 0.0
+        """How long the longest log is, mission seconds."""
+        self.robots: list[TakesTurns] = [self._robot(robot) for robot in mission.robots]
+        self.robots += [Twin(partial(self._start_twin, fault.robot), fault) for fault in _of_kind(mission, "twin")]
+
+    def _robot(self, robot: RobotConfig) -> TakesTurns:
+        faults = [fault for fault in self._mission.faults if fault.robot == robot.id]
+        if not self._mission.faults:
+            return VirtualRobot(self._start(robot, Start(), None))
+        disk = FaultyDisk(faults)
+        return MortalRobot(partial(self._start, robot, disk=disk), faults, partial(self._die, robot.id), disk)
+
+    def _die(self, robot_id: str) -> None:
+        self.network.crash(robot_id)
+        if self.simulation is not None:
+            self.simulation.command(robot_id, (0.0, 0.0))
+
+    def _start(self, robot: RobotConfig, start: Start, disk: FaultyDisk | None) -> Runner:
+        """Make a robot; one that comes back has missed what there was to see meanwhile."""
+        mission, folder = self._mission, self._out / robot.id
+        faults = [fault for fault in mission.faults if fault.robot == robot.id]
+        is_simulated_here = self.simulation is not None and is_simulated(mission, robot)
+        port = DirectPort(self.simulation, robot.id) if self.simulation and is_simulated_here else None
+        body = make_body(mission, robot, port)
+        if isinstance(body, RecordedBody):
+            self.duration_s = max(self.duration_s, body.duration_ns / 1e9)
+            body.skip_to(start.now_ns)
+        elif port is not None and start.life:
+            port.take()
+        radio = self._radios[robot.id] = radio_of(mission, robot, self._trace, port)
+        boot_id = seed_for(mission, f"boot/{robot.id}") + BOOTS_APART * start.life
+        agent = make_agent(self._settled, robot, boot_id)
+        transport: Transport = self.network.attach(robot.id)
+        keeper = None
+        if disk is not None:
+            rng = np.random.default_rng([seed_for(mission, f"faults/{robot.id}"), start.life])
+            body = FaultySenses(body, faults, rng)
+            transport = CorruptingTransport(transport, faults, rng.spawn(1)[0], disk)
+            keeper = Keeper(folder / CHECKPOINT, mission.settings.agent.checkpoint_interval_s, disk)
+        past = take_up(agent, folder / CHECKPOINT, start.now_ns) if start.resumes else []
+        watchers = watchers_of(mission, robot, folder)
+        runner = Runner(agent, body, transport, folder, told_links(mission, radio), watchers, keeper)
+        runner.perform(past)
+        return runner
+
+    def _start_twin(self, robot_id: str) -> Runner:
+        """Make a second process with a robot's id, that senses nothing."""
+        robot = next(robot for robot in self._mission.robots if robot.id == robot_id)
+        agent = make_agent(self._settled, robot, boot_id=seed_for(self._mission, f"twin/{robot_id}"))
+        radio = self._radios[robot_id]
+        return Runner(
+            agent, NoBody(), self.network.attach(robot_id, twin=True), self._out / robot_id / "twin",
+            told_links(self._mission, radio),
+        )  # fmt: skip
+
+
+def _of_kind(mission: Mission, kind: str) -> list[FaultConfig]:
+    return [fault for fault in mission.faults if fault.kind == kind]
+
+
+def run_in_virtual_time(
+    mission: Mission,
+    out: Path,
+    progress: Any,
+    watch: Callable[[VirtualTeam, int], None] = lambda team, now_ns: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> dict[str, Any]:
+    """Run the mission and return what the metrics need beside the robots' own files.
+
+    ``watch`` is shown all robots after every step; the mission ends early where ``stop()`` says so.
+    """
+    team = VirtualTeam(mission, out)
+    limit_s = mission.mission.duration_s
+    total_s = limit_s or (team.duration_s + mission.mission.linger_s if team.simulation is None else None)
+
+    def after_step(now_ns: int) -> None:
+        progress(now_ns / 1e9, total_s, "")
+        watch(team, now_ns)
+
+    interrupted = False
+
+    def is_over() -> bool:
+        nonlocal interrupted
+        interrupted = stop()
+        return interrupted
+
+    mission_ns = run_virtual(
+        team.robots,
+        VirtualWorld(team.network, team.simulation, Hands(mission)),
+        step_ns=round(mission.settings.agent.tick_s * 1e9),
+        duration_ns=None if limit_s is None else round(limit_s * 1e9),
+        linger_ns=round(mission.mission.linger_s * 1e9),
+        progress=after_step,
+        stop=is_over,
+        threads=mission.settings.rbpf.threads,
+    )
+    if team.simulation is not None:
+        team.simulation.write_truth(out)
+    return {"mission_s": mission_ns / 1e9, "shell": "virtual", **({"interrupted": True} if interrupted else {})}

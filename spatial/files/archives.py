@@ -1,0 +1,38 @@
+"""Archives of arrays (``.npz``), whoever wrote them and whatever happened to them since."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrslam.spatial.errors import InputError, first_line
+
+
+def read_arrays(path: Path, *names: str) -> dict[str, NDArray[Any]]:
+    """Return the arrays of these names, all unless any are named.
+
+    Raises ``InputError`` where the file cannot be read, is no archive, or lacks one of them.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in names or archive.files}
+    except KeyError as error:
+        raise InputError(f"{path}: needs arrays {', '.join(names)} ({first_line(error)})") from error
+    except Exception as error:  # what numpy, zipfile and zlib raise on damaged archives is anything
+        raise InputError(f"{path}: not a readable .npz ({first_line(error)})") from error
+    for name, array in arrays.items():
+        if not isinstance(array, np.ndarray):
+            raise InputError(f"{path}: {name} is no array")
+    return arrays
+
+
+def arrays_in(path: Path) -> list[str]:
+    """Return the names of the arrays; raise ``InputError`` where the file is no archive."""
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            return list(archive.files)
+    except Exception as error:
+        raise InputError(f"{path}: not a readable .npz ({first_line(error)})") from error

@@ -1,0 +1,150 @@
+"""Maps on disk: PGM or PNG with YAML, as the ROS map tools write and read them; and ``.npz`` pairs of arrays."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from mrslam.spatial.errors import InputError, first_line
+from mrslam.spatial.files.archives import read_arrays
+from mrslam.spatial.files.atomic import is_file, is_folder, write_text
+from mrslam.spatial.files.images import read_image, write_image
+from mrslam.spatial.files.pixels import FREE, GREY, OCCUPIED, Pixels
+from mrslam.spatial.grid import OCCUPIED_MIN, UNKNOWN, OccupancyGrid
+
+log = logging.getLogger(__name__)
+
+DEFAULT_RESOLUTION_M = 0.05
+
+
+def write_map(path: Path, grid: OccupancyGrid) -> None:
+    """Write ``path`` (``.yaml``) and the PGM it names, in the trinary mode that every map tool loads.
+
+    Cells between free and occupied become unknown there. An empty map is written as one unknown cell.
+    """
+    if grid.cells.size == 0:
+        grid = OccupancyGrid(np.full((1, 1), UNKNOWN, dtype=np.int8), grid.resolution_m, grid.origin_m)
+    image = path.with_suffix(".pgm")
+    write_image(image, pixels(grid))
+    x, y = grid.origin_m
+    write_text(
+        path.with_suffix(".yaml"),
+        f"image: {image.name}\nmode: trinary\nresolution: {grid.resolution_m:.6g}\n"
+        f"origin: [{x:.6f}, {y:.6f}, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n",
+    )
+
+
+def pixels(grid: OccupancyGrid) -> NDArray[np.uint8]:
+    """Return the grid as a grey image, first row on top: white free, black occupied, grey unknown."""
+    image = np.full(grid.shape, GREY, dtype=np.uint8)
+    image[grid.is_free] = FREE
+    image[grid.is_occupied] = OCCUPIED
+    return np.ascontiguousarray(image[::-1])
+
+
+def read_map(path: Path | str, key: str = "a", resolution_m: float | None = None) -> OccupancyGrid:
+    """Read a map from ``.yaml`` (with its image), from an image, or from an ``.npz``.
+
+    An image is read by the YAML of its stem beside it that names it. With ``resolution_m``, or where there is no such
+    YAML, it is a bare image: of that resolution, else of 0.05 m with a warning. An ``.npz`` holds ``res`` and, for
+    ``key`` "a" or "b", the array and ``origin_<key>``. Raises ``InputError`` with what is wrong in which file.
+    """
+    path = Path(path)
+    if is_folder(path):
+        raise InputError(f"{path}: is a folder, not a map file (.yaml, an image or .npz)")
+    if not is_file(path):
+        raise InputError(f"{path}: no such map file")
+    if path.suffix == ".npz":
+        return _read_npz(path, key)
+    if path.suffix.lower() in (".yaml", ".yml"):
+        return _read_yaml(path)
+    described = _yaml_of(path)
+    if resolution_m is not None:
+        if described is not None:
+            log.warning("%s: %s, which names this image, is passed over for a resolution", path, described.name)
+    elif described is not None:
+        return _read_yaml(described)
+    else:
+        resolution_m = DEFAULT_RESOLUTION_M
+        log.warning("%s: no %s.yaml beside it names this image; taking %g m a cell", path, path.stem, resolution_m)
+    return OccupancyGrid(Pixels(occupied_thresh=OCCUPIED_MIN / 100).cells(*read_image(path)), resolution_m)
+
+
+def _yaml_of(image: Path) -> Path | None:
+    """Return the YAML file beside the image, of the same stem, that names this very image or its twin."""
+    for path in (image.with_suffix(suffix) for suffix in (".yaml", ".yml")):
+        if not is_file(path):
+            continue
+        try:
+            meta = _load_yaml(path)
+        except InputError:  # whatever it is, it names no image
+            continue
+        if isinstance(meta, dict) and "image" in meta:
+            named = path.parent / str(meta["image"])
+            if is_file(named) and (named.samefile(image) or _are_twins(named, image)):
+                return path
+    return None
+
+
+def _are_twins(named: Path, image: Path) -> bool:
+    """Whether an image is the same map as the one that the YAML names, in another format (map.png beside map.pgm)."""
+    if named.parent.resolve() != image.parent.resolve() or named.stem != image.stem:
+        return False
+    return read_image(named)[0].shape == read_image(image)[0].shape
+
+
+def _load_yaml(path: Path) -> Any:
+    try:
+        return yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise InputError(f"{path}: not a readable YAML file ({first_line(error)})") from error
+
+
+def _read_yaml(path: Path) -> OccupancyGrid:
+    meta = _load_yaml(path)
+    if not isinstance(meta, dict) or not {"image", "resolution", "origin"} <= meta.keys():
+        raise InputError(f"{path}: a map file needs the keys image, resolution and origin")
+    image_path = path.parent / str(meta["image"])
+    if not is_file(image_path):
+        raise InputError(f"{path}: its image {meta['image']!r} does not exist or is not a file")
+    try:
+        resolution = float(meta["resolution"])
+        x, y, yaw = (float(v) for v in meta["origin"])
+        occupied, free = float(meta.get("occupied_thresh", 0.65)), float(meta.get("free_thresh", 0.196))
+        negate, mode = bool(int(meta.get("negate", 0))), str(meta.get("mode", "trinary"))
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{path}: resolution, origin [x, y, yaw] and thresholds must be numbers ({error})") from error
+    try:
+        meaning = Pixels(mode, negate, occupied, free)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    if not abs(yaw) <= 1e-6:
+        raise InputError(f"{path}: origins with a rotation are not supported, got {yaw} rad; rotate the map first")
+    return _grid(path, meaning.cells(*read_image(image_path)), resolution, (x, y))
+
+
+def _grid(path: Path, cells: NDArray[np.int8], resolution_m: float, origin_m: tuple[float, float]) -> OccupancyGrid:
+    """Return the grid, or say in which file it is that it cannot be."""
+    try:
+        return OccupancyGrid(cells, resolution_m, origin_m)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def _read_npz(path: Path, key: str) -> OccupancyGrid:
+    arrays = read_arrays(path, key, f"origin_{key}", "res")
+    try:
+        cells, resolution = arrays[key], float(arrays["res"])
+        origin = np.asarray(arrays[f"origin_{key}"], dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{path}: origin_{key} and res must be numbers ({first_line(error)})") from error
+    if origin.shape != (2,):
+        raise InputError(f"{path}: origin_{key} must have 2 numbers, got shape {origin.shape}")
+    if cells.dtype != np.int8:
+        raise InputError(f"{path}: {key} must be int8 (-1 unknown, 0..100), got {cells.dtype}")
+    return _grid(path, cells, resolution, (float(origin[0]), float(origin[1])))
