@@ -2,16 +2,15 @@
 
     python -m bench.chaos --missions 1000 --seed 0
 
-A mission that broke is named with its seed; ``--missions 1 --seed THAT`` plays it again. One JSON line at the end,
-which counts what was played until then after Ctrl-C.
+A mission that broke is named with its seed; ``--missions 1 --seed THAT`` plays it again. So is one whose process died,
+which counts as broken. One JSON line at the end, which counts what was played until then after Ctrl-C.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import multiprocessing as mp
-import signal
+import os
 import sys
 import tempfile
 import time
@@ -23,6 +22,7 @@ from rich.console import Console
 from rich.progress import track
 
 from bench.chaos.mission import Outcome, run_chaos
+from bench.chaos.workers import play_all
 from mrslam.sim_driver.kernels import ensure_compiled
 
 
@@ -37,7 +37,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--missions", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0, help="of the first mission; the others follow")
-    parser.add_argument("--workers", type=int, default=mp.cpu_count())
+    parser.add_argument("--workers", type=int, default=os.cpu_count())
     options = parser.parse_args()
     console = Console(stderr=True)
     ensure_compiled(console.print)
@@ -46,12 +46,8 @@ def main() -> int:
     broken: dict[int, list[str]] = {}
     seeds = range(options.seed, options.seed + options.missions)
     played = 0
-    deaf = (signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for this process
-    with (
-        suppress(KeyboardInterrupt),
-        mp.get_context("spawn").Pool(options.workers, signal.signal, deaf, maxtasksperchild=20) as pool,
-    ):
-        outcomes = pool.imap_unordered(one, seeds)
+    with suppress(KeyboardInterrupt):
+        outcomes = play_all(one, seeds, options.workers)
         for outcome in track(outcomes, "chaos", total=len(seeds), console=console):
             played += 1
             faults += outcome.faults

@@ -1,0 +1,68 @@
+"""Missions side by side in processes of their own, so that one which dies takes no other with it."""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+
+from bench.chaos.mission import Outcome
+
+MISSIONS_A_PROCESS = 20
+"""A process is replaced after this many missions, so that what it keeps cannot add up over a thousand."""
+
+
+class Worker:
+    """One process that plays one mission at a time, and is replaced when it has died."""
+
+    def __init__(self, play: Callable[[int], Outcome]) -> None:
+        """Take what plays the mission of a seed; the process starts with the first."""
+        self._play = play
+        self._process: ProcessPoolExecutor | None = None
+        self._played = 0
+
+    def __call__(self, seed: int) -> Outcome:
+        """Return the outcome of the mission; a process that died is one."""
+        if self._process is None or self._played % MISSIONS_A_PROCESS == 0:
+            self.close()
+            ctrl_c_is_for_the_parent = (signal.SIGINT, signal.SIG_IGN)
+            spawn = multiprocessing.get_context("spawn")
+            self._process = ProcessPoolExecutor(1, spawn, signal.signal, ctrl_c_is_for_the_parent)
+        self._played += 1
+        try:
+            return self._process.submit(self._play, seed).result()
+        except BrokenProcessPool:
+            self.close()
+            return Outcome(seed, ["the process that played it died"], Counter())
+
+    def close(self) -> None:
+        """End the process."""
+        if self._process is not None:
+            self._process.shutdown()
+            self._process = None
+
+
+def play_all(play: Callable[[int], Outcome], seeds: Sequence[int], workers: int) -> Iterator[Outcome]:
+    """Yield the outcome of every seed's mission as it comes, from so many processes at a time."""
+    idle = [Worker(play) for _ in range(workers)]
+
+    def turn(seed: int) -> Outcome:
+        worker = idle.pop()  # there are as many workers as threads
+        try:
+            return worker(seed)
+        finally:
+            idle.append(worker)
+
+    with ThreadPoolExecutor(workers) as threads:
+        futures = [threads.submit(turn, seed) for seed in seeds]
+        try:
+            for future in as_completed(futures):
+                yield future.result()
+        finally:
+            for future in futures:
+                future.cancel()
+    for worker in idle:
+        worker.close()

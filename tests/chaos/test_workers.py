@@ -1,0 +1,23 @@
+"""Missions are played side by side, and one whose process dies is one broken mission."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections import Counter
+
+from bench.chaos.mission import Outcome
+from bench.chaos.workers import play_all
+
+
+def dies_at_three(seed: int) -> Outcome:
+    if seed == 3:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return Outcome(seed, [], Counter(crash=1))
+
+
+def test_a_process_that_dies_is_a_broken_mission_and_the_others_are_played() -> None:
+    outcomes = {outcome.seed: outcome for outcome in play_all(dies_at_three, range(8), 2)}
+    assert sorted(outcomes) == list(range(8))
+    assert outcomes.pop(3).violations == ["the process that played it died"]
+    assert all(outcome.violations == [] and outcome.faults["crash"] == 1 for outcome in outcomes.values())
