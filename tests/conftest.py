@@ -1,4 +1,4 @@
-"""Where the real data is: ``$MRSLAM_DATA``, else ``../shared/data`` beside the checkout."""
+"""Where the real data is (``$MRSLAM_DATA``, else ``../shared/data`` beside the checkout), and hypothesis without deadlines."""
 
 from __future__ import annotations
 
@@ -6,6 +6,10 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("no-deadline", deadline=None)  # first calls compile, and machines are shared
+settings.load_profile("no-deadline")
 
 
 @pytest.fixture(scope="session")

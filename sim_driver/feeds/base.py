@@ -1,9 +1,10 @@
-"""What every recorded log gives."""
+"""What every recorded log offers, and what makes a format of logs known."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol
 
 from mrslam.spatial import Scan
@@ -12,7 +13,7 @@ from mrslam.spatial.se2 import Transform
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """One scan and what the wheels said when it was taken."""
+    """One scan and the odometry at its stamp."""
 
     scan: Scan
     T_odom_base: Transform | None
@@ -20,7 +21,7 @@ class Reading:
 
 
 class Feed(Protocol):
-    """A recorded log, read once and kept in file order: the order of motion, whatever the stamps say."""
+    """A recorded log, read once and kept in file order: the order of motion, whatever the stamps are."""
 
     @property
     def readings(self) -> Sequence[Reading]:
@@ -29,3 +30,16 @@ class Feed(Protocol):
     @property
     def notes(self) -> Sequence[str]:
         """What was odd in the file, one plain sentence each: dropped lines, stamps that run backward, ..."""
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format of recorded logs: its name, its files, and its reader."""
+
+    name: str
+    suffixes: tuple[str, ...]
+    """Suffixes of its files, before ``.gz``."""
+    read: Callable[[Path, bool], Feed]
+    """Reads a log; raises ``InputError``. Its second argument, ``salvage``: use what is whole of a file that was cut off."""
+    folder_file: str | None = None
+    """A folder that holds a file of this name is a log of this format, None where logs are single files."""

@@ -1,10 +1,5 @@
 """CARMEN logs: ``FLASER`` and ``ROBOTLASER1`` lines, plain or gzip.
 
-``FLASER n r_0..r_n-1 laser_x laser_y laser_theta odom_x odom_y odom_theta ipc_time host log_time``
-
-``ROBOTLASER1 type start fov resolution max_range accuracy remission_mode n r_0..r_n-1 n_rem rem_0..
-laser_x laser_y laser_theta robot_x robot_y robot_theta tv rv forward side turn ipc_time host log_time``
-
 Other messages and comments are passed over. A scan line that cannot be read is dropped and counted; a file that ends in
 the middle of a line or of its gzip stream raises, for then nobody knows how much is missing, unless what is whole is to
 be salvaged.
@@ -14,35 +9,21 @@ from __future__ import annotations
 
 import gzip
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mrslam.sim_driver.feeds import floats
-from mrslam.sim_driver.feeds.base import Reading
+from mrslam.sim_driver.feeds.base import Format, Reading
+from mrslam.sim_driver.feeds.carmen_lines import ENDLESS_M, PARSERS, LaserLine
 from mrslam.spatial import InputError, Scan, se2
 
-MAX_BEAMS = 100_000
 SALVAGE = "; --salvage uses the scans before"
-ENDLESS_M = 1.0e4
-"""Range limit of lasers whose log tells none, metres."""
-
-
+"""End of messages about a log of which part can be used."""
 URG_INCREMENT_RAD, URG_BEAM_INTERVAL_S = 2.0 * np.pi / 1024, 0.1 / 1024
 """Hokuyo's URG-04LX steps through 1024 directions, ten turns a second; a robot that drives sees its scans sheared."""
-
-
-@dataclass(frozen=True)
-class _Line:
-    ranges_m: NDArray[np.float32]
-    angle_min_rad: float
-    angle_increment_rad: float
-    range_max_m: float
-    T_odom_laser: NDArray[np.float64]
-    T_odom_base: NDArray[np.float64]
-    stamp_s: float
 
 
 class CarmenFeed:
@@ -60,133 +41,108 @@ class CarmenFeed:
         if no_return_m < ENDLESS_M:
             self.notes.append(f"readings of {no_return_m:g} m and more are no-returns")
         longest_m = float(np.nextafter(np.float32(no_return_m), np.float32(0)))
-        self.readings = [
-            Reading(
-                Scan(
-                    stamp_ns=round(line.stamp_s * 1e9),
-                    ranges_m=line.ranges_m,
-                    angle_min_rad=line.angle_min_rad,
-                    angle_increment_rad=line.angle_increment_rad,
-                    range_max_m=min(line.range_max_m, longest_m),
-                    T_base_laser=T_base_laser,
-                    beam_interval_s=_beam_interval_s(line.angle_increment_rad),
-                ),
-                line.T_odom_base,
-            )
-            for line in lines
-        ]
-        stamps = np.array([reading.scan.stamp_ns for reading in self.readings])
-        steps = np.diff(stamps)
+        self.readings = [_reading(line, T_base_laser, longest_m) for line in lines]
+        self._note_stamps()
+
+    def _note_stamps(self) -> None:
+        steps = np.diff(np.array([reading.scan.stamp_ns for reading in self.readings]))
         if (steps < 0).any():
             self.notes.append(f"{int((steps < 0).sum())} stamps run backward; the file's order is kept")
         if (steps == 0).any():
             self.notes.append(f"{int((steps == 0).sum())} stamps repeat the one before")
 
 
-def _parse(path: Path, notes: list[str], salvage: bool) -> list[_Line]:
-    lines: list[_Line] = []
-    bad: list[str] = []
-    number, text = 0, "\n"
+CARMEN = Format("carmen", (".clf", ".log", ".script"), CarmenFeed)
+
+
+def _reading(line: LaserLine, T_base_laser: NDArray[np.float64], longest_m: float) -> Reading:
+    """Return one line's scan and odometry; readings above ``longest_m`` are no-returns."""
+    scan = Scan(
+        stamp_ns=round(line.stamp_s * 1e9),
+        ranges_m=line.ranges_m,
+        angle_min_rad=line.angle_min_rad,
+        angle_increment_rad=line.angle_increment_rad,
+        range_max_m=min(line.range_max_m, longest_m),
+        T_base_laser=T_base_laser,
+        beam_interval_s=_beam_interval_s(line.angle_increment_rad),
+    )
+    return Reading(scan, line.T_odom_base)
+
+
+@dataclass
+class _Text:
+    """What a log's text holds."""
+
+    scans: list[LaserLine] = field(default_factory=list)
+    bad: list[str] = field(default_factory=list)
+    """Scan lines that cannot be read, each "line <number>: <why>"."""
+    number: int = 0
+    """Number of the last line, from 1."""
+    last: str = "\n"
+    broken: Exception | None = None
+    """Why the gzip stream ends too early."""
+
+    def add(self, text: str) -> None:
+        """Take in the next line."""
+        self.number, self.last = self.number + 1, text
+        kind = (text[:12].split(None, 1) or [""])[0]
+        if kind not in PARSERS:
+            return
+        try:
+            self.scans.append(PARSERS[kind](text))
+        except ValueError as error:
+            self.bad.append(f"line {self.number}: {error}")
+
+    @property
+    def cut_off(self) -> tuple[str, str] | None:
+        """What is cut off and the reason, None where the log ends as it should."""
+        if self.broken is not None:
+            return f"the gzip stream is cut off or broken after line {self.number}", f" ({self.broken})"
+        if not self.last.endswith("\n") and self.bad and self.bad[-1].startswith(f"line {self.number}:"):
+            return "the log is cut off in its last line", f", {self.bad[-1]}"
+        return None
+
+
+def _parse(path: Path, notes: list[str], salvage: bool) -> list[LaserLine]:
+    """Return the scan lines of a log; what was left out is noted, or raises ``InputError``."""
+    text = _read(path)
+    if text.cut_off is not None:
+        what, why = text.cut_off
+        if not (salvage and text.scans):
+            raise InputError(f"{path}: {what}{why}{SALVAGE if text.scans else ''}")
+        notes.append(f"{what}: {len(text.scans)} scans before it are used")
+    if text.number == 0:
+        raise InputError(f"{path}: no FLASER or ROBOTLASER1 line could be read: the file is empty")
+    if not text.scans:
+        what = f" (first bad one: {text.bad[0]})" if text.bad else ": is it a CARMEN log?"
+        raise InputError(f"{path}: no FLASER or ROBOTLASER1 line could be read among {text.number} lines{what}")
+    if text.bad:
+        notes.append(f"{len(text.bad)} unreadable scan lines dropped, the first {text.bad[0]}")
+    return text.scans
+
+
+def _read(path: Path) -> _Text:
+    """Return what a log holds up to its end, or to where its gzip stream breaks off."""
+    text = _Text()
     try:
-        with gzip.open(path, "rt", errors="replace") if _is_gzip(path) else path.open(errors="replace") as file:
-            for number, text in enumerate(file, start=1):
-                kind = (text[:12].split(None, 1) or [""])[0]
-                if kind not in PARSERS:
-                    continue
-                try:
-                    lines.append(PARSERS[kind](text))
-                except ValueError as error:
-                    bad.append(f"line {number}: {error}")
+        with _opened(path) as file:
+            for line in file:
+                text.add(line)
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
-        if not (salvage and lines):
-            reason = f"the gzip stream is cut off or broken after line {number} ({error})"
-            raise InputError(f"{path}: {reason}{SALVAGE if lines else ''}") from error
-        notes.append(f"the gzip stream is cut off or broken after line {number}: {len(lines)} scans before it are used")
+        text.broken = error
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from error
-    if not text.endswith("\n") and bad and bad[-1].startswith(f"line {number}:"):
-        if not (salvage and lines):
-            raise InputError(f"{path}: the log is cut off in its last line, {bad[-1]}{SALVAGE if lines else ''}")
-        notes.append(f"the log is cut off in its last line: {len(lines)} scans before it are used")
-    if number == 0:
-        raise InputError(f"{path}: no FLASER or ROBOTLASER1 line could be read: the file is empty")
-    if not lines:
-        what = f" (first bad one: {bad[0]})" if bad else ": is it a CARMEN log?"
-        raise InputError(f"{path}: no FLASER or ROBOTLASER1 line could be read among {number} lines{what}")
-    if bad:
-        notes.append(f"{len(bad)} unreadable scan lines dropped, the first {bad[0]}")
-    return lines
+    return text
 
 
-def _is_gzip(path: Path) -> bool:
+def _opened(path: Path) -> TextIO:
     with path.open("rb") as file:
-        return file.read(2) == b"\x1f\x8b"
-
-
-def _numbers(text: str) -> tuple[NDArray[np.float64], float]:
-    """Return the numbers after the keyword, up to the closing ``ipc_time host log_time``, and ipc_time."""
-    head, ipc_time, _host, _log_time = text.rstrip().rsplit(None, 3)
-    _, _, body = head.partition(" ")
-    try:
-        values = floats.parse(body)
-        stamp_s = float(ipc_time)
-    except ValueError as error:
-        raise ValueError(f"not a number ({error})") from error
-    if not np.isfinite(stamp_s) or abs(stamp_s) > 9e9:
-        raise ValueError(f"time stamp {ipc_time} s out of range")
-    return values, stamp_s
-
-
-def _beam_count(value: float) -> int:
-    if not (0 < value <= MAX_BEAMS and value == int(value)):
-        raise ValueError(f"beam count {value:g} is not a whole number in 1..{MAX_BEAMS}")
-    return int(value)
-
-
-def _poses(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    if not np.isfinite(values).all():
-        raise ValueError("a pose is not finite")
-    return values[:3], values[3:6]
-
-
-def flaser_angles(beams: int) -> tuple[float, float]:
-    """Return first angle and increment (radians) of a half-turn laser: 180 -> 1 deg from -90, 181 -> -90..+90, ..."""
-    return -np.pi / 2, np.pi / (beams if beams % 2 == 0 else max(beams - 1, 1))
-
-
-def _flaser(text: str) -> _Line:
-    values, stamp_s = _numbers(text)
-    beams = _beam_count(values[0] if values.size else 0.0)
-    if values.size != 1 + beams + 6:
-        raise ValueError(f"{beams} beams announced, but {values.size - 7} ranges found")
-    laser, base = _poses(values[1 + beams :])
-    angle_min, increment = flaser_angles(beams)
-    ranges = values[1 : 1 + beams].astype(np.float32)
-    return _Line(ranges, angle_min, increment, ENDLESS_M, laser, base, stamp_s)
-
-
-def _robotlaser(text: str) -> _Line:
-    values, stamp_s = _numbers(text)
-    beams = _beam_count(values[7] if values.size > 7 else 0.0)
-    if values.size < 8 + beams + 1:
-        raise ValueError(f"{beams} beams announced, but only {max(values.size - 8, 0)} numbers follow")
-    tail = 8 + beams + 1 + int(np.clip(values[8 + beams], 0, MAX_BEAMS))
-    if values.size != tail + 11:
-        raise ValueError(f"{tail + 11} numbers expected, {values.size} found")
-    start, increment, range_max = (float(values[i]) for i in (1, 3, 4))
-    if not (np.isfinite(start) and np.isfinite(increment) and range_max > 0):
-        raise ValueError(
-            f"laser start {start:g} rad, increment {increment:g} rad, max range {range_max:g} m make no sense"
-        )
-    laser, base = _poses(values[tail : tail + 6])
-    return _Line(values[8 : 8 + beams].astype(np.float32), start, increment, range_max, laser, base, stamp_s)
-
-
-PARSERS = {"FLASER": _flaser, "ROBOTLASER1": _robotlaser}
+        is_gzip = file.read(2) == b"\x1f\x8b"
+    return gzip.open(path, "rt", errors="replace") if is_gzip else path.open(errors="replace")
 
 
 def _beam_interval_s(angle_increment_rad: float) -> float:
-    """Return the time between beams, which the format does not tell, of the slow laser that its angles give away.
+    """Return the time between beams, which the format does not give, of the slow laser that its angles give away.
 
     A SICK LMS sweeps half a turn in 7 ms, in which a robot moves by less than its range noise.
     """
@@ -194,14 +150,14 @@ def _beam_interval_s(angle_increment_rad: float) -> float:
     return URG_BEAM_INTERVAL_S if is_urg else 0.0
 
 
-def _laser_mounting(lines: list[_Line]) -> NDArray[np.float64]:
+def _laser_mounting(lines: list[LaserLine]) -> NDArray[np.float64]:
     """Return the laser's pose on the robot: the median over the log, since each line is rounded."""
     T_odom_base = np.stack([line.T_odom_base for line in lines])
     T_base_laser = se2.between(T_odom_base, np.stack([line.T_odom_laser for line in lines]))
     return np.round(np.median(T_base_laser, axis=0), 4) + 0.0  # no negative zeros
 
 
-def _no_return_value(lines: list[_Line]) -> float:
+def _no_return_value(lines: list[LaserLine]) -> float:
     """Return the reading by which the laser says "nothing seen": a largest value that stands out by its frequency."""
     ranges = np.concatenate([line.ranges_m for line in lines])
     ranges = ranges[np.isfinite(ranges)]

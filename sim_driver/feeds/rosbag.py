@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 
 from mrslam.sim_driver.feeds.bag_contents import BagContents, read_contents
-from mrslam.sim_driver.feeds.base import Reading
+from mrslam.sim_driver.feeds.base import Format, Reading
 from mrslam.sim_driver.feeds.tf_tree import Motion, TransformTree
 from mrslam.spatial import InputError
 from mrslam.spatial.se2 import Transform
@@ -26,7 +26,7 @@ class RosbagFeed:
     """A ROS recording in memory, in the order of recording."""
 
     def __init__(
-        self, path: Path, scan_topic: str | None = None, odometry_topic: str | None = None, salvage: bool = False
+        self, path: Path, salvage: bool = False, scan_topic: str | None = None, odometry_topic: str | None = None
     ) -> None:
         """Read the whole recording; topics default to the busiest of their type.
 
@@ -111,3 +111,6 @@ class RosbagFeed:
             self.notes.append(f"{int((steps < 0).sum())} stamps run backward; the order of recording is kept")
         if (steps == 0).any():
             self.notes.append(f"{int((steps == 0).sum())} stamps repeat the one before")
+
+
+ROSBAG = Format("rosbag", (".bag", ".db3", ".mcap"), RosbagFeed, folder_file="metadata.yaml")

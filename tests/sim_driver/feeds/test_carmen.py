@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from mrslam.sim_driver.feeds import open_feed
-from mrslam.sim_driver.feeds.carmen import CarmenFeed, flaser_angles
+from mrslam.sim_driver.feeds.carmen import CarmenFeed
+from mrslam.sim_driver.feeds.carmen_lines import flaser_angles
 from mrslam.spatial import InputError, se2
 
 
