@@ -12,24 +12,16 @@ import argparse
 import json
 import os
 import sys
-import tempfile
 import time
 from collections import Counter
 from contextlib import suppress
-from pathlib import Path
 
 from rich.console import Console
 from rich.progress import track
 
-from bench.chaos.mission import Outcome, run_chaos
+from bench.chaos.mission import play_chaos
 from bench.chaos.workers import play_all
 from mrslam.sim_driver.kernels import ensure_compiled
-
-
-def one(seed: int) -> Outcome:
-    """Play one mission in a folder that is gone afterwards."""
-    with tempfile.TemporaryDirectory() as folder:
-        return run_chaos(seed, Path(folder))
 
 
 def main() -> int:
@@ -47,7 +39,7 @@ def main() -> int:
     seeds = range(options.seed, options.seed + options.missions)
     played = 0
     with suppress(KeyboardInterrupt):
-        outcomes = play_all(one, seeds, options.workers)
+        outcomes = play_all(play_chaos, seeds, options.workers)
         for outcome in track(outcomes, "chaos", total=len(seeds), console=console):
             played += 1
             faults += outcome.faults

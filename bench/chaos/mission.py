@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,3 +42,9 @@ def run_chaos(seed: int, folder: Path) -> Outcome:
         invariants.violations.append(f"{type(error).__name__}: {error}")
     played = Counter(fault.kind for fault in mission.faults if fault.kind != "laser_off")
     return Outcome(seed, invariants.violations, played)
+
+
+def play_chaos(seed: int) -> Outcome:
+    """Play the mission of this seed in a folder that is gone afterwards."""
+    with tempfile.TemporaryDirectory() as folder:
+        return run_chaos(seed, Path(folder))

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
+import subprocess
+import sys
 from collections import Counter
 
 from bench.chaos.mission import Outcome
@@ -21,3 +24,11 @@ def test_a_process_that_dies_is_a_broken_mission_and_the_others_are_played() -> 
     assert sorted(outcomes) == list(range(8))
     assert outcomes.pop(3).violations == ["the process that played it died"]
     assert all(outcome.violations == [] and outcome.faults["crash"] == 1 for outcome in outcomes.values())
+
+
+def test_the_command_plays_missions_in_processes_of_their_own() -> None:
+    command = [sys.executable, "-m", "bench.chaos", "--missions", "1", "--seed", "3", "--workers", "1"]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    line = json.loads(ended.stdout)
+    assert (ended.returncode, line["missions"], line["broken_seeds"]) == (0, 1, [])
+    assert line["faults"]
