@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.crew import Crew, Pending
 from mrslam.rbpf.filter.back_end import BackEnd, Verdict
+from mrslam.rbpf.filter.key_scan_log import KeyScanLog
 from mrslam.rbpf.filter.scan_log import ScanLog
 from mrslam.rbpf.filter.trajectory import spread
 from mrslam.rbpf.front_end.front_end import FrontEnd
@@ -33,7 +34,7 @@ from mrslam.spatial import InputError, Keyframes, LocalMap, Scan, se2
 from mrslam.spatial.poses import between, compose
 from mrslam.spatial.se2 import Transform
 
-LAYOUT = 12
+LAYOUT = 13
 """Of :meth:`Mapper.state`; raised whenever its content changes."""
 SETTLE_SCANS = 10
 """What the particles make of a keyframe is told after so many scans at the latest."""
@@ -62,6 +63,7 @@ class Mapper:
         self._publisher = Publisher()
         self._log = ScanLog()
         self._key_stamps = Rows(1, np.int64)
+        self._key_scans = KeyScanLog()
         self._neff, self._health = float(self.config.particles), 1.0
         self._T_odom_base: Transform | None = None
         self._stamp_ns: int | None = None  # with the odometry above, of the newest scan that was used
@@ -144,6 +146,7 @@ class Mapper:
             points=points.copy(), ends=self._sight.clearing_ends(scan), origin=scan.T_base_laser[:2].copy(),
             arrival=arrival, inliers=inliers,
         )  # fmt: skip
+        self._key_scans.add(key.points, key.origin)
         self._told.go_on(arrival[MOTION])
         self._verdict = self._crew.begin(lambda: back.take(key))
         self._key_stamps.add(scan.stamp_ns)
@@ -212,11 +215,12 @@ class Mapper:
         return Keyframes(log["stamp_ns"].copy(), log["T_online"].astype(np.float64))
 
     def snapshot(self) -> LocalMap:
-        """Return the best particle's map as tiles with revisions, and its keyframes."""
+        """Return the best particle's map as tiles with revisions, and its keyframes with their scans."""
         back = self._back
         particles = back.filter
         keyframes = Keyframes(self._key_stamps.rows[:, 0].copy(), back.T_map_key.copy())
-        return LocalMap(self._publisher.publish(particles.store, particles.best), keyframes)
+        tiles = self._publisher.publish(particles.store, particles.best)
+        return LocalMap(tiles, keyframes, self._key_scans.scans)
 
     def use_particles(self, count: int) -> None:
         """Go on with so many particles, drawn by their weights: fewer cost less, and close fewer loops.
@@ -242,6 +246,7 @@ class Mapper:
             "key_stamps": self._key_stamps.rows, "T_odom_base": self._T_odom_base, "carried": self._carried,
             "gate": self._gate.state(), "stats": dict(vars(self.stats)), "patience": self._patience,
             "verdict": None if self._verdict is None else self._verdict.result().state(),
+            "key_scans": self._key_scans.state(),
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -260,6 +265,7 @@ class Mapper:
         self._told.T_map_key = state["T_map_key"]
         self._neff, self._health = state["neff"], state["health"]
         self._log, self._key_stamps = ScanLog.of(state["log"]), Rows.of(state["key_stamps"])
+        self._key_scans = KeyScanLog.of(state["key_scans"])
         self._T_odom_base, self._stamp_ns, self._carried = state["T_odom_base"], state["stamp_ns"], state["carried"]
         self._gate.restore(state["gate"])
         self.stats = Stats(**state["stats"])

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.spatial.grid import UNKNOWN, OccupancyGrid
+from mrslam.spatial.key_scans import KeyScans
 
 TILE_CELLS = 64
 """Edge of a tile, cells."""
@@ -106,3 +107,5 @@ class LocalMap:
 
     map: TiledMap
     keyframes: Keyframes = field(default_factory=Keyframes.empty)
+    key_scans: KeyScans = field(default_factory=KeyScans.empty)
+    """What was seen at each keyframe; empty where the map's maker keeps no scans."""

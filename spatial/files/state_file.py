@@ -17,7 +17,7 @@ import numpy as np
 from mrslam.spatial.errors import InputError
 from mrslam.spatial.files.atomic import write_bytes
 
-DTYPES = ("float64", "float32", "int64", "int32", "uint32", "int8", "bool")
+DTYPES = ("float64", "float32", "int64", "int32", "uint32", "uint16", "int8", "bool")
 MISFIT = (TypeError, ValueError, AttributeError, LookupError, ArithmeticError, RecursionError)
 """What taking up a state raises that was packed by another program."""
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mrslam.rbpf import Mapper, MapperConfig, load_checkpoint, save_checkpoint
@@ -65,6 +65,7 @@ def test_a_state_of_another_layout_is_refused(tmp_path: Path) -> None:
         Mapper(SMALL, seed=1).restore(state)
 
 
+@settings(deadline=None)
 @given(data=st.data())
 def test_a_whole_file_with_something_else_in_it_is_refused_or_read(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
