@@ -3,9 +3,7 @@
 import sys
 from pathlib import Path
 
-from mrslam.alignment import Rejection, align
-from mrslam.merge import merge_maps
-from mrslam.spatial import read_map, write_map
+from mrslam import Rejection, align, merge_maps, read_map, write_map
 
 a, b = (read_map(Path(name)) for name in sys.argv[1:3])
 outcome = align(a, b)

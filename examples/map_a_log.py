@@ -3,10 +3,7 @@
 import sys
 from pathlib import Path
 
-from mrslam.rbpf import Mapper, MapperConfig
-from mrslam.sim_driver.feeds import open_feed
-from mrslam.spatial import write_map
-from mrslam.spatial.files.tum import write_tum
+from mrslam import Mapper, MapperConfig, open_feed, write_map, write_tum
 
 log, out = Path(sys.argv[1]), Path(*sys.argv[2:3] or ["out/example"])
 mapper = Mapper(MapperConfig(particles=30), seed=1)

@@ -1,8 +1,9 @@
 """mrslam: distributed multi-robot 2-D lidar SLAM.
 
-The names below are what a library user needs; each is loaded when it is first used, so that ``import mrslam`` is quick.
-Everything else is in the packages: ``mrslam.spatial``, ``rbpf``, ``alignment``, ``mutual_detection``, ``merge``,
-``comms``, ``agent``, ``sim_driver``.
+The names below are the public face (docs/library.md lists them with their types); each is loaded when it is first used,
+so that ``import mrslam`` is quick. Everything else is in the packages ``mrslam.spatial``, ``mrslam.rbpf``,
+``mrslam.alignment``, ``mrslam.mutual_detection``, ``mrslam.merge``, ``mrslam.comms``, ``mrslam.agent`` and
+``mrslam.sim_driver``.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from mrslam.spatial import read_map as read_map
     from mrslam.spatial import read_tum as read_tum
     from mrslam.spatial import write_map as write_map
+    from mrslam.spatial import write_tum as write_tum
 
 _HOMES = {
     "mrslam.agent": ("Agent", "Settings"),
@@ -40,9 +42,9 @@ _HOMES = {
     "mrslam.merge": ("MergeConfig", "MergeResult", "merge_maps"),
     "mrslam.rbpf": ("Mapper", "MapperConfig"),
     "mrslam.sim_driver.feeds": ("open_feed",),
-    "mrslam.spatial": ("InputError", "OccupancyGrid", "Scan", "read_map", "read_tum", "write_map"),
+    "mrslam.spatial": ("InputError", "OccupancyGrid", "Scan", "read_map", "read_tum", "write_map", "write_tum"),
 }
-"""Where each public name is defined."""
+"""Package that each public name comes from."""
 
 __all__ = sorted(name for names in _HOMES.values() for name in names)
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import ast
 import dataclasses
 import inspect
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 from mrslam.agent import Settings
 from mrslam.sim_driver.drivers import DriverConfig
@@ -15,34 +16,71 @@ from mrslam.sim_driver.worlds.radio import RadioConfig
 
 LISTS = ("robots", "faults")
 """Sections of which there may be several."""
+EXPERT = "Expert: "
+"""Begins the description of a setting whose default hardly anyone should change."""
 
 
-def print_reference() -> None:
-    """Print every section and key with its default and what it does."""
+@dataclass(frozen=True)
+class Setting:
+    """One field of a section."""
+
+    name: str
+    default: str
+    """As Python writes it; ``(required)`` without one."""
+    text: str
+    """What it does: the docstring below the field."""
+    is_expert: bool
+
+
+def print_reference(expert: bool) -> None:
+    """Print every section and key with its default and what it does; expert settings only with ``expert``."""
+    hidden = 0
     for section, cls in sections():
+        shown = [setting for setting in settings_of(cls) if expert or not setting.is_expert]
+        hidden += len(dataclasses.fields(cls)) - len(shown)  # type: ignore[arg-type]
+        if not shown:
+            continue
         print(f"[{section}]")
-        for name, default, text in settings_of(cls):
-            print(f"  {name} = {default}\n      {text}")
+        for setting in shown:
+            mark = EXPERT if setting.is_expert else ""
+            print(f"  {setting.name} = {setting.default}\n      {mark}{setting.text}")
         print()
+    if hidden:
+        print(f"{hidden} more settings, whose defaults hardly anyone should change: mrslam config --expert")
 
 
 def as_markdown() -> str:
-    """Return the reference as a page of the documentation."""
+    """Return the reference as a page of the documentation; expert settings are in tables of their own at its end."""
+    known = {section: (cls, list(settings_of(cls))) for section, cls in sections()}
     lines = [
         "# Settings",
         "",
         "Sections of a mission file. Every key outside of `[[...]]` can also be given as `--set section.key=value`. "
         "The same list: `mrslam config`. This page is made from the code.",
     ]
-    for section, cls in sections():
+    for section, (cls, settings) in known.items():
         title = f"[[{section}]]" if section in LISTS else f"[{section}]"
         lines += ["", f"## `{title}`", "", (cls.__doc__ or "").strip().splitlines()[0], ""]
-        lines += ["| key | default | what it does |", "|---|---|---|"]
+        lines += _rows([setting for setting in settings if not setting.is_expert])
+    expert = {section: [one for one in settings if one.is_expert] for section, (_, settings) in known.items()}
+    if any(expert.values()):
         lines += [
-            f"| `{name}` | `{default}` | {text.replace('``', '`').replace('|', chr(92) + '|')} |"
-            for name, default, text in settings_of(cls)
+            "",
+            "## Expert settings",
+            "",
+            "Their defaults hardly anyone should change (`mrslam config --expert`).",
         ]
+        for section, settings in expert.items():
+            lines += ["", f"### `[{section}]`", "", *_rows(settings)] if settings else []
     return "\n".join(lines) + "\n"
+
+
+def _rows(settings: Sequence[Setting]) -> list[str]:
+    rows = [
+        f"| `{one.name}` | `{one.default}` | {one.text.replace('``', '`').replace('|', chr(92) + '|')} |"
+        for one in settings
+    ]
+    return ["| key | default | what it does |", "|---|---|---|", *rows]
 
 
 def sections() -> Iterator[tuple[str, type]]:
@@ -61,8 +99,8 @@ def sections() -> Iterator[tuple[str, type]]:
         yield field.name, type(getattr(default, field.name))
 
 
-def settings_of(cls: type) -> Iterator[tuple[str, str, str]]:
-    """Yield name, default and description of every field: the text that stands below it in the source."""
+def settings_of(cls: type) -> Iterator[Setting]:
+    """Yield every field of a section's dataclass."""
     texts = _field_texts(cls)
     for field in dataclasses.fields(cls):
         if field.default is not dataclasses.MISSING:
@@ -71,10 +109,12 @@ def settings_of(cls: type) -> Iterator[tuple[str, str, str]]:
             default = repr(field.default_factory())
         else:
             default = "(required)"
-        yield field.name, default, texts.get(field.name, "")
+        text = texts.get(field.name, "")
+        yield Setting(field.name, default, text.removeprefix(EXPERT), text.startswith(EXPERT))
 
 
 def _field_texts(cls: type) -> dict[str, str]:
+    """Return field -> the docstring below it in the source."""
     body = ast.parse(inspect.getsource(cls)).body[0]
     assert isinstance(body, ast.ClassDef)
     texts = {}

@@ -80,8 +80,8 @@ def given(found: Iterator[tuple[str, object]]) -> list[object]:
 
 
 @pytest.mark.parametrize("text", given(blocks("python")))
-def test_python_runs(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_python_runs(text: str, halves: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(halves[0].parents[1])  # a/map.yaml and b/map.yaml, as the blocks name them
     exec(compile(text, "block", "exec"), {"__name__": "__main__"})
 
 

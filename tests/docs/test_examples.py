@@ -10,7 +10,7 @@ import pytest
 
 from mrslam.sim_driver.robots import LASERS, SimulatedRobot
 from mrslam.sim_driver.worlds import load_world
-from mrslam.spatial import OccupancyGrid, read_map, se2, write_map
+from mrslam.spatial import read_map, se2
 from mrslam.spatial.files.tum import read_tum
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -24,20 +24,6 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
         return capsys.readouterr().out
 
     return run
-
-
-@pytest.fixture(scope="module")
-def halves(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """Two overlapping parts of one office floor; b's frame is a's, moved by (3, 2) m."""
-    grid = load_world("office").grid
-    width = grid.shape[1]
-    folder = tmp_path_factory.mktemp("halves")
-    a = OccupancyGrid(grid.cells[:, : int(0.75 * width)], grid.resolution_m)
-    first = int(0.25 * width)
-    b = OccupancyGrid(grid.cells[:, first:], grid.resolution_m, (first * grid.resolution_m - 3.0, -2.0))
-    write_map(folder / "a.yaml", a)
-    write_map(folder / "b.yaml", b)
-    return folder / "a.yaml", folder / "b.yaml"
 
 
 def carmen_log(path: Path, scans: int) -> None:

@@ -124,11 +124,15 @@ def keys(
     make_keys(team, robots, router or [], out)
 
 
-def config() -> None:
-    """Print every setting with its default and what it does.
+def config(
+    expert: Annotated[
+        bool, typer.Option("--expert", help="Also those whose defaults hardly anyone should change.")
+    ] = False,
+) -> None:
+    """Print the settings with their defaults and what they do.
 
     mrslam config | grep -A 1 timeout
     """
     from mrslam.sim_driver.cli.config import print_reference
 
-    print_reference()
+    print_reference(expert)
