@@ -11,7 +11,7 @@ import numpy as np
 from mrslam.agent.core import Agent
 from mrslam.agent.link_stats import LinkStats
 from mrslam.agent.pairs import PairStatus
-from mrslam.alignment import Alignment
+from mrslam.alignment import Alignment, Evidence
 from mrslam.comms import restore_store, store_state
 from mrslam.rbpf import Mapper
 from mrslam.spatial import InputError
@@ -110,7 +110,7 @@ def _pair_state(status: PairStatus) -> dict[str, Any]:
 
 
 def _pair(state: dict[str, Any]) -> PairStatus:
-    found = None if state["alignment"] is None else Alignment(**state["alignment"])
+    found = None if state["alignment"] is None else _alignment(state["alignment"])
     status = PairStatus(
         status=state["status"],
         alignment=found,
@@ -122,11 +122,15 @@ def _pair(state: dict[str, Any]) -> PairStatus:
     return status
 
 
+def _alignment(state: dict[str, Any]) -> Alignment:
+    return Alignment(**{**state, "evidence": Evidence.from_row(state["evidence"])})
+
+
 def _alignment_state(alignment: Alignment) -> dict[str, Any]:
     return {
         "T_a_b": np.asarray(alignment.T_a_b, dtype=np.float64),
         "confidence": float(alignment.confidence),
-        "evidence": {name: float(value) for name, value in alignment.evidence.items()},
+        "evidence": alignment.evidence.as_row(),
         "covariance": np.asarray(alignment.covariance, dtype=np.float64),
         "method": alignment.method,
     }

@@ -73,13 +73,14 @@ class Verdict:
 
     def fields(self) -> dict[str, Any]:
         """Return it as plain JSON values."""
+        evidence = self.outcome.evidence
         return {
             "status": self.status,
             "reason": self.reason,
             "T_a_b": None if self.edge is None else [float(value) for value in self.edge.T_a_b],
             "confidence": float(self.outcome.confidence),
             "method": self.outcome.method,
-            "evidence": {name: round(float(value), 4) for name, value in self.outcome.evidence.items()},
+            "evidence": {} if evidence is None else {name: round(v, 4) for name, v in evidence.as_row().items()},
         }
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from mrslam.alignment import Alignment, Rejection, StabilityCheck
-from mrslam.alignment.verification.reasons import against, matched_m
 
 THEREABOUTS = StabilityCheck(max_dx_m=2.0, max_dy_m=2.0, max_dtheta_rad=0.4)
 """A transform that differs by less is the one believed, corrected; one that differs by more is another place."""
@@ -30,15 +29,15 @@ def is_echo(stability: StabilityCheck, second: Alignment) -> bool:
     first = stability.previous
     if first is None or not stability.agrees(second, first):
         return False
-    wall_m = matched_m(second.evidence)
+    wall_m = second.evidence.matched_m
     is_small = wall_m < PLENTY_M
-    if second.confidence >= CONFIDENT and not (is_small and against(second.evidence) > CLEAN):
+    if second.confidence >= CONFIDENT and not (is_small and second.evidence.contradicted_per_m > CLEAN):
         return False
-    if wall_m < MORE_WALL * matched_m(first.evidence):
+    if wall_m < MORE_WALL * first.evidence.matched_m:
         return True
     return is_small and any(
-        _gained_m(first, second, f"contradicted_{side}_m") > CLEAN * _gained_m(first, second, f"matched_{side}_m")
-        for side in "ab"
+        new.contradicted_m - old.contradicted_m > CLEAN * (new.matched_m - old.matched_m)
+        for old, new in ((first.evidence.a, second.evidence.a), (first.evidence.b, second.evidence.b))
     )
 
 
@@ -50,21 +49,18 @@ def doubt(believed: Alignment, outcome: Alignment | Rejection) -> str | None:
     """
     if isinstance(outcome, Alignment):
         return None if THEREABOUTS.agrees(outcome, believed) else "the maps have grown, and fit better elsewhere"
-    margin = outcome.evidence.get("margin", 1.0)
-    if margin >= AMBIGUOUS:
+    if outcome.evidence is None or outcome.evidence.margin >= AMBIGUOUS:
         return None
-    return f"the maps have grown, and another place fits {1.0 - margin:.0%} as well"
+    return f"the maps have grown, and another place fits {1.0 - outcome.evidence.margin:.0%} as well"
 
 
 def refuted(believed: Alignment, outcome: Alignment | Rejection) -> str | None:
     """Return why a merged pair's maps cannot lie as they were merged, now that they show more, or None."""
     if outcome.T_a_b is None or not THEREABOUTS.is_near(outcome.T_a_b, believed.T_a_b):
         return None
-    share = against(outcome.evidence)
-    if isinstance(outcome, Alignment) or share <= REFUTED:
+    if isinstance(outcome, Alignment) or outcome.evidence is None:
+        return None
+    share = outcome.evidence.contradicted_per_m
+    if share <= REFUTED:
         return None
     return f"the maps have grown, and {share / (1.0 + share):.0%} of the walls compared lie where the other map is free"
-
-
-def _gained_m(first: Alignment, second: Alignment, name: str) -> float:
-    return second.evidence.get(name, 0.0) - first.evidence.get(name, 0.0)

@@ -3,6 +3,7 @@
 from mrslam.alignment.align import align
 from mrslam.alignment.aligners import ALIGNERS, Aligner
 from mrslam.alignment.config import AlignmentConfig
+from mrslam.alignment.evidence import Evidence, WallEvidence
 from mrslam.alignment.result import Alignment, Candidate, Prior, Rejection
 from mrslam.alignment.stability import StabilityCheck
 from mrslam.alignment.verification.acceptance import acceptance_index
@@ -14,9 +15,11 @@ __all__ = [
     "Alignment",
     "AlignmentConfig",
     "Candidate",
+    "Evidence",
     "Prior",
     "Rejection",
     "StabilityCheck",
+    "WallEvidence",
     "acceptance_index",
     "align",
     "warm_up",

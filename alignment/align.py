@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -50,14 +51,14 @@ def _align(
     for name, grid in zip(("larger", "smaller"), grids, strict=True):
         if grid.known_area_m2() < MIN_KNOWN_M2:
             reason = f"the {name} map shows {grid.known_area_m2():.1f} m2, at least {MIN_KNOWN_M2:.0f} m2 are needed"
-            return Rejection(reason, 0.0, {}, method)
+            return Rejection(reason, 0.0, None, method)
     res = working_resolution(grids[0], grids[1], config)
     b, a = prepare(grids.pop(), res), prepare(grids.pop(), res)
     del grid
     for name, side in (("larger", a), ("smaller", b)):
         if side.wall_m < MIN_WALL_M:
             reason = f"the {name} map holds {side.wall_m:.1f} m of wall, at least {MIN_WALL_M:.0f} m are needed"
-            return Rejection(reason, 0.0, {}, method)
+            return Rejection(reason, 0.0, None, method)
 
     def proposed(by: str) -> list[Candidate]:
         found = ALIGNERS[by](a, b, config, prior)
@@ -89,20 +90,12 @@ def _inverse_prior(prior: Prior) -> Prior:
 
 def _inverse(outcome: Alignment | Rejection) -> Alignment | Rejection:
     """Return what was found for (b, a) as the answer for (a, b)."""
-    evidence = {}
-    for name, value in outcome.evidence.items():
-        for one, other in (("_a", "_b"), ("_b", "_a")):
-            for tail in ("", "_m"):
-                if name.endswith(one + tail):
-                    name = name.removesuffix(one + tail) + other + tail
-                    break
-            else:
-                continue
-            break
-        evidence[name] = value
     if isinstance(outcome, Rejection):
-        T = None if outcome.T_a_b is None else se2.inverse(outcome.T_a_b)
-        return Rejection(outcome.reason, outcome.confidence, evidence, outcome.method, T)
+        T_b_a = None if outcome.T_a_b is None else se2.inverse(outcome.T_a_b)
+        evidence = None if outcome.evidence is None else outcome.evidence.swapped()
+        return replace(outcome, T_a_b=T_b_a, evidence=evidence)
     J = _adjoint(outcome.T_a_b)
     C = J @ outcome.covariance @ J.T
-    return Alignment(se2.inverse(outcome.T_a_b), outcome.confidence, evidence, 0.5 * (C + C.T), outcome.method)
+    return replace(
+        outcome, T_a_b=se2.inverse(outcome.T_a_b), evidence=outcome.evidence.swapped(), covariance=0.5 * (C + C.T)
+    )

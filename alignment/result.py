@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from mrslam.alignment.evidence import Evidence
 from mrslam.spatial.errors import InputError
 from mrslam.spatial.se2 import Transform
 
@@ -19,8 +20,8 @@ class Alignment:
     """``(3,) float64``: maps points of map b to map a, metres and radians."""
     confidence: float
     """0..1; accepted from ``AlignmentConfig.min_confidence`` on."""
-    evidence: dict[str, float]
-    """What the decision rests on; names end in their unit."""
+    evidence: Evidence
+    """What the decision rests on."""
     covariance: NDArray[np.float64]
     """``(3, 3)`` of ``T_a_b`` (m, m, rad), from the curvature of the fit."""
     method: str
@@ -40,8 +41,8 @@ class Rejection:
     """Why, in words with numbers."""
     confidence: float
     """0..1, of the best proposal."""
-    evidence: dict[str, float]
-    """What the decision rests on; empty where nothing was tried."""
+    evidence: Evidence | None
+    """What the decision rests on; None where no proposal was examined."""
     method: str
     """Name of the aligner that was asked."""
     T_a_b: Transform | None = None

@@ -11,7 +11,7 @@ if isinstance(outcome, Rejection):
     sys.exit(f"not merged: {outcome.reason}")
 x, y, theta = outcome.T_a_b  # maps points of b to a
 print(f"b lies in a at x {x:.2f} m, y {y:.2f} m, turned by {theta:.3f} rad")
-print(f"confidence {outcome.confidence:.2f}, {outcome.evidence['matched_a_m']:.1f} m of wall in common")
+print(f"confidence {outcome.confidence:.2f}, {outcome.evidence.matched_m:.1f} m of wall in common")
 
 team = merge_maps({"a": a, "b": b}, known_poses={"a": (0, 0, 0), "b": outcome.T_a_b}).team_map
 out = Path(*sys.argv[3:4] or ["out/example"]) / "merged.yaml"

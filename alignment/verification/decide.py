@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from mrslam.alignment.config import AlignmentConfig
+from mrslam.alignment.evidence import Evidence
 from mrslam.alignment.prepared import PreparedMap
 from mrslam.alignment.result import Alignment, Candidate, Rejection
 from mrslam.alignment.verification.reasons import Test, tests
@@ -19,8 +21,11 @@ Fit = tuple[Case, se2.Transform, Candidate]
 """A refined candidate: what speaks for and against it, where b lies, where it came from."""
 SAME_M, SAME_RAD = 0.4, math.radians(4.0)
 """Two fits nearer than this, at the middle of b's walls, are one fit."""
-CLEANEST, LEFT = 0.1, 0.78
-"""Beside a best fit without stain so much contradiction per metre makes a rival e times less worth; what it keeps."""
+LEAST_DISCOUNT = 0.1
+"""Contradicted wall per metre of agreeing wall that makes a rival e times less worth where the best fit has none;
+bounds how severely rivals are judged: 0.4 of ``DISCOUNT``, which applies where the best fit contradicts by 0.083."""
+LEAST_KEPT = 0.78
+"""Share of its usual worth that a rival keeps however severely it is judged; bounds what a clean best fit gains."""
 SLIDES_M = (-3.0, -1.5, -0.75, 0.75, 1.5, 3.0)
 """How far the best fit is slid along its walls to see whether it fits there as well, metres."""
 
@@ -32,8 +37,10 @@ def rivalry(best: Case, rival: Case) -> float:
     fit, the more a rival's contradictions count, but never so much that it loses more than a share of its worth. And a
     rival is no nearer to the best than the balance of what speaks for and against it.
     """
-    discount = min(max(3.0 * best.contradicted_m / max(best.matched_m, 0.1), CLEANEST), DISCOUNT)
-    near = max(rival.worth(discount) / max(best.worth(discount), 1e-3), LEFT * rival.worth() / max(best.worth(), 1e-3))
+    discount = min(max(3.0 * best.contradicted_m / max(best.matched_m, 0.1), LEAST_DISCOUNT), DISCOUNT)
+    near = max(
+        rival.worth(discount) / max(best.worth(discount), 1e-3), LEAST_KEPT * rival.worth() / max(best.worth(), 1e-3)
+    )
     return min(near, max(rival.balance, 0.0) / max(best.balance, 1e-3))
 
 
@@ -77,33 +84,45 @@ def decide(
 ) -> Alignment | Rejection:
     """Return the best candidate as an alignment where it passes every test, else a rejection that says why.
 
-    ``rivals`` is asked for further candidates, to beat the best one but not to be accepted, once it would be accepted.
+    ``rivals`` is called for further candidates, to beat the best one but not to be accepted, once it would be accepted.
     """
     if not candidates:
-        return Rejection("nothing in the two maps matches", 0.0, {}, method)
-    fits = fits_of(a, b, candidates, config)
-    own, T_a_b, candidate = fits[0]
+        return Rejection("nothing in the two maps matches", 0.0, None, method)
+    (own, T_a_b, candidate), *others = fits_of(a, b, candidates, config)
     best = examine(a, b, T_a_b, config.tolerance_m)
-    evidence = {**candidate.evidence, **best.evidence, "score_m": own.worth()}
-    aside = slid(a, b, best, config.tolerance_m)
+    evidence = replace(best.evidence, score_m=own.worth(), proposal=candidate.evidence)
+    known = slid(a, b, best, config.tolerance_m) + [rival for rival, _, _ in others]
+    evidence = replace(evidence, margin=margin_over(known, own))
+    judged = tests(evidence, config)
+    if rivals is not None and all(test.slack >= 0 for test in judged):
+        known += [rival for rival, T, _ in fits_of(a, b, rivals(), config) if not same(b, T, T_a_b)]
+        evidence = replace(evidence, margin=margin_over(known, own))
+        judged = tests(evidence, config)
+    confidence = confidence_of(judged)
+    if all(test.slack >= 0 for test in judged) and confidence >= config.min_confidence:
+        C = covariance(best.H, best.pivot, T_a_b, 0.5 * config.tolerance_m)
+        return Alignment(T_a_b, confidence, evidence, C, method)
+    return Rejection(complaint(judged, confidence, evidence, config), confidence, evidence, method, T_a_b)
 
-    def judged(others: list[Fit]) -> list[Test]:
-        known = aside + [rival for rival, _, _ in others]
-        evidence["margin"] = max(0.0, 1.0 - max(rivalry(own, rival) for rival in known))
-        return tests(evidence, config)
 
-    asked = judged(fits[1:])
-    if rivals is not None and all(t.slack >= 0 for t in asked):
-        more = [fit for fit in fits_of(a, b, rivals(), config) if not same(b, fit[1], best.T_a_b)]
-        asked = judged(fits[1:] + more)
-    confidence = 1.0 / (1.0 + math.exp(-max(-30.0, min(t.slack for t in asked))))
-    failed = list(dict.fromkeys(t.complaint for t in asked if t.slack < 0))
-    if not failed and confidence >= config.min_confidence:
-        C = covariance(best.H, best.pivot, best.T_a_b, 0.5 * config.tolerance_m)
-        return Alignment(best.T_a_b, confidence, evidence, C, method)
+def margin_over(rivals: list[Case], best: Case) -> float:
+    """Return 0..1: the best fit's lead over the nearest of its rivals."""
+    return max(0.0, 1.0 - max(rivalry(best, rival) for rival in rivals))
+
+
+def confidence_of(judged: list[Test]) -> float:
+    """Return 0..1: the logistic function of the weakest test's slack; 0.5 is where it just passes."""
+    return 1.0 / (1.0 + math.exp(-max(-30.0, min(test.slack for test in judged))))
+
+
+def complaint(judged: list[Test], confidence: float, evidence: Evidence, config: AlignmentConfig) -> str:
+    """Return why a fit is rejected, in words with numbers."""
+    failed = list(dict.fromkeys(test.complaint for test in judged if test.slack < 0))
     if not failed:
         failed.append(f"confidence {confidence:.3f}, at least {config.min_confidence:g} is asked for")
-    if "matches" in evidence:
-        failed.append(f"{evidence['inliers']:.0f} of {evidence['matches']:.0f} matched features agree")
-    failed.append(f"the best guess overlaps {evidence['overlap']:.0%} of the smaller map")
-    return Rejection("; ".join(failed), confidence, evidence, method, best.T_a_b)
+    if "matches" in evidence.proposal:
+        failed.append(
+            f"{evidence.proposal['inliers']:.0f} of {evidence.proposal['matches']:.0f} matched features agree"
+        )
+    failed.append(f"the best guess overlaps {evidence.overlap:.0%} of the smaller map")
+    return "; ".join(failed)

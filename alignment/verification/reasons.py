@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mrslam.alignment.config import AlignmentConfig
+from mrslam.alignment.evidence import NO_WALL_M, Evidence
 
 MOST_MARGIN = 0.95
 """No greater lead is asked for."""
@@ -18,8 +19,6 @@ PLENTY_M, LEAD_PER_M = 8.0, 0.06
 """Below so many metres each metre less asks for so much more lead: chance fits are small."""
 MANY_WALLS = 10
 """Distinct walls that go with it."""
-NO_WALL_M = 1e-3
-"""What is divided by where no wall agrees, metres."""
 
 
 @dataclass(frozen=True)
@@ -39,27 +38,17 @@ class Test:
         return (self.value - self.bound) / self.scale
 
 
-def matched_m(evidence: dict[str, float]) -> float:
-    """Return the wall that agrees in both directions, metres; 0 where an aligner of somebody else's tells nothing."""
-    return min(evidence.get(f"matched_{side}_m", 0.0) for side in "ab")
-
-
-def against(evidence: dict[str, float], how: str = "contradicted") -> float:
-    """Return wall that is "contradicted", or clearly so ("deep"), per metre that agrees, the worse direction's."""
-    return max(evidence.get(f"{how}_{side}_m", 0.0) for side in "ab") / max(matched_m(evidence), NO_WALL_M)
-
-
-def forgiven(evidence: dict[str, float]) -> float:
+def forgiven(evidence: Evidence) -> float:
     """Return 0..1: how much evidence outweighs contradiction; real maps are bent and changed, chance fits are small."""
-    much = (matched_m(evidence) - SOME_WALL_M) / (MUCH_WALL_M - SOME_WALL_M)
-    return min(max(much, 0.0), 1.0) * min(evidence["walls"] / MANY_WALLS, 1.0)
+    much = (evidence.matched_m - SOME_WALL_M) / (MUCH_WALL_M - SOME_WALL_M)
+    return min(max(much, 0.0), 1.0) * min(evidence.walls / MANY_WALLS, 1.0)
 
 
-def tests(evidence: dict[str, float], config: AlignmentConfig) -> list[Test]:
+def tests(evidence: Evidence, config: AlignmentConfig) -> list[Test]:
     """Return all that a fit must show to be accepted."""
-    matched, across = max(matched_m(evidence), NO_WALL_M), evidence["crosswise_m"]
-    shallow, deep = against(evidence), against(evidence, "deep")
-    score, other = evidence["score_m"], 1.0 - evidence["margin"]
+    matched, across = max(evidence.matched_m, NO_WALL_M), evidence.crosswise_m
+    shallow, deep = evidence.contradicted_per_m, evidence.deep_per_m
+    score, other = evidence.score_m, 1.0 - evidence.margin
     lead = config.min_margin + config.margin_per_contradiction * max(0.0, shallow - CLEAN)
     lead = min(MOST_MARGIN, lead + LEAD_PER_M * max(0.0, PLENTY_M - score))
     more = config.forgiveness * forgiven(evidence)
@@ -70,15 +59,15 @@ def tests(evidence: dict[str, float], config: AlignmentConfig) -> list[Test]:
     slides = f"the maps can slide along each other: only {across:.1f} m of the {matched:.1f} m that agree run across"
     return [
         Test(score, config.min_score_m, 2.0, little if score > 0 else f"more speaks against than for it: {wall}"),
-        Test(evidence["walls"], config.min_walls, 2.0,
-             f"only {evidence['walls']:.0f} separate walls agree, {config.min_walls} are needed"),
+        Test(evidence.walls, config.min_walls, 2.0,
+             f"only {evidence.walls} separate walls agree, {config.min_walls} are needed"),
         Test(shallow, most, -0.1, f"{_share(shallow)} of the walls compared lie where the other map is free, "
              f"more than {_share(most)}"),
         Test(deep, most_deep, -0.05, f"{_share(deep)} of the walls compared lie clearly where the other map is free, "
              f"more than {_share(most_deep)}"),
         Test(across, config.min_crosswise_wall_m, 0.5, slides),
         Test(across / matched, config.min_crosswise, 0.05, slides),
-        Test(evidence["margin"], lead, 0.2,
+        Test(evidence.margin, lead, 0.2,
              f"ambiguous: another place fits {other:.0%} as well, at most {1.0 - lead:.0%} is allowed"),
     ]  # fmt: skip
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mrslam.alignment.evidence import Evidence, WallEvidence
 from mrslam.alignment.kernels.agreement import agreement, free_overlap
 from mrslam.alignment.prepared import PreparedMap
 from mrslam.alignment.verification.refine import equations
@@ -42,8 +43,8 @@ class Agreement:
     """What two maps say of each other under one transform."""
 
     T_a_b: Transform
-    evidence: dict[str, float]
-    """See :func:`examine`."""
+    evidence: Evidence
+    """``score_m``, ``margin`` and ``proposal`` are not set."""
     pivot: NDArray[np.float64]
     """``(2,)`` centre of the matched walls in frame a, metres."""
     H: NDArray[np.float64]
@@ -64,13 +65,7 @@ def judge_walls(
 
 
 def examine(a: PreparedMap, b: PreparedMap, T_a_b: Transform, tolerance_m: float) -> Agreement:
-    """Return the numbers that decide about ``T_a_b``.
-
-    ``matched_b_m``: wall of b that lies on wall of a, is free on the same side; ``opposed_b_m``: on a wall, but not so;
-    ``contradicted_b_m``: where a is free; likewise for a in b. ``wall_agreement_*`` = matched / (matched + the others).
-    ``overlap_m2``: known in both; ``acceptance_index``: Carpin 2008; ``crosswise_m``: matched wall
-    across the weakest direction; ``walls``: distinct straight walls matched; ``deep_*``: contradicted by ``DEEP_M``.
-    """
+    """Return the measurements on two maps that decide about ``T_a_b``."""
     T_b_a = se2.inverse(T_a_b)
     verdict_b, (mb, ob, cb, _) = judge_walls(b, a, T_a_b, tolerance_m)
     verdict_a, (ma, oa, ca, _) = judge_walls(a, b, T_b_a, tolerance_m)
@@ -82,34 +77,25 @@ def examine(a: PreparedMap, b: PreparedMap, T_a_b: Transform, tolerance_m: float
     free, occupied, differ, _ = free_overlap(
         small.state, small.x0, small.y0, FREE_STEP, T, large.state, large.x0, large.y0, res
     )
-    cell = (FREE_STEP * res) ** 2
-    evidence = {
-        "matched_a_m": ma * res,
-        "matched_b_m": mb * res,
-        "opposed_a_m": oa * res,
-        "opposed_b_m": ob * res,
-        "contradicted_a_m": ca * res,
-        "contradicted_b_m": cb * res,
-        "deep_a_m": da * res,
-        "deep_b_m": db * res,
-        "wall_agreement_a": ma / max(ma + oa + ca, 1),
-        "wall_agreement_b": mb / max(mb + ob + cb, 1),
-        "contradiction": (ca + cb) / max(ma + mb + ca + cb, 1),
-        "overlap_m2": (free + occupied + differ) * cell,
-        "overlap": (free + occupied + differ) * cell / max(min(a.known_m2, b.known_m2), 1e-9),
-        "free_m2": free * cell,
-        "acceptance_index": (free + occupied) / max(free + occupied + differ, 1),
-    }
-    hit_a, hit_b = a.points[verdict_a == 1], se2.apply(T_a_b, b.points[verdict_b == 1])
-    both = np.concatenate([hit_a, hit_b])
+    shared_m2 = (free + occupied + differ) * (FREE_STEP * res) ** 2
+    on_a, on_b = a.points[verdict_a == 1], se2.apply(T_a_b, b.points[verdict_b == 1])
+    both = np.concatenate([on_a, on_b])
     pivot = both.mean(axis=0) if len(both) else a.centre
     H, _, used, cost = equations(a, b, T_a_b, pivot, tolerance_m, 0.5 * tolerance_m)
-    evidence["crosswise_m"] = 0.5 * res * float(np.linalg.eigvalsh(H[:2, :2])[0])
-    evidence["extent_m"] = float(np.sqrt(both.var(axis=0).sum())) if len(both) else 0.0
     hit = (verdict_b == 1) | (verdict_b == 2)  # another side of the same wall is a coincidence too
     sizes = distinct_walls(b.points[hit], b.normals[hit], WALL_M / res, 0.3, MOST_WALLS)
-    evidence["walls"] = float(len(sizes))
-    evidence["residual"] = cost / max(used, 1)
+    evidence = Evidence(
+        a=WallEvidence(ma * res, oa * res, ca * res, da * res),
+        b=WallEvidence(mb * res, ob * res, cb * res, db * res),
+        overlap_m2=shared_m2,
+        overlap=shared_m2 / max(min(a.known_m2, b.known_m2), 1e-9),
+        free_m2=free * (FREE_STEP * res) ** 2,
+        acceptance_index=(free + occupied) / max(free + occupied + differ, 1),
+        crosswise_m=0.5 * res * float(np.linalg.eigvalsh(H[:2, :2])[0]),
+        extent_m=float(np.sqrt(both.var(axis=0).sum())) if len(both) else 0.0,
+        walls=len(sizes),
+        residual=cost / max(used, 1),
+    )
     return Agreement(T_a_b, evidence, pivot, H)
 
 
@@ -155,13 +141,13 @@ class Case:
         return self.open * (self.matched_m - UNDOES * self.contradicted_m)
 
 
-def case(evidence: dict[str, float]) -> Case:
+def case(evidence: Evidence) -> Case:
     """Return what speaks for and against a fit that was examined."""
     return Case(
-        min(evidence["matched_a_m"], evidence["matched_b_m"]),
-        min(evidence["opposed_a_m"], evidence["opposed_b_m"]),
-        max(evidence["contradicted_a_m"], evidence["contradicted_b_m"]),
-        evidence["free_m2"],
+        evidence.matched_m,
+        min(evidence.a.opposed_m, evidence.b.opposed_m),
+        max(evidence.a.contradicted_m, evidence.b.contradicted_m),
+        evidence.free_m2,
     )
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -23,14 +22,12 @@ class AlignmentLike(Protocol):
     @property
     def confidence(self) -> float: ...  # noqa: D102
     @property
-    def evidence(self) -> Mapping[str, float]: ...  # noqa: D102
-    @property
     def covariance(self) -> NDArray[np.float64]: ...  # noqa: D102
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Edge:
-    """``T_a_b`` between two maps with its evidence; ``a < b``."""
+    """``T_a_b`` between two maps; ``a < b``."""
 
     a: str
     b: str
@@ -40,7 +37,6 @@ class Edge:
     """Of the alignment; the larger the better."""
     covariance: NDArray[np.float64]
     """``(3, 3)`` of ``T_a_b``'s parameters: metres, metres, radians."""
-    evidence: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def pair(self) -> Pair:
@@ -80,7 +76,6 @@ def make_edge(a: str, b: str, alignment: AlignmentLike) -> Edge:
         T_a_b=T_a_b,
         confidence=float(alignment.confidence),
         covariance=covariance,
-        evidence=dict(alignment.evidence),
     )
 
 

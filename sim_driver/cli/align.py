@@ -57,12 +57,12 @@ def check_method(method: str) -> None:
 
 def as_row(outcome: Alignment | Rejection) -> dict[str, Any]:
     """Return an outcome as plain JSON values."""
-    accepted = isinstance(outcome, Alignment)
+    accepted, evidence = isinstance(outcome, Alignment), outcome.evidence
     return {
         "status": "accepted" if accepted else "rejected",
         "T_a_b": [float(value) for value in outcome.T_a_b] if isinstance(outcome, Alignment) else None,
         "confidence": float(outcome.confidence),
         "reason": "accepted" if isinstance(outcome, Alignment) else outcome.reason,
-        "evidence": {name: float(value) for name, value in outcome.evidence.items() if np.isfinite(value)},
+        "evidence": {} if evidence is None else evidence.as_row(),
         "method": outcome.method,
     }

@@ -13,7 +13,7 @@ import pytest
 from mrslam.agent import Agent, Inline, Keeper, Settings, resume
 from mrslam.agent.checkpoint import REVISIONS_LOST, freeze, restore, write
 from mrslam.agent.effects import Effect, Event
-from mrslam.alignment import Alignment
+from mrslam.alignment import Alignment, Evidence
 from mrslam.comms import CommsConfig, Send
 from mrslam.rbpf import MapperConfig
 from mrslam.spatial import InputError, Scan
@@ -57,7 +57,7 @@ def live(agents: list[Agent], first: int, last: int) -> None:
 def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
     one, two = robot("r1", 1), robot("r2", 1)
     live([one, two], 0, 60)
-    found = Alignment(np.array([0.01, 0.0, 0.0]), 0.8, {"wall_m": 9.0}, np.eye(3) * 1e-4, "auto")
+    found = Alignment(np.array([0.01, 0.0, 0.0]), 0.8, Evidence(walls=9), np.eye(3) * 1e-4, "auto")
     for t in (0, 20 * S):
         job = one.next_alignment(t)
         assert job is not None

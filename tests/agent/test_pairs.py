@@ -5,7 +5,7 @@ import pytest
 
 from mrslam.agent.config import AgentConfig
 from mrslam.agent.pairs import UNCONFIRMED, WEAK, PairBook
-from mrslam.alignment import Alignment, Rejection
+from mrslam.alignment import Alignment, Evidence, Rejection, WallEvidence
 from mrslam.spatial import OccupancyGrid, TiledMap, se2
 
 S = 1_000_000_000
@@ -16,7 +16,7 @@ def tiled(cells: int, revision: int = 1) -> TiledMap:
 
 
 def found(x: float = 1.0, confidence: float = 0.9) -> Alignment:
-    return Alignment(np.array([x, 0.0, 0.0]), confidence, {}, np.eye(3) * 1e-4, "auto")
+    return Alignment(np.array([x, 0.0, 0.0]), confidence, Evidence(), np.eye(3) * 1e-4, "auto")
 
 
 def book(*robots: str) -> PairBook:
@@ -65,10 +65,13 @@ def test_an_alignment_is_believed_when_a_second_one_agrees() -> None:
     assert row["status"] == "accepted" and row["accepted_at_s"] == 10.0 and row["T_a_b"] == [1.05, 0.0, 0.0]
 
 
+def walls(matched_m: float, contradicted_m: float) -> Evidence:
+    side = WallEvidence(matched_m=matched_m, contradicted_m=contradicted_m)
+    return Evidence(a=side, b=side)
+
+
 def weak(wall_m: float) -> Alignment:
-    return Alignment(
-        np.array([1.0, 0.0, 0.0]), 0.58, {"matched_a_m": wall_m, "matched_b_m": wall_m + 1.0}, np.eye(3) * 1e-4, "auto"
-    )
+    return Alignment(np.array([1.0, 0.0, 0.0]), 0.58, walls(wall_m, 0.0), np.eye(3) * 1e-4, "auto")
 
 
 def test_weak_evidence_looked_at_twice_is_not_believed_until_it_has_grown() -> None:
@@ -87,8 +90,7 @@ def test_weak_evidence_looked_at_twice_is_not_believed_until_it_has_grown() -> N
 
 
 def stained(wall_m: float, against_m: float, confidence: float = 0.7) -> Alignment:
-    evidence = {f"matched_{side}_m": wall_m for side in "ab"} | {f"contradicted_{side}_m": against_m for side in "ab"}
-    return Alignment(np.array([1.0, 0.0, 0.0]), confidence, evidence, np.eye(3) * 1e-4, "auto")
+    return Alignment(np.array([1.0, 0.0, 0.0]), confidence, walls(wall_m, against_m), np.eye(3) * 1e-4, "auto")
 
 
 @pytest.mark.parametrize(
@@ -130,7 +132,7 @@ def test_a_rejected_pair_waits_for_growth() -> None:
     pairs = book("r1", "r2")
     job = pairs.next_job(0, {})
     assert job is not None
-    pairs.settle(job, Rejection("overlap 2 %", 0.1, {}, "auto"), 0)
+    pairs.settle(job, Rejection("overlap 2 %", 0.1, None, "auto"), 0)
     assert pairs.pairs["r1", "r2"].reason == "overlap 2 %"
     assert next_pair(pairs, 100) is None  # nothing changed
     pairs.map_changed("r1", (1, 2), tiled(65, 2))
@@ -144,7 +146,7 @@ def test_a_rejection_does_not_outweigh_what_is_accepted_but_revoking_does() -> N
     pairs.map_changed("r1", (1, 2), tiled(66, 2))
     job = pairs.next_job(45 * S, PLACED)
     assert job is not None
-    pairs.settle(job, Rejection("no", 0.0, {}, "auto"), 20 * S)
+    pairs.settle(job, Rejection("no", 0.0, None, "auto"), 20 * S)
     assert pairs.pairs["r1", "r2"].status == "accepted"
     pairs.revoke("r2", "r1", "walls contradict")
     status = pairs.pairs["r1", "r2"]
@@ -189,9 +191,9 @@ def test_a_merged_pair_whose_maps_have_grown_is_looked_for_everywhere_again() ->
 @pytest.mark.parametrize(
     ("outcome", "status"),
     [
-        (Rejection("ambiguous", 0.0, {"margin": 0.1}, "auto"), "revoked"),
-        (Rejection("not quite clear", 0.0, {"margin": 0.5}, "auto"), "rejected"),
-        (Rejection("too little wall", 0.0, {}, "auto"), "rejected"),
+        (Rejection("ambiguous", 0.0, Evidence(margin=0.1), "auto"), "revoked"),
+        (Rejection("not quite clear", 0.0, Evidence(margin=0.5), "auto"), "rejected"),
+        (Rejection("too little wall", 0.0, None, "auto"), "rejected"),
         (found(x=8.0), "revoked"),
         (found(x=1.2), "accepted"),
     ],
@@ -212,6 +214,6 @@ def test_a_merge_that_was_not_confirmed_is_looked_for_everywhere_until_it_is() -
         pairs.map_changed("r1", (1, revision), tiled(88 + revision, revision))
         job = pairs.next_job(t_s * S, PLACED)
         assert job is not None and (job.prior is None) == is_open
-        unsure = Rejection("not quite clear", 0.0, {"margin": 0.5}, "auto")
+        unsure = Rejection("not quite clear", 0.0, Evidence(margin=0.5), "auto")
         pairs.settle(job, unsure if revision == 2 else found(), t_s * S)
     assert pairs.pairs["r1", "r2"].status == "accepted"

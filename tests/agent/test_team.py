@@ -9,7 +9,7 @@ import pytest
 
 from mrslam.agent import Agent, Settings, checkpoint, resume
 from mrslam.agent.effects import AlignJob
-from mrslam.alignment import Alignment
+from mrslam.alignment import Alignment, Evidence, WallEvidence
 from mrslam.comms.maps.snapshots import published
 from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, TiledMap
 
@@ -40,7 +40,7 @@ def arrives(agent: Agent, robot: str, local: LocalMap) -> None:
 def merged(agent: Agent) -> int:
     """Let two robots' maps be merged; return when that was."""
     found = Alignment(
-        T_a_b=np.zeros(3), confidence=0.9, evidence={"matched_a_m": 30.0, "matched_b_m": 30.0},
+        T_a_b=np.zeros(3), confidence=0.9, evidence=Evidence(WallEvidence(30.0), WallEvidence(30.0)),
         covariance=1e-4 * np.eye(3), method="orb",
     )  # fmt: skip
     nothing = OccupancyGrid(np.empty((0, 0), dtype=np.int8), 0.05)

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from mrslam.alignment import Alignment, StabilityCheck
+from mrslam.alignment import Alignment, Evidence, StabilityCheck
 from mrslam.spatial import InputError
 
 
 def estimate(x: float = 0.0, y: float = 0.0, theta: float = 0.0, confidence: float = 0.7) -> Alignment:
-    return Alignment(np.array([x, y, theta]), confidence, {}, np.eye(3), "orb")
+    return Alignment(np.array([x, y, theta]), confidence, Evidence(), np.eye(3), "orb")
 
 
 def test_first_estimate_is_not_believed_the_second_is():

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mrslam.alignment import AlignmentConfig
+from mrslam.alignment import AlignmentConfig, Evidence, WallEvidence
 from mrslam.alignment.prepared import prepare
 from mrslam.alignment.verification.decide import rivalry
 from mrslam.alignment.verification.reasons import tests as asked_of
@@ -65,8 +65,6 @@ def test_a_rival_that_contradicts_more_than_it_agrees_is_none():
 @pytest.mark.parametrize(("matched_m", "passes"), [(9.0, False), (30.0, True)])
 def test_a_small_fit_must_be_cleaner_than_a_large_one(matched_m, passes):
     bad = 0.2 * matched_m
-    evidence = dict.fromkeys(("deep_a_m", "deep_b_m"), 0.0) | {
-        "matched_a_m": matched_m, "matched_b_m": matched_m, "contradicted_a_m": bad, "contradicted_b_m": bad,
-        "crosswise_m": 3.0, "walls": 6.0, "score_m": 9.0, "margin": 1.0,
-    }  # fmt: skip
+    walls = WallEvidence(matched_m=matched_m, contradicted_m=bad)
+    evidence = Evidence(a=walls, b=walls, crosswise_m=3.0, walls=6, score_m=9.0, margin=1.0)
     assert all(test.slack >= 0 for test in asked_of(evidence, AlignmentConfig())) == passes

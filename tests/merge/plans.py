@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 
-from mrslam.alignment import Alignment
+from mrslam.alignment import Alignment, Evidence
 from mrslam.merge import warp
 from mrslam.spatial import OccupancyGrid, se2
 
@@ -48,7 +48,7 @@ def part(plan: OccupancyGrid, col0: int, col1: int, T_part_plan: np.ndarray) -> 
 def alignment(T_a_b: np.ndarray, confidence: float = 0.9, sigma_m: float = 0.02, sigma_rad: float = 0.002) -> Alignment:
     """Return an accepted alignment."""
     return Alignment(
-        np.asarray(T_a_b, dtype=float), confidence, {}, np.diag([sigma_m, sigma_m, sigma_rad]) ** 2, "made up"
+        np.asarray(T_a_b, dtype=float), confidence, Evidence(), np.diag([sigma_m, sigma_m, sigma_rad]) ** 2, "made up"
     )
 
 
