@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field, fields
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any
 
 from mrslam import comms
@@ -45,7 +46,17 @@ Effect = Send | Event
 def as_event(effect: comms.Effect, t_ns: int) -> Event:
     """Return what the network core reports as an event: its class in snake case, plain fields, counts for lists."""
     kind = re.sub(r"(?<!^)(?=[A-Z])", "_", type(effect).__name__).lower()
-    return Event(t_ns, kind, {item.name: _plain(getattr(effect, item.name)) for item in fields(effect)})
+    return Event(t_ns, kind, dict(_plain_fields(effect)))
+
+
+def _plain_fields(record: Any) -> Iterator[tuple[str, Any]]:
+    """Yield a record's fields by name; those of a record inside it are its own."""
+    for item in fields(record):
+        value = getattr(record, item.name)
+        if is_dataclass(value):
+            yield from _plain_fields(value)
+        else:
+            yield item.name, _plain(value)
 
 
 def _plain(value: Any) -> Any:

@@ -20,9 +20,9 @@ class LinkStats:
     def add(self, done: ExchangeDone) -> None:
         """Count one exchange."""
         self.exchanges += 1
-        self.bytes_sent += done.bytes_sent
-        self.bytes_full_lz4 += done.bytes_full_lz4
-        self.bytes_full_raw += done.bytes_full_raw
+        self.bytes_sent += done.costs.bytes_sent
+        self.bytes_full_lz4 += done.costs.bytes_full_lz4
+        self.bytes_full_raw += done.costs.bytes_full_raw
 
     def row(self) -> dict[str, Any]:
         """Return the sums as plain JSON values."""

@@ -119,7 +119,7 @@ def mission(maps: dict[str, Iterator[LocalMap]], every_s: float) -> dict[str, ob
         if len(met) < len(nodes):
             raise SystemExit(f"an exchange was not completed at {now_ns / SECOND:.0f} s")
     whole, packed = sum(row[0] for row in rows), sum(row[1] for row in rows)
-    sent = sum(effect.bytes_sent for effect in done)
+    sent = sum(effect.costs.bytes_sent for effect in done)
     print("mrgs' Table 1, for these maps       N  mean ratio      total       sent      saved  processing ms")
     ratio = float(np.mean([row[0] / row[1] for row in rows if row[1]]))
     line = "{:<32s}{:5d}{:12.1f}{:11d}{:11d}{:10.1f} %{:15.2f}"
@@ -127,7 +127,7 @@ def mission(maps: dict[str, Iterator[LocalMap]], every_s: float) -> dict[str, ob
     print(line.format("whole maps, LZ4", len(rows), ratio, whole, packed, 100 * (1 - packed / whole), lz4_ms))
     print(line.format("mrslam", len(rows), whole / sent, whole, sent, 100 * (1 - sent / whole), 1e3 * cpu_s))
     beacons = sum(node.bytes_sent["beacon"] for node in nodes.values())
-    full_lz4, full_raw = sum(e.bytes_full_lz4 for e in done), sum(e.bytes_full_raw for e in done)
+    full_lz4, full_raw = sum(e.costs.bytes_full_lz4 for e in done), sum(e.costs.bytes_full_raw for e in done)
     return {
         "meetings": len(done) // 2,
         "bytes_sent": sent,

@@ -65,14 +65,14 @@ def loopback(keys: Path | None) -> dict[str, object]:
         end.close()
     if len(done) < 3:
         raise SystemExit("the two sessions did not exchange")
-    repeats = [1e3 * effect.seconds for effect in done[1:]]
+    repeats = [1e3 * effect.costs.seconds for effect in done[1:]]
     return {
         "link": endpoint.split("/")[0],
-        "first_ms": round(1e3 * done[0].seconds, 1),
-        "first_bytes": done[0].bytes_sent + done[0].bytes_received,
+        "first_ms": round(1e3 * done[0].costs.seconds, 1),
+        "first_bytes": done[0].costs.bytes_sent + done[0].costs.bytes_received,
         "repeat_ms_median": round(float(np.median(repeats)), 2),
         "repeat_ms_max": round(max(repeats), 2),
-        "repeat_bytes": done[-1].bytes_sent + done[-1].bytes_received,
+        "repeat_bytes": done[-1].costs.bytes_sent + done[-1].costs.bytes_received,
     }
 
 

@@ -61,34 +61,36 @@ class ExchangeStarted:
 
 
 @dataclass(frozen=True)
+class ExchangeCosts:
+    """What one exchange cost this robot, and what sending the same maps whole would have cost it."""
+
+    bytes_sent: int
+    bytes_received: int
+    bytes_full_lz4: int
+    """The maps whole, as LZ4 of the cropped grid."""
+    bytes_full_raw: int
+    """The maps whole and uncompressed."""
+    tiles: int
+    """Tiles received."""
+    seconds: float
+
+
+@dataclass(frozen=True)
 class ExchangeDone:
     """Both sides hold what the other had when it began (or the bytes allowed for one meeting are spent)."""
 
     peer: str
-    bytes_sent: int
-    bytes_received: int
-    bytes_full_lz4: int
-    """What sending the same maps whole, LZ4 on the cropped grid, would have cost me."""
-    bytes_full_raw: int
-    """What sending the same maps whole and uncompressed would have cost me."""
-    tiles: int
-    """Tiles received."""
-    seconds: float
+    costs: ExchangeCosts
     reason: str
     """"complete", or "budget spent"."""
 
 
 @dataclass(frozen=True)
 class ExchangeFailed:
-    """An exchange broke off. What arrived is kept, and the next one goes on from there."""
+    """An exchange broke off. What arrived is kept, and the next one continues from there."""
 
     peer: str
-    bytes_sent: int
-    bytes_received: int
-    bytes_full_lz4: int
-    bytes_full_raw: int
-    tiles: int
-    seconds: float
+    costs: ExchangeCosts
     reason: str
 
 

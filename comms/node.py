@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
-from dataclasses import dataclass
 from hashlib import blake2b
 
 import numpy as np
@@ -11,35 +9,19 @@ import numpy as np
 from mrslam.comms import effects as fx
 from mrslam.comms.config import MODES, CommsConfig
 from mrslam.comms.exchange.exchanges import Exchanges
+from mrslam.comms.exchange.outgoing import Outgoing
 from mrslam.comms.exchange.rendezvous import Rendezvous
 from mrslam.comms.exchange.station import Station
+from mrslam.comms.maps.arrivals import Arrivals
 from mrslam.comms.maps.seal import MapSeal
 from mrslam.comms.maps.store import MapStore
 from mrslam.comms.neighbours.neighbourhood import Neighbourhood
 from mrslam.comms.transport.base import Arrival, Incoming, PeerJoined, PeerLeft
-from mrslam.comms.wire.frames import WireError, check_name, team_tag
-from mrslam.comms.wire.messages import AnyMessage, Beacon, Bye, Message, Open, Status, decode, encode
+from mrslam.comms.wire.frames import WireError, check_name
+from mrslam.comms.wire.messages import AnyMessage, Beacon, Bye, Open, Status, decode
 from mrslam.spatial import LocalMap
 from mrslam.spatial.errors import require
 from mrslam.spatial.se2 import Transform
-
-
-@dataclass
-class Totals:
-    """Sums over the exchanges with one peer, bytes."""
-
-    sent: int = 0
-    received: int = 0
-    full_lz4: int = 0
-    full_raw: int = 0
-
-    def add(self, ended: fx.ExchangeDone | fx.ExchangeFailed) -> None:
-        """Count one exchange; a failed one cost its bytes and replaces no whole map."""
-        self.sent += ended.bytes_sent
-        self.received += ended.bytes_received
-        if isinstance(ended, fx.ExchangeDone):
-            self.full_lz4 += ended.bytes_full_lz4
-            self.full_raw += ended.bytes_full_raw
 
 
 class CommsNode:
@@ -66,25 +48,21 @@ class CommsNode:
         self.config = config or CommsConfig()
         self.mode = mode
         self.store = MapStore(robot_id, self.boot_id, self.config)
+        self.arrivals = Arrivals(self.store, self.config)
         name_seed = int.from_bytes(blake2b(robot_id.encode(), digest_size=8).digest(), "little")
         self.rendezvous = Rendezvous(robot_id, self.config, np.random.default_rng([seed, name_seed]))
-        self.dropped: Counter[str] = Counter()
-        """Bad messages, by what was bad."""
-        self.totals: defaultdict[str, Totals] = defaultdict(Totals)
-        """What the exchanges with each peer cost so far."""
-        self.bytes_sent: Counter[str] = Counter()
-        """Bytes sent on each lane: beacons are apart from control and bulk, which the exchanges count."""
-        self.team_tag = team_tag(team)
-        self._out: list[fx.Effect] = []
+        self._out = Outgoing(team)
+        self.team_tag = self._out.team_tag
+        self.dropped, self.totals, self.bytes_sent = self._out.dropped, self._out.totals, self._out.bytes_sent
         station = Station(
             robot_id,
             self.boot_id,
             mode,
             self.config,
             self.store,
+            self.arrivals,
             self.rendezvous,
-            self._post,
-            self._emit,
+            self._out,
             self._takes_maps,
         )
         self._exchanges = Exchanges(station)
@@ -92,7 +70,7 @@ class CommsNode:
         self.peers, self.links = self._around.peers, self._around.links
 
     def uptime_ms(self, now_ns: int) -> int:
-        """Return for how long this robot has been up."""
+        """Return how long this robot has been up, milliseconds."""
         return self._around.uptime_ms(now_ns)
 
     @property
@@ -100,7 +78,7 @@ class CommsNode:
         """Whether another live process had this robot's id before."""
         return self._around.must_stop
 
-    # -- in --------------------------------------------------------------------------------------------------------
+    # -- from the robot --------------------------------------------------------------------------------------------
 
     def seal_maps(self, seal: MapSeal) -> None:
         """Sign the own maps from now on, and take only maps that bear their own robot's signature."""
@@ -115,32 +93,49 @@ class CommsNode:
         self.store.begin_map()
 
     def set_own_pose(self, T_map_base: Transform, stamp_ns: int) -> None:
-        """Tell where the robot is in its own map, and when it was (same clock as ``now_ns``); beacons carry it."""
+        """Set where the robot is in its own map, and when it was (same clock as ``now_ns``); beacons carry it."""
         self._around.set_own_pose(T_map_base, stamp_ns)
 
     def set_link_quality(self, peer: str, quality: float, now_ns: int) -> list[fx.Effect]:
-        """Tell a link's quality (0..1) from a radio model or a trace; without effect where links are measured."""
+        """Set a link's quality (0..1) from a radio model or a trace; without effect where links are measured."""
         self._around.set_link_quality(peer, quality, now_ns)
-        return self._flush()
-
-    def on_peer_joined(self, peer: str, now_ns: int) -> list[fx.Effect]:
-        """A teammate's liveliness token is up."""
-        self._around.on_token(peer, now_ns)
-        return self._flush()
-
-    def on_peer_left(self, peer: str, now_ns: int) -> list[fx.Effect]:
-        """A teammate's liveliness token is gone, and it did not say goodbye."""
-        self._around.lose(peer, "lost: its process or its link is gone", now_ns)
-        return self._flush()
+        return self._out.take()
 
     def on_tick(self, now_ns: int) -> list[fx.Effect]:
         """Send beacons, judge links, notice who is gone, open and look after exchanges. Call it about every 0.1 s."""
         self._around.on_tick(now_ns)
         self._exchanges.on_tick(now_ns)
         if not self.must_stop:
-            for peer in self.rendezvous.due(now_ns, self._is_worth):
+            for peer in self.rendezvous.due(now_ns, self._has_business_with):
                 self._exchanges.open(peer, now_ns)
-        return self._flush()
+        return self._out.take()
+
+    def leave(self) -> list[fx.Effect]:
+        """Say goodbye to all."""
+        self._out.post(Bye(self.robot_id, self.boot_id), None, "control")
+        return self._out.take()
+
+    # -- from the network ------------------------------------------------------------------------------------------
+
+    def on_arrival(self, arrival: Arrival, now_ns: int) -> list[fx.Effect]:
+        """Take whatever a transport brings."""
+        match arrival:
+            case Incoming():
+                return self.on_message(arrival.payload, now_ns, arrival.sender)
+            case PeerJoined():
+                return self.on_peer_joined(arrival.peer, now_ns)
+            case PeerLeft():
+                return self.on_peer_left(arrival.peer, now_ns)
+
+    def on_peer_joined(self, peer: str, now_ns: int) -> list[fx.Effect]:
+        """A teammate's liveliness token is up."""
+        self._around.on_token(peer, now_ns)
+        return self._out.take()
+
+    def on_peer_left(self, peer: str, now_ns: int) -> list[fx.Effect]:
+        """A teammate's liveliness token is gone, and it did not say goodbye."""
+        self._around.lose(peer, "lost: its process or its link is gone", now_ns)
+        return self._out.take()
 
     def on_message(self, payload: bytes, now_ns: int, sender: str | None = None) -> list[fx.Effect]:
         """Take a message; ``sender`` is who the transport says it is from. A bad one is counted and dropped."""
@@ -153,23 +148,8 @@ class CommsNode:
                 raise WireError("misattributed", f"{message.sender!r} from {sender!r}")
             self._dispatch(message, len(payload), now_ns)
         except WireError as error:
-            self._count_drop(error.kind, claimed)
-        return self._flush()
-
-    def on_arrival(self, arrival: Arrival, now_ns: int) -> list[fx.Effect]:
-        """Take whatever a transport brings."""
-        match arrival:
-            case Incoming():
-                return self.on_message(arrival.payload, now_ns, arrival.sender)
-            case PeerJoined():
-                return self.on_peer_joined(arrival.peer, now_ns)
-            case PeerLeft():
-                return self.on_peer_left(arrival.peer, now_ns)
-
-    def leave(self) -> list[fx.Effect]:
-        """Say goodbye to all."""
-        self._post(Bye(self.robot_id, self.boot_id), None, "control")
-        return self._flush()
+            self._out.drop(error.kind, claimed)
+        return self._out.take()
 
     def _dispatch(self, message: AnyMessage, size: int, now_ns: int) -> None:
         if message.sender == self.robot_id:
@@ -180,47 +160,29 @@ class CommsNode:
             case Beacon():
                 self._around.on_beacon(message, now_ns)
             case Bye():
-                known = self.peers.get(message.sender)
-                if known is not None and known.boot in (0, message.boot):
-                    self._around.lose(message.sender, "left", now_ns)
+                self._around.on_bye(message, now_ns)
             case Status():
-                return  # for those who watch
+                return  # for watchers
             case Open():
                 self._exchanges.on_open(message, size, now_ns)
             case _:
                 self._exchanges.on_message(message, size, now_ns)
 
+    # -- who exchanges what with whom ------------------------------------------------------------------------------
+
     def _takes_maps(self, peer: str) -> bool:
+        """Return whether a peer takes maps; one whose mode is not known yet is taken for one that does."""
         known = self.peers.get(peer)
         return known is None or MODES[known.mode] != "mapper"
 
-    def _is_worth(self, peer: str) -> bool:
-        """Two robots that both only give maps have nothing to tell each other; one not heard yet may be such a one."""
+    def _has_business_with(self, peer: str) -> bool:
+        """Return whether an exchange with a peer can bring anything to either.
+
+        Its first beacon must have come: until then its mode is unknown. Two "mapper" robots take no maps, so an
+        exchange between them would be empty.
+        """
         known = self.peers.get(peer)
         return known is not None and known.boot != 0 and not (self.mode == MODES[known.mode] == "mapper")
-
-    # -- out -------------------------------------------------------------------------------------------------------
-
-    def _post(self, message: Message, to: str | None, lane: fx.Lane) -> int:
-        payload = encode(message, self.team_tag)
-        self.bytes_sent[lane] += len(payload)
-        self._out.append(fx.Send(to, payload, lane))
-        return len(payload)
-
-    def _emit(self, effect: fx.Effect) -> None:
-        if isinstance(effect, fx.ExchangeDone | fx.ExchangeFailed):
-            self.totals[effect.peer].add(effect)
-        self._out.append(effect)
-
-    def _count_drop(self, kind: str, sender: str | None) -> None:
-        self.dropped[kind] += 1
-        count = self.dropped[kind]
-        if count & (count - 1) == 0:  # told at 1, 2, 4, 8, ...
-            self._out.append(fx.Dropped(kind, count, sender))
-
-    def _flush(self) -> list[fx.Effect]:
-        out, self._out = self._out, []
-        return out
 
 
 def boot_number(boot_id: int | str) -> int:

@@ -159,9 +159,9 @@ class Invariants:
         life.largest_m2 = max(life.largest_m2, area_m2)
 
     def _queues_are_bounded(self, robot_id: str, agent: Agent) -> None:
-        store = agent.node.store
-        if len(store.staging) > len(self._lives) or len(agent.team.pairs.pairs) > len(self._lives) ** 2:
-            self._say(f"{robot_id} keeps {len(store.staging)} half maps and {len(agent.team.pairs.pairs)} pairs")
+        staging = agent.node.arrivals.staging
+        if len(staging) > len(self._lives) or len(agent.team.pairs.pairs) > len(self._lives) ** 2:
+            self._say(f"{robot_id} keeps {len(staging)} half maps and {len(agent.team.pairs.pairs)} pairs")
 
     def _merges_are_true(self, robot_id: str, agent: Agent, *, at_end: bool = False) -> None:
         """Whom a robot has placed lies where it should, judged by where the maps' frames are in the world.

@@ -1,17 +1,16 @@
 """All exchanges of one robot, at most one with each peer: opens them, answers, asks again after silence, ends them.
 
-What is given and taken in them is the matter of ``comms/giving.py`` and ``comms/taking.py``. No I/O, no clock.
+``map_sender`` and ``map_receiver`` do what happens in between. No I/O, no clock.
 """
 
 from __future__ import annotations
 
-from collections import OrderedDict
-
 from mrslam.comms.effects import ExchangeDone, ExchangeFailed, ExchangeStarted
 from mrslam.comms.exchange.exchange import Exchange
-from mrslam.comms.exchange.giving import Giving
+from mrslam.comms.exchange.map_receiver import MapReceiver
+from mrslam.comms.exchange.map_sender import MapSender
+from mrslam.comms.exchange.past_exchanges import PastExchanges
 from mrslam.comms.exchange.station import Station
-from mrslam.comms.exchange.taking import Taking
 from mrslam.comms.wire.messages import (
     GIVE_NO_MORE,
     HOLD_ALL,
@@ -27,9 +26,11 @@ from mrslam.comms.wire.messages import (
 )
 
 PATIENCE = 4
-"""An exchange without progress, though messages come, has failed after so many times ``stall_timeout_s``."""
-REMEMBERED = 256
-"""Exchanges that are over, kept to answer late questions about them."""
+"""An exchange without progress, though messages come, has failed after this multiple of ``stall_timeout_s``: chunks
+that are sent again (after 4 ``retry_s``) are some of it."""
+XID_STEP = 2654435761
+"""Odd, about 2^32 over the golden ratio (Knuth's multiplicative hash): exchange ids of two boots next to each other lie
+far apart."""
 
 Question = Accept | Refuse | Ask | Manifest | Get | Chunk | Done
 """Messages that belong to an exchange begun before."""
@@ -41,9 +42,10 @@ class Exchanges:
     def __init__(self, station: Station) -> None:
         """Start with none."""
         self._station = station
-        self._giving, self._taking = Giving(station), Taking(station)
+        self._sender, self._receiver = MapSender(station), MapReceiver(station)
         self.active: dict[str, Exchange] = {}
-        self._over: OrderedDict[tuple[str, int], bool] = OrderedDict()
+        """By peer."""
+        self._past = PastExchanges(station.own_id, station.out)
         self._count = 0
 
     # -- beginning -------------------------------------------------------------------------------------------------
@@ -51,14 +53,14 @@ class Exchanges:
     def open(self, peer: str, now_ns: int) -> None:
         """Propose an exchange to a peer."""
         self._count += 1
-        xid = (self._station.boot * 2654435761 + self._count) & 0xFFFFFFFF
+        xid = (self._station.boot * XID_STEP + self._count) & 0xFFFFFFFF
         self._send_digest(Open, self._begin(peer, xid, True, now_ns))
 
     def on_open(self, message: Open, size: int, now_ns: int) -> None:
         """A peer proposes an exchange: accept, or say why not."""
         peer, running = message.sender, self.active.get(message.sender)
-        if (peer, message.xid) in self._over:
-            self._answer_late(peer, message.xid)
+        if (peer, message.xid) in self._past:
+            self._past.answer(peer, message.xid)
             return
         if running is not None and running.xid != message.xid:
             if running.opened_by_me and not running.accepted:
@@ -71,7 +73,7 @@ class Exchanges:
         if running is None:
             reason = self._station.rendezvous.may_answer(peer)
             if reason is not None:
-                self._station.post(Refuse(self._station.own_id, message.xid, reason), peer, "control")
+                self._station.out.post(Refuse(self._station.own_id, message.xid, reason), peer, "control")
                 return
             running = self._begin(peer, message.xid, False, now_ns)
         running.bytes_received += size
@@ -91,18 +93,18 @@ class Exchanges:
         if not exchange.accepted:
             exchange.accepted = True
             exchange.useful_ns = now_ns
-            self._station.emit(ExchangeStarted(exchange.peer, exchange.opened_by_me))
+            self._station.out.emit(ExchangeStarted(exchange.peer, exchange.opened_by_me))
             exchange.theirs = {robot: (epoch, revision) for robot, epoch, revision in message.digest}
-            self._giving.begin(exchange)
-        self._giving.offer_all(exchange, message)
+            self._sender.begin(exchange)
+        self._sender.offer_all(exchange, message)
         self._settle(exchange, now_ns)
 
     def _send_digest(self, kind: type[Open | Accept], exchange: Exchange) -> None:
         store = self._station.store
         held = [(robot, *version) for robot, version in store.digest().items()]
-        staged = [(robot, *version) for robot, version in store.staged().items()]
+        staged = [(robot, *version) for robot, version in self._station.arrivals.staged().items()]
         message = kind(self._station.own_id, self._station.boot, exchange.xid, held, staged)
-        exchange.bytes_sent += self._station.post(message, exchange.peer, "control")
+        exchange.bytes_sent += self._station.out.post(message, exchange.peer, "control")
 
     def _outrank(self, message: Open | Accept) -> None:
         """Where the peer holds a map of an earlier life of mine, label my own above it."""
@@ -110,13 +112,13 @@ class Exchanges:
             if robot == self._station.own_id:
                 self._station.store.outrank((epoch, revision))
 
-    # -- going on --------------------------------------------------------------------------------------------------
+    # -- in between --------------------------------------------------------------------------------------------------
 
     def on_message(self, message: Question, size: int, now_ns: int) -> None:
         """Take a message of an exchange; raises ``WireError`` where it makes no sense."""
         exchange = self.active.get(message.sender)
         if exchange is None or exchange.xid != message.xid:
-            self._answer_stray(message)
+            self._past.answer_stray(message)
             return
         exchange.bytes_received += size
         exchange.progress_ns, exchange.retries = now_ns, 0
@@ -128,33 +130,20 @@ class Exchanges:
             case Refuse():
                 self._on_refuse(exchange, message, now_ns)
             case Ask():
-                self._giving.on_ask(exchange, message)
+                self._sender.on_ask(exchange, message)
             case Get():
-                self._giving.on_get(exchange, message, now_ns)
+                self._sender.on_get(exchange, message, now_ns)
             case Manifest() | Chunk():
                 self._take(exchange, message, now_ns)
             case Done():
                 self._on_done(exchange, message, now_ns)
 
-    def _answer_stray(self, message: Question) -> None:
-        """Tell a peer that still asks in an exchange that is over here."""
-        asks = isinstance(message, Ask | Get)
-        ends = isinstance(message, Done) and message.code != LONG_DONE  # or two would tell each other for ever
-        if asks or ends:
-            self._answer_late(message.sender, message.xid)
-
-    def _answer_late(self, peer: str, xid: int) -> None:
-        own_id = self._station.own_id
-        complete = self._over.get((peer, xid))
-        answer = Done(own_id, xid, LONG_DONE) if complete else Refuse(own_id, xid, "that exchange is over")
-        self._station.post(answer, peer, "control")
-
     def _take(self, exchange: Exchange, message: Manifest | Chunk, now_ns: int) -> None:
         try:
             if isinstance(message, Manifest):
-                self._taking.on_manifest(exchange, message)
+                self._receiver.on_manifest(exchange, message)
             else:
-                self._taking.on_chunk(exchange, message, now_ns)
+                self._receiver.on_chunk(exchange, message, now_ns)
         finally:
             self._look_after(exchange, now_ns)
 
@@ -181,7 +170,7 @@ class Exchanges:
         if not exchange.accepted:
             self._send_digest(Open, exchange)
             return
-        self._taking.ask_again(exchange)
+        self._receiver.ask_again(exchange)
         if exchange.is_done and not exchange.broken:
             self._say_done(exchange)
         else:
@@ -202,29 +191,29 @@ class Exchanges:
         if message.code == GIVE_NO_MORE:
             exchange.budget_spent = True
             exchange.theirs.clear()
-            self._taking.release(exchange)
+            self._receiver.release(exchange)
         else:
             exchange.peer_done = True
         self._settle(exchange, now_ns)
         if message.code == LONG_DONE and self.active.get(exchange.peer) is exchange:
-            self._fail(exchange, "it is over there", now_ns)  # and I want more: begin anew
+            self._fail(exchange, "it is over there", now_ns)  # and I want more: open another
 
     def _settle(self, exchange: Exchange, now_ns: int) -> None:
         """Tell the peer when I hold all it had; close when both do."""
-        if not exchange.accepted or self._taking.wants_more(exchange):
+        if not exchange.accepted or self._receiver.wants_more(exchange):
             return
         if not exchange.is_done:
             exchange.is_done = True
             self._say_done(exchange)
         if exchange.peer_done:
-            self._close(exchange, True)
+            self._close(exchange, completed=True)
             self._station.rendezvous.done(exchange.peer, now_ns)
             reason = "budget spent" if exchange.budget_spent else "complete"
-            self._station.emit(ExchangeDone(*exchange.costs(now_ns), reason))
+            self._station.out.emit(ExchangeDone(exchange.peer, exchange.costs(now_ns), reason))
 
     def _say_done(self, exchange: Exchange) -> None:
         message = Done(self._station.own_id, exchange.xid, HOLD_ALL)
-        exchange.bytes_sent += self._station.post(message, exchange.peer, "control")
+        exchange.bytes_sent += self._station.out.post(message, exchange.peer, "control")
 
     def abort(self, peer: str, reason: str, now_ns: int) -> None:
         """End the exchange with a peer that is out of reach."""
@@ -232,17 +221,15 @@ class Exchanges:
             self._fail(self.active[peer], reason, now_ns)
 
     def _fail(self, exchange: Exchange, reason: str, now_ns: int) -> None:
-        self._close(exchange, False)
+        self._close(exchange, completed=False)
         self._station.rendezvous.failed(exchange.peer, now_ns)
-        self._station.emit(ExchangeFailed(*exchange.costs(now_ns), reason))
+        self._station.out.emit(ExchangeFailed(exchange.peer, exchange.costs(now_ns), reason))
 
-    def _close(self, exchange: Exchange, complete: bool) -> None:
+    def _close(self, exchange: Exchange, *, completed: bool) -> None:
         self._drop(exchange)
-        self._over[exchange.peer, exchange.xid] = complete
-        while len(self._over) > REMEMBERED:
-            self._over.popitem(last=False)
+        self._past.add(exchange.peer, exchange.xid, completed=completed)
 
     def _drop(self, exchange: Exchange) -> None:
         self.active.pop(exchange.peer, None)
-        self._taking.release(exchange)
+        self._receiver.release(exchange)
         self._station.rendezvous.peers[exchange.peer].is_busy = False

@@ -1,4 +1,4 @@
-"""What all sides of an exchange work with: who this robot is, what it knows, and how it speaks."""
+"""What all parts of the network core share: who this robot is, what it knows, and how it sends."""
 
 from __future__ import annotations
 
@@ -6,27 +6,23 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from mrslam.comms.config import CommsConfig
-from mrslam.comms.effects import Effect, Lane
+from mrslam.comms.exchange.outgoing import Outgoing
 from mrslam.comms.exchange.rendezvous import Rendezvous
+from mrslam.comms.maps.arrivals import Arrivals
 from mrslam.comms.maps.store import MapStore
-from mrslam.comms.wire.messages import Message
-
-Post = Callable[[Message, str | None, Lane], int]
-"""Sends a message to a peer (None: to all) and returns its size, bytes."""
 
 
 @dataclass(frozen=True)
 class Station:
-    """One robot's means. Nothing in it does I/O."""
+    """One robot's identity, settings, maps and line out. Nothing in it does I/O."""
 
     own_id: str
     boot: int
     mode: str
     config: CommsConfig
     store: MapStore
+    arrivals: Arrivals
     rendezvous: Rendezvous
-    post: Post
-    emit: Callable[[Effect], None]
-    """Tells the shell."""
+    out: Outgoing
     takes_maps: Callable[[str], bool]
-    """Whether a peer wants any maps."""
+    """Whether a peer takes maps at all."""

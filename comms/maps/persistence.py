@@ -35,7 +35,7 @@ def restore_store(store: MapStore, state: dict[str, Any], skip: int) -> None:
             tiles = {index: Tile(revision, tile.cells) for index, tile in snapshot.map.tiles.items()}
             blocks = tuple(replace(block, revision=revision) for block in snapshot.blocks)
             snapshot = replace(snapshot, map=TiledMap(snapshot.map.resolution_m, tiles, revision), blocks=blocks)
-        store.take_up(robot, snapshot)
+        store.put(robot, snapshot)
 
 
 def _snapshot_state(snapshot: Snapshot) -> dict[str, Any]:

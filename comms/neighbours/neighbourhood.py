@@ -14,7 +14,7 @@ from mrslam.comms.neighbours.link_quality import LinkMonitor
 from mrslam.comms.neighbours.presence import Peer, TwinWatch, am_newcomer
 from mrslam.comms.wire.frames import WireError
 from mrslam.comms.wire.keyframe_codec import SCALE, quantise
-from mrslam.comms.wire.messages import Beacon
+from mrslam.comms.wire.messages import Beacon, Bye
 from mrslam.spatial.se2 import Transform
 
 
@@ -78,7 +78,7 @@ class Neighbourhood:
             self._pose,
             now_ns,
         )
-        station.post(beacon, None, "beacon")
+        station.out.post(beacon, None, "beacon")
 
     # -- beacons of others -----------------------------------------------------------------------------------------
 
@@ -123,7 +123,7 @@ class Neighbourhood:
             # Its age, not its stamp: robots' clocks need not agree.
             T_map_base = np.array((x, y, theta), dtype=np.float64) / SCALE
             stamp_ns = now_ns - age_ms * 1_000_000
-            self._station.emit(fx.TeammatePose(beacon.sender, stamp_ns, T_map_base, beacon.boot + beacon.bumps))
+            self._station.out.emit(fx.TeammatePose(beacon.sender, stamp_ns, T_map_base, beacon.boot + beacon.bumps))
 
     def on_twin(self, beacon: Beacon, now_ns: int) -> None:
         """Somebody bears my name: when that is certain, both are told, and the newcomer must stop."""
@@ -131,7 +131,7 @@ class Neighbourhood:
         if self._twins.hear(beacon):
             newcomer = am_newcomer(self.uptime_ms(now_ns), own.boot, beacon)
             self.must_stop |= newcomer
-            own.emit(fx.DuplicateId(own.own_id, own.boot, beacon.boot, newcomer))
+            own.out.emit(fx.DuplicateId(own.own_id, own.boot, beacon.boot, newcomer))
 
     # -- coming and going ------------------------------------------------------------------------------------------
 
@@ -146,10 +146,16 @@ class Neighbourhood:
     def _see(self, peer: str, known: Peer, now_ns: int) -> Peer:
         known.heard_ns = now_ns
         self.peers[peer] = known
-        self._station.emit(fx.PeerSeen(peer, known.boot, MODES[known.mode]))
+        self._station.out.emit(fx.PeerSeen(peer, known.boot, MODES[known.mode]))
         if peer in self._outside:
             self._set_link(peer, self._outside[peer], now_ns)
         return known
+
+    def on_bye(self, message: Bye, now_ns: int) -> None:
+        """A teammate says that it leaves; what a past life of it said counts no more."""
+        known = self.peers.get(message.sender)
+        if known is not None and known.boot in (0, message.boot):
+            self.lose(message.sender, "left", now_ns)
 
     def lose(self, peer: str, reason: str, now_ns: int) -> None:
         """Forget a teammate that is gone."""
@@ -161,7 +167,7 @@ class Neighbourhood:
         self._told.pop(peer, None)
         self.links.forget(peer)
         self._station.rendezvous.forget(peer)
-        self._station.emit(fx.PeerGone(peer, reason))
+        self._station.out.emit(fx.PeerGone(peer, reason))
 
     # -- links -----------------------------------------------------------------------------------------------------
 
@@ -184,6 +190,6 @@ class Neighbourhood:
         told = self._told.get(peer)
         if changed or told is None or abs(quality - told) >= max(config.link_step, 1e-9):
             self._told[peer] = quality
-            self._station.emit(fx.LinkChanged(peer, quality, rendezvous.peers[peer].state))
+            self._station.out.emit(fx.LinkChanged(peer, quality, rendezvous.peers[peer].state))
         if quality <= 0.0 and config.link_source != "measured":
             self._abort(peer, "link lost", now_ns)

@@ -2,9 +2,9 @@ from __future__ import annotations
 
 from mrslam.agent.effects import as_event
 from mrslam.agent.link_stats import LinkStats
-from mrslam.comms import ExchangeDone
+from mrslam.comms import ExchangeCosts, ExchangeDone
 
-DONE = ExchangeDone("r2", 100, 50, 1000, 9000, 3, 0.123456, "complete")
+DONE = ExchangeDone("r2", ExchangeCosts(100, 50, 1000, 9000, 3, 0.123456), "complete")
 
 
 def test_exchanges_add_up() -> None:

@@ -86,7 +86,7 @@ def test_a_chunk_that_lies_about_its_content_is_refused():
     ],
 )
 def test_manifests_that_contradict_themselves_are_refused(change):
-    from mrslam.comms.exchange.exchange import check_manifest
+    from mrslam.comms.maps.manifests import check_manifest
     from mrslam.comms.wire.frames import WireError
 
     good = m.Manifest("b", 1, "b", 1, 0, 5, 0.05, 10, [0], [0], [0, 1], [0, 0], [0, 1])
@@ -96,7 +96,7 @@ def test_manifests_that_contradict_themselves_are_refused(change):
 
 
 def test_a_map_too_large_is_refused():
-    from mrslam.comms.exchange.exchange import check_extent
+    from mrslam.comms.maps.manifests import check_extent
     from mrslam.comms.maps.snapshots import Snapshot
     from mrslam.comms.wire.frames import WireError
 

@@ -44,7 +44,7 @@ def test_only_what_changed_travels_again():
     team.nodes["a"].publish(first, 0)
     assert team.run_until_agreed(10)
     team.run(1)
-    cost = team.of(ExchangeDone, "a")[-1].bytes_sent
+    cost = team.of(ExchangeDone, "a")[-1].costs.bytes_sent
     tiles = dict(first.map.tiles)
     cells = tiles[3, 3].cells.copy()
     cells[5, 5:9] = 75
@@ -55,9 +55,9 @@ def test_only_what_changed_travels_again():
     update = team.of(MapUpdated, "b")[-1]
     assert update.changed == ((3, 3),)
     again = team.of(ExchangeDone, "a")[-1]
-    assert again.bytes_sent < 250 < cost
-    assert again.bytes_full_raw > 500_000
-    assert 100 * again.bytes_sent < again.bytes_full_lz4 < again.bytes_full_raw / 10
+    assert again.costs.bytes_sent < 250 < cost
+    assert again.costs.bytes_full_raw > 500_000
+    assert 100 * again.costs.bytes_sent < again.costs.bytes_full_lz4 < again.costs.bytes_full_raw / 10
 
 
 def test_a_repeat_with_nothing_new_costs_less_than_a_kilobyte():
@@ -65,8 +65,8 @@ def test_a_repeat_with_nothing_new_costs_less_than_a_kilobyte():
     team.nodes["a"].publish(big_map(), 0)
     team.run(20)
     last = team.of(ExchangeDone, "a")[-1]
-    assert last.tiles == 0
-    assert last.bytes_sent + last.bytes_received < 200
+    assert last.costs.tiles == 0
+    assert last.costs.bytes_sent + last.costs.bytes_received < 200
     assert last.reason == "complete"
 
 
@@ -90,18 +90,18 @@ def test_threshold_and_timeout_decide_when_robots_meet():
 def test_a_broken_exchange_goes_on_where_it_stopped():
     team = Team("ab", config=replace(QUICK, window_tiles=16), link=LinkConditions(delay_s=0.2))
     team.nodes["a"].publish(big_map(), 0)
-    while len(team.nodes["b"].store.staging.get("a", _NOTHING).tiles) < 60:
+    while len(team.nodes["b"].arrivals.staging.get("a", _NOTHING).tiles) < 60:
         team.step()
     assert "a" not in team.nodes["b"].store.maps  # never half of one
-    before = len(team.nodes["b"].store.staging["a"].tiles)
+    before = len(team.nodes["b"].arrivals.staging["a"].tiles)
     team.groups = {"b": 1}
     team.run(8)
     assert team.of(ExchangeFailed, "b")
-    assert len(team.nodes["b"].store.staging["a"].tiles) >= before
+    assert len(team.nodes["b"].arrivals.staging["a"].tiles) >= before
     team.groups = {}
     assert team.run_until_agreed(60)
     total = len(team.nodes["a"].store.maps["a"].map.tiles)
-    assert team.of(ExchangeDone, "b")[-1].tiles <= total - before
+    assert team.of(ExchangeDone, "b")[-1].costs.tiles <= total - before
 
 
 class _Nothing:
@@ -118,19 +118,19 @@ def test_a_broken_exchange_goes_on_with_another_robot_and_a_newer_map():
     team.nodes["a"].publish(first, 0)
     assert team.run_until(lambda: "a" in team.nodes["b"].store.maps)
     team.groups = {"b": 1}
-    assert team.run_until(lambda: len(team.nodes["c"].store.staging.get("a", _NOTHING).tiles) >= 60)
-    staged = len(team.nodes["c"].store.staging["a"].tiles)
+    assert team.run_until(lambda: len(team.nodes["c"].arrivals.staging.get("a", _NOTHING).tiles) >= 60)
+    staged = len(team.nodes["c"].arrivals.staging["a"].tiles)
     team.groups = {"a": 1}
     assert team.run_until(lambda: "a" in team.nodes["c"].store.maps)
     done = [event for event in team.of(ExchangeDone, "c") if event.peer == "b"][-1]
-    assert done.tiles <= len(first.map.tiles) - staged + 16
+    assert done.costs.tiles <= len(first.map.tiles) - staged + 16
 
 
 def test_an_exchange_goes_on_where_its_map_is_given_up_meanwhile():
     team = Team("ab", config=replace(QUICK, window_tiles=16), link=LinkConditions(delay_s=0.2))
     a, b = team.nodes["a"], team.nodes["b"].store
     a.publish(big_map(), 0)
-    assert team.run_until(lambda: len(b.staging.get("a", _NOTHING).tiles) >= 60)
+    assert team.run_until(lambda: len(team.nodes["b"].arrivals.staging.get("a", _NOTHING).tiles) >= 60)
     a.begin_map()
     a.publish(big_map(400, seed=1, revision=2), team.now_ns)
     assert team.run_until(lambda: b.version("a") == a.store.version("a"), 10)
@@ -143,8 +143,8 @@ def test_a_budget_brings_the_most_valuable_tiles_first_and_the_rest_later():
     assert team.run_until(lambda: bool(team.of(ExchangeDone, "b")))
     first = team.of(ExchangeDone, "b")[0]
     assert first.reason == "budget spent"
-    assert 0 < first.bytes_received < 4000
-    staged = team.nodes["b"].store.staging["a"].tiles
+    assert 0 < first.costs.bytes_received < 4000
+    staged = team.nodes["b"].arrivals.staging["a"].tiles
     whole = team.nodes["a"].store.maps["a"].map.tiles
 
     def known(tiles) -> float:

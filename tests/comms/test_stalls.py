@@ -10,7 +10,7 @@ import pytest
 
 from mrslam.comms import CommsConfig, ExchangeDone, ExchangeFailed, ExchangeStarted, LinkConditions
 from mrslam.comms.exchange.in_flight import InFlight
-from mrslam.comms.maps.content import content_hash
+from mrslam.comms.maps.chunks import content_hash
 from mrslam.comms.wire.bitmask import to_mask
 from mrslam.comms.wire.frames import team_tag
 from mrslam.comms.wire.messages import Beacon, Chunk, Manifest, Open, encode
@@ -103,7 +103,7 @@ def test_an_exchange_that_is_over_for_the_peer_begins_anew_where_more_is_wanted(
     assert team.run_until(lambda: "c" in team.nodes["b"].store.maps)
     a.publish(big_map(2500, seed=4), team.now_ns)
     team.groups = {"b": 2, "a": 1, "c": 1}
-    assert team.run_until(lambda: "c" in a.store.staging)
+    assert team.run_until(lambda: "c" in a.arrivals.staging)
     team.groups = {}
     assert team.run_until(lambda: (open_now := a._exchanges.active.get("b")) is not None and open_now.is_done, 20)
     team.groups = {"c": 3}
@@ -125,7 +125,7 @@ def test_a_map_beyond_the_takers_bounds_is_refused_at_once(first):
     team.run(60)
     assert team.nodes["a"].bytes_sent["bulk"] == sent
     ended = [event for _, _, event in team.events[told:] if isinstance(event, ExchangeDone | ExchangeFailed)]
-    assert len(ended) > 10 and all(event.reason == "complete" and event.seconds < 3 for event in ended)
+    assert len(ended) > 10 and all(event.reason == "complete" and event.costs.seconds < 3 for event in ended)
     assert team.nodes["b"].dropped["bad manifest"] > 0
 
 
@@ -147,7 +147,7 @@ def test_a_stranger_that_begins_maps_without_end_is_bounded_and_shuts_nobody_out
         chunk = Chunk("evil", 7, name, 1, 0, 1, to_mask([0]), False, len(raw), compress(raw), checked)
         for message in (manifest, chunk):
             victim.on_message(encode(message, tag), team.now_ns, "evil")
-    assert 0 < len(victim.store.staging) <= 6
+    assert 0 < len(victim.arrivals.staging) <= 6
     victim.on_peer_left("evil", team.now_ns)
     for robot in "ab":
         team.publish(robot)

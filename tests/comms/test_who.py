@@ -70,7 +70,7 @@ def test_modes_can_be_mixed():
     assert sorted(team.nodes["m1"].store.maps) == ["m1"]
     assert not [e for e in team.of(ExchangeStarted, "m1") if e.peer == "m2"]
     # Nothing is offered that it does not take.
-    assert max(e.bytes_received for e in team.of(ExchangeDone, "m1")) < 250
+    assert max(e.costs.bytes_received for e in team.of(ExchangeDone, "m1")) < 250
 
 
 def test_two_processes_with_one_name_are_both_told_and_the_newcomer_stops():

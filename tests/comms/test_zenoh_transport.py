@@ -163,7 +163,7 @@ def test_processes_exchange_and_a_killed_one_is_gone_within_three_seconds():
     b = Robot("b", config=EAGER, connect=[endpoint])
     try:
         done = b.effect(ExchangeDone, peer="a")
-        assert done[2].tiles > 10
+        assert done[2].costs.tiles > 10
         b.wait(lambda report: report[0] == "digest" and "a" in report[2], "a's map")
         killed = a.kill()
         gone = b.effect(PeerGone, deadline_s=10)

@@ -1,33 +1,36 @@
-"""The giving side of exchanges: offers what the peer lacks, and sends what it asks for."""
+"""Sends maps in exchanges: offers what the peer lacks, and answers what it asks for."""
 
 from __future__ import annotations
 
-from mrslam.comms.exchange.exchange import Exchange, offer_of
+from mrslam.comms.exchange.exchange import Exchange
 from mrslam.comms.exchange.in_flight import InFlight
-from mrslam.comms.exchange.provider import chunks_for, manifest_for
+from mrslam.comms.exchange.pull import offer_of
 from mrslam.comms.exchange.station import Station
+from mrslam.comms.maps.chunks import make_chunks
+from mrslam.comms.maps.manifests import make_manifest
 from mrslam.comms.maps.store import NOTHING
 from mrslam.comms.wire.bitmask import from_mask
 from mrslam.comms.wire.messages import GIVE_NO_MORE, Accept, Ask, Done, Get, Open, Version
 
 RESEND = 4
-"""Chunks of which none arrives are sent again after so many times ``retry_s``."""
+"""Chunks of which none arrives are sent again after this multiple of ``retry_s``: after the receiver's own questions,
+which come after 1, 2 and 4 times ``retry_s``, have had the time to be answered."""
 
 
-class Giving:
-    """Gives maps, within the bytes allowed for one meeting."""
+class MapSender:
+    """Sends maps, within the bytes allowed for one exchange."""
 
     def __init__(self, station: Station) -> None:
-        """Take the robot's means."""
+        """Send as this robot."""
         self._station = station
 
     def begin(self, exchange: Exchange) -> None:
-        """Note what sending whole maps would have cost: the own one at every meeting."""
+        """Note what sending whole maps would have cost: the own one at every exchange."""
         if self._station.takes_maps(exchange.peer):
             self._count_whole(exchange, self._station.own_id)
 
     def offer_all(self, exchange: Exchange, digest: Open | Accept) -> None:
-        """Tell the peer what it lacks of each map known here, but its own."""
+        """Send the peer a manifest of each map of which it lacks something, but its own."""
         if not self._station.takes_maps(exchange.peer):
             return
         held = {robot: (epoch, revision) for robot, epoch, revision in digest.digest}
@@ -53,11 +56,11 @@ class Giving:
         due = flow.due(wanted, now_ns, round(RESEND * config.retry_s * 1e9))
         exchange.useful_ns = max(exchange.useful_ns, flow.moved_ns)
         budget = config.exchange_budget_bytes
-        for chunk in chunks_for(store, offered, due, config):
+        for chunk in make_chunks(store, offered, due, config):
             if budget and exchange.served and exchange.served + len(chunk.packed) > budget:
                 self._give_no_more(exchange)
                 return
-            sent = self._station.post(chunk, exchange.peer, "bulk")
+            sent = self._station.out.post(chunk, exchange.peer, "bulk")
             exchange.served += sent
             exchange.useful_ns = now_ns
             exchange.bytes_sent += sent
@@ -69,13 +72,13 @@ class Giving:
     def _offer(self, exchange: Exchange, robot: str, held: Version, staged: Version | None) -> bool:
         station = self._station
         finish = staged if station.config.exchange_budget_bytes else None
-        manifest = manifest_for(station.store, station.own_id, exchange.xid, robot, held, finish)
+        manifest = make_manifest(station.store, station.own_id, exchange.xid, robot, held, finish)
         if manifest is None:
             return False
         exchange.offer(manifest)
         if robot not in exchange.whole:
             self._count_whole(exchange, robot)
-        exchange.bytes_sent += station.post(manifest, exchange.peer, "control")
+        exchange.bytes_sent += station.out.post(manifest, exchange.peer, "control")
         return True
 
     def _count_whole(self, exchange: Exchange, robot: str) -> None:
@@ -86,4 +89,4 @@ class Giving:
     def _give_no_more(self, exchange: Exchange) -> None:
         exchange.budget_spent = True
         message = Done(self._station.own_id, exchange.xid, GIVE_NO_MORE)
-        exchange.bytes_sent += self._station.post(message, exchange.peer, "bulk")  # not before the last chunk
+        exchange.bytes_sent += self._station.out.post(message, exchange.peer, "bulk")  # not before the last chunk

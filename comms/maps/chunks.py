@@ -1,4 +1,4 @@
-"""A chunk's content, decoded, and the hash that proves it."""
+"""Chunks: items of a manifest as bytes, made and opened, with a hash over what they mean."""
 
 from __future__ import annotations
 
@@ -7,12 +7,22 @@ from hashlib import blake2b
 import numpy as np
 from numpy.typing import NDArray
 
+from mrslam.comms.config import CommsConfig
 from mrslam.comms.maps.snapshots import Snapshot
-from mrslam.comms.wire.bitmask import from_mask
+from mrslam.comms.maps.store import MapStore
+from mrslam.comms.wire.bitmask import from_mask, to_mask
 from mrslam.comms.wire.frames import WireError
-from mrslam.comms.wire.keyframe_codec import KeyframeBlock, unpack_block
+from mrslam.comms.wire.keyframe_codec import KeyframeBlock, pack_block, unpack_block
 from mrslam.comms.wire.messages import Chunk, Manifest
-from mrslam.comms.wire.tile_codec import MAX_TILES_PER_CHUNK, decompress, max_packed, unknown_tile, unpack_tiles
+from mrslam.comms.wire.tile_codec import (
+    MAX_TILES_PER_CHUNK,
+    compress,
+    decompress,
+    max_packed,
+    pack_tiles,
+    unknown_tile,
+    unpack_tiles,
+)
 from mrslam.spatial import TILE_CELLS, Tile
 from mrslam.spatial.tiles import TileIndex
 
@@ -22,7 +32,7 @@ UNKNOWN_TILE = unknown_tile()
 def content_hash(
     manifest: Manifest, blocks: list[KeyframeBlock], tile_positions: list[int], cells: NDArray[np.int8]
 ) -> bytes:
-    """Return eight bytes over what a chunk stands for, not how it was coded: a wrong base or place is found out too."""
+    """Return eight bytes over what a chunk means, not how it was coded: a wrong base or place changes them too."""
     digest = blake2b(digest_size=8)
     for k in tile_positions:
         place = (manifest.rows[k], manifest.cols[k], manifest.target - manifest.ages[k])
@@ -67,3 +77,55 @@ def open_chunk(
         own.flags.writeable = False
         tiles[index] = Tile(manifest.target - manifest.ages[k], own)
     return blocks, tiles
+
+
+def make_chunks(store: MapStore, manifest: Manifest, items: list[int], config: CommsConfig) -> list[Chunk]:
+    """Return these items of a manifest as chunks, each below ``chunk_bytes``; none where the snapshot is gone."""
+    target = store.at(manifest.robot, manifest.epoch, manifest.target)
+    if target is None:
+        return []
+    base = store.at(manifest.robot, manifest.epoch, manifest.base) if manifest.base else None
+    size = MAX_TILES_PER_CHUNK
+    groups = [items[i : i + size] for i in range(0, len(items), size)]
+    chunks: list[Chunk] = []
+    while groups:
+        group = groups.pop(0)
+        chunk = _chunk(manifest, target, base, group)
+        if len(chunk.packed) > config.chunk_bytes and len(group) > 1:
+            groups[:0] = [group[: len(group) // 2], group[len(group) // 2 :]]
+        else:
+            chunks.append(chunk)
+    return chunks
+
+
+def _chunk(manifest: Manifest, target: Snapshot, base: Snapshot | None, items: list[int]) -> Chunk:
+    count = len(manifest.rows)
+    blocks = [manifest.blocks[k - count] for k in items if k >= count]
+    indices = [(manifest.rows[k], manifest.cols[k]) for k in items if k < count]
+    parts = [
+        pack_block(target.blocks[i], base.blocks[i] if base is not None and i < len(base.blocks) else None)
+        for i in blocks
+    ]
+    cells = np.empty((0, TILE_CELLS, TILE_CELLS), dtype=np.int8)
+    if indices:
+        old = {} if base is None else base.map.tiles
+        cells = np.stack([target.map.tiles[index].cells for index in indices])
+        parts.append(pack_tiles(cells, np.stack([_cells(old.get(index)) for index in indices])))
+    raw = b"".join(parts)
+    return Chunk(
+        manifest.sender,
+        manifest.xid,
+        manifest.robot,
+        manifest.epoch,
+        manifest.base,
+        manifest.target,
+        to_mask(items),
+        base is not None,
+        len(raw),
+        compress(raw),
+        content_hash(manifest, [target.blocks[i] for i in blocks], [k for k in items if k < count], cells),
+    )
+
+
+def _cells(tile: Tile | None) -> NDArray[np.int8]:
+    return UNKNOWN_TILE if tile is None else tile.cells

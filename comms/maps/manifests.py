@@ -1,23 +1,17 @@
-"""The giving side of an exchange: what the asker lacks, and the chunks that bring it. Keeps no state of its own."""
+"""Manifests: what one robot lacks of a map that another holds. How they are made, and what makes one unacceptable."""
 
 from __future__ import annotations
 
-import numpy as np
-
 from mrslam.comms.config import CommsConfig
-from mrslam.comms.maps.content import content_hash
 from mrslam.comms.maps.snapshots import Snapshot, value_of
 from mrslam.comms.maps.store import MapStore
-from mrslam.comms.wire.bitmask import to_mask
-from mrslam.comms.wire.keyframe_codec import pack_block
-from mrslam.comms.wire.messages import Chunk, Manifest, SignedManifest, Version
-from mrslam.comms.wire.tile_codec import MAX_TILES_PER_CHUNK, compress, pack_tiles, unknown_tile
-from mrslam.spatial import TILE_CELLS, Tile
-
-UNKNOWN_TILE = unknown_tile()
+from mrslam.comms.wire.frames import WireError
+from mrslam.comms.wire.keyframe_codec import BLOCK
+from mrslam.comms.wire.messages import Manifest, SignedManifest, Version
+from mrslam.spatial.tiles import MOST_CELLS, box_cells
 
 
-def manifest_for(
+def make_manifest(
     store: MapStore, sender: str, xid: int, robot: str, held: Version, staged: Version | None
 ) -> Manifest | None:
     """Return what one who holds version ``held`` lacks of a robot's map, most valuable tiles first; None for nothing.
@@ -73,53 +67,30 @@ def _replaces(target: Snapshot, base: Snapshot | None, base_revision: int) -> bo
     return all(tile.revision > base_revision for tile in target.map.tiles.values())
 
 
-def chunks_for(store: MapStore, manifest: Manifest, items: list[int], config: CommsConfig) -> list[Chunk]:
-    """Return these items of a manifest as chunks, each below ``chunk_bytes``; none where the snapshot is gone."""
-    target = store.at(manifest.robot, manifest.epoch, manifest.target)
-    if target is None:
-        return []
-    base = store.at(manifest.robot, manifest.epoch, manifest.base) if manifest.base else None
-    size = MAX_TILES_PER_CHUNK
-    groups = [items[i : i + size] for i in range(0, len(items), size)]
-    chunks: list[Chunk] = []
-    while groups:
-        group = groups.pop(0)
-        chunk = _chunk(manifest, target, base, group)
-        if len(chunk.packed) > config.chunk_bytes and len(group) > 1:
-            groups[:0] = [group[: len(group) // 2], group[len(group) // 2 :]]
-        else:
-            chunks.append(chunk)
-    return chunks
+def check_manifest(manifest: Manifest, config: CommsConfig) -> None:
+    """Raise :class:`WireError` where a manifest contradicts itself or is beyond the bounds."""
+    span = manifest.target - manifest.base
+    blocks = -(-manifest.keyframes // BLOCK)
+    ages = manifest.ages + manifest.block_ages
+    if span <= 0 or manifest.epoch == 0 or (ages and max(ages) >= span):
+        raise WireError("bad manifest", "revisions")
+    if not len(manifest.rows) == len(manifest.cols) == len(manifest.ages):
+        raise WireError("bad manifest", "tile lists differ in length")
+    if len(manifest.rows) > config.max_tiles or len(set(zip(manifest.rows, manifest.cols, strict=True))) != len(
+        manifest.rows
+    ):
+        raise WireError("bad manifest", "tiles")
+    if (
+        manifest.keyframes > config.max_keyframes
+        or len(manifest.block_ages) != len(manifest.blocks)
+        or len(set(manifest.blocks)) != len(manifest.blocks)
+        or (manifest.blocks and max(manifest.blocks) >= blocks)
+    ):
+        raise WireError("bad manifest", "keyframes")
 
 
-def _chunk(manifest: Manifest, target: Snapshot, base: Snapshot | None, items: list[int]) -> Chunk:
-    count = len(manifest.rows)
-    blocks = [manifest.blocks[k - count] for k in items if k >= count]
-    indices = [(manifest.rows[k], manifest.cols[k]) for k in items if k < count]
-    parts = [
-        pack_block(target.blocks[i], base.blocks[i] if base is not None and i < len(base.blocks) else None)
-        for i in blocks
-    ]
-    cells = np.empty((0, TILE_CELLS, TILE_CELLS), dtype=np.int8)
-    if indices:
-        old = {} if base is None else base.map.tiles
-        cells = np.stack([target.map.tiles[index].cells for index in indices])
-        parts.append(pack_tiles(cells, np.stack([_cells(old.get(index)) for index in indices])))
-    raw = b"".join(parts)
-    return Chunk(
-        manifest.sender,
-        manifest.xid,
-        manifest.robot,
-        manifest.epoch,
-        manifest.base,
-        manifest.target,
-        to_mask(items),
-        base is not None,
-        len(raw),
-        compress(raw),
-        content_hash(manifest, [target.blocks[i] for i in blocks], [k for k in items if k < count], cells),
-    )
-
-
-def _cells(tile: Tile | None) -> np.ndarray[tuple[int, ...], np.dtype[np.int8]]:
-    return UNKNOWN_TILE if tile is None else tile.cells
+def check_extent(manifest: Manifest, base: Snapshot, config: CommsConfig) -> None:
+    """Raise :class:`WireError` where the map would span more cells than any memory holds, or hold too many tiles."""
+    tiles = {*base.map.tiles, *zip(manifest.rows, manifest.cols, strict=True)}
+    if box_cells(tiles) > MOST_CELLS or len(tiles) > config.max_tiles:
+        raise WireError("bad manifest", "the map is too large")

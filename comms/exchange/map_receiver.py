@@ -1,19 +1,21 @@
-"""The taking side of exchanges: follows manifests, asks for items, and puts whole snapshots in place."""
+"""Receives maps in exchanges: follows manifests, asks for their items, and puts whole snapshots in place."""
 
 from __future__ import annotations
 
 from mrslam.comms.effects import MapUpdated
-from mrslam.comms.exchange.exchange import Exchange, Pull, check_extent, check_manifest, next_get, take_chunk
+from mrslam.comms.exchange.exchange import Exchange
+from mrslam.comms.exchange.pull import Pull, next_get, take_chunk
 from mrslam.comms.exchange.station import Station
+from mrslam.comms.maps.manifests import check_extent, check_manifest
 from mrslam.comms.wire.frames import WireError
 from mrslam.comms.wire.messages import Ask, Chunk, Manifest, Version
 
 
-class Taking:
-    """Takes maps, each from one peer at a time."""
+class MapReceiver:
+    """Receives maps, each from one peer at a time."""
 
     def __init__(self, station: Station) -> None:
-        """Take the robot's means."""
+        """Receive as this robot."""
         self._station = station
         self._source: dict[str, str] = {}  # robot -> the peer its map is being taken from
 
@@ -22,21 +24,21 @@ class Taking:
         store = self._station.store
         if robot == self._station.own_id or self._station.mode == "mapper" or version <= store.version(robot):
             return False
-        return store.may_take(robot) and self._source.get(robot, peer) == peer
+        return self._station.arrivals.has_room(robot) and self._source.get(robot, peer) == peer
 
     def wants_more(self, exchange: Exchange) -> bool:
         """Return whether the peer has something I want and do not hold yet."""
         return bool(exchange.pulls) or any(self.wants(exchange.peer, *item) for item in exchange.theirs.items())
 
     def on_manifest(self, exchange: Exchange, message: Manifest) -> None:
-        """The peer tells what I lack of one map; raises ``WireError`` where that makes no sense."""
-        store = self._station.store
+        """The peer says what I lack of one map; raises ``WireError`` where that makes no sense."""
+        arrivals = self._station.arrivals
         if not self.wants(exchange.peer, message.robot, (message.epoch, message.target)):
             return
         try:
             check_manifest(message, self._station.config)
-            store.check_proof(message)
-            base = store.base_of(message)
+            arrivals.check_proof(message)
+            base = arrivals.base_of(message)
             if base is not None:
                 check_extent(message, base, self._station.config)
         except WireError:
@@ -44,19 +46,19 @@ class Taking:
             raise
         pull = exchange.pulls.setdefault(message.robot, Pull(message.robot))
         if self._is_at_work(pull, message):
-            return  # heard twice; or two questions crossed, and following both answers would never end
+            return  # it came twice; or two questions crossed, and following both answers would never end
         self._source[message.robot] = exchange.peer
         if base is None:
             pull.manifest = None
             self._ask(exchange, message.robot)
             return
         pull.manifest = message
-        self._go_on(exchange, pull)
+        self._continue(exchange, pull)
 
     def _is_at_work(self, pull: Pull, other: Manifest) -> bool:
         """Return whether items of a manifest as new as the other one, and still of use, are on their way."""
         current = pull.manifest
-        if current is None or not pull.asked or self._station.store.base_of(current) is None:
+        if current is None or not pull.asked or self._station.arrivals.base_of(current) is None:
             return False
         return (current.epoch, current.target) >= (other.epoch, other.target)
 
@@ -66,11 +68,11 @@ class Taking:
         if pull is None:
             return
         waiting = len(pull.asked)
-        exchange.tiles += len(take_chunk(pull, message, self._station.store))
+        exchange.tiles += len(take_chunk(pull, message, self._station.arrivals))
         if len(pull.asked) < waiting:
             exchange.useful_ns = now_ns
         if not pull.asked:
-            self._go_on(exchange, pull)
+            self._continue(exchange, pull)
 
     def ask_again(self, exchange: Exchange) -> None:
         """Repeat, after silence, every question that is open."""
@@ -78,41 +80,41 @@ class Taking:
             if robot not in exchange.pulls and self.wants(exchange.peer, robot, version):
                 self._ask(exchange, robot)
         for pull in list(exchange.pulls.values()):
-            if pull.manifest is None or self._station.store.base_of(pull.manifest) is None:
+            if pull.manifest is None or self._station.arrivals.base_of(pull.manifest) is None:
                 pull.manifest = None
                 self._ask(exchange, pull.robot)
             else:
-                self._go_on(exchange, pull)
+                self._continue(exchange, pull)
 
     def release(self, exchange: Exchange) -> None:
         """Take nothing more in this exchange; other peers may be asked for the same maps."""
         for robot in list(exchange.pulls):
             self._drop(exchange, robot)
 
-    def _go_on(self, exchange: Exchange, pull: Pull) -> None:
+    def _continue(self, exchange: Exchange, pull: Pull) -> None:
         """Put the snapshot in place if it is whole, else ask for more of it."""
-        manifest, store = pull.manifest, self._station.store
+        manifest, arrivals = pull.manifest, self._station.arrivals
         if manifest is None:
             return
         try:
-            changed = store.try_commit(manifest)
+            changed = arrivals.try_commit(manifest)
         except WireError:
             self._distrust(exchange, pull.robot)
             raise
         if changed is not None:
-            self._station.emit(MapUpdated(pull.robot, manifest.epoch, manifest.target, changed, exchange.peer))
+            self._station.out.emit(MapUpdated(pull.robot, manifest.epoch, manifest.target, changed, exchange.peer))
             self._drop(exchange, pull.robot)
             return
-        get = next_get(pull, store, self._station.own_id, exchange.xid, self._station.config)
+        get = next_get(pull, arrivals, self._station.own_id, exchange.xid, self._station.config)
         if get is not None:
-            exchange.bytes_sent += self._station.post(get, exchange.peer, "control")
+            exchange.bytes_sent += self._station.out.post(get, exchange.peer, "control")
             return
-        store.staging.pop(pull.robot, None)  # it cannot be put together: begin this map again another time
+        arrivals.staging.pop(pull.robot, None)  # it cannot be put together: start this map over at another exchange
         self._drop(exchange, pull.robot)
         exchange.broken = "a snapshot did not fit together"
 
     def _distrust(self, exchange: Exchange, robot: str) -> None:
-        """The peer gave something false for this robot's map: no more of it at this meeting."""
+        """The peer sent something false for this robot's map: take no more of it in this exchange."""
         exchange.theirs.pop(robot, None)
         self._drop(exchange, robot)
 
@@ -124,4 +126,4 @@ class Taking:
     def _ask(self, exchange: Exchange, robot: str) -> None:
         epoch, revision = self._station.store.version(robot)
         question = Ask(self._station.own_id, exchange.xid, robot, epoch, revision)
-        exchange.bytes_sent += self._station.post(question, exchange.peer, "control")
+        exchange.bytes_sent += self._station.out.post(question, exchange.peer, "control")

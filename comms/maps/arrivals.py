@@ -1,0 +1,104 @@
+"""Maps of others on their way in: parts are gathered beside the store, and put in place whole or not at all."""
+
+from __future__ import annotations
+
+from mrslam.comms.config import CommsConfig
+from mrslam.comms.maps.snapshots import Proof, Snapshot
+from mrslam.comms.maps.staging import Staging, changed_tiles
+from mrslam.comms.maps.store import MapStore
+from mrslam.comms.wire.frames import WireError
+from mrslam.comms.wire.messages import Manifest, SignedManifest, Version
+from mrslam.spatial import TiledMap
+from mrslam.spatial.tiles import TileIndex
+
+
+class Arrivals:
+    """Snapshots that have arrived in part, by robot."""
+
+    def __init__(self, store: MapStore, config: CommsConfig) -> None:
+        """Start with none; whole ones go into ``store``."""
+        self.staging: dict[str, Staging] = {}
+        self._store, self._max_robots = store, config.max_robots
+
+    def has_room(self, robot_id: str) -> bool:
+        """Return whether there is room for this robot's map."""
+        return self._store.newest(robot_id) is not None or len(self._store.maps) < self._max_robots
+
+    def staged(self) -> dict[str, Version]:
+        """Return which snapshots have arrived in part."""
+        return {robot: (part.epoch, part.target) for robot, part in sorted(self.staging.items())}
+
+    def base_of(self, manifest: Manifest) -> Snapshot | None:
+        """Return the map a manifest's differences apply to, empty for base 0; None where another one is held now."""
+        if manifest.base == 0:
+            return Snapshot(manifest.epoch, TiledMap(manifest.resolution_m, {}, 0), ())
+        held = self._store.newest(manifest.robot)
+        return held if held is not None and held.version == (manifest.epoch, manifest.base) else None
+
+    def missing(self, manifest: Manifest) -> tuple[list[int], list[int]]:
+        """Return positions in the manifest's tile list and its block list of what has not arrived yet."""
+        return self._parts_of(manifest).missing(manifest)
+
+    def stage(self, manifest: Manifest) -> Staging:
+        """Return where the parts of this manifest's target are gathered, keeping parts that still hold.
+
+        At most as many robots as may be known are staged: the oldest of a robot of which there is no map goes first.
+        """
+        staging = self._parts_of(manifest)
+        self.staging.pop(manifest.robot, None)  # the newest comes last
+        self.staging[manifest.robot] = staging
+        staging.keep_for(manifest)
+        strangers = [robot for robot in self.staging if self._store.newest(robot) is None]
+        for robot in strangers[: max(len(self._store.maps) + len(strangers) - self._max_robots, 0)]:
+            del self.staging[robot]
+        return staging
+
+    def _parts_of(self, manifest: Manifest) -> Staging:
+        """Return what has arrived of this manifest's target, or of an older one of the same epoch."""
+        staging = self.staging.get(manifest.robot)
+        return staging if staging is not None and staging.epoch == manifest.epoch else Staging(manifest.epoch)
+
+    def try_commit(self, manifest: Manifest) -> tuple[TileIndex, ...] | None:
+        """Put a staged snapshot in place if all of the manifest is there; return the changed tiles, else None.
+
+        Raises :class:`WireError` where it is not what the manifest says, or not what the map's own robot signed.
+        """
+        robot, staging, base = manifest.robot, self._parts_of(manifest), self.base_of(manifest)
+        is_news = (manifest.epoch, manifest.target) > self._store.version(robot)
+        if base is None or not is_news or any(staging.missing(manifest)):
+            return None
+        whole = staging.laid_on(base, manifest, self._proof_of(manifest))
+        self.staging.pop(robot, None)
+        if whole.keyframes != manifest.keyframes:
+            raise WireError("bad manifest", "keyframes do not come to what it says")
+        if self._is_forged(robot, whole):
+            raise WireError("forged", f"a map of {robot!r} that is not what it signed")
+        self._store.put(robot, whole)
+        self._store.remember(robot, whole)
+        return changed_tiles(manifest)
+
+    # -- signatures ------------------------------------------------------------------------------------------------
+
+    def check_proof(self, manifest: Manifest) -> None:
+        """Raise :class:`WireError` where the team has keys and the map's own robot did not sign the target."""
+        if self._store.seal is None:
+            return
+        proof = self._proof_of(manifest)
+        if proof is None:
+            raise WireError("forged", f"a map of {manifest.robot!r} without a signature")
+        self._store.seal.check(manifest.robot, (manifest.epoch, manifest.target), proof)
+
+    def _proof_of(self, manifest: Manifest) -> Proof | None:
+        """Return the proof that a manifest bears; the certificate is left out where the asker has it already."""
+        if not isinstance(manifest, SignedManifest):
+            return None
+        held = self._store.newest(manifest.robot)
+        certificate = manifest.certificate
+        if not certificate and held is not None and held.proof is not None:
+            certificate = held.proof.certificate
+        return Proof(manifest.root, manifest.signature, certificate)
+
+    def _is_forged(self, robot: str, snapshot: Snapshot) -> bool:
+        if self._store.seal is None:
+            return False
+        return snapshot.proof is None or self._store.seal.root_of(robot, snapshot) != snapshot.proof.root
