@@ -1,4 +1,4 @@
-"""Where the real data is (``$MRSLAM_DATA``, else ``../shared/data`` beside the checkout), and hypothesis without deadlines."""
+"""Where the real data is (``$MRSLAM_DATA``, else ``../shared/data`` beside the checkout); no hypothesis deadlines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recorded scans behind one protocol. A new format is one new file with a :class:`Format`, and its name in ``FORMATS``."""
+"""Recorded scans behind one protocol. A new format is a file with its :class:`Format`, and a word in ``FORMATS``."""
 
 from __future__ import annotations
 

@@ -40,6 +40,6 @@ class Format:
     suffixes: tuple[str, ...]
     """Suffixes of its files, before ``.gz``."""
     read: Callable[[Path, bool], Feed]
-    """Reads a log; raises ``InputError``. Its second argument, ``salvage``: use what is whole of a file that was cut off."""
+    """Reads a log (path, salvage: use what is whole of a file that was cut off); raises ``InputError``."""
     folder_file: str | None = None
     """A folder that holds a file of this name is a log of this format, None where logs are single files."""
