@@ -12,6 +12,14 @@ from typing import Any
 
 from mrslam.agent.core import Agent
 from mrslam.agent.effects import Event
+from mrslam.agent.shells.files import (
+    EVENTS_FILE,
+    MAP_FILE,
+    ROBOT_FILE,
+    TEAM_IMAGE_FILE,
+    TEAM_MAP_FILE,
+    TRAJECTORY_FILE,
+)
 from mrslam.merge.draw import draw_team
 from mrslam.spatial import write_map
 from mrslam.spatial.files.atomic import write_text
@@ -30,7 +38,7 @@ class EventLog:
     def __init__(self, folder: Path, robot_id: str) -> None:
         """Begin ``events.jsonl`` in the folder, or go on with it: a robot that starts again has a past."""
         folder.mkdir(parents=True, exist_ok=True)
-        self._file = (folder / "events.jsonl").open("a+b", buffering=0)
+        self._file = (folder / EVENTS_FILE).open("a+b", buffering=0)
         self._robot_id = robot_id
         self.lost = 0
         """Events that could not be written."""
@@ -67,11 +75,11 @@ def write_robot(agent: Agent, folder: Path, sent_bytes: Mapping[str, int]) -> No
     layers = {robot_id: local.map.to_grid() for robot_id, local in sorted(agent.node.store.maps.items())}
     text = json.dumps(summary(agent, sent_bytes), indent=1, allow_nan=False) + "\n"
     for what in (
-        partial(write_text, folder / "robot.json", text),
-        partial(write_map, folder / "map.yaml", agent.own_map()),
-        partial(write_map, folder / "team_map.yaml", team.grid),
-        partial(write_tum, folder / "trajectory.tum", trajectory.stamps_ns, trajectory.T_map_base),
-        partial(write_image, folder / "team_map.png", draw_team(team, layers)),
+        partial(write_text, folder / ROBOT_FILE, text),
+        partial(write_map, folder / MAP_FILE, agent.own_map()),
+        partial(write_map, folder / TEAM_MAP_FILE, team.grid),
+        partial(write_tum, folder / TRAJECTORY_FILE, trajectory.stamps_ns, trajectory.T_map_base),
+        partial(write_image, folder / TEAM_IMAGE_FILE, draw_team(team, layers)),
     ):
         try:
             what()

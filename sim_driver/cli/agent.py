@@ -24,9 +24,10 @@ from mrslam.sim_driver.kernels import ensure_compiled
 from mrslam.sim_driver.missions.agent_record import AgentRecord
 from mrslam.sim_driver.missions.locate import locate
 from mrslam.sim_driver.missions.mission import make_settings
+from mrslam.sim_driver.missions.run_files import CHECKPOINT
 from mrslam.sim_driver.missions.settings import as_table, check_keys, read_toml, with_overrides
 from mrslam.sim_driver.missions.usage import write_usage
-from mrslam.sim_driver.run.team import CHECKPOINT, NoBody, go_online
+from mrslam.sim_driver.run.team import NoBody, go_online
 from mrslam.sim_driver.simulation.recorded import RecordedBody
 from mrslam.spatial import InputError
 from mrslam.spatial.files.atomic import held

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from mrslam.agent import Agent, Event, Sensed
 from mrslam.sim_driver.cli.console import say
-from mrslam.sim_driver.run.team import CHECKPOINT, take_up
+from mrslam.sim_driver.missions.run_files import CHECKPOINT
+from mrslam.sim_driver.run.team import take_up
 
 KEPT = f"{CHECKPOINT}.old"
 """What a checkpoint is called that an agent did not go on from: nobody shall lose a map by an option or a setting."""

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -12,9 +10,17 @@ from mrslam.sim_driver.cli.console import say
 from mrslam.sim_driver.cli.progress import progress_bar
 from mrslam.sim_driver.evaluate.trajectories import in_mission_time
 from mrslam.sim_driver.feeds.bag_writer import BagWriter
-from mrslam.sim_driver.missions.run_folder import METRICS_FILE, robots_of
-from mrslam.sim_driver.replay import SCANS_FILE, read_recording
+from mrslam.sim_driver.missions.run_files import (
+    BAG_FILE,
+    MAP_FILE,
+    METRICS_FILE,
+    SCANS_FILE,
+    TRAJECTORY_FILE,
+)
+from mrslam.sim_driver.missions.run_folder import read_metrics, read_robot, robots_of
+from mrslam.sim_driver.replay import read_recording
 from mrslam.spatial import InputError, read_map
+from mrslam.spatial.files.atomic import is_file
 from mrslam.spatial.files.tum import read_tum
 
 TEAM = "team"
@@ -22,12 +28,13 @@ TEAM = "team"
 
 def bag_run(run: Path, out: Path | None) -> None:
     """Write maps, ways and scans of a run, or of one mapped log, as one .mcap file."""
-    out = run / "run.mcap" if out is None else out
+    out = run / BAG_FILE if out is None else out
     folders = _folders(run)
     if not folders:
         raise InputError(f"{run}: holds no map: name the folder of a finished run, or of a mapped log")
-    robots = {name: _table(folder / "robot.json") for name, folder in folders.items()}
-    began_s = _table(run / METRICS_FILE).get("began_s", {})
+    robots = {name: read_robot(folder) or {} for name, folder in folders.items()}
+    is_run = run not in folders.values() and is_file(run / METRICS_FILE)  # a mapped log has metrics of its own
+    began_s = read_metrics(run).get("began_s", {}) if is_run else {}
     anchor = max(sorted(robots), key=lambda name: len(robots[name].get("placed", {})))
     with BagWriter(out) as bag, progress_bar(f"writing {out.name}", len(folders)) as advance:
         for name, T_team_map in robots[anchor].get("placed", {}).items():
@@ -44,15 +51,10 @@ def _folders(run: Path) -> dict[str, Path]:
     In a folder of neither, as that of several agents, all count.
     """
     robots = robots_of(run)
-    if robots is None and (run / "map.yaml").exists():
+    if robots is None and (run / MAP_FILE).exists():
         return {run.resolve().name: run}
     folders = run.glob("*/") if robots is None else (run / robot_id for robot_id in robots)
-    return {folder.name: folder for folder in sorted(folders) if (folder / "map.yaml").exists()}
-
-
-def _table(path: Path) -> dict[str, Any]:
-    table: dict[str, Any] = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-    return table
+    return {folder.name: folder for folder in sorted(folders) if (folder / MAP_FILE).exists()}
 
 
 def _write_robot(bag: BagWriter, name: str, folder: Path, began_s: float) -> None:
@@ -61,7 +63,7 @@ def _write_robot(bag: BagWriter, name: str, folder: Path, began_s: float) -> Non
     for kind in ("map", "team_map"):
         if (folder / f"{kind}.yaml").exists():
             bag.grid(f"/{name}/{kind}", frame, 0, read_map(folder / f"{kind}.yaml"))
-    stamps_ns, poses = read_tum(folder / "trajectory.tum")
+    stamps_ns, poses = read_tum(folder / TRAJECTORY_FILE)
     is_simulated = (folder / SCANS_FILE).exists()
     if not is_simulated:
         stamps_ns = in_mission_time(stamps_ns, began_s)

@@ -22,6 +22,7 @@ from mrslam.sim_driver.evaluate.relations import Relations, own_errors, read_rel
 from mrslam.sim_driver.feeds import Reading, open_feed
 from mrslam.sim_driver.kernels import ensure_compiled
 from mrslam.sim_driver.missions.locate import locate
+from mrslam.sim_driver.missions.run_files import MAP_FILE, METRICS_FILE
 from mrslam.sim_driver.missions.settings import build, with_overrides
 from mrslam.sim_driver.missions.usage import peak_kb
 from mrslam.sim_driver.view import watch_mapper
@@ -94,10 +95,10 @@ def map_log(
         write_tum(out / f"{name}.tum", *poses)
         if truth is not None:
             metrics.setdefault("relations", {})[name] = _relation_errors(truth, *poses)
-    write_map(out / "map.yaml", grid)
+    write_map(out / MAP_FILE, grid)
     if grid.cells.size:
         write_image(out / "map.png", pixels(grid))
-    write_text(out / "metrics.json", json.dumps(metrics, indent=1, allow_nan=False) + "\n")
+    write_text(out / METRICS_FILE, json.dumps(metrics, indent=1, allow_nan=False) + "\n")
     _report(metrics, out, as_json)
     if doubts.scans:
         say(doubts.text)

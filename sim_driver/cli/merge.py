@@ -18,6 +18,7 @@ from mrslam.sim_driver.cli.align import as_row, check_method
 from mrslam.sim_driver.cli.console import say
 from mrslam.sim_driver.cli.progress import progress_bar
 from mrslam.sim_driver.kernels import ensure_compiled
+from mrslam.sim_driver.missions.run_files import TEAM_MAP_FILE
 from mrslam.sim_driver.missions.settings import build, with_overrides
 from mrslam.spatial import InputError, OccupancyGrid, read_map, write_map
 from mrslam.spatial.files.archives import arrays_in
@@ -77,7 +78,7 @@ def target_of(out: Path) -> Path:
         raise InputError(
             f"{out}: name a folder, or a .yaml file ({out.with_suffix('.yaml')}); the picture is written beside it"
         )
-    return out / "team_map.yaml"
+    return out / TEAM_MAP_FILE
 
 
 def _spare(maps: list[Path], target: Path) -> None:

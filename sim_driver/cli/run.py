@@ -16,8 +16,9 @@ from mrslam.sim_driver.cli.signals import interrupts_noted
 from mrslam.sim_driver.evaluate.network import compared
 from mrslam.sim_driver.evaluate.sides import merged_text
 from mrslam.sim_driver.missions.mission import Mission, load_mission
+from mrslam.sim_driver.missions.run_files import REPORT_FILE
 from mrslam.sim_driver.replay.again import replay_mission
-from mrslam.sim_driver.report import REPORT_FILE, write_report
+from mrslam.sim_driver.report import write_report
 from mrslam.sim_driver.run import run as runs
 from mrslam.sim_driver.simulation.simulation import make_world
 from mrslam.sim_driver.view import ViewOptions

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ from mrslam.sim_driver.evaluate.results import RunResults
 from mrslam.sim_driver.evaluate.sides import givers_of, pairs_of, sides_of, speaker_of
 from mrslam.sim_driver.evaluate.trajectories import errors
 from mrslam.sim_driver.evaluate.truth import MUST_MERGE, Judge, team_frames
-from mrslam.sim_driver.missions.usage import USAGE
+from mrslam.sim_driver.missions.usage import read_usage
 from mrslam.spatial import InputError
 from mrslam.spatial.se2 import Transform
 
@@ -85,8 +84,7 @@ def _robots(run: RunResults, references: References, not_judged: list[str]) -> d
             not_judged.append(f"{robot_id}, map: its place in the true map was not found")
         else:
             row["map"] = _map_row(run, robot_id, against[0], against[1].get(robot_id), frames[robot_id])
-        usage = run.folder / robot_id / USAGE
-        row["usage"] = json.loads(usage.read_text()) if usage.exists() else None
+        row["usage"] = read_usage(run.folder / robot_id)
         if row["usage"] is None:
             not_judged.append(f"{robot_id}, CPU and memory: robots of a virtual run share one process")
         rows[robot_id] = row

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from mrslam.sim_driver.evaluate.events import Event
 from mrslam.sim_driver.evaluate.results import RunResults
+from mrslam.sim_driver.missions.run_folder import Event
 
 
 def bytes_by_kind(run: RunResults) -> dict[str, int]:

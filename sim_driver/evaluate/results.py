@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -10,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from mrslam.sim_driver.evaluate.events import Event, read_events
 from mrslam.sim_driver.evaluate.trajectories import Trajectory, fit
 from mrslam.sim_driver.evaluate.truth import true_starts, true_trajectories
 from mrslam.sim_driver.missions.mission import Mission
-from mrslam.sim_driver.missions.run_folder import METRICS_FILE
+from mrslam.sim_driver.missions.run_files import TRAJECTORY_FILE
+from mrslam.sim_driver.missions.run_folder import Event, read_events, read_metrics, read_robots
 from mrslam.sim_driver.replay.again import mission_of
 from mrslam.sim_driver.robots import LASERS
-from mrslam.spatial import InputError, OccupancyGrid, read_map, se2
+from mrslam.spatial import OccupancyGrid, read_map, se2
 from mrslam.spatial.files.tum import read_tum
 from mrslam.spatial.se2 import Transform
 
@@ -36,18 +35,13 @@ class RunResults:
     def read(cls, folder: Path) -> RunResults:
         """Read a run's folder; raise ``InputError`` where it is none or the run has not ended."""
         mission = mission_of(folder)
-        try:
-            metrics = json.loads((folder / METRICS_FILE).read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            raise InputError(f"{folder}: the run has no metrics.json: it has not ended") from error
-        ended = [id_ for id_ in sorted(robot.id for robot in mission.robots) if (folder / id_ / "robot.json").exists()]
-        robots = {robot_id: json.loads((folder / robot_id / "robot.json").read_text()) for robot_id in ended}
-        return cls(folder, mission, metrics, robots)
+        robots = read_robots(folder, (robot.id for robot in mission.robots))
+        return cls(folder, mission, read_metrics(folder), robots)
 
     @cached_property
     def events(self) -> dict[str, list[Event]]:
         """Events of every robot in the order they were written; lines that a crash cut off are left out."""
-        return {robot.id: read_events(self.folder / robot.id / "events.jsonl") for robot in self.mission.robots}
+        return {robot.id: read_events(self.folder / robot.id) for robot in self.mission.robots}
 
     @cached_property
     def truth(self) -> dict[str, Trajectory]:
@@ -86,7 +80,7 @@ class RunResults:
 
     def trajectory(self, robot_id: str) -> Trajectory:
         """Return the poses of a robot's laser in its own map."""
-        return read_tum(self.folder / robot_id / "trajectory.tum")
+        return read_tum(self.folder / robot_id / TRAJECTORY_FILE)
 
     def map(self, robot_id: str, name: str = "map") -> OccupancyGrid:
         """Return a robot's own map, or its ``team_map`` (in its own map's frame, too)."""

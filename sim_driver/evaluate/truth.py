@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 
 from mrslam.sim_driver.evaluate.trajectories import Trajectory
 from mrslam.sim_driver.missions.mission import Mission
+from mrslam.sim_driver.missions.run_files import MAP_FILE, TEAM_MAP_FILE, TRAJECTORY_FILE, TRUTH_FILE
 from mrslam.sim_driver.simulation.simulation import make_world
 from mrslam.spatial import UNKNOWN, OccupancyGrid, read_map, se2
 from mrslam.spatial.distance import euclidean
@@ -34,7 +35,7 @@ MARGIN_M = 1.0
 
 def true_trajectories(mission: Mission, folder: Path) -> dict[str, Trajectory]:
     """Return the true poses of the bases of simulated robots in the world frame, by id."""
-    paths = {robot.id: folder / robot.id / "truth.tum" for robot in mission.robots}
+    paths = {robot.id: folder / robot.id / TRUTH_FILE for robot in mission.robots}
     return {robot_id: read_tum(path) for robot_id, path in paths.items() if path.exists()}
 
 
@@ -45,7 +46,7 @@ def true_starts(truth: Mapping[str, Trajectory], folder: Path) -> dict[str, Tran
     """
     found = {}
     for robot_id, (stamps_ns, poses) in truth.items():
-        mapped = folder / robot_id / "trajectory.tum"
+        mapped = folder / robot_id / TRAJECTORY_FILE
         first_ns = read_tum(mapped)[0][:1] if mapped.exists() else stamps_ns[:1]
         if len(poses):
             found[robot_id] = poses[int(np.abs(stamps_ns - first_ns).argmin()) if first_ns.size else 0]
@@ -81,7 +82,7 @@ def team_figures(
     judge = Judge(make_world(mission).grid, make_world(mission).reachable)
     per_robot = {}
     for robot_id, T_world_team in frames.items():
-        team = read_map(folder / robot_id / "team_map.yaml")
+        team = read_map(folder / robot_id / TEAM_MAP_FILE)
         per_robot[robot_id] = (judge.coverage(team, T_world_team), judge.occupied_precision(team, T_world_team))
     accepted = [pair for pair in pairs if pair["status"] == "accepted"]
     false = [
@@ -90,7 +91,7 @@ def team_figures(
         if p["error_m"] is not None and (p["error_m"] > FALSE_MERGE_M or p["error_deg"] > FALSE_MERGE_DEG)
     ]
     mapped = starts.keys() & robots.keys()
-    maps = {robot_id: read_map(folder / robot_id / "map.yaml") for robot_id in mapped}
+    maps = {robot_id: read_map(folder / robot_id / MAP_FILE) for robot_id in mapped}
     done = {(pair["a"], pair["b"]) for pair in accepted}
     missed = [
         (a, b)

@@ -10,11 +10,11 @@ from typing import Any
 
 import msgspec
 
+from mrslam.sim_driver.missions.run_files import AGENT_FILE
 from mrslam.sim_driver.missions.settings import as_table
 from mrslam.spatial import InputError
 from mrslam.spatial.files.atomic import write_text
 
-AGENT_FILE = "agent.json"
 log = logging.getLogger(__name__)
 
 

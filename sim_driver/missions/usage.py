@@ -7,15 +7,13 @@ import json
 import resource
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from mrslam.sim_driver.missions.run_files import USAGE_FILE
 from mrslam.spatial.files.atomic import write_text
 
 if TYPE_CHECKING:
     from mrslam.agent import ProcessShell
-
-USAGE = "usage.json"
-"""File in the robot's folder."""
 
 
 def write_usage(shell: ProcessShell, folder: Path) -> None:
@@ -25,7 +23,16 @@ def write_usage(shell: ProcessShell, folder: Path) -> None:
         "peak_rss_mb": round(peak_kb() / 1024, 1),
         "scan_age_ms": shell.scan_age_ms(),
     }
-    write_text(folder / USAGE, json.dumps(usage) + "\n")
+    write_text(folder / USAGE_FILE, json.dumps(usage) + "\n")
+
+
+def read_usage(folder: Path) -> dict[str, Any] | None:
+    """Return what :func:`write_usage` left in a robot's folder, None where there is nothing, or nothing whole."""
+    try:
+        usage = json.loads((folder / USAGE_FILE).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return usage if isinstance(usage, dict) else None
 
 
 def peak_kb() -> int:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from mrslam.sim_driver.missions.run_files import VIEW_FILE
+
 
 @dataclass(frozen=True, kw_only=True)
 class ViewOptions:
@@ -25,4 +27,4 @@ class ViewOptions:
 
     def file_of(self, folder: Path) -> Path | None:
         """Return the recording of the robot with this folder."""
-        return folder / "view.rrd" if self.record else None
+        return folder / VIEW_FILE if self.record else None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,10 +10,10 @@ from typing import Any
 
 from mrslam.agent import Settings
 from mrslam.sim_driver.missions.mission import Mission, make_mission
-from mrslam.sim_driver.missions.run_folder import CONFIG_FILE, METRICS_FILE, read_config
+from mrslam.sim_driver.missions.run_files import CONFIG_FILE, LINKS_FILE, SCANS_FILE, TRUTH_FILE
+from mrslam.sim_driver.missions.run_folder import read_config, read_metrics
 from mrslam.sim_driver.missions.settings import parse_assignment, with_overrides
-from mrslam.sim_driver.replay.recording import SCANS_FILE
-from mrslam.sim_driver.simulation.simulation import LINKS_FILE, is_simulated
+from mrslam.sim_driver.simulation.simulation import is_simulated
 from mrslam.spatial import InputError
 from mrslam.spatial.files.atomic import write_bytes
 
@@ -28,7 +27,7 @@ def mission_of(run: Path, assignments: Sequence[str] = ()) -> Mission:
     always = ("mission", "robots", "links", "truth", "radio")
     tables: dict[str, Any] = {name: config[name] for name in always if name in config}
     tables |= {name: config[name] for name in ("world", "driver", "faults") if config.get(name) is not None}
-    tables |= config["settings"]
+    tables |= config.get("settings", {})
     mission = make_mission(with_overrides(tables, assignments), run / CONFIG_FILE)
     source = config.get("replay")
     return dataclasses.replace(
@@ -42,7 +41,7 @@ def replay_mission(run: Path, assignments: Sequence[str] = ()) -> Mission:
         (section, key), _ = parse_assignment(text)
         if section not in REPLAYABLE and (section, key) != ("mission", "seed"):
             raise InputError(f"--set {text}: a replay keeps the drive and the radio; {section}.{key} needs a new run")
-    if read_config(run)["mission"].get("shell") == "agents":
+    if read_config(run).get("mission", {}).get("shell") == "agents":
         raise InputError(f"{run}: gathered of agents that ran on their own; that cannot be played again")
     if read_config(run).get("faults"):
         raise InputError(f"{run}: this run had [[faults]]; what robots sensed meanwhile cannot be played again")
@@ -56,19 +55,16 @@ def replay_mission(run: Path, assignments: Sequence[str] = ()) -> Mission:
 
 
 def _mission_s(run: Path) -> float:
-    try:
-        return float(json.loads((run / METRICS_FILE).read_text(encoding="utf-8"))["mission_s"])
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(f"{run}: the run did not finish (no metrics.json)") from error
+    return float(read_metrics(run)["mission_s"])
 
 
 def copy_truth(mission: Mission, out: Path) -> None:
     """Take over what the recorded run knew of the truth, so that the replay is judged by it, too."""
     assert mission.replay is not None
     for robot in mission.robots:
-        truth = mission.replay / robot.id / "truth.tum"
+        truth = mission.replay / robot.id / TRUTH_FILE
         if truth.exists():
-            write_bytes(out / robot.id / "truth.tum", truth.read_bytes())
+            write_bytes(out / robot.id / TRUTH_FILE, truth.read_bytes())
     links = mission.replay / LINKS_FILE
     if links.exists():
         shutil.copyfile(links, out / LINKS_FILE)

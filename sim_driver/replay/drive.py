@@ -7,11 +7,11 @@ a robot knows of its team, it might have driven elsewhere: the replay goes on wi
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 from mrslam.sim_driver.missions.mission import Mission
+from mrslam.sim_driver.missions.run_folder import read_events
 from mrslam.sim_driver.simulation.simulation import is_simulated
 
 TEAM_KNOWLEDGE = ("merged", "unmerged", "map_updated", "alignment")
@@ -28,7 +28,7 @@ def drive_holds_until_s(mission: Mission, recorded: Path, replayed: Path) -> flo
     differ_s: list[float] = []
     merged_s: list[float] = []
     for robot_id in drivers:
-        then, now = (_team_events(folder / robot_id / "events.jsonl") for folder in (recorded, replayed))
+        then, now = (_team_events(folder / robot_id) for folder in (recorded, replayed))
         merged_s += [event["t"] for event in (*then, *now) if event["event"] == "merged"]
         differ_s += _first_difference_s(then, now)
     if not differ_s or not merged_s:
@@ -36,14 +36,11 @@ def drive_holds_until_s(mission: Mission, recorded: Path, replayed: Path) -> flo
     return max(min(differ_s), min(merged_s))
 
 
-def _team_events(path: Path) -> list[dict[str, Any]]:
+def _team_events(folder: Path) -> list[dict[str, Any]]:
     """Return the events by which a robot's view of its team changes."""
-    if not path.exists():
-        return []
-    events = (json.loads(line) for line in path.read_text(encoding="utf-8").splitlines())
     return [
         event
-        for event in events
+        for event in read_events(folder)
         if event["event"] in TEAM_KNOWLEDGE and (event["event"] != "alignment" or event["T_a_b"] is not None)
     ]
 

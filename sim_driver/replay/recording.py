@@ -8,11 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from mrslam.agent import Agent, Event, Sensed
+from mrslam.sim_driver.missions.run_files import SCANS_FILE
 from mrslam.spatial import InputError, Scan
 from mrslam.spatial.files.archives import read_arrays
 from mrslam.spatial.files.atomic import is_file, write_bytes
-
-SCANS_FILE = "scans.npz"
 
 
 class Recorder:

@@ -8,10 +8,10 @@ from pathlib import Path
 
 from mrslam.sim_driver.evaluate import References
 from mrslam.sim_driver.evaluate.results import RunResults
+from mrslam.sim_driver.missions.run_files import REPORT_FILE
 from mrslam.sim_driver.report.data import page_data
 from mrslam.spatial.files.atomic import write_text
 
-REPORT_FILE = "report.html"
 TEMPLATE = Path(__file__).with_name("page.html")
 
 

@@ -13,7 +13,8 @@ from mrslam.agent import Sensed
 from mrslam.sim_driver.evaluate.results import RunResults
 from mrslam.sim_driver.evaluate.trajectories import Trajectory, in_mission_time
 from mrslam.sim_driver.feeds import open_feed
-from mrslam.sim_driver.replay import SCANS_FILE, read_recording
+from mrslam.sim_driver.missions.run_files import SCANS_FILE
+from mrslam.sim_driver.replay import read_recording
 from mrslam.sim_driver.report.layout import Layout
 from mrslam.sim_driver.simulation.recorded import RecordedBody
 from mrslam.spatial import Scan, se2

@@ -7,23 +7,14 @@ from contextlib import suppress
 from pathlib import Path
 
 from mrslam.sim_driver.missions.mission import Mission
-from mrslam.sim_driver.missions.run_folder import CONFIG_FILE, METRICS_FILE, read_config, robots_of
-from mrslam.sim_driver.missions.usage import USAGE
-from mrslam.sim_driver.replay import SCANS_FILE
-from mrslam.sim_driver.report import REPORT_FILE
-from mrslam.sim_driver.run.team import CHECKPOINT
-from mrslam.sim_driver.simulation.simulation import LINKS_FILE
+from mrslam.sim_driver.missions.run_files import (
+    CHECKPOINT,
+    OF_ROBOT,
+    OF_RUN,
+    TWIN,
+)
+from mrslam.sim_driver.missions.run_folder import read_config, robots_of
 from mrslam.spatial import InputError
-
-OF_RUN = (METRICS_FILE, REPORT_FILE, "run.rrd", "run.mcap", LINKS_FILE, CONFIG_FILE)
-"""What a run, or a command on it, writes beside the robots' folders unless told otherwise."""
-OF_ROBOT = (
-    "events.jsonl", CHECKPOINT, "robot.json", "map.yaml", "map.pgm", "team_map.yaml", "team_map.pgm", "team_map.png",
-    "trajectory.tum", "truth.tum", SCANS_FILE, USAGE, "view.rrd",
-)  # fmt: skip
-"""What a robot of a run writes into its folder."""
-TWIN = "twin"
-"""A robot's second process, where a mission has one go wrong so, writes there."""
 
 
 def clear_earlier(mission: Mission, out: Path) -> str | None:

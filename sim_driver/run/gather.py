@@ -12,18 +12,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from mrslam.sim_driver.evaluate.events import Event, read_events
-from mrslam.sim_driver.missions.agent_record import AGENT_FILE, AgentRecord
+from mrslam.sim_driver.missions.agent_record import AgentRecord
 from mrslam.sim_driver.missions.locate import locate
 from mrslam.sim_driver.missions.mission import Mission, make_mission
-from mrslam.sim_driver.missions.usage import USAGE
+from mrslam.sim_driver.missions.run_files import AGENT_FILE, EVENTS_FILE, OF_AGENT, ROBOT_FILE
+from mrslam.sim_driver.missions.run_folder import Event, read_events, read_robot
 from mrslam.sim_driver.run.metrics import write_metrics
 from mrslam.sim_driver.run.run import prepare_folder
 from mrslam.spatial import InputError
 from mrslam.spatial.files.atomic import is_file, make_folder, write_text
-
-KEPT = ("map.yaml", "map.pgm", "team_map.yaml", "team_map.pgm", "team_map.png", "trajectory.tum", USAGE)
-"""Files of an agent that are taken over as they are."""
 
 
 def gather(folders: Sequence[Path], out: Path, say: Callable[[str], None]) -> tuple[Mission, dict[str, Any]]:
@@ -98,7 +95,7 @@ def _log(record: AgentRecord, say: Callable[[str], None]) -> str | None:
 
 def _events(record: AgentRecord, source: Path) -> list[Event]:
     """Return what happened since the agent began its map."""
-    return [event for event in read_events(source / "events.jsonl") if event["t"] >= record.begun_s]
+    return [event for event in read_events(source) if event["t"] >= record.begun_s]
 
 
 def _take(
@@ -106,21 +103,21 @@ def _take(
 ) -> None:
     """Copy what the agent left, with times from the run's begin on."""
     make_folder(target)
-    for name in KEPT:
+    for name in OF_AGENT:
         if is_file(source / name):
             shutil.copyfile(source / name, target / name)
     told = [json.dumps({**event, "t": round(event["t"] - begin_s, 3)}) + "\n" for event in events]
-    write_text(target / "events.jsonl", "".join(told))
-    if not is_file(source / "robot.json"):
+    write_text(target / EVENTS_FILE, "".join(told))
+    robot = read_robot(source)
+    if robot is None:
         say(f"{record.id} has not ended: there are only its events")
         return
     if not record.ended:
         say(f"{record.id} has not ended since it was started last: its maps are of the time before")
-    robot = json.loads((source / "robot.json").read_text(encoding="utf-8"))
     for pair in robot["pairs"]:
         if pair["accepted_at_s"] is not None:
             pair["accepted_at_s"] = round(pair["accepted_at_s"] - begin_s, 3)
-    write_text(target / "robot.json", json.dumps(robot, indent=1) + "\n")
+    write_text(target / ROBOT_FILE, json.dumps(robot, indent=1) + "\n")
 
 
 def _first_scan_s(events: Sequence[Event], default_s: float) -> float:

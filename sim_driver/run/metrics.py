@@ -9,12 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from mrslam.sim_driver.evaluate.events import first_merge_s, read_events
+from mrslam.sim_driver.evaluate.events import first_merge_s
 from mrslam.sim_driver.evaluate.relations import cross_errors, read_relations
 from mrslam.sim_driver.evaluate.sides import givers_of, pairs_of, sides_of, speaker_of
 from mrslam.sim_driver.evaluate.truth import pair_error, team_figures, true_starts, true_trajectories
 from mrslam.sim_driver.missions.mission import Mission
-from mrslam.sim_driver.missions.usage import USAGE
+from mrslam.sim_driver.missions.run_files import METRICS_FILE, TRAJECTORY_FILE
+from mrslam.sim_driver.missions.run_folder import read_events, read_robots
+from mrslam.sim_driver.missions.usage import read_usage
 from mrslam.spatial.files.atomic import write_text
 from mrslam.spatial.files.tum import read_tum
 from mrslam.spatial.se2 import Transform
@@ -24,17 +26,16 @@ NEVER_MET = "never exchanged maps"
 
 def write_metrics(mission: Mission, folder: Path, *, wall_s: float, mission_s: float, **more: Any) -> dict[str, Any]:
     """Write ``metrics.json`` into the run's folder and return it."""
-    ended = {id_: folder / id_ / "robot.json" for id_ in sorted(robot.id for robot in mission.robots)}
-    robots = {robot_id: json.loads(path.read_text()) for robot_id, path in ended.items() if path.exists()}
+    robots = read_robots(folder, (robot.id for robot in mission.robots))
     for robot_id, robot in robots.items():
-        if (usage := folder / robot_id / USAGE).exists():
-            robot["usage"] = json.loads(usage.read_text())
+        if (usage := read_usage(folder / robot_id)) is not None:
+            robot["usage"] = usage
     missing = [robot.id for robot in mission.robots if robot.id not in robots]
     starts = true_starts(true_trajectories(mission, folder), folder)
     pairs = [_pair(mission, folder, robots, starts, a, b) for a, b in pairs_of(robots)]
     team = team_figures(mission, folder, robots, starts, pairs)
     if team is not None:
-        team["first_merge_s"] = first_merge_s(read_events(folder / robot / "events.jsonl") for robot in robots)
+        team["first_merge_s"] = first_merge_s(read_events(folder / robot) for robot in robots)
     metrics = {
         "name": mission.mission.name,
         "seed": mission.mission.seed,
@@ -49,7 +50,7 @@ def write_metrics(mission: Mission, folder: Path, *, wall_s: float, mission_s: f
         **({} if team is None else {"team": team}),
         **more,
     }
-    write_text(folder / "metrics.json", json.dumps(metrics, indent=1, allow_nan=False) + "\n")
+    write_text(folder / METRICS_FILE, json.dumps(metrics, indent=1, allow_nan=False) + "\n")
     return metrics
 
 
@@ -81,7 +82,7 @@ def _error(
     if mission.truth.relations is None or logs[a] is None or logs[a] != logs[b]:
         return None, None, "no truth"
     relations = read_relations(mission.find(mission.truth.relations))
-    poses = [read_tum(folder / robot / "trajectory.tum") for robot in (a, b)]
+    poses = [read_tum(folder / robot / TRAJECTORY_FILE) for robot in (a, b)]
     errors = cross_errors(relations, poses[0], poses[1], np.array(T_a_b))
     if len(errors) == 0:
         return None, None, "no relation links the two robots"

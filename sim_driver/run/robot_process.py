@@ -13,12 +13,12 @@ from mrslam.agent import Body, Counter, Keeper, ProcessShell, Runner, Sensed, Sh
 from mrslam.comms import Transport, load_keys
 from mrslam.sim_driver.kernels import load_kernels
 from mrslam.sim_driver.missions.mission import Mission
+from mrslam.sim_driver.missions.run_files import CHECKPOINT
 from mrslam.sim_driver.missions.sections import RobotConfig
 from mrslam.sim_driver.missions.seeds import seed_for
 from mrslam.sim_driver.missions.usage import write_usage
 from mrslam.sim_driver.run.shaping import ShapedTransport
 from mrslam.sim_driver.run.team import (
-    CHECKPOINT,
     go_online,
     make_agent,
     make_body,

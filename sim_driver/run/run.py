@@ -13,7 +13,7 @@ from typing import Any
 
 from mrslam.sim_driver.kernels import ensure_compiled
 from mrslam.sim_driver.missions.mission import Mission
-from mrslam.sim_driver.missions.run_folder import CONFIG_FILE
+from mrslam.sim_driver.missions.run_files import CHECKPOINT, CONFIG_FILE, EVENTS_FILE, ROBOT_FILE
 from mrslam.sim_driver.missions.settings import as_table
 from mrslam.sim_driver.replay import drive_holds_until_s
 from mrslam.sim_driver.replay.again import copy_truth
@@ -21,7 +21,6 @@ from mrslam.sim_driver.run.earlier import clear_earlier
 from mrslam.sim_driver.run.metrics import write_metrics
 from mrslam.sim_driver.run.run_process import run_processes
 from mrslam.sim_driver.run.run_virtual import run_in_virtual_time
-from mrslam.sim_driver.run.team import CHECKPOINT
 from mrslam.spatial import InputError
 from mrslam.spatial.files.atomic import held, make_folder, write_text
 
@@ -95,7 +94,7 @@ def prepare_folder(mission: Mission, out: Path, say: Callable[[str], None]) -> N
     if earlier is not None:
         say(f"{out} held an earlier run of {earlier}: it is replaced")
     for robot in mission.robots:
-        for left in ("events.jsonl", CHECKPOINT, "robot.json"):
+        for left in (EVENTS_FILE, CHECKPOINT, ROBOT_FILE):
             (out / robot.id / left).unlink(missing_ok=True)
     config = {
         "folder": str(mission.folder),

@@ -18,11 +18,11 @@ from mrslam.sim_driver.faults.links import CorruptingTransport, faulty_condition
 from mrslam.sim_driver.faults.robot import FaultyDisk, MortalRobot, Start, Twin
 from mrslam.sim_driver.faults.senses import FaultySenses
 from mrslam.sim_driver.missions.mission import Mission
+from mrslam.sim_driver.missions.run_files import CHECKPOINT, TWIN
 from mrslam.sim_driver.missions.sections import RobotConfig
 from mrslam.sim_driver.missions.seeds import seed_for
 from mrslam.sim_driver.run.shaping import CUT_BELOW
 from mrslam.sim_driver.run.team import (
-    CHECKPOINT,
     NoBody,
     make_agent,
     make_body,
@@ -152,7 +152,7 @@ class VirtualTeam:
         agent = make_agent(self._settled, robot, boot_id=seed_for(self._mission, f"twin/{robot_id}"))
         radio = self._radios[robot_id]
         return Runner(
-            agent, NoBody(), self.network.attach(robot_id, twin=True), self._out / robot_id / "twin",
+            agent, NoBody(), self.network.attach(robot_id, twin=True), self._out / robot_id / TWIN,
             told_links(self._mission, radio),
         )  # fmt: skip
 

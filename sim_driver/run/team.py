@@ -15,19 +15,17 @@ from mrslam.sim_driver.drivers import DRIVERS, Driver, Explorer, IdleDriver, Tra
 from mrslam.sim_driver.faults.liar import WAYS, Liar
 from mrslam.sim_driver.feeds import open_feed
 from mrslam.sim_driver.missions.mission import Mission
+from mrslam.sim_driver.missions.run_files import LINKS_FILE, SCANS_FILE
 from mrslam.sim_driver.missions.sections import RobotConfig
 from mrslam.sim_driver.missions.seeds import seed_for
 from mrslam.sim_driver.missions.traces import LinkTrace, TracedLinks
-from mrslam.sim_driver.replay import SCANS_FILE, Recorder, ReplayedBody, read_recording
+from mrslam.sim_driver.replay import Recorder, ReplayedBody, read_recording
 from mrslam.sim_driver.simulation.recorded import RecordedBody
 from mrslam.sim_driver.simulation.simulated import Port, SimulatedBody
-from mrslam.sim_driver.simulation.simulation import LINKS_FILE, is_simulated, start_of
+from mrslam.sim_driver.simulation.simulation import is_simulated, start_of
 from mrslam.sim_driver.view import watch_robot
 from mrslam.spatial import InputError, se2
 from mrslam.spatial.files.tum import read_tum
-
-CHECKPOINT = "checkpoint"
-"""A robot's state on disk, in its folder."""
 
 
 class NoBody:

@@ -10,6 +10,7 @@ import numpy as np
 
 from mrslam.agent import Sensed
 from mrslam.sim_driver.missions.mission import Mission
+from mrslam.sim_driver.missions.run_files import LINKS_FILE, TRUTH_FILE
 from mrslam.sim_driver.missions.sections import RobotConfig
 from mrslam.sim_driver.missions.seeds import seed_for
 from mrslam.sim_driver.robots import LASERS, Fleet, LaserModel, SimulatedRobot
@@ -22,8 +23,6 @@ from mrslam.spatial.files.tum import read_tum, write_tum
 from mrslam.spatial.runtime.spool import Spool
 from mrslam.spatial.se2 import Transform
 
-LINKS_FILE = "links.csv"
-"""True link qualities of a simulated mission, in the format of a trace."""
 STEP_NS = 100_000_000
 """Time between two sweeps of every laser, nanoseconds."""
 
@@ -114,7 +113,7 @@ class Simulation:
         )
         write_text(out / LINKS_FILE, "\n".join(("t_s,a,b,quality", *lines)) + "\n")
         for k, robot_id in enumerate(robots):
-            write_tum(out / robot_id / "truth.tum", stamps, rows[:, 1 + 3 * k : 4 + 3 * k])
+            write_tum(out / robot_id / TRUTH_FILE, stamps, rows[:, 1 + 3 * k : 4 + 3 * k])
 
 
 def is_simulated(mission: Mission, robot: RobotConfig) -> bool:

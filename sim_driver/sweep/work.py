@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import time
 import zipfile
 from collections.abc import Sequence
@@ -14,12 +13,11 @@ from typing import Any
 
 from mrslam.sim_driver.evaluate import assess
 from mrslam.sim_driver.missions.mission import Mission, make_mission
+from mrslam.sim_driver.missions.run_files import OF_DRIVE
+from mrslam.sim_driver.missions.run_folder import read_metrics
 from mrslam.sim_driver.missions.settings import with_overrides
 from mrslam.sim_driver.replay.again import replay_mission
 from mrslam.sim_driver.run.run import run_mission
-
-KEPT = ("config.json", "metrics.json", "links.csv", "scans.npz", "truth.tum", "events.jsonl")
-"""What of a recorded run is needed to play it again."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +52,7 @@ def run_point(job: Job, drive: bytes | None) -> dict[str, Any]:
                 archive.extractall(recorded)
             mission = replay_mission(recorded, job.assignments)
         _run(mission, out)
-        row = outcome_row(assess(out), json.loads((out / "metrics.json").read_text()))
+        row = outcome_row(assess(out), read_metrics(out))
     return {**row, "cpu_s": round(time.process_time() - start, 2)}
 
 
@@ -71,7 +69,7 @@ def _packed(out: Path) -> bytes:
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
         for path in sorted(out.rglob("*")):
-            if path.name in KEPT:
+            if path.name in OF_DRIVE:
                 archive.write(path, path.relative_to(out))
     return buffer.getvalue()
 

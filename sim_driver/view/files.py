@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from mrslam.sim_driver.missions.run_files import VIEW_FILE
 from mrslam.sim_driver.missions.run_folder import robots_of
 from mrslam.spatial import InputError
 
@@ -47,7 +48,7 @@ def open_recording(run: Path) -> None:
 def _parts(run: Path) -> list[Path]:
     """Return what each of the run's robots recorded, where it was not joined."""
     robots = robots_of(run)
-    parts = run.glob("*/view.rrd") if robots is None else (run / robot_id / "view.rrd" for robot_id in robots)
+    parts = run.glob("*/view.rrd") if robots is None else (run / robot_id / VIEW_FILE for robot_id in robots)
     return sorted(part for part in parts if part.exists())
 
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -41,8 +42,9 @@ def run(tmp_path: Path) -> Path:
         write_map(folder / "map.yaml", OccupancyGrid(np.where(cells > 4, 100, 0).astype(np.int8), 0.05, (-1.0, 0.5)))
         write_map(folder / "team_map.yaml", OccupancyGrid(np.zeros((2, 2), dtype=np.int8), 0.05))
         write_tum(folder / "trajectory.tum", STAMPS_NS + offset_ns, POSES)
-    write_text(tmp_path / "run" / "r1" / "robot.json", '{"placed": {"r1": [0, 0, 0], "r2": [3, 2, 0.5]}}')
-    write_text(tmp_path / "run" / "r2" / "robot.json", '{"placed": {"r2": [0, 0, 0]}}')
+    for name, placed in (("r1", {"r1": [0, 0, 0], "r2": [3, 2, 0.5]}), ("r2", {"r2": [0, 0, 0]})):
+        robot = {"id": name, "mode": "distributed", "known_area_m2": 1.0, "placed": placed, "pairs": [], "links": []}
+        write_text(tmp_path / "run" / name / "robot.json", json.dumps(robot))
     sensed = [Sensed(int(t), scan(int(t)), None) for t in STAMPS_NS]
     write_recording(tmp_path / "run" / "r1" / "scans.npz", sensed)
     return tmp_path / "run"
@@ -124,7 +126,7 @@ def test_what_broke_off_leaves_nothing(tmp_path: Path) -> None:
 
 
 def test_a_robot_that_began_later_drives_later(run: Path) -> None:
-    write_text(run / "metrics.json", '{"began_s": {"r2": 40.5}}')
+    write_text(run / "metrics.json", '{"name": "x", "mission_s": 50, "robots_lost": [], "began_s": {"r2": 40.5}}')
     bag_run(run, None)
     found = messages(run / "run.mcap")
     r1, r2 = (found[f"/{name}/path"][-1][1].poses for name in ("r1", "r2"))

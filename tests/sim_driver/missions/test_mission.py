@@ -58,7 +58,7 @@ def test_every_mistake_is_named(tables: dict[str, Any], message: str) -> None:
 
 
 def test_the_missions_of_the_repository_are_valid() -> None:
-    missions = sorted((Path(__file__).parents[2] / "missions").glob("*.toml"))
+    missions = sorted((Path(__file__).parents[3] / "missions").glob("*.toml"))
     assert missions
     for path in missions:
         load_mission(path)

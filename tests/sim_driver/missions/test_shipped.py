@@ -11,7 +11,7 @@ from mrslam.sim_driver.missions.shipped import find_mission, shipped_missions
 from mrslam.sim_driver.sweep import make_plan
 from mrslam.spatial import InputError
 
-CHECKOUT = Path(__file__).parents[2] / "missions"
+CHECKOUT = Path(__file__).parents[3] / "missions"
 
 
 @pytest.fixture(autouse=True)

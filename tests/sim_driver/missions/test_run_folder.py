@@ -1,0 +1,128 @@
+"""Damaged run folders: one line that names the file, and what is whole is used."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from mrslam.sim_driver.missions.run_folder import (
+    read_config,
+    read_events,
+    read_metrics,
+    read_robot,
+    read_robots,
+    robots_of,
+)
+from mrslam.sim_driver.missions.usage import read_usage
+from mrslam.spatial import InputError
+
+PAIR = {"a": "r1", "b": "r2", "status": "accepted", "T_a_b": [0, 1, 2], "accepted_at_s": 3, "reason": ""}
+ROBOT = {
+    "id": "r1",
+    "mode": "distributed",
+    "known_area_m2": 2,
+    "placed": {"r1": [0, 0, 0]},
+    "pairs": [PAIR],
+    "links": [],
+}
+METRICS = {"name": "x", "mission_s": 20.5, "robots_lost": []}
+CONFIG = {"mission": {}, "robots": [{"id": "r1"}], "settings": {}}
+READERS = {
+    "config.json": (CONFIG, read_config),
+    "metrics.json": (METRICS, read_metrics),
+    "robot.json": (ROBOT, read_robot),
+}
+
+
+@pytest.mark.parametrize("name", READERS)
+def test_whole_files_are_returned_as_they_are(name: str, tmp_path: Path) -> None:
+    table, read = READERS[name]
+    (tmp_path / name).write_text(json.dumps({**table, "more": 1}))
+    assert read(tmp_path) == {**table, "more": 1}
+
+
+@pytest.mark.parametrize("name", READERS)
+@pytest.mark.parametrize("raw", [b"", b"\x00" * 40, b"[]", b"null", b"{}", b'"text"', b"\xff\xfe{"])
+def test_damaged_files_are_refused_in_one_line(name: str, raw: bytes, tmp_path: Path) -> None:
+    (tmp_path / name).write_bytes(raw)
+    with pytest.raises(InputError, match=rf"{name}: empty, cut off or damaged") as told:
+        READERS[name][1](tmp_path)
+    assert "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize("name", READERS)
+def test_files_cut_off_anywhere_are_refused(name: str, tmp_path: Path) -> None:
+    table, read = READERS[name]
+    whole = json.dumps(table)
+    for end in range(len(whole)):
+        (tmp_path / name).write_text(whole[:end])
+        with pytest.raises(InputError, match="empty, cut off or damaged"):
+            read(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "value"),
+    [
+        ("config.json", "robots", "r1"),
+        ("config.json", "robots", [1]),
+        ("config.json", "settings", []),
+        ("metrics.json", "mission_s", "20"),
+        ("metrics.json", "robots_lost", None),
+        ("robot.json", "placed", {"r1": [0, 0]}),
+        ("robot.json", "pairs", [{**PAIR, "T_a_b": "none"}]),
+        ("robot.json", "pairs", [{**PAIR, "accepted_at_s": "3"}]),
+        ("robot.json", "links", [{}]),
+    ],
+)
+def test_values_of_other_types_are_refused(name: str, key: str, value: object, tmp_path: Path) -> None:
+    table, read = READERS[name]
+    (tmp_path / name).write_text(json.dumps({**table, key: value}))
+    with pytest.raises(InputError, match=rf"{name}: .*{key}"):
+        read(tmp_path)
+
+
+def test_missing_files_say_what_is_missing(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="nowhere: no such folder"):
+        read_config(tmp_path / "nowhere")
+    with pytest.raises(InputError, match=r"not a run's folder \(config.json is missing\)"):
+        read_config(tmp_path)
+    with pytest.raises(InputError, match=r"the run did not finish \(no metrics.json\)"):
+        read_metrics(tmp_path)
+    assert read_robot(tmp_path) is None and robots_of(tmp_path) is None
+
+
+def test_a_damaged_robot_counts_as_lost_and_the_others_are_used(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    for robot_id, text in (("r2", json.dumps(ROBOT)), ("r1", json.dumps(ROBOT)), ("r3", "{")):
+        (tmp_path / robot_id).mkdir()
+        (tmp_path / robot_id / "robot.json").write_text(text)
+    assert list(read_robots(tmp_path, ["r4", "r3", "r2", "r1"])) == ["r1", "r2"]
+    assert "r3/robot.json: empty, cut off or damaged" in caplog.text and "r3 counts as lost" in caplog.text
+
+
+def test_events_keep_what_is_whole(tmp_path: Path) -> None:
+    assert read_events(tmp_path) == []
+    good = [{"t": 1.0, "robot": "r1", "event": "mapped"}, {"t": 2, "event": "merged", "a": "r1"}]
+    lines = [
+        json.dumps(good[0]),
+        "",
+        "[1]",
+        "null",
+        '{"event": "mapped"}',
+        '{"t": "1", "event": "x"}',
+        json.dumps(good[1]),
+    ]
+    (tmp_path / "events.jsonl").write_bytes("\n".join(lines).encode() + b'\n{"t": 3, "ev\xff')
+    assert read_events(tmp_path) == good
+
+
+@pytest.mark.parametrize("raw", [b"", b"[1]", b"{", b"\xff"])
+def test_usage_is_none_where_it_is_not_whole(raw: bytes, tmp_path: Path) -> None:
+    assert read_usage(tmp_path) is None
+    (tmp_path / "usage.json").write_bytes(raw)
+    assert read_usage(tmp_path) is None
+    (tmp_path / "usage.json").write_text('{"cpu_s": 1}')
+    assert read_usage(tmp_path) == {"cpu_s": 1}
