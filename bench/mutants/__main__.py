@@ -1,0 +1,133 @@
+"""Mutants: breaks the program in one place at a time and says whether the tests of that package notice.
+
+    python -m bench.mutants --package agent merge --workers 2
+    python -m bench.mutants --only second_look
+
+Each is applied in a copy of the repository, and the tests of its package are run until one fails; chaos mutants are
+held against five chaos missions. One line each: killed (by which test), SURVIVED, or stale where the text to change is
+not there any more. One JSON line at the end.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import queue
+import re
+import sys
+import tempfile
+import time
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+from pathlib import Path
+
+from bench.mutants.lists import MUTANTS
+from bench.mutants.mutant import Mutant
+from bench.mutants.scratch import Ended, Scratch, has_kernels
+
+PACKAGES = sorted({mutant.package for mutant in MUTANTS})
+CHAOS = ("-m", "bench.chaos", "--missions", "5", "--seed", "0", "--workers", "1")
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What came of one mutant."""
+
+    mutant: Mutant
+    word: str
+    """"killed", "SURVIVED" or "stale"."""
+    by: str
+    seconds: float
+
+
+def judge(scratch: Scratch, mutant: Mutant, timeout_s: float) -> Verdict:
+    """Return whether the tests notice a mutant."""
+    with scratch.mutated(mutant) as is_there:
+        if not is_there:
+            return Verdict(mutant, "stale", "its text is not there once", 0.0)
+        ended = scratch.run(command(mutant), timeout_s, spends_cache=has_kernels(mutant))
+    return Verdict(mutant, "killed" if ended.failed else "SURVIVED", _killer(ended), ended.seconds)
+
+
+def command(mutant: Mutant) -> list[str]:
+    """Return the command that must fail: tests that bear the name of the module come first."""
+    if mutant.chaos:
+        return [sys.executable, *CHAOS]
+    return [sys.executable, *tests_of(mutant.package, Path(mutant.file).stem)]
+
+
+def tests_of(package: str, module: str = "") -> list[str]:
+    """Return the arguments that run a package's tests, those of a module first."""
+    folder = Path("tests") / package
+    first = [str(path) for path in sorted(folder.rglob(f"test_{module}.py"))] if module else []
+    return ["-m", "pytest", "-p", "no:cacheprovider", "-q", "-x", *first, str(folder)]
+
+
+def _killer(ended: Ended) -> str:
+    if not ended.failed:
+        return ""
+    found = re.search(r"^(?:FAILED|ERROR) (\S+)|^(seed \d+: .*)", ended.output, re.MULTILINE)
+    return found[0] if found else ended.output.strip().splitlines()[-1][:200] if ended.output.strip() else "no output"
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--package", nargs="*", choices=PACKAGES, default=PACKAGES)
+    parser.add_argument("--only", default="", help="mutants whose file or harm has this text")
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--timeout", type=float, default=1800.0, help="seconds; what hangs longer is killed")
+    parser.add_argument("--list", action="store_true", help="say only which texts are stale")
+    return parser.parse_args()
+
+
+def main() -> int:
+    """Judge the mutants asked for."""
+    options = _options()
+    chosen = [m for m in MUTANTS if m.package in options.package and options.only in f"{m.file} {m.harm}"]
+    if options.list:
+        return _list(chosen)
+    start_s = time.monotonic()
+    verdicts: list[Verdict] = []
+    scratches: queue.SimpleQueue[Scratch] = queue.SimpleQueue()
+
+    def turn(mutant: Mutant) -> Verdict:
+        scratch = scratches.get()
+        try:
+            return judge(scratch, mutant, options.timeout)
+        finally:
+            scratches.put(scratch)
+
+    def made(number: int) -> None:
+        scratch = Scratch(Path(folder) / str(number))
+        scratch.warm_up()
+        scratches.put(scratch)
+
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(options.workers) as threads:
+        list(threads.map(made, range(options.workers)))
+        for future in as_completed([threads.submit(turn, mutant) for mutant in chosen]):
+            verdicts.append(verdict := future.result())
+            mutant = verdict.mutant
+            print(f"{verdict.word:8} {mutant.package:16} {mutant.file}: {mutant.harm} [{verdict.by}]", flush=True)
+    words = {word: [v for v in verdicts if v.word == word] for word in ("killed", "SURVIVED", "stale")}
+    line = {
+        "what": "mutants",
+        "mutants": len(verdicts),
+        "killed": len(words["killed"]),
+        "survived": sorted(f"{v.mutant.file}: {v.mutant.harm}" for v in words["SURVIVED"]),
+        "stale": sorted(f"{v.mutant.file}: {v.mutant.harm}" for v in words["stale"]),
+        "seconds": round(time.monotonic() - start_s, 1),
+    }
+    print(json.dumps(line))
+    return 1 if words["SURVIVED"] or words["stale"] else 0
+
+
+def _list(mutants: list[Mutant]) -> int:
+    stale = [m for m in mutants if not Path(m.file).exists() or m.applied_to(Path(m.file).read_text()) is None]
+    for mutant in stale:
+        print(f"stale    {mutant.package:16} {mutant.file}: {mutant.harm}")
+    print(json.dumps({"what": "mutants", "mutants": len(mutants), "stale": len(stale)}))
+    return 1 if stale else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,26 @@
+"""The mutants of each package, chosen by what would hurt a user."""
+
+from bench.mutants.lists import (
+    agent,
+    alignment,
+    chaos,
+    comms,
+    merge,
+    mutual_detection,
+    rbpf,
+    sim_driver,
+    spatial,
+)
+from bench.mutants.mutant import Mutant
+
+MUTANTS: tuple[Mutant, ...] = (
+    *spatial.MUTANTS,
+    *rbpf.MUTANTS,
+    *alignment.MUTANTS,
+    *mutual_detection.MUTANTS,
+    *merge.MUTANTS,
+    *comms.MUTANTS,
+    *agent.MUTANTS,
+    *sim_driver.MUTANTS,
+    *chaos.MUTANTS,
+)

@@ -1,0 +1,110 @@
+"""Mutants of alignment."""
+
+from bench.mutants.mutant import Mutant
+
+WALKS = "alignment/proposals/walks.py"
+
+MUTANTS = (
+    Mutant(
+        WALKS,
+        'return [Candidate(about(row[:3], b), -float(row[3]), {"dissimilarity": float(row[3])}) for row in kept]',
+        "return []",
+        "five search methods find nothing at all",
+    ),
+    Mutant(
+        WALKS,
+        "            if len(steps) == MEMORY:",
+        "            if False:",
+        "the adaptive walk never adapts",
+    ),
+    Mutant(
+        WALKS,
+        "if found < value or rng.random() < math.exp(-(found - value) / max(0.2 * first * cooled, 1e-9)):",
+        "if found < value:",
+        "annealing never accepts what is worse",
+    ),
+    Mutant(
+        WALKS,
+        "                now, value = options[k], found[k]\n",
+        "                break\n",
+        "hill climbing never climbs",
+    ),
+    Mutant(
+        WALKS,
+        "return middle, middle - sigma - (lever, lever, 0.0), middle + sigma + (lever, lever, 0.0)",
+        "return middle, np.append(a.points.min(axis=0), -math.pi), np.append(a.points.max(axis=0), math.pi)",
+        "walks ignore the prior's window",
+    ),
+    Mutant(
+        "alignment/align.py",
+        "return [c for c in found if prior is None or _within(prior, c.T_a_b, a, b)]",
+        "return list(found)",
+        "a known place does not keep maps from being merged elsewhere",
+    ),
+    Mutant(
+        "alignment/align.py",
+        "rivals = None if method == THOROUGH else lambda: proposed(THOROUGH)",
+        "rivals = None",
+        "methods that find one place never ask whether there are more",
+    ),
+    Mutant(
+        "alignment/align.py",
+        "return Alignment(se2.inverse(outcome.T_a_b), outcome.confidence",
+        "return Alignment(outcome.T_a_b, outcome.confidence",
+        "where the second map is the larger one, maps are merged inside out",
+    ),
+    Mutant(
+        "alignment/verification/decide.py",
+        "C = covariance(best.H, best.pivot, best.T_a_b, 0.5 * config.tolerance_m)",
+        "C = 1e-12 * covariance(best.H, best.pivot, best.T_a_b, 0.5 * config.tolerance_m)",
+        "every alignment claims to be exact",
+    ),
+    Mutant(
+        "alignment/verification/decide.py",
+        'evidence["margin"] = max(0.0, 1.0 - max(rivalry(own, rival) for rival in known))',
+        'evidence["margin"] = 1.0',
+        "corridors that fit at two places are merged at one of them",
+    ),
+    Mutant(
+        "alignment/verification/decide.py",
+        "failed = list(dict.fromkeys(t.complaint for t in asked if t.slack < 0))",
+        "failed: list[str] = []",
+        "whatever fits best is accepted",
+    ),
+    Mutant(
+        "alignment/verification/reasons.py",
+        '        Test(shallow, most, -0.1, f"',
+        '        Test(0.0, most, -0.1, f"',
+        "walls that stand where the other map is free do not count",
+    ),
+    Mutant(
+        "alignment/verification/verify.py",
+        "return (self.matched_m + behind) * self.open * math.exp(-share / discount)",
+        "return (self.matched_m + behind) * self.open",
+        "contradiction makes no fit worse",
+    ),
+    Mutant(
+        "alignment/stability.py",
+        "if valid and (self.believed is None or estimate.confidence >= self.believed.confidence):",
+        "if valid:",
+        "a better alignment is replaced by a worse one",
+    ),
+    Mutant(
+        "alignment/stability.py",
+        "valid = self.previous is not None and self.agrees(estimate, self.previous)",
+        "valid = True",
+        "one alignment that nothing confirms is believed",
+    ),
+    Mutant(
+        "alignment/prepared.py",
+        "return sizes[0] < sizes[1] if sizes[0] != sizes[1] else _digest(one) < _digest(two)",
+        "return False",
+        "align(b, a) is not the inverse of align(a, b)",
+    ),
+    Mutant(
+        "alignment/prepared.py",
+        "kept = np.where(inside[: grid.shape[0], : grid.shape[1]], grid.cells, np.int8(UNKNOWN))",
+        "kept = grid.cells",
+        "a map that shows one place twice is merged by the wrong one",
+    ),
+)

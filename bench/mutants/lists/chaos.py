@@ -1,0 +1,67 @@
+"""Mutants that chaos missions must catch, whatever the tests of a package say."""
+
+from bench.mutants.mutant import Mutant
+
+LIARS, KIDNAPPED = 0, 0
+
+MUTANTS = (
+    Mutant(
+        "agent/team.py",
+        "        verdict = self.pairs.settle(job, outcome, now_ns)\n",
+        "        verdict = self.pairs.settle(job, Rejection('no', 0.0, {}, 'auto'), now_ns)\n",
+        "nothing is ever aligned",
+        chaos=True,
+    ),
+    Mutant(
+        "agent/team.py",
+        "            self._map = replace(team, grid=self.without_ghosts(team.grid))",
+        "            self._map = replace(team, grid=self._store.maps[self.robot_id].map.to_grid())",
+        "the team map shows only the own map",
+        chaos=True,
+    ),
+    Mutant(
+        "mutual_detection/mask.py",
+        "    count = int(np.count_nonzero(beams))\n",
+        "    count = 0\n",
+        "teammates are never masked",
+        chaos=True,
+    ),
+    Mutant(
+        "agent/doubt.py",
+        "            if not torn and health >= self.min_health:",
+        "            if True:",
+        "robots never doubt themselves",
+        chaos=True,
+    ),
+    Mutant(
+        "agent/core.py",
+        "        return self.team.on_aligned(job, outcome, now_ns)\n",
+        "        if isinstance(outcome, Alignment):\n"
+        "            away = 0.8 + 0.4 * (outcome.confidence * 1e3 % 1.0)\n"
+        "            outcome.T_a_b[0] += away\n"
+        "        return self.team.on_aligned(job, outcome, now_ns)\n",
+        "transforms are 0.8 to 1.2 m off",
+        chaos=True,
+    ),
+    Mutant(
+        "agent/doubt.py",
+        "    if free >= ON_FREE * len(places):",
+        "    if True:",
+        "liars are not doubted",
+        chaos=True,
+    ),
+    Mutant(
+        "agent/core.py",
+        "if not self.self_doubt.doubtful and self.mapper.stats.processed:",
+        "if self.mapper.stats.processed:",
+        "a doubtful robot publishes its map",
+        chaos=True,
+    ),
+    Mutant(
+        "agent/team.py",
+        "return clear_ghosts(grid, paths, self._mutual_detection.robot_radius_m)[0]",
+        "return grid",
+        "ghosts of teammates stay in maps",
+        chaos=True,
+    ),
+)

@@ -1,0 +1,135 @@
+"""Mutants of merge."""
+
+from bench.mutants.mutant import Mutant
+
+GRAPH, CONSISTENCY, SOLVE = (f"merge/graph/{name}.py" for name in ("team_graph", "consistency", "solve"))
+
+MUTANTS = (
+    Mutant(
+        GRAPH,
+        "tree = consistency.spanning_tree(inside, lambda edge: edge.confidence)",
+        "tree = consistency.spanning_tree(inside, lambda edge: -edge.confidence)",
+        "maps are placed along the worst alignments: a minimum spanning tree",
+    ),
+    Mutant(
+        CONSISTENCY,
+        "tree = spanning_tree(kept, lambda edge: edge.confidence)",
+        "tree = spanning_tree(kept, lambda edge: -edge.confidence)",
+        "long loops are judged by the worst alignments, and the best ones dropped",
+    ),
+    Mutant(
+        GRAPH,
+        "            against = conflict(*pair, edge.T_a_b, 1) if conflict else None",
+        "            against = None",
+        "walls on free floor do not take a merge back",
+    ),
+    Mutant(
+        GRAPH,
+        "                    if against and loose:",
+        "                    if False:",
+        "two maps placed through a third may contradict each other",
+    ),
+    Mutant(
+        GRAPH,
+        "            for check in (consistency.drop_broken_triangles, consistency.drop_broken_loops):",
+        "            for check in (consistency.drop_broken_loops,):",
+        "one wrong alignment among three is not found out by the two others",
+    ),
+    Mutant(
+        GRAPH,
+        "        return max(groups, key=size)  # the first of equals",
+        "        return min(groups, key=size)",
+        "without an anchor the smallest group of maps is shown",
+    ),
+    Mutant(
+        GRAPH,
+        "        self._edges = {pair: edge for pair, edge in self._edges.items() if robot_id not in pair}\n",
+        "",
+        "a robot that begins a new map is placed by the old one's alignments",
+    ),
+    Mutant(
+        CONSISTENCY,
+        "support[pair] += weaker if closes else -weaker",
+        "support[pair] += weaker",
+        "of a broken loop the good alignment goes",
+    ),
+    Mutant(
+        CONSISTENCY,
+        "    limit_m, limit_rad = tolerance(config, (nodes[x] for x in triangle), 3)\n",
+        "    limit_m, limit_rad = math.inf, math.inf\n",
+        "loops of three need not close",
+    ),
+    Mutant(
+        SOLVE,
+        "weight = 1.0 / (1.0 + float(residual @ info @ residual) / config.robust_sigmas**2)",
+        "weight = 1.0",
+        "one wrong alignment bends where all maps lie",
+    ),
+    Mutant(
+        SOLVE,
+        "    if len(chosen) <= len(ids):\n        return poses",
+        "    if True:\n        return poses",
+        "loops between maps correct nothing",
+    ),
+    Mutant(
+        "merge/graph/edges.py",
+        "T_a_b, covariance = se2.inverse(T_a_b), inverse_covariance(T_a_b, covariance)",
+        "covariance = inverse_covariance(T_a_b, covariance)",
+        "an alignment told the other way round is used as it is",
+    ),
+    Mutant(
+        "merge/graph/edges.py",
+        "return jacobian @ np.asarray(covariance, dtype=np.float64) @ jacobian.T",
+        "return np.asarray(covariance, dtype=np.float64)",
+        "the uncertainty of a turned alignment points the wrong way",
+    ),
+    Mutant(
+        "merge/grids/agreement.py",
+        "        elif 0 <= cells[r, c] <= KNOWN_FREE_MAX:\n            against += 1",
+        "        elif 0 <= cells[r, c] <= KNOWN_FREE_MAX:\n            agree += 1",
+        "contradicting maps seem to agree",
+    ),
+    Mutant(
+        "merge/grids/fuse_kernels.py",
+        "                out[i, j] = a + b",
+        "                out[i, j] = min(a, b)",
+        "one robot's glimpse of a free cell clears another's wall",
+    ),
+    Mutant(
+        "merge/grids/fusion_tree.py",
+        "            del self._made_of[index], self.cells[index], self._nodes[index]\n",
+        "            pass\n",
+        "an unmerged map stays in the team map",
+    ),
+    Mutant(
+        "merge/grids/fusion_tree.py",
+        "            if self._made_of.get(index) == versions:",
+        "            if index in self._made_of:",
+        "the team map does not follow maps that change",
+    ),
+    Mutant(
+        "merge/grids/layers.py",
+        "        before = self._grid if same_place else None",
+        "        before = self._grid",
+        "a map that is placed anew stays where it was in the team map",
+    ),
+    Mutant(
+        "merge/grids/warp_kernels.py",
+        "    if value >= OCCUPIED and draws_thin and not _is_thick(cells, r, c):\n"
+        "        return _beside(cells, r, c, sx - c - 0.5, sy - r - 0.5)\n",
+        "",
+        "thin walls get thick in the team map",
+    ),
+    Mutant(
+        "merge/team.py",
+        "        near_m = self.config.contradiction_tolerance_m * float(np.sqrt(hops))",
+        "        near_m = 1e3",
+        "no two maps ever contradict each other",
+    ),
+    Mutant(
+        "merge/team.py",
+        "if key in held and held[key][0] is one and held[key][1] is two:",
+        "if key in held:",
+        "maps that come to contradict each other are not compared again",
+    ),
+)

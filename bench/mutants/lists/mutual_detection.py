@@ -1,0 +1,94 @@
+"""Mutants of mutual_detection."""
+
+from bench.mutants.mutant import Mutant
+
+GHOSTS, MASK, TRACKER = (f"mutual_detection/{name}.py" for name in ("ghosts", "mask", "tracker"))
+
+MUTANTS = (
+    Mutant(MASK, "                out[i] = True\n", "                out[i] = False\n", "teammates are never masked"),
+    Mutant(
+        MASK,
+        "centres_laser = se2.apply(se2.inverse(T_map_laser)",
+        "centres_laser = se2.apply(T_map_laser",
+        "teammates are masked where they are not",
+    ),
+    Mutant(
+        MASK,
+        "T_map_laser = se2.compose(T_map_base, scan.T_base_laser)",
+        "T_map_laser = T_map_base",
+        "teammates are masked beside where they are, for a laser that is not in the middle",
+    ),
+    Mutant(
+        MASK,
+        "if dx * dx + dy * dy <= radii_m[k] * radii_m[k]:",
+        "if x * centres_m[k, 0] + y * centres_m[k, 1] > 0.0:",
+        "every beam towards a teammate is dropped: the wall behind is never mapped",
+    ),
+    Mutant(
+        TRACKER,
+        "if innovation @ np.linalg.solve(spread, innovation) > self._config.gate_sigmas**2:",
+        "if False:",
+        "after a merge is corrected teammates are masked at a place between",
+    ),
+    Mutant(TRACKER, "if stamp_ns < track.stamp_ns:", "if False:", "a late report sets a teammate back"),
+    Mutant(
+        TRACKER,
+        "            if abs(age_ns) > self._config.forget_after_s * NS:\n                continue\n",
+        "",
+        "a teammate that is gone is masked for ever",
+    ),
+    Mutant(
+        TRACKER,
+        "self._config.sigmas * sigma_m",
+        "0.0 * sigma_m",
+        "circles do not grow with a report's age: a turning teammate leaves ghosts",
+    ),
+    Mutant(
+        TRACKER,
+        "return (x + dt_s * vx, y + dt_s * vy), math.sqrt",
+        "return (x, y), math.sqrt",
+        "teammates are masked where they were",
+    ),
+    Mutant(
+        TRACKER,
+        "self._tracks.pop(robot_id, None)",
+        "self._tracks.get(robot_id)",
+        "a teammate that was unmerged is masked on",
+    ),
+    Mutant(
+        TRACKER,
+        "        track.filter.update(xy, R=noise)\n",
+        "        track.filter.update(xy, R=np.eye(2) * 1e6)\n",
+        "reports do not move a teammate",
+    ),
+    Mutant(
+        GHOSTS,
+        "                if all_near or marks[r, c] == 2:",
+        "                if marks[r, c] == 2:",
+        "specks beside a path stay in the map",
+    ),
+    Mutant(
+        GHOSTS,
+        "                if all_near or marks[r, c] == 2:",
+        "                if True:",
+        "walls beside a path vanish",
+    ),
+    Mutant(
+        GHOSTS,
+        "            if length <= longest:",
+        "            if True:",
+        "walls between two places far apart are freed",
+    ),
+    Mutant(
+        GHOSTS,
+        "            if length <= longest:",
+        "            if False:",
+        "ghosts between two places of a path stay",
+    ),
+    Mutant(
+        GHOSTS,
+        "marks = np.where(away_m <= radius_m - INSIDE_M, INSIDE, NEAR)",
+        "marks = np.where(away_m <= radius_m + AROUND_M, INSIDE, NEAR)",
+        "walls that a robot brushes past are freed",
+    ),
+)

@@ -1,0 +1,136 @@
+"""Mutants of rbpf."""
+
+from bench.mutants.mutant import Mutant
+
+FILTER = "rbpf/filter/particle_filter.py"
+
+MUTANTS = (
+    Mutant(FILTER, "self.log_weights += gain", "self.log_weights += 0.0 * gain", "weights are never updated"),
+    Mutant(
+        FILTER,
+        "if self.neff < self.config.neff_fraction * self.count:",
+        "if self.neff < 0.0 * self.count:",
+        "particles are never resampled",
+    ),
+    Mutant(
+        FILTER,
+        "        self.store.resample(parents)\n        self.log_weights = np.zeros(parents.size)",
+        "        self.log_weights = np.zeros(parents.size)",
+        "maps do not follow their particles at resampling",
+    ),
+    Mutant(FILTER, "        self.best = heir", "        self.best = 0", "the heir is always particle 0"),
+    Mutant(
+        FILTER,
+        "if self.log_weights[self.best] < -LOYALTY:",
+        "if self.log_weights[self.best] < -1e9:",
+        "the best particle never changes",
+    ),
+    Mutant(
+        FILTER,
+        "own = self._own[parents]",
+        "own = self._own[np.arange(parents.size) % self.count]",
+        "trajectories do not follow their particles at resampling",
+    ),
+    Mutant(
+        FILTER,
+        "if turn != 0.0:",
+        "if False:",
+        "the compass of straight walls turns nothing",
+    ),
+    Mutant(
+        "rbpf/filter/back_end.py",
+        "closed = self._contradicted and self._relax()",
+        "closed = False",
+        "loops are never relaxed",
+    ),
+    Mutant(
+        "rbpf/filter/back_end.py",
+        "self._contradicted = self.config.close_loops and self.loops.look(poses)",
+        "self._contradicted = False",
+        "loops are never looked for",
+    ),
+    Mutant(
+        "rbpf/filter/back_end.py",
+        "        self.filter.adopt(relaxed, self.loops.scans, self.loops.origins)\n",
+        "",
+        "a closed loop bends no map",
+    ),
+    Mutant(
+        "rbpf/filter/particles.py",
+        "gain[i] = evidence_beams * results[i, SCORE]",
+        "gain[i] = -evidence_beams * results[i, SCORE]",
+        "the worst particles survive",
+    ),
+    Mutant(
+        "rbpf/filter/particles.py",
+        "            pool, tables[i], row0, col0, resolution_m, points, predicted",
+        "            pool, tables[0], row0, col0, resolution_m, points, predicted",
+        "every particle is matched to the first one's map",
+    ),
+    Mutant(
+        "rbpf/filter/resampling.py",
+        "while cumulated <= target and i < last:",
+        "while cumulated <= target:",
+        "a sum of weights short of 1 runs past the last particle",
+    ),
+    Mutant(
+        "rbpf/loops/loops.py",
+        " and result[INLIERS] >= (AGREEING_LEAST + 0.5 * more) * seen)",
+        ")",
+        "a loop is closed where walls contradict",
+    ),
+    Mutant(
+        "rbpf/loops/loops.py",
+        "            if apart > AGREE_M or twisted > AGREE_RAD:\n                return False\n",
+        "",
+        "one fit that nothing confirms bends the map",
+    ),
+    Mutant(
+        "rbpf/loops/graph.py",
+        "if np.abs(step).max() < SETTLED_M:",
+        "if True:",
+        "relaxation stops after one step, and large loops stay open",
+    ),
+    Mutant(
+        "rbpf/tiles/cells.py",
+        "        hits, visits = (hits + 1) >> 1, (visits + 1) >> 1\n",
+        "        hits, visits = HITS_CAP - 1, VISITS_CAP - 1\n",
+        "what went away never fades",
+    ),
+    Mutant(
+        "rbpf/tiles/cells.py",
+        "    return cell + 32\n",
+        "    return cell\n",
+        "beams clear nothing: teammates and people stay as walls",
+    ),
+    Mutant(
+        "rbpf/mapper.py",
+        "self._carried = self._front.predictor.carried(T_before_odom)",
+        "self._carried = se2.IDENTITY",
+        "while scans are of no use the robot seems to stand still",
+    ),
+    Mutant(
+        "rbpf/mapper.py",
+        "return min(self._health, DOUBTFUL) if self._front.adrift > ADRIFT_MOST else self._health",
+        "return self._health",
+        "a robot whose motion is guessed is sure of itself",
+    ),
+    Mutant(
+        "rbpf/front_end/health.py",
+        "self._fit += MEMORY * (fit",
+        "self._fit += MEMORY * (1.0",
+        "health stays full though nothing fits",
+    ),
+    Mutant(
+        "rbpf/front_end/scan_gate.py",
+        "elif self._moved(T_odom_base):",
+        "elif False:",
+        "a laser that is stuck draws its last scan along the way",
+    ),
+    Mutant(
+        "rbpf/front_end/scan_gate.py",
+        "    return bool(is_dense and on_surfaces",
+        "    return bool(False and on_surfaces",
+        "garbage of a broken laser is drawn into the map",
+    ),
+)

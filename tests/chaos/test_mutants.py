@@ -1,0 +1,62 @@
+"""Mutants are applied, judged, and taken back."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from bench.mutants.__main__ import judge
+from bench.mutants.lists import MUTANTS
+from bench.mutants.mutant import Mutant
+from bench.mutants.scratch import TOP, Scratch
+
+PACKAGES = ("spatial", "rbpf", "alignment", "mutual_detection", "merge", "comms", "agent", "sim_driver")
+LINES = Mutant("tests/chaos/test_mutants.py", "SUM = 1 + 1\n", "SUM = 1 + 2\n", "sums are wrong")
+SUM = 1 + 1
+
+
+def test_a_mutant_whose_text_is_not_there_once_is_stale(tmp_path: Path) -> None:
+    scratch = Scratch(tmp_path)
+    gone = Mutant("spatial/se2.py", "no such text", "", "nothing")
+    many = Mutant("spatial/se2.py", "cos", "sin", "everything")
+    missing = Mutant("spatial/nowhere.py", "x", "y", "nothing")
+    assert [judge(scratch, one, 60.0).word for one in (gone, many, missing)] == ["stale"] * 3
+
+
+def test_a_mutant_is_in_the_copy_while_it_is_judged_and_nowhere_else(tmp_path: Path) -> None:
+    scratch = Scratch(tmp_path)
+    path = scratch.top / LINES.file
+    before, stamp_ns = path.read_text(), path.stat().st_mtime_ns
+    with scratch.mutated(LINES) as is_there:
+        assert is_there and "SUM = 1 + 2\n" in path.read_text()
+        assert "SUM = 1 + 1\n" in (TOP / LINES.file).read_text()
+    assert path.read_text() == before and path.stat().st_mtime_ns == stamp_ns
+
+
+def test_what_calls_a_changed_kernel_is_compiled_anew(tmp_path: Path) -> None:
+    scratch = Scratch(tmp_path)
+    mutant = Mutant("spatial/traversal.py", "NEVER = 1e30", "NEVER = 1e29", "nothing")
+    caller, other = (scratch.top / name for name in ("sim_driver/worlds/radio.py", "merge/grids/fuse_kernels.py"))
+    before = [path.stat().st_mtime_ns for path in (caller, other)]
+    with scratch.mutated(mutant):
+        during = [path.stat().st_mtime_ns for path in (caller, other)]
+    assert during[0] != before[0] and during[1] == before[1]
+    assert [path.stat().st_mtime_ns for path in (caller, other)] == before
+
+
+@pytest.mark.parametrize(("code", "failed"), [("raise SystemExit(1)", True), ("print('fine')", False)])
+def test_a_command_fails_as_it_ends(tmp_path: Path, code: str, failed: bool) -> None:
+    assert Scratch(tmp_path).run([sys.executable, "-c", code], 60.0).failed is failed
+
+
+def test_what_hangs_is_ended_and_counts_as_noticed(tmp_path: Path) -> None:
+    ended = Scratch(tmp_path).run([sys.executable, "-c", "import threading; threading.Event().wait()"], 1.0)
+    assert ended.failed and "did not end within 1 s" in ended.output
+
+
+def test_there_are_a_hundred_and_a_dozen_for_each_package() -> None:
+    assert len(MUTANTS) >= 100
+    assert all(sum(mutant.package == package for mutant in MUTANTS) >= 12 for package in PACKAGES)
+    assert len({(mutant.file, mutant.old, mutant.new, mutant.chaos) for mutant in MUTANTS}) == len(MUTANTS)
