@@ -1,4 +1,4 @@
-"""A robot on disk: its mapper, all maps it knows, all alignments it believes. After a crash it goes on from there."""
+"""A robot on disk: its mapper, all maps it knows, all alignments it believes; after a crash it continues from there."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from mrslam.agent.core import Agent
+from mrslam.agent.known_map import KnownMap
 from mrslam.agent.link_stats import LinkStats
-from mrslam.agent.pairs import PairStatus
+from mrslam.agent.pairs.belief import PairBelief
 from mrslam.alignment import Alignment, Evidence
 from mrslam.comms import restore_store, store_state
 from mrslam.rbpf import Mapper
@@ -36,7 +37,7 @@ def freeze(agent: Agent) -> Packed:
             "mapper": agent.mapper.state(),
             "store": store_state(agent.node.store),
             "frame": agent.team.frame,
-            "pairs": [[a, b, _pair_state(status)] for (a, b), status in sorted(agent.team.pairs.pairs.items())],
+            "pairs": [[a, b, _belief_state(belief)] for (a, b), belief in sorted(agent.team.beliefs.items())],
             "links": {peer: vars(stats) for peer, stats in agent.links.items()},
             "masked_beams": agent.masked_beams,
             "map_number": agent.map_number,
@@ -67,7 +68,7 @@ def restore(agent: Agent, path: Path) -> None:
         mapper.restore(state["mapper"])
         mapper.skip_revisions(REVISIONS_LOST)
         links = {peer: LinkStats(**sums) for peer, sums in state["links"].items()}
-        pairs = {(a, b): _pair(status) for a, b, status in state["pairs"]}
+        beliefs = {(a, b): _belief(belief) for a, b, belief in state["pairs"]}
         frame = state.get("frame")
         masked_beams, map_number = state["masked_beams"], state["map_number"]
         doubt = agent.self_doubt.resumed(state["self_doubt"])
@@ -76,7 +77,9 @@ def restore(agent: Agent, path: Path) -> None:
         raise InputError(f"{path}: the checkpoint does not fit this program ({error})") from error
     agent.mapper, agent.links, agent.masked_beams, agent.map_number = mapper, links, masked_beams, map_number
     agent.self_doubt = doubt
-    agent.team.take_up(pairs, frame)
+    store = agent.node.store
+    maps = {robot_id: KnownMap(store.version(robot_id), local) for robot_id, local in store.maps.items()}
+    agent.team.take_up(maps, beliefs, frame)
 
 
 def resume(agent: Agent, path: Path) -> None:
@@ -99,27 +102,21 @@ def _same_settings(saved: dict[str, Any], now: dict[str, Any], path: Path) -> No
         raise InputError(f"{path}: made with other settings: {', '.join(other)}; use these, or start without it")
 
 
-def _pair_state(status: PairStatus) -> dict[str, Any]:
+def _belief_state(belief: PairBelief) -> dict[str, Any]:
     return {
-        "status": status.status,
-        "reason": status.reason,
-        "attempts": status.attempts,
-        "accepted_at_ns": status.accepted_at_ns,
-        "alignment": None if status.alignment is None else _alignment_state(status.alignment),
+        "status": belief.status,
+        "reason": belief.reason,
+        "attempts": belief.attempts,
+        "accepted_at_ns": belief.accepted_at_ns,
+        "alignment": None if belief.alignment is None else _alignment_state(belief.alignment),
     }
 
 
-def _pair(state: dict[str, Any]) -> PairStatus:
-    found = None if state["alignment"] is None else _alignment(state["alignment"])
-    status = PairStatus(
-        status=state["status"],
-        alignment=found,
-        accepted_at_ns=state["accepted_at_ns"],
-        reason=state["reason"],
-        attempts=state["attempts"],
-    )
-    status.stability.believed = status.stability.previous = found
-    return status
+def _belief(state: dict[str, Any]) -> PairBelief:
+    belief = PairBelief(state["status"], state["reason"], state["attempts"], state["accepted_at_ns"])
+    if state["alignment"] is not None:
+        belief.stability.believed = belief.stability.previous = _alignment(state["alignment"])
+    return belief
 
 
 def _alignment(state: dict[str, Any]) -> Alignment:

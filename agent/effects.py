@@ -10,7 +10,9 @@ from typing import Any
 from mrslam import comms
 from mrslam.alignment import Prior
 from mrslam.comms import Send
-from mrslam.spatial import OccupancyGrid
+from mrslam.merge import TeamMap
+from mrslam.rbpf import UpdateInfo
+from mrslam.spatial import LocalMap, OccupancyGrid
 
 
 @dataclass(frozen=True)
@@ -50,13 +52,34 @@ def as_event(effect: comms.Effect, t_ns: int) -> Event:
 
 
 def _plain_fields(record: Any) -> Iterator[tuple[str, Any]]:
-    """Yield a record's fields by name; those of a record inside it are its own."""
+    """Yield a record's fields by name, maps left out; those of a record inside it are its own."""
     for item in fields(record):
         value = getattr(record, item.name)
+        if isinstance(value, LocalMap):
+            continue
         if is_dataclass(value):
             yield from _plain_fields(value)
         else:
             yield item.name, _plain(value)
+
+
+def mapped_fields(info: UpdateInfo) -> dict[str, Any]:
+    """Return what the event "mapped" says of one scan: the pose it was mapped at, and how the filter is."""
+    x, y, theta = (round(float(value), 4) for value in info.T_map_base)
+    return {
+        "x_m": x,
+        "y_m": y,
+        "theta_rad": theta,
+        "neff": round(info.neff, 2),
+        "resampled": info.resampled,
+        "health": round(info.health, 3),
+    }
+
+
+def known_fields(own_m2: float, team: TeamMap) -> dict[str, Any]:
+    """Return what the event "known" says: how large the maps are, and whose are placed."""
+    team_m2 = team.grid.known_area_m2()
+    return {"own_m2": round(own_m2, 2), "team_m2": round(team_m2, 2), "placed": sorted(team.T_team_map)}
 
 
 def _plain(value: Any) -> Any:

@@ -1,105 +1,108 @@
 """What one robot makes of its team: whose maps it believes, how they lie to each other, and the map they make together.
 
-Maps of teammates come in, pairs of maps to align go out; what comes back becomes an edge of the team graph, or takes
-one back.
+Maps of teammates come in, pairs of maps to align are returned; an accepted alignment becomes an edge of the team graph,
+and one that is contradicted is taken back.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 from mrslam.agent.config import Settings
-from mrslam.agent.doubt import contradicts_itself
 from mrslam.agent.effects import AlignJob, Effect, Event
-from mrslam.agent.pairs import PairBook, PairStatus
+from mrslam.agent.known_map import KnownMap
+from mrslam.agent.map_check import contradicts_itself
+from mrslam.agent.pairs.belief import PairBelief, Verdict
+from mrslam.agent.pairs.schedule import Schedule
 from mrslam.alignment import Alignment, Rejection
-from mrslam.comms.maps.store import MapStore
-from mrslam.merge import TeamMap, TeamMapper
+from mrslam.merge import Pair, Placement, TeamMap, TeamMapper
+from mrslam.merge.graph.edges import pair_of
 from mrslam.mutual_detection import clear_ghosts
 from mrslam.spatial import LocalMap, OccupancyGrid, se2
 from mrslam.spatial.se2 import Transform
 
 PLACE_NS = 2_000_000_000
-"""How often maps that have changed are held against each other, nanoseconds."""
+"""How often maps that have changed are compared with each other, nanoseconds: once a ``publish_interval_s``."""
 
 
 class Team:
-    """The maps known, the alignments believed, and who lies where in the own map's frame."""
+    """The maps known, what is believed of each pair of them, and who lies where in the own map's frame."""
 
-    def __init__(
-        self, robot_id: str, settings: Settings, store: MapStore, on_lost: Callable[[str], None], *, maps: bool = True
-    ) -> None:
-        """Start alone; ``on_lost`` is told whose place is known no more.
+    def __init__(self, robot_id: str, settings: Settings, *, maps: bool = True) -> None:
+        """Start alone.
 
         A robot that ``maps`` lays teammates' maps into its own; a base station, which has none, into the map of one of
         those that it could put together, and keeps to that one's while it can.
         """
         self.robot_id = robot_id
-        self.pairs = PairBook(robot_id, settings.agent)
+        self.maps: dict[str, KnownMap] = {}
+        """By robot: its newest map, where it is believed to be what the robot saw."""
         self.doubted: dict[str, str] = {}
         """By robot: why its map is not believed to be what it saw."""
-        self.T_team_map: dict[str, Transform] = {robot_id: se2.IDENTITY} if maps else {}
-        """By robot: maps points of its map into the own map (the frame's), for those whose place is known."""
-        self._store, self._on_lost = store, on_lost
+        self.beliefs: dict[Pair, PairBelief] = {}
+        """By pair of those maps, (a, b) with a < b: what is believed of it."""
+        self._schedule = Schedule(robot_id, settings.agent)
         self._mutual_detection = settings.mutual_detection
-        self._graph = TeamMapper(anchor=robot_id if maps else None, config=settings.merge, keeps_frame=not maps)
-        self._map: TeamMap | None = None
-        self._stale = False
+        self._mapper = TeamMapper(anchor=robot_id if maps else None, config=settings.merge, keeps_frame=not maps)
+        self._placement = Placement(T_team_map={robot_id: se2.IDENTITY} if maps else {})
         self._placed_ns = 0
-        self._contradicted: dict[tuple[str, str], str] = {}
+        self._is_placement_old = False
+        self._map: TeamMap | None = None
 
     # -- maps ----------------------------------------------------------------------------------------------------------
 
-    def map_changed(self, robot_id: str) -> None:
-        """Take the newest map of a robot from the store."""
-        local = self._store.maps[robot_id]
-        if robot_id != self.robot_id and self._doubts(robot_id, local):
+    def take_map(self, robot_id: str, known: KnownMap) -> None:
+        """Take the newest map of a robot."""
+        if self._doubts(robot_id, known.local):
             return
-        if self.pairs.map_changed(robot_id, self._store.version(robot_id), local.map):
+        held = self.maps.get(robot_id)
+        self._know(robot_id, known)
+        if held is not None and held.epoch != known.epoch:
+            self._begin_pairs(robot_id)
             self.displace(robot_id)
-        self._graph.set_map(robot_id, local.map, local.map.revision)
-        self._map, self._stale = None, True
+        self._mapper.set_map(robot_id, known.grid)
+        self._map, self._is_placement_old = None, True
+
+    def _know(self, robot_id: str, known: KnownMap) -> None:
+        self.maps[robot_id] = known
+        for other in self.maps.keys() - {robot_id}:
+            self.beliefs.setdefault(pair_of(robot_id, other), PairBelief())
+
+    def _begin_pairs(self, robot_id: str) -> None:
+        """Forget what is believed of a robot's pairs, for its map is another one now."""
+        for pair in self.beliefs:
+            if robot_id in pair:
+                self.beliefs[pair] = PairBelief(reason=f"{robot_id} started a new map")
 
     def _doubts(self, robot_id: str, local: LocalMap) -> bool:
-        """Return whether a teammate's map contradicts itself; what was believed of it before goes, too."""
-        reason = contradicts_itself(local)
+        """Return whether a teammate's map contradicts itself; what was believed of it before is forgotten, too."""
+        reason = contradicts_itself(local) if robot_id != self.robot_id else None
         if reason is None:
             self.doubted.pop(robot_id, None)
             return False
         self.doubted[robot_id] = reason
-        self.pairs.forget(robot_id)
+        self.maps.pop(robot_id, None)
+        self.beliefs = {pair: belief for pair, belief in self.beliefs.items() if robot_id not in pair}
         self.displace(robot_id)
         self._map = None
         return True
 
     def displace(self, robot_id: str) -> None:
         """Forget at once where a robot's old map lay; where it was the own one, that was everyone's frame."""
-        self._graph.remove_map(robot_id)
+        self._mapper.remove_map(robot_id)
         lost = self.T_team_map.keys() - {self.robot_id} if robot_id == self.robot_id else {robot_id}
-        others = {pair: reason for pair, reason in self._contradicted.items() if robot_id not in pair}
-        self._adopt({one: T for one, T in self.T_team_map.items() if one not in lost}, others)
-        self._stale = True
+        places = {one: T for one, T in self.T_team_map.items() if one not in lost}
+        self._placement, self._is_placement_old = replace(self._placement, T_team_map=places), True
 
-    @property
-    def frame(self) -> str | None:
-        """The robot whose map frame is the team map's; None where there is none yet."""
-        return self._graph.frame
-
-    def take_up(self, pairs: Mapping[tuple[str, str], PairStatus], frame: str | None) -> None:
-        """Go on with the maps in the store and these alignments of an earlier life."""
-        self._graph.frame = frame
-        for robot_id, local in sorted(self._store.maps.items()):
-            if robot_id != self.robot_id and self._doubts(robot_id, local):
-                continue
-            self.pairs.map_changed(robot_id, self._store.version(robot_id), local.map)
-            self._graph.set_map(robot_id, local.map, local.map.revision)
-        for (a, b), status in pairs.items():
-            if self.doubted.keys() & {a, b}:
-                continue
-            self.pairs.pairs[a, b] = status
-            if status.alignment is not None:
-                self._graph.set_edge(a, b, status.alignment)
+    def take_up(self, maps: Mapping[str, KnownMap], beliefs: Mapping[Pair, PairBelief], frame: str | None) -> None:
+        """Go on with the maps and beliefs of an earlier life."""
+        self._mapper.frame = frame
+        for robot_id, known in sorted(maps.items()):
+            if not self._doubts(robot_id, known.local):
+                self._know(robot_id, known)
+                self._mapper.set_map(robot_id, known.grid)
+        self.beliefs |= {pair: belief for pair, belief in beliefs.items() if not self.doubted.keys() & set(pair)}
         self._map = None
         self._place(0)
 
@@ -107,68 +110,89 @@ class Team:
 
     def next_alignment(self, now_ns: int) -> AlignJob | None:
         """Return the pair of maps most worth aligning now, or None."""
-        return self.pairs.next_job(now_ns, self.T_team_map)
+        return self._schedule.next_job(self.beliefs, self.maps, self.T_team_map, now_ns)
 
     def on_aligned(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int) -> list[Effect]:
-        """Take the outcome of an alignment; an accepted and stable one becomes an edge of the team graph."""
-        verdict = self.pairs.settle(job, outcome, now_ns)
-        effects: list[Effect] = [Event(now_ns, "alignment", {"a": job.a, "b": job.b, **verdict.fields()})]
-        if verdict.edge is not None:
-            self._graph.set_edge(job.a, job.b, verdict.edge)
-            if verdict.is_new:
-                effects.append(Event(now_ns, "merged", {"a": job.a, "b": job.b, **verdict.fields()}))
-            self._map = None
-            self._place(now_ns)
+        """Take the result of an alignment; an accepted and stable one becomes an edge of the team graph."""
+        verdict = self._settle(job, outcome, now_ns)
+        fields = {"a": job.a, "b": job.b, **verdict.fields()}
+        effects: list[Effect] = [Event(now_ns, "alignment", fields)]
+        if verdict.is_new:
+            effects.append(Event(now_ns, "merged", fields))
         if verdict.status == "revoked":
-            effects.append(self._take_back(job.a, job.b, verdict.reason, now_ns))
+            effects.append(Event(now_ns, "unmerged", {"a": job.a, "b": job.b, "reason": verdict.reason}))
+        if verdict.status in ("accepted", "revoked"):
+            self._map = None
             self._place(now_ns)
         return effects + self.revoke(now_ns)
 
-    def revoke(self, now_ns: int) -> list[Effect]:
-        """Take back the alignments that the maps now contradict."""
-        contradicted, self._contradicted = self._contradicted, {}
-        return [self._take_back(a, b, reason, now_ns) for (a, b), reason in contradicted.items()]
+    def _settle(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int) -> Verdict:
+        for robot_id, version in zip((job.a, job.b), job.versions, strict=True):
+            if robot_id not in self.maps or self.maps[robot_id].epoch != version[0]:
+                return Verdict("rejected", "a map was started anew while this was computed", outcome)
+        return self.beliefs[job.a, job.b].settle(job, outcome, now_ns)
 
-    def _take_back(self, a: str, b: str, reason: str, now_ns: int) -> Effect:
-        self._graph.revoke(a, b, reason)
-        self.pairs.revoke(a, b, reason)
-        self._map = None
-        return Event(now_ns, "unmerged", {"a": a, "b": b, "reason": reason})
+    def revoke(self, now_ns: int) -> list[Effect]:
+        """Take back the alignments that the maps contradicted when they were placed last."""
+        effects: list[Effect] = []
+        for (a, b), reason in self._placement.dropped.items():
+            belief = self.beliefs.get((a, b))
+            if belief is not None and belief.alignment is not None:
+                belief.revoke(reason)
+                self._map = None
+                effects.append(Event(now_ns, "unmerged", {"a": a, "b": b, "reason": reason}))
+        return effects
 
     # -- places --------------------------------------------------------------------------------------------------------
 
+    @property
+    def T_team_map(self) -> dict[str, Transform]:
+        """By robot: maps points of its map into the own map (the frame's), for those whose place is known."""
+        return self._placement.T_team_map
+
+    @property
+    def frame(self) -> str | None:
+        """The robot whose map frame is the team map's; None where there is none yet."""
+        return self._mapper.frame
+
     def keep_placed(self, now_ns: int) -> None:
-        """Hold maps that have changed against each other, if that was not done just now."""
-        if self._stale and now_ns - self._placed_ns >= PLACE_NS:
+        """Place maps again that have changed, where that was not done just now."""
+        if self._is_placement_old and now_ns - self._placed_ns >= PLACE_NS:
             self._place(now_ns)
 
     def _place(self, now_ns: int) -> None:
-        """Work out anew where everyone's map lies."""
+        """Compute where every map lies by what is believed now."""
         self._placed_ns = now_ns
-        placement = self._graph.placement()
-        self._adopt(placement.T_team_map, placement.dropped)
+        self._placement, self._is_placement_old = self._mapper.placement(self._alignments()), False
 
-    def _adopt(self, T_team_map: dict[str, Transform], dropped: dict[tuple[str, str], str]) -> None:
-        for lost in self.T_team_map.keys() - T_team_map.keys():
-            self._on_lost(lost)
-        self.T_team_map, self._contradicted, self._stale = T_team_map, dropped, False
+    def _alignments(self) -> dict[Pair, Alignment]:
+        return {pair: belief.alignment for pair, belief in self.beliefs.items() if belief.alignment is not None}
 
     def map(self) -> TeamMap:
         """Return the team map in the own map's frame, with who is placed where and who is not and why."""
         if self._map is None:
-            team = self._graph.team_map()
-            self._adopt(team.T_team_map, team.dropped)
-            self._map = replace(team, grid=self.without_ghosts(team.grid))
+            team = self._mapper.team_map(self._alignments())
+            self._placement, self._is_placement_old = team, False
+            unplaced = {robot_id: self._why(robot_id, reason) for robot_id, reason in team.unplaced.items()}
+            self._map = replace(team, grid=self.without_ghosts(team.grid), unplaced=unplaced)
         return self._map
+
+    def _why(self, robot_id: str, reason: str) -> str:
+        """Return why a robot is not placed, with what was taken back."""
+        revoked = [
+            f"{a}-{b}: {belief.reason}"
+            for (a, b), belief in sorted(self.beliefs.items())
+            if robot_id in (a, b) and belief.status == "revoked"
+        ]
+        return f"{reason} ({'; '.join(revoked)})" if revoked else reason
 
     def without_ghosts(self, grid: OccupancyGrid) -> OccupancyGrid:
         """Free the occupied cells where a robot has been: nobody drives through walls."""
         if not self._mutual_detection.enabled:
             return grid
-        maps = self._store.maps
         paths = [
-            se2.compose(T_team_map, maps[robot_id].keyframes.T_map_base)[:, :2]
+            se2.compose(T_team_map, self.maps[robot_id].local.keyframes.T_map_base)[:, :2]
             for robot_id, T_team_map in self.T_team_map.items()
-            if robot_id in maps
+            if robot_id in self.maps
         ]
         return clear_ghosts(grid, paths, self._mutual_detection.robot_radius_m)[0]

@@ -18,11 +18,10 @@ from pathlib import Path
 import numpy as np
 
 from mrslam import alignment, merge
-from mrslam.alignment import Alignment
 from mrslam.rbpf import Mapper, MapperConfig
 from mrslam.sim_driver.feeds import open_feed
 from mrslam.sim_driver.missions.usage import peak_kb
-from mrslam.spatial import OccupancyGrid, TiledMap, read_map, se2
+from mrslam.spatial import OccupancyGrid, read_map, se2
 from mrslam.spatial.files.images import write_image
 from mrslam.spatial.files.tum import read_tum
 
@@ -177,12 +176,9 @@ def refusion(grids: dict[str, OccupancyGrid], result: merge.MergeResult) -> dict
     """Return what one changed map costs, against everything anew."""
     mapper = merge.TeamMapper()
     for name, grid in grids.items():
-        mapper.set_map(name, TiledMap.from_grid(grid))
-    for (a, b), edge in result.edges.items():
-        assert isinstance(edge, Alignment)
-        mapper.set_edge(a, b, edge)
+        mapper.set_map(name, grid)
     cpu = time.process_time()
-    team = mapper.team_map()
+    team = mapper.team_map(result.edges)
     whole = time.process_time() - cpu
     tiles, fusions = mapper.tiles_warped, mapper.fusions
     if not team.T_team_map:
@@ -193,7 +189,7 @@ def refusion(grids: dict[str, OccupancyGrid], result: merge.MergeResult) -> dict
     cells[row : row + 3, col : col + 3] = 100
     mapper.set_map(name, OccupancyGrid(cells, grids[name].resolution_m, grids[name].origin_m))
     cpu = time.process_time()
-    mapper.team_map()
+    mapper.team_map(result.edges)
     return {
         "place_and_fuse_cpu_s": round(whole, 2), "one_change_cpu_s": round(time.process_time() - cpu, 2),
         "tiles": tiles, "tiles_after_change": mapper.tiles_warped - tiles,

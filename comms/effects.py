@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mrslam.spatial import LocalMap
 from mrslam.spatial.tiles import TileIndex
 
 Lane = Literal["beacon", "control", "bulk", "status"]
@@ -96,14 +97,17 @@ class ExchangeFailed:
 
 @dataclass(frozen=True)
 class MapUpdated:
-    """A newer snapshot of a robot's map arrived whole; it is in ``node.store.maps`` now."""
+    """A newer snapshot of a robot's map arrived whole, or the own one was published."""
 
     robot_id: str
     epoch: int
     revision: int
     changed: tuple[TileIndex, ...]
+    """The tiles that are news to me; none of the own map."""
     source: str
     """The peer it came from: the robot itself, or a third party."""
+    map: LocalMap = field(repr=False)
+    """The map as every robot that holds this version knows it."""
 
 
 @dataclass(frozen=True, eq=False)

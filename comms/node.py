@@ -84,9 +84,12 @@ class CommsNode:
         """Sign the own maps from now on, and take only maps that bear their own robot's signature."""
         self.store.use_seal(seal)
 
-    def publish(self, local_map: LocalMap, now_ns: int) -> bool:
-        """Take the own newest map; return whether it is news. It is in ``store.maps`` under the own id at once."""
-        return self.store.publish(local_map)
+    def publish(self, local_map: LocalMap, now_ns: int) -> fx.MapUpdated | None:
+        """Take the own newest map; return it as teammates will get it, or None where it is no news."""
+        if not self.store.publish(local_map):
+            return None
+        version, whole = self.store.version(self.robot_id), self.store.maps[self.robot_id]
+        return fx.MapUpdated(self.robot_id, *version, (), self.robot_id, whole)
 
     def begin_map(self) -> None:
         """Say that what is published next is another map, whose frame has nothing to do with the last one's."""

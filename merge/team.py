@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.merge.config import MergeConfig
-from mrslam.merge.graph.edges import AlignmentLike, Edge, Pair
+from mrslam.merge.graph.edges import AlignmentLike, Pair
 from mrslam.merge.graph.team_graph import Placement, TeamGraph
 from mrslam.merge.grids.agreement import Walls, compare
 from mrslam.merge.grids.fusion_tree import FusionTree
 from mrslam.merge.grids.layers import Layer
-from mrslam.spatial import TILE_CELLS, UNKNOWN, InputError, OccupancyGrid, TiledMap, se2
+from mrslam.spatial import TILE_CELLS, UNKNOWN, InputError, OccupancyGrid, se2
 from mrslam.spatial.tiles import MOST_CELLS, TileIndex, box_cells
 
 _Compared = tuple[OccupancyGrid, OccupancyGrid, str | None]
@@ -22,21 +23,11 @@ REMEMBERED = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class TeamMap:
+class TeamMap(Placement):
     """All placed robots' maps as one, and how they fit together."""
 
     grid: OccupancyGrid
     """The fused map in the team frame; 0 x 0 where nothing is placed."""
-    T_team_map: dict[str, se2.Transform]
-    """By robot id, in order: maps points of its map into the team frame."""
-    unplaced: dict[str, str]
-    """By robot id: why it is not in the team map."""
-    edges: tuple[Edge, ...] = ()
-    """The alignments used."""
-    dropped: dict[Pair, str] = field(default_factory=dict)
-    """Accepted alignments that were not used, and why."""
-    anchor: str | None = None
-    """The robot whose map frame is the team frame; None where known poses define it."""
 
 
 class TeamMapper:
@@ -56,7 +47,6 @@ class TeamMapper:
         self.config = config or MergeConfig()
         self.graph = TeamGraph(self.config)
         self._grids: dict[str, OccupancyGrid] = {}
-        self._revisions: dict[str, int | None] = {}
         self._walls: dict[str, Walls] = {}
         self._compared: dict[Pair, dict[tuple[bytes, int], _Compared]] = {}
         self._layers: dict[str, Layer] = {}
@@ -72,12 +62,8 @@ class TeamMapper:
         """Fusions of two tiles done so far."""
         return self._tree.fusions
 
-    def set_map(self, robot_id: str, new: OccupancyGrid | TiledMap, revision: int | None = None) -> None:
-        """Take a robot's map; where ``revision`` is the one held already nothing happens."""
-        if robot_id in self._grids and revision is not None and self._revisions[robot_id] == revision:
-            return
-        grid = new.to_grid() if isinstance(new, TiledMap) else new
-        self._revisions[robot_id] = revision
+    def set_map(self, robot_id: str, grid: OccupancyGrid) -> None:
+        """Take a robot's map; one of the same content changes nothing."""
         held = self._grids.get(robot_id)
         if held is not None and held.origin_m == grid.origin_m and np.array_equal(held.cells, grid.cells):
             return
@@ -86,41 +72,27 @@ class TeamMapper:
         self.graph.set_map(robot_id, grid)
 
     def remove_map(self, robot_id: str) -> None:
-        """Forget a robot, its map and its alignments."""
-        for held in (self._grids, self._revisions, self._walls, self._layers):
+        """Forget a robot's map."""
+        for held in (self._grids, self._walls, self._layers):
             held.pop(robot_id, None)
         self.graph.remove_map(robot_id)
 
-    def set_edge(self, a: str, b: str, alignment: AlignmentLike) -> None:
-        """Accept or replace the alignment ``T_a_b`` of a pair; the maps may come later."""
-        self.graph.set_edge(a, b, alignment)
-
-    def revoke(self, a: str, b: str, reason: str) -> None:
-        """Take an alignment back: the pair is unmerged unless other alignments join it."""
-        self.graph.revoke(a, b, reason)
-
-    def placement(self) -> Placement:
-        """Return where every map lies by what is known now, without fusing anything."""
-        placement = self.graph.place(self.anchor, self._conflict, self.frame if self.keeps_frame else None)
+    def placement(self, alignments: Mapping[Pair, AlignmentLike]) -> Placement:
+        """Return where every map lies by these accepted alignments ``T_a_b``, without fusing anything."""
+        before = self.frame if self.keeps_frame else None
+        placement = self.graph.place(alignments, self.anchor, self._conflict, before)
         self.frame = placement.anchor
         return placement
 
-    def team_map(self) -> TeamMap:
-        """Return the team map of what is known now; only what changed since the last call is fused anew."""
-        placement = self.placement()
+    def team_map(self, alignments: Mapping[Pair, AlignmentLike]) -> TeamMap:
+        """Return the team map by these accepted alignments; only what changed since the last call is fused again."""
+        placement = self.placement(alignments)
         resolution_m = self._resolution(placement)
         self._layers = {x: self._layers.get(x, Layer()) for x in placement.T_team_map}
         for robot_id, layer in self._layers.items():
             layer.update(self._grids[robot_id], placement.T_team_map[robot_id], resolution_m)
         self._tree.update(self._layers)
-        return TeamMap(
-            grid=_assembled(self._tree.cells, resolution_m),
-            T_team_map=placement.T_team_map,
-            unplaced=placement.unplaced,
-            edges=placement.edges,
-            dropped=placement.dropped,
-            anchor=placement.anchor,
-        )
+        return TeamMap(grid=_assembled(self._tree.cells, resolution_m), **vars(placement))
 
     def _resolution(self, placement: Placement) -> float:
         if self.config.resolution_m is not None:

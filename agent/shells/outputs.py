@@ -72,7 +72,7 @@ def write_robot(agent: Agent, folder: Path, sent_bytes: Mapping[str, int]) -> No
     """Write everything a robot knows at its end into its folder; what cannot be written is told, and the rest is."""
     folder.mkdir(parents=True, exist_ok=True)
     team, trajectory = agent.team_map(), agent.trajectory_laser()
-    layers = {robot_id: local.map.to_grid() for robot_id, local in sorted(agent.node.store.maps.items())}
+    layers = {robot_id: known.grid for robot_id, known in sorted(agent.team.maps.items())}
     text = json.dumps(summary(agent, sent_bytes), indent=1, allow_nan=False) + "\n"
     for what in (
         partial(write_text, folder / ROBOT_FILE, text),
@@ -102,7 +102,7 @@ def summary(agent: Agent, sent_bytes: Mapping[str, int]) -> dict[str, Any]:
         "loops_closed": agent.mapper.stats.loops_closed,
         "placed": {robot: [float(value) for value in T] for robot, T in sorted(team.T_team_map.items())},
         "unplaced": dict(sorted({**team.unplaced, **agent.team.doubted}.items())),
-        "pairs": [status.row(a, b) for (a, b), status in sorted(agent.team.pairs.pairs.items())],
+        "pairs": [belief.row(a, b) for (a, b), belief in sorted(agent.team.beliefs.items())],
         "sent_bytes": dict(sent_bytes),
         "links": [{"peer": peer, **stats.row()} for peer, stats in sorted(agent.links.items())],
     }

@@ -160,8 +160,8 @@ class Invariants:
 
     def _queues_are_bounded(self, robot_id: str, agent: Agent) -> None:
         staging = agent.node.arrivals.staging
-        if len(staging) > len(self._lives) or len(agent.team.pairs.pairs) > len(self._lives) ** 2:
-            self._say(f"{robot_id} keeps {len(staging)} half maps and {len(agent.team.pairs.pairs)} pairs")
+        if len(staging) > len(self._lives) or len(agent.team.beliefs) > len(self._lives) ** 2:
+            self._say(f"{robot_id} keeps {len(staging)} half maps and {len(agent.team.beliefs)} pairs")
 
     def _merges_are_true(self, robot_id: str, agent: Agent, *, at_end: bool = False) -> None:
         """Whom a robot has placed lies where it should, judged by where the maps' frames are in the world.

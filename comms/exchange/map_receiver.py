@@ -102,7 +102,9 @@ class MapReceiver:
             self._distrust(exchange, pull.robot)
             raise
         if changed is not None:
-            self._station.out.emit(MapUpdated(pull.robot, manifest.epoch, manifest.target, changed, exchange.peer))
+            store = self._station.store
+            version, whole = store.version(pull.robot), store.maps[pull.robot]
+            self._station.out.emit(MapUpdated(pull.robot, *version, changed, exchange.peer, whole))
             self._drop(exchange, pull.robot)
             return
         get = next_get(pull, arrivals, self._station.own_id, exchange.xid, self._station.config)

@@ -10,8 +10,8 @@ import numpy as np
 from mrslam.alignment import Prior
 from mrslam.merge.batch.pair_aligner import PairAligner
 from mrslam.merge.batch.vetting import vet
-from mrslam.merge.graph.consistency import components
-from mrslam.merge.graph.team_graph import node_of
+from mrslam.merge.graph.nodes import node_of
+from mrslam.merge.graph.tree import components
 from mrslam.spatial import se2
 
 

@@ -17,8 +17,8 @@ from mrslam.alignment import Alignment, Prior, Rejection
 from mrslam.merge.batch.pair_aligner import Job, PairAligner, first
 from mrslam.merge.batch.vetting import vet
 from mrslam.merge.graph.carried import moved, seen_from
-from mrslam.merge.graph.consistency import components
 from mrslam.merge.graph.edges import Pair, pair_of
+from mrslam.merge.graph.tree import components
 from mrslam.merge.grids.agreement import Walls, compare
 from mrslam.merge.team import TeamMap
 from mrslam.spatial import se2

@@ -69,9 +69,7 @@ def merge_maps(
             try_every_pair(pairs, poses)
         else:
             ClusterSearch(pairs).run()
-    for pair, edge in sorted(pairs.edges.items()):
-        mapper.set_edge(*pair, edge)
-    team_map = mapper.team_map()
+    team_map = mapper.team_map(pairs.edges)
     unplaced = {name: _why(name, reason, pairs) for name, reason in team_map.unplaced.items()}
     return MergeResult(
         team_map=replace(team_map, unplaced=unplaced),

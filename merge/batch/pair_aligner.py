@@ -85,10 +85,7 @@ class PairAligner:
         mapper = TeamMapper(names[0], self.config)
         for name in names:
             mapper.set_map(name, self.grids[name])
-        for pair, edge in sorted(self.edges.items()):
-            if pair[0] in names and pair[1] in names:
-                mapper.set_edge(*pair, edge)
-        return mapper.team_map()
+        return mapper.team_map(self.edges)
 
 
 def first(cluster: TeamMap) -> str:

@@ -8,8 +8,9 @@ import numpy as np
 
 from mrslam.alignment import Alignment, Rejection
 from mrslam.merge.batch.pair_aligner import PairAligner, first
-from mrslam.merge.graph.consistency import apart, components
-from mrslam.merge.graph.team_graph import node_of
+from mrslam.merge.graph.consistency import apart
+from mrslam.merge.graph.nodes import node_of
+from mrslam.merge.graph.tree import components
 from mrslam.merge.team import TeamMap
 from mrslam.spatial import se2
 

@@ -72,7 +72,7 @@ def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
     resume(again, tmp_path / "state")
     assert again.node.store.version("r1") == (saved[0], saved[1] + REVISIONS_LOST)
     assert again.T_team_map["r2"] == pytest.approx(found.T_a_b)
-    assert again.team.pairs.pairs["r1", "r2"].status == "accepted"
+    assert again.team.beliefs["r1", "r2"].status == "accepted"
     assert np.array_equal(again.node.store.maps["r2"].map.to_grid().cells, known.map.to_grid().cells)
     live([again, two], 90, 150)  # what the lost revisions changed must not stay with r2
     held = two.node.store.version("r1")
@@ -80,7 +80,7 @@ def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
     assert held == again.node.store.version("r1")
     now, there = again.node.store.maps["r1"].map.to_grid(), two.node.store.maps["r1"].map.to_grid()
     assert np.array_equal(now.cells, there.cells)
-    assert two.team.pairs.pairs["r1", "r2"].reason == "not tried yet"  # nobody said it had started anew
+    assert two.team.beliefs["r1", "r2"].reason == "not tried yet"  # nobody said it had started anew
 
 
 def test_one_that_wakes_up_elsewhere_doubts_where_it_is(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from mrslam.agent import Agent, Settings, checkpoint, resume
 from mrslam.agent.effects import AlignJob
+from mrslam.agent.known_map import KnownMap
 from mrslam.alignment import Alignment, Evidence, WallEvidence
 from mrslam.comms.maps.snapshots import published
 from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, TiledMap
@@ -33,8 +34,8 @@ def arrives(agent: Agent, robot: str, local: LocalMap) -> None:
     store = agent.node.store
     snapshot = published(local, store.newest(robot), 1)
     assert snapshot is not None
-    store.take_up(robot, snapshot)
-    agent.team.map_changed(robot)
+    store.put(robot, snapshot)
+    agent.team.take_map(robot, KnownMap(snapshot.version, snapshot.local_map))
 
 
 def merged(agent: Agent) -> int:
@@ -62,7 +63,7 @@ def test_a_contradicted_merge_whose_map_is_then_doubted_is_forgotten_with_it() -
     arrives(agent, "b", room(3, walled=True, drove_in_walls=True))
     agent.on_tick(now_ns + SECOND * 6 // 10)
     assert list(agent.team.T_team_map) == ["a"] and list(agent.team.doubted) == ["b"]
-    assert not agent.team.pairs.pairs
+    assert not agent.team.beliefs
 
 
 @pytest.mark.parametrize("robot", ["b", "c"])
@@ -74,4 +75,4 @@ def test_a_map_that_was_doubted_is_doubted_after_a_restart(robot: str, tmp_path:
     again = Agent("a", Settings(), boot_id=2)
     resume(again, tmp_path / "a.state")
     assert again.team.doubted == agent.team.doubted and list(again.team.doubted) == [robot]
-    assert again.next_alignment(0) is None and not again.team.pairs.pairs
+    assert again.next_alignment(0) is None and not again.team.beliefs

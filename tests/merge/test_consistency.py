@@ -6,16 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mrslam.merge import MergeConfig
-from mrslam.merge.graph.consistency import (
-    Node,
-    chain,
-    components,
-    drop_broken_loops,
-    drop_broken_triangles,
-    path,
-    spanning_tree,
-)
+from mrslam.merge.graph.consistency import drop_broken_loops, drop_broken_triangles
 from mrslam.merge.graph.edges import make_edge
+from mrslam.merge.graph.nodes import Node
+from mrslam.merge.graph.tree import chain, components, path, spanning_tree
 from mrslam.spatial import se2
 from tests.merge.plans import alignment
 

@@ -23,9 +23,8 @@ def team_map() -> TeamMap:
     mapper = TeamMapper("r1")
     for robot_id, grid in LAYERS.items():
         mapper.set_map(robot_id, grid)
-    mapper.set_edge("r1", "r2", alignment(se2.IDENTITY))
     mapper.set_map("r3", room(0, 5))
-    return mapper.team_map()
+    return mapper.team_map({("r1", "r2"): alignment(se2.IDENTITY)})
 
 
 def plain(team_map, **options):
@@ -53,7 +52,7 @@ def test_unknown_is_paper(team_map):
     layers = {"r1": OccupancyGrid(np.array([[0, -1, 0]], dtype=np.int8), 0.1)}
     mapper = TeamMapper("r1")
     mapper.set_map("r1", layers["r1"])
-    middle = draw_team(mapper.team_map(), layers, legend=False, size_px=3)[24:-24, 24:-24]
+    middle = draw_team(mapper.team_map({}), layers, legend=False, size_px=3)[24:-24, 24:-24]
     assert (middle[0, 1] == PAPER).all()
     assert not (middle[0, 0] == PAPER).all()
 
@@ -85,7 +84,7 @@ def test_the_legend_names_everyone(team_map):
 def test_sizes_and_empty_maps(team_map):
     assert max(plain(team_map).shape) == 40 + 48
     assert draw_team(team_map, LAYERS, size_px=1000, legend=False).shape[1] == 1000 + 48
-    nothing = draw_team(TeamMapper("r1").team_map(), {})
+    nothing = draw_team(TeamMapper("r1").team_map({}), {})
     assert nothing.ndim == 3
 
 

@@ -50,8 +50,7 @@ def test_both_directions_place_the_maps_alike():
         graph = TeamGraph()
         graph.set_map("r1", grid)
         graph.set_map("r2", grid)
-        graph.set_edge(a, b, alignment(T_a_b))
-        poses.append(graph.place().T_team_map)
+        poses.append(graph.place({(a, b): alignment(T_a_b)}).T_team_map)
     np.testing.assert_allclose(poses[0]["r2"], poses[1]["r2"], atol=1e-12)
     np.testing.assert_allclose(poses[0]["r2"], T, atol=1e-12)
 

@@ -1,4 +1,4 @@
-"""When a robot doubts itself, and when it doubts a teammate."""
+"""When a robot doubts where it is."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mrslam.spatial import TILE_CELLS, LocalMap, OccupancyGrid, Scan, se2
+from mrslam.spatial import OccupancyGrid, Scan, se2
 from mrslam.spatial.se2 import Transform
 
 CERTAIN = 0.1
@@ -21,10 +21,6 @@ FITTING_LEAST = 5
 """So many scans in a row must fit the map of before."""
 KNOWN_LEAST, FITS = 0.3, 0.7
 """Of what a scan hits the map must know this share, and this share of that must be walls."""
-PLACES_LEAST = 5
-"""So many places of a trajectory say something about a map."""
-ON_FREE = 0.8
-"""Share of the places where a robot says it has been that its own map must know to be free."""
 SAVED = ("doubtful", "torn", "_usual", "_seen", "_fitting", "_doubted_ns")
 """What a robot's doubt is, beside its limits."""
 
@@ -115,21 +111,3 @@ def fits_map(scan: Scan, T_map_base: Transform, grid: OccupancyGrid) -> bool | N
     if known.sum() < KNOWN_LEAST * max(hit.sum(), 1):
         return None
     return bool(walls.sum() >= FITS * known.sum())
-
-
-def contradicts_itself(local: LocalMap) -> str | None:
-    """Return why a map cannot be what its robot saw: it says to have been where its own map has no free floor.
-
-    A turned or mirrored map with a true trajectory, or random cells, are found out before anything is aligned.
-    """
-    places = local.keyframes.T_map_base[:, :2]
-    if len(places) < PLACES_LEAST:
-        return None
-    cells = np.floor(places / local.map.resolution_m).astype(np.int64)
-    free = 0
-    for col, row in cells.tolist():
-        tile = local.map.tiles.get((row // TILE_CELLS, col // TILE_CELLS))
-        free += tile is not None and 0 <= tile.cells[row % TILE_CELLS, col % TILE_CELLS] < 50
-    if free >= ON_FREE * len(places):
-        return None
-    return f"only {100 * free / len(places):.0f} % of the places where it says it has been are free in its own map"

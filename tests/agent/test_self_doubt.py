@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mrslam.agent.doubt import SelfDoubt, contradicts_itself, fits_map
+from mrslam.agent.map_check import contradicts_itself
+from mrslam.agent.self_doubt import SelfDoubt, fits_map
 from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, Scan, TiledMap
 
 S = 1_000_000_000

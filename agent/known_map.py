@@ -1,0 +1,34 @@
+"""A robot's map as it was last given out, and what is computed from it once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from mrslam.spatial import LocalMap, OccupancyGrid
+
+Version = tuple[int, int]
+"""(epoch, revision): a higher epoch is another map in another frame, a higher revision the same map grown."""
+
+
+@dataclass(frozen=True, eq=False)
+class KnownMap:
+    """One version of one robot's map."""
+
+    version: Version
+    local: LocalMap
+
+    @property
+    def epoch(self) -> int:
+        """Which of the robot's maps this is; maps of one epoch have one frame."""
+        return self.version[0]
+
+    @cached_property
+    def grid(self) -> OccupancyGrid:
+        """The map as one grid."""
+        return self.local.map.to_grid()
+
+    @cached_property
+    def area_m2(self) -> float:
+        """Known area, square metres."""
+        return self.grid.known_area_m2()

@@ -1,0 +1,135 @@
+"""What is believed of one pair of maps: the one place where its alignment, or why there is none, is kept."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from mrslam.agent.effects import AlignJob
+from mrslam.agent.known_map import Version
+from mrslam.agent.pairs.second_look import doubt, is_echo, refuted
+from mrslam.alignment import Alignment, Rejection, StabilityCheck
+
+Status = Literal["untried", "accepted", "rejected", "revoked"]
+UNCONFIRMED = "found once; a second alignment that agrees is awaited"
+WEAK = "found again, but on weak evidence that has not grown since"
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """When a pair was aligned last, and what its maps were then."""
+
+    t_ns: int
+    versions: tuple[Version, Version]
+    area_m2: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Search:
+    """The last alignment of a pair that looked for the transform everywhere."""
+
+    area_m2: tuple[float, float] = (0.0, 0.0)
+    """Known areas of the two maps then."""
+    accepted: bool = False
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What one more alignment of a pair changed."""
+
+    status: Status
+    """"accepted", "rejected" or "revoked"."""
+    reason: str
+    outcome: Alignment | Rejection
+    """The alignment's result, before the pair's history was asked."""
+    believed: Alignment | None = None
+    """Where the status is "accepted": the transform to use, which may be an earlier and better one."""
+    is_new: bool = False
+    """Whether the pair was not merged before."""
+
+    def fields(self) -> dict[str, Any]:
+        """Return it as plain JSON values."""
+        evidence = self.outcome.evidence
+        return {
+            "status": self.status,
+            "reason": self.reason,
+            "T_a_b": None if self.believed is None else [float(value) for value in self.believed.T_a_b],
+            "confidence": float(self.outcome.confidence),
+            "method": self.outcome.method,
+            "evidence": {} if evidence is None else {name: round(v, 4) for name, v in evidence.as_row().items()},
+        }
+
+
+@dataclass
+class PairBelief:
+    """What is believed of one pair of maps (a, b), and what led to it."""
+
+    status: Status = "untried"
+    reason: str = "not tried yet"
+    attempts: int = 0
+    """How often the pair was aligned."""
+    accepted_at_ns: int | None = None
+    stability: StabilityCheck = field(default_factory=StabilityCheck)
+    last: Attempt | None = None
+    """The last alignment in this life of the robot."""
+    search: Search = Search()
+
+    @property
+    def alignment(self) -> Alignment | None:
+        """The transform believed; None while none is."""
+        return self.stability.believed
+
+    def settle(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int) -> Verdict:
+        """Take one more alignment of the pair, and return what it changed."""
+        self.attempts += 1
+        self.last = Attempt(now_ns, job.versions, job.area_m2)
+        if job.prior is None:
+            self.search = Search(job.area_m2, outcome.accepted)
+        if reason := self._unmerged_by(outcome, searched=job.prior is None):
+            self.revoke(reason)
+            return Verdict("revoked", reason, outcome)
+        if isinstance(outcome, Rejection):
+            self.stability.previous = self.stability.believed
+            return self._rejected(outcome.reason, outcome)
+        if self.alignment is None and is_echo(self.stability, outcome):
+            return self._rejected(WEAK, outcome)
+        believed = self.stability.update(outcome)
+        if believed is None:
+            return self._rejected(UNCONFIRMED, outcome)
+        is_new = self.status != "accepted"
+        if is_new:
+            self.accepted_at_ns = now_ns
+        self.status, self.reason = "accepted", "accepted"
+        return Verdict("accepted", "accepted", outcome, believed, is_new)
+
+    def revoke(self, reason: str) -> None:
+        """Forget the alignment: it was contradicted. The pair is tried again when its maps have changed."""
+        self.status, self.reason, self.accepted_at_ns = "revoked", reason, None
+        self.stability = StabilityCheck()
+
+    def row(self, a: str, b: str) -> dict[str, Any]:
+        """Return it as plain JSON values, as the mission's metrics list it."""
+        found = self.alignment
+        return {
+            "a": a,
+            "b": b,
+            "status": self.status,
+            "T_a_b": None if found is None else [float(value) for value in found.T_a_b],
+            "accepted_at_s": None if self.accepted_at_ns is None else round(self.accepted_at_ns / 1e9, 3),
+            "confidence": None if found is None else float(found.confidence),
+            "reason": self.reason,
+            "attempts": self.attempts,
+        }
+
+    def _unmerged_by(self, outcome: Alignment | Rejection, *, searched: bool) -> str | None:
+        """Return why the pair, if merged, must not be any more; only a search everywhere can find another place."""
+        if self.alignment is None:
+            return None
+        reason = doubt(self.alignment, outcome) if searched else None
+        return reason or refuted(self.alignment, outcome)
+
+    def _rejected(self, reason: str, outcome: Alignment | Rejection) -> Verdict:
+        """Reject one alignment; what was accepted before stands, for only contradiction and doubt take it back."""
+        if self.alignment is None:
+            self.status, self.reason = "rejected", reason
+        return Verdict("rejected", reason, outcome)

@@ -1,0 +1,88 @@
+"""The parts of one robot, and what it has to show of them."""
+
+from __future__ import annotations
+
+from mrslam.agent.blindness import Blindness
+from mrslam.agent.config import Settings
+from mrslam.agent.link_stats import LinkStats
+from mrslam.agent.self_doubt import SelfDoubt
+from mrslam.agent.team import Team
+from mrslam.agent.teammates import Teammates
+from mrslam.comms import CommsNode
+from mrslam.merge import TeamMap
+from mrslam.rbpf import Mapper
+from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, Scan, se2
+from mrslam.spatial.se2 import Transform
+
+
+class Robot:
+    """A mapper, a network core and a team, wired by :class:`mrslam.agent.Agent`."""
+
+    def __init__(
+        self,
+        robot_id: str,
+        settings: Settings,
+        *,
+        team: str = "team",
+        mode: str = "distributed",
+        seed: int = 0,
+        boot_id: int = 1,
+    ) -> None:
+        """Make a robot that knows nothing yet."""
+        self.robot_id, self.settings, self.mode, self.seed = robot_id, settings, mode, seed
+        self.mapper = Mapper(settings.rbpf, seed=seed)
+        self.node = CommsNode(robot_id, team, boot_id, settings.comms, mode=mode, seed=seed)
+        self.team = Team(robot_id, settings, maps=mode != "central")
+        self.links: dict[str, LinkStats] = {}
+        """By teammate: what exchanges with it cost."""
+        self.self_doubt = SelfDoubt(settings.agent.min_health, round(settings.agent.give_up_s * 1e9))
+        self.map_number = 0
+        """How often the robot gave its map up and began a new one."""
+        self.masked_beams = 0
+        """Beams dropped so far because they hit teammates."""
+        self.scan: Scan | None = None
+        """The newest scan, without the beams that hit teammates."""
+        self._teammates = Teammates(settings.mutual_detection)
+        self._blindness = Blindness()
+        self._T_odom_base: Transform | None = None
+        self._published_ns: int | None = None
+        self._report_ns = 0
+
+    @property
+    def T_team_map(self) -> dict[str, Transform]:
+        """By robot: maps points of its map into the own map, for those whose place is known."""
+        return self.team.T_team_map
+
+    def team_map(self) -> TeamMap:
+        """Return the team map in this robot's own map frame, with who is placed where and who is not and why.
+
+        A base station's is in the map frame of one of the robots (``anchor``).
+        """
+        return self.team.map()
+
+    def teammates(self, now_ns: int) -> dict[str, Transform]:
+        """Return where those teammates are, in the own map frame, whose map is placed and who were heard lately."""
+        return self._teammates.places(self.T_team_map, now_ns)
+
+    def local_map(self) -> LocalMap:
+        """Return the own map now."""
+        return self.mapper.snapshot()
+
+    def own_map(self) -> OccupancyGrid:
+        """Return the own map, without what was mapped of teammates before it was known where they are."""
+        return self.team.without_ghosts(self.local_map().map.to_grid())
+
+    def planning_grid(self) -> OccupancyGrid:
+        """Return what to drive by, in the own map frame: the team's map once someone else is placed, else the own."""
+        return self.team_map().grid if len(self.T_team_map) > 1 else self.own_map()
+
+    def known_area_m2(self) -> float:
+        """Return the known area of the own map as last published, square metres."""
+        published = self.team.maps.get(self.robot_id)
+        return 0.0 if published is None else published.area_m2
+
+    def trajectory_laser(self) -> Keyframes:
+        """Return the pose of the laser for every scan, corrected by all that came later."""
+        trajectory = self.mapper.trajectory()
+        T_base_laser = se2.IDENTITY if self.scan is None else self.scan.T_base_laser
+        return Keyframes(trajectory.stamps_ns, se2.compose(trajectory.T_map_base, T_base_laser))

@@ -1,0 +1,64 @@
+"""A team whose maps are plain floors, so that only what alignments say of them counts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mrslam.agent.config import AgentConfig, Settings
+from mrslam.agent.effects import AlignJob, Event
+from mrslam.agent.known_map import KnownMap
+from mrslam.agent.team import Team
+from mrslam.alignment import Alignment, Evidence, Rejection
+from mrslam.spatial import LocalMap, OccupancyGrid, TiledMap
+
+S = 1_000_000_000
+
+
+def found(x: float = 1.0, confidence: float = 0.9) -> Alignment:
+    return Alignment(np.array([x, 0.0, 0.0]), confidence, Evidence(), np.eye(3) * 1e-4, "auto")
+
+
+class Floors(Team):
+    """The team of r2; every robot's map is a free square."""
+
+    def __init__(self, *robots: str) -> None:
+        super().__init__("r2", Settings(agent=AgentConfig(align_interval_s=10.0, align_growth=0.1)))
+        for robot in robots:
+            self.grow(robot, 64)
+
+    def grow(self, robot: str, cells: int, revision: int = 1, epoch: int = 1) -> None:
+        """Let a robot publish a square of this number of cells a side."""
+        grid = OccupancyGrid(np.zeros((cells, cells), dtype=np.int8), 0.05)
+        self.take_map(robot, KnownMap((epoch, revision), LocalMap(TiledMap.from_grid(grid, revision))))
+
+    def job(self, t_s: float) -> AlignJob:
+        """Return the alignment that is due."""
+        job = self.next_alignment(round(t_s * S))
+        assert job is not None
+        return job
+
+    def end(self, job: AlignJob, outcome: Alignment | Rejection, t_s: float) -> dict[str, Any]:
+        """Let an alignment end; return the event that reports it."""
+        event = self.on_aligned(job, outcome, round(t_s * S))[0]
+        assert isinstance(event, Event) and event.kind == "alignment"
+        return event.fields
+
+    def align(self, outcome: Alignment | Rejection, t_s: float) -> dict[str, Any]:
+        """Let the alignment that is due end at once."""
+        return self.end(self.job(t_s), outcome, t_s)
+
+    def due(self, t_s: float) -> tuple[str, str] | None:
+        """Return the pair that is due, if one is."""
+        job = self.next_alignment(round(t_s * S))
+        return None if job is None else (job.a, job.b)
+
+
+def merged() -> Floors:
+    """Return a team in which r1 and r2 were merged at 10 s."""
+    team = Floors("r1", "r2")
+    for t_s in (0, 10):
+        team.align(found(), t_s)
+    assert team.beliefs["r1", "r2"].status == "accepted" and "r1" in team.T_team_map
+    return team

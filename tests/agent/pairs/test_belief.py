@@ -1,0 +1,120 @@
+"""What is believed of a pair of maps after each alignment."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mrslam.agent.pairs.belief import UNCONFIRMED, WEAK
+from mrslam.alignment import Alignment, Evidence, Rejection, WallEvidence
+from tests.agent.pairs.floors import Floors, found, merged
+
+
+def test_an_alignment_is_believed_when_a_second_one_agrees() -> None:
+    team = Floors("r1", "r2")
+    first = team.align(found(), 0)
+    assert (first["status"], first["reason"], first["T_a_b"]) == ("rejected", UNCONFIRMED, None)
+    assert list(team.T_team_map) == ["r2"]
+    second = team.align(found(1.05), 10)
+    assert (second["status"], second["T_a_b"]) == ("accepted", [1.05, 0.0, 0.0])
+    row = team.beliefs["r1", "r2"].row("r1", "r2")
+    assert row["status"] == "accepted" and row["accepted_at_s"] == 10.0 and row["T_a_b"] == [1.05, 0.0, 0.0]
+    assert team.T_team_map["r1"] == pytest.approx([-1.05, 0.0, 0.0])
+
+
+def walls(matched_m: float, contradicted_m: float) -> Evidence:
+    side = WallEvidence(matched_m=matched_m, contradicted_m=contradicted_m)
+    return Evidence(a=side, b=side)
+
+
+def weak(wall_m: float) -> Alignment:
+    return Alignment(np.array([1.0, 0.0, 0.0]), 0.58, walls(wall_m, 0.0), np.eye(3) * 1e-4, "auto")
+
+
+def test_weak_evidence_looked_at_twice_is_not_believed_until_it_has_grown() -> None:
+    team = Floors("r1", "r2")
+    for t_s, wall_m in ((0, 10.0), (10, 11.0)):
+        assert team.align(weak(wall_m), t_s)["status"] == "rejected"
+    assert team.beliefs["r1", "r2"].reason == WEAK
+    assert team.due(30) is None  # nothing has changed
+    team.grow("r1", 96, 2)
+    assert team.align(weak(12.5), 40)["status"] == "accepted"  # a fourth more than when it was found
+
+
+def stained(wall_m: float, against_m: float, confidence: float = 0.7) -> Alignment:
+    return Alignment(np.array([1.0, 0.0, 0.0]), confidence, walls(wall_m, against_m), np.eye(3) * 1e-4, "auto")
+
+
+@pytest.mark.parametrize(
+    ("second", "is_believed"), [((18.0, 2.3), False), ((24.0, 3.5), False), ((24.0, 2.4), True), ((60.0, 7.0), True)]
+)
+def test_a_fit_that_is_not_clean_is_believed_only_once_what_came_to_it_is(
+    second: tuple[float, float], is_believed: bool
+) -> None:
+    team = Floors("r1", "r2")
+    for t_s, (wall_m, against_m) in ((0, (18.0, 2.3)), (10, second)):
+        verdict = team.align(stained(wall_m, against_m), t_s)
+    assert (verdict["status"] == "accepted") is is_believed
+
+
+@pytest.mark.parametrize(("x", "against_m", "is_over"), [(1.1, 6.0, True), (1.1, 4.0, False), (9.0, 6.0, False)])
+def test_a_merged_pair_is_unmerged_where_its_maps_come_to_contradict(x: float, against_m: float, is_over: bool) -> None:
+    team = merged()
+    team.grow("r1", 90, 2)
+    evidence = stained(14.0, against_m).evidence
+    verdict = team.align(Rejection("no", 0.1, evidence, "auto", np.array([x, 0.0, 0.0])), 45)
+    assert (verdict["status"] == "revoked") is is_over
+    assert ("where the other map is free" in verdict["reason"]) is is_over
+    assert ("r1" not in team.T_team_map) is is_over
+
+
+def test_two_that_disagree_are_not_believed() -> None:
+    team = Floors("r1", "r2")
+    for t_s, x in ((0, 1.0), (10, 5.0)):
+        assert team.align(found(x), t_s)["status"] == "rejected"
+    assert team.beliefs["r1", "r2"].status == "rejected"
+
+
+def test_a_rejection_does_not_outweigh_what_is_accepted_but_revoking_does() -> None:
+    team = merged()
+    team.grow("r1", 66, 2)
+    team.align(Rejection("no", 0.0, None, "auto"), 45)
+    belief = team.beliefs["r1", "r2"]
+    assert belief.status == "accepted"
+    belief.revoke("walls contradict")
+    assert (belief.status, belief.alignment, belief.reason) == ("revoked", None, "walls contradict")
+    assert team.map().unplaced == {"r1": "no accepted alignment (r1-r2: walls contradict)"}
+
+
+def test_a_robot_that_starts_a_new_map_is_a_new_robot() -> None:
+    team = Floors("r1", "r2")
+    job = team.job(0)
+    team.grow("r1", 64, epoch=2)
+    assert team.end(job, found(), 1)["reason"].startswith("a map was started anew")
+    assert team.beliefs["r1", "r2"].alignment is None
+    assert team.due(100) == ("r1", "r2")
+
+
+def test_a_merge_is_forgotten_when_a_robot_starts_a_new_map() -> None:
+    team = merged()
+    team.grow("r1", 64, epoch=2)
+    assert list(team.T_team_map) == ["r2"]  # at once
+    assert team.beliefs["r1", "r2"].reason == "r1 started a new map"
+
+
+@pytest.mark.parametrize(
+    ("outcome", "status"),
+    [
+        (Rejection("ambiguous", 0.0, Evidence(margin=0.1), "auto"), "revoked"),
+        (Rejection("not quite clear", 0.0, Evidence(margin=0.5), "auto"), "rejected"),
+        (Rejection("too little wall", 0.0, None, "auto"), "rejected"),
+        (found(x=8.0), "revoked"),
+        (found(x=1.2), "accepted"),
+    ],
+)
+def test_a_merge_that_turns_out_ambiguous_or_lies_elsewhere_is_revoked(
+    outcome: Alignment | Rejection, status: str
+) -> None:
+    team = merged()
+    team.grow("r1", 90, 2)
+    assert team.align(outcome, 60)["status"] == status

@@ -1,0 +1,66 @@
+"""When a pair of maps is aligned, and whether everywhere or near where it was found."""
+
+from __future__ import annotations
+
+from mrslam.alignment import Evidence, Rejection
+from tests.agent.pairs.floors import Floors, found, merged
+
+
+def test_pairs_with_the_own_map_come_first_and_are_named_in_order() -> None:
+    team = Floors("r3", "r1", "r2")
+    assert team.due(0) == ("r1", "r2")
+    assert set(team.beliefs) == {("r1", "r2"), ("r1", "r3"), ("r2", "r3")}
+
+
+def test_a_pair_found_once_is_tried_again_as_soon_as_may_be() -> None:
+    team = Floors("r1", "r2")
+    first = team.job(0)
+    team.end(first, found(), 0)
+    assert team.due(5) is None  # too soon
+    assert team.job(10).attempt == first.attempt + 1
+
+
+def test_a_rejected_pair_waits_for_growth() -> None:
+    team = Floors("r1", "r2")
+    team.align(Rejection("overlap 2 %", 0.1, None, "auto"), 0)
+    assert team.beliefs["r1", "r2"].reason == "overlap 2 %"
+    assert team.due(100) is None  # nothing changed
+    team.grow("r1", 65, 2)
+    assert team.due(100) is None  # hardly grown
+    team.grow("r1", 80, 3)
+    assert team.due(100) == ("r1", "r2")
+
+
+def test_a_merged_pair_is_aligned_again_when_its_maps_have_changed() -> None:
+    team = merged()
+    assert team.due(100) is None  # nothing changed
+    team.grow("r1", 66, 2)
+    assert team.due(25) is None  # hardly grown
+    assert team.due(40) == ("r1", "r2")
+    team.grow("r1", 90, 3)
+    assert team.due(25) == ("r1", "r2")
+
+
+def test_a_merged_pair_whose_maps_have_grown_is_searched_for_everywhere_again() -> None:
+    team = merged()
+    team.grow("r1", 66, 2)
+    job = team.job(45)
+    assert job.prior is not None  # hardly grown: followed only
+    team.end(job, found(), 45)
+    team.grow("r1", 90, 3)
+    job = team.job(60)
+    assert job.prior is None
+    team.end(job, found(), 60)
+    team.grow("r1", 91, 4)
+    assert team.job(95).prior is not None
+
+
+def test_a_merge_that_was_not_confirmed_is_searched_for_everywhere_until_it_is() -> None:
+    team = merged()
+    for revision, t_s, is_everywhere in ((2, 60, True), (3, 95, True), (4, 130, False)):
+        team.grow("r1", 88 + revision, revision)
+        job = team.job(t_s)
+        assert (job.prior is None) == is_everywhere
+        unsure = Rejection("not quite clear", 0.0, Evidence(margin=0.5), "auto")
+        team.end(job, unsure if revision == 2 else found(), t_s)
+    assert team.beliefs["r1", "r2"].status == "accepted"
