@@ -17,25 +17,25 @@ class CommsConfig:
     link_threshold: float = 0.80
     """Link quality (LQ x NLQ) from which a link is strong enough to exchange maps, 0..1."""
     link_hysteresis: float = 0.05
-    """A strong link turns weak only below ``link_threshold - link_hysteresis``, 0..1."""
+    """Expert: a strong link turns weak only below ``link_threshold - link_hysteresis``, 0..1."""
     exchange_timeout_s: float = 30.0
     """Least time from a completed exchange to the next with the same peer, seconds."""
     link_source: str = "measured"
     """Where link quality comes from: "measured" (beacons), "model" (a simulated radio) or "trace" (a file)."""
     link_smoothing: float = 0.5
-    """Weight of a new measurement in the smoothed link quality, above 0 up to 1 (1: no smoothing)."""
+    """Expert: weight of a new measurement in the smoothed link quality, above 0 up to 1 (1: no smoothing)."""
     link_step: float = 0.02
-    """Least change of a link's quality that is recorded, 0..1."""
+    """Expert: least change of a link's quality that is recorded, 0..1."""
     beacon_period_s: float = 0.5
     """Time between two beacons, seconds; each costs about 45 bytes and 7 for each neighbour it reports."""
     beacon_calm_factor: float = 2.0
-    """So many times as long between beacons while nobody is heard or no link loses any, 1..4 (1: always one pace)."""
+    """Expert: time between beacons over ``beacon_period_s`` while nobody is heard or no link loses any, 1..4."""
     beacon_window: int = 64
-    """Beacons over which the received share is taken, 8..1024: more is steadier and slower."""
+    """Expert: beacons over which the received share is taken, 8..1024: more is steadier and slower."""
     beacon_deadline_s: float = 0.5
-    """A beacon this much later than the quickest of late ones counts as lost, seconds."""
+    """Expert: a beacon this much later than the quickest of late ones counts as lost, seconds."""
     beacon_neighbours: int = 16
-    """Neighbours whose LQ one beacon reports, taken in turn; bounds the beacon's size, 1..64."""
+    """Expert: neighbours whose LQ one beacon reports, taken in turn; bounds the beacon's size, 1..64."""
     peer_timeout_s: float = 3.0
     """A peer without beacons (and without a liveliness token) for this long is gone, seconds."""
     max_parallel_exchanges: int = 2
@@ -43,25 +43,25 @@ class CommsConfig:
     exchange_budget_bytes: int = 0
     """Most bytes of map that one robot serves in one exchange; the rest follows at the next. 0: no limit."""
     retry_s: float = 1.0
-    """Silence inside an exchange after which the open question is asked again, seconds; doubles up to four times."""
+    """Expert: silence in an exchange after which an open question is repeated, seconds; doubles up to four times."""
     stall_timeout_s: float = 8.0
-    """Silence inside an exchange after which it has failed (and is resumed later), seconds."""
+    """Expert: silence inside an exchange after which it has failed (and is resumed later), seconds."""
     backoff_s: float = 2.0
-    """Pause after a failed exchange, seconds; doubles with each further failure."""
+    """Expert: pause after a failed exchange, seconds; doubles with each further failure."""
     backoff_max_s: float = 60.0
-    """Longest pause after failed exchanges, seconds."""
+    """Expert: longest pause after failed exchanges, seconds."""
     chunk_bytes: int = 24_000
-    """Most bytes of one map chunk on the wire, 1000..200000."""
+    """Expert: most bytes of one map chunk on the wire, 1000..200000."""
     window_tiles: int = 128
-    """Tiles asked for at once, 1..4096: bounds what is in flight on a slow link."""
+    """Expert: tiles asked for at once, 1..4096: bounds what is in flight on a slow link."""
     history: int = 24
-    """Snapshots kept per robot for sending differences, 1..1000; tiles are shared between snapshots."""
+    """Expert: snapshots kept per robot for sending differences, 1..1000; tiles are shared between snapshots."""
     max_message_bytes: int = 262_144
-    """Larger messages are dropped unread, bytes, 1024 or more."""
+    """Expert: larger messages are dropped unread, bytes, 1024 or more."""
     max_tiles: int = 32_768
-    """Maps with more tiles than this (4 kB of memory each) are refused, 1..65536."""
+    """Expert: maps with more tiles than this (4 kB of memory each) are refused, 1..65536."""
     max_keyframes: int = 200_000
-    """Maps with more keyframes than this are refused, 1..4194304."""
+    """Expert: maps with more keyframes than this are refused, 1..4194304."""
     max_robots: int = 256
     """Robots known at the same time, 2..4096; further ones are dropped."""
 

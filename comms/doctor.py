@@ -68,7 +68,7 @@ def port(endpoint: str) -> Finding:
 
 
 def reachable(endpoint: str, timeout_s: float = 2.0) -> Finding:
-    """Look whether somebody answers at an endpoint; what goes by datagrams cannot be told without a robot there."""
+    """Look whether somebody answers at an endpoint; datagrams cannot be checked without a robot there."""
     protocol, host, number = _split(endpoint)
     if protocol in ("udp", "quic"):
         return Finding("ok", "peer", f"{endpoint} goes by datagrams: start the robot to see whether it answers")

@@ -12,8 +12,8 @@ from mrslam.spatial import LocalMap
 from mrslam.spatial.tiles import TileIndex
 
 Lane = Literal["beacon", "control", "bulk", "status"]
-"""beacon: best effort, may be dropped; control: small and urgent; bulk: map chunks, behind all else; status: for those
-who watch, best effort, and sent only where somebody does."""
+"""beacon: best effort, may be dropped; control: small and urgent; bulk: map chunks, behind all else; status: for
+watchers, best effort, and sent only where there are any."""
 
 
 @dataclass(frozen=True)

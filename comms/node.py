@@ -67,11 +67,11 @@ class CommsNode:
         )
         self._exchanges = Exchanges(station)
         self._around = Neighbourhood(station, self._exchanges.abort)
-        self.peers, self.links = self._around.peers, self._around.links
+        self.peers, self.links = self._around.peers, self._around.links.monitor
 
     def uptime_ms(self, now_ns: int) -> int:
         """Return how long this robot has been up, milliseconds."""
-        return self._around.uptime_ms(now_ns)
+        return self._around.beacons.uptime_ms(now_ns)
 
     @property
     def must_stop(self) -> bool:
@@ -97,11 +97,11 @@ class CommsNode:
 
     def set_own_pose(self, T_map_base: Transform, stamp_ns: int) -> None:
         """Set where the robot is in its own map, and when it was (same clock as ``now_ns``); beacons carry it."""
-        self._around.set_own_pose(T_map_base, stamp_ns)
+        self._around.beacons.set_pose(T_map_base, stamp_ns)
 
     def set_link_quality(self, peer: str, quality: float, now_ns: int) -> list[fx.Effect]:
         """Set a link's quality (0..1) from a radio model or a trace; without effect where links are measured."""
-        self._around.set_link_quality(peer, quality, now_ns)
+        self._around.links.give(peer, quality, now_ns, is_here=peer in self.peers)
         return self._out.take()
 
     def on_tick(self, now_ns: int) -> list[fx.Effect]:

@@ -42,7 +42,7 @@ class Exchange:
     peer_done: bool = False
     """Whether the peer has."""
     broken: str = ""
-    """Why it cannot go on."""
+    """Why it cannot continue."""
     budget_spent: bool = False
     bytes_sent: int = 0
     bytes_received: int = 0

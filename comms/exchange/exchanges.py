@@ -68,7 +68,7 @@ class Exchanges:
                     return  # both opened at once: the lesser id's proposal stands
                 self._drop(running)
             else:
-                self._fail(running, "the peer began anew", now_ns)
+                self._fail(running, "the peer began another", now_ns)
             running = None
         if running is None:
             reason = self._station.rendezvous.may_answer(peer)

@@ -17,13 +17,13 @@ class InFlight:
         self._order: dict[int, int] = {}
         self._sent = self._arrived = 0
         self.moved_ns = now_ns
-        """When it was last known that something arrives, or all was sent anew."""
+        """When progress was last seen, or all was sent again."""
 
     def due(self, wanted: Sequence[int], now_ns: int, patience_ns: int) -> list[int]:
         """Return which of the items that the peer has not got are to be sent now; they count as sent.
 
         What goes one way arrives in its order, so an item is lost where one that was sent after it has arrived; and all
-        are where nothing has arrived for so long.
+        are where nothing has arrived for ``patience_ns``.
         """
         lacking = set(wanted)
         arrived = [order for item, order in self._order.items() if item not in lacking]

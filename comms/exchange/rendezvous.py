@@ -69,7 +69,7 @@ class Rendezvous:
             known.quality, known.state, known.is_busy = 0.0, WEAK, False
 
     def on_restart(self, peer: str) -> None:
-        """The peer started anew and holds nothing: the next exchange is due at once."""
+        """The peer restarted and holds nothing: the next exchange is due at once."""
         self.peers.pop(peer, None)
 
     def due(self, now_ns: int, is_worth: Callable[[str], bool] = lambda peer: True) -> list[str]:

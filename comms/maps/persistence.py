@@ -1,4 +1,4 @@
-"""What a robot knows of all maps, as a state that can be written to disk and taken up again."""
+"""What a robot knows of all maps, as a state that can be written to disk and restored."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def store_state(store: MapStore) -> dict[str, Any]:
 
 
 def restore_store(store: MapStore, state: dict[str, Any], skip: int) -> None:
-    """Take up what an earlier life of the robot knew; its own map goes on under its old epoch, ``skip`` revisions on.
+    """Restore what an earlier life of the robot knew; its own map continues under its old epoch, ``skip`` revisions later.
 
     Between its last saving and its end that life may have published revisions that are lost now, and teammates hold:
     which tiles they changed nobody here knows, so all of the own map counts as changed and is sent once more.

@@ -43,7 +43,7 @@ class Snapshot:
 
     @property
     def local_map(self) -> LocalMap:
-        """The same as the other rooms know it."""
+        """The same as a :class:`LocalMap`."""
         return LocalMap(self.map, to_keyframes(self.blocks))
 
     @property
@@ -80,7 +80,7 @@ def published(local_map: LocalMap, before: Snapshot | None, epoch: int) -> Snaps
 
 
 def _stamped(tile: Tile, old: Tile | None, before: int, now: int) -> Tile:
-    """Return the tile with a revision that tells whether it differs from what was published before."""
+    """Return the tile with the revision at which it last differed from what was published before."""
     if old is not None and old.revision == tile.revision:
         return tile
     if before < tile.revision <= now:

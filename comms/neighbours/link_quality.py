@@ -2,19 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from mrslam.comms.config import CommsConfig
 
 MIN_EXPECTED = 8
-"""A link is judged as if at least so many beacons had been due: one beacon heard is no proof of a good link."""
+"""A link is judged as if at least this many beacons had been due, the least ``beacon_window``: one beacon heard is no
+proof of a good link."""
 SILENCE_GRACE = 1.5
-"""Beacon periods that may pass before a beacon not heard counts as lost."""
+"""Beacon periods that may pass before a beacon not heard counts as lost: one, and half of one for jitter."""
 STEADY_BEACONS = 16
-"""A link is steady when so many beacons in a row (or the whole window) arrived..."""
+"""A link is steady when this many beacons in a row (or the whole window) arrived: at 10 % loss that happens in one of
+five (0.9^16)..."""
 STEADY_NLQ = 0.95
 """... and the neighbour says that it receives at least this share of mine."""
+LEAST_PERIOD_NS = 1_000_000
+"""Least ``comms.beacon_period_s``, nanoseconds: no division by a neighbour's zero."""
+
+
+@dataclass(frozen=True)
+class HeardBeacon:
+    """What a neighbour's beacon says of the link to it."""
+
+    seq: int
+    sent_ns: int
+    """When, on the neighbour's clock."""
+    period_ns: int
+    """Until its next one."""
+    nlq: float | None
+    """Share of my beacons that it receives, 0..1; None where this beacon does not say."""
 
 
 class BeaconWindow:
@@ -77,7 +93,7 @@ class _Neighbour:
     nlq_ns: int | None = None
     quality: float = 0.0
     reported: int = -1
-    """Turn of my beacon that last told this neighbour's LQ."""
+    """Number of my beacon that last reported this neighbour's LQ."""
 
 
 @dataclass
@@ -88,28 +104,18 @@ class LinkMonitor:
     _neighbours: dict[str, _Neighbour] = field(default_factory=dict)
     _turn: int = 0
 
-    def hear(
-        self,
-        peer: str,
-        seq: int,
-        sent_ns: int,
-        period_ns: int,
-        heard: Iterable[tuple[str, float]],
-        own_id: str,
-        now_ns: int,
-    ) -> None:
-        """Take a neighbour's beacon; ``heard`` is how well it hears others, 0..1."""
+    def hear(self, peer: str, beacon: HeardBeacon, now_ns: int) -> None:
+        """Take a neighbour's beacon."""
         neighbour = self._neighbours.get(peer)
         if neighbour is None:
             neighbour = self._neighbours[peer] = _Neighbour(BeaconWindow(self.config.beacon_window))
-        neighbour.period_ns = max(period_ns, 1_000_000)
-        neighbour.window.hear(seq, sent_ns, now_ns, round(self.config.beacon_deadline_s * 1e9))
-        for name, share in heard:
-            if name == own_id:
-                neighbour.nlq, neighbour.nlq_ns = share, now_ns
+        neighbour.period_ns = max(beacon.period_ns, LEAST_PERIOD_NS)
+        neighbour.window.hear(beacon.seq, beacon.sent_ns, now_ns, round(self.config.beacon_deadline_s * 1e9))
+        if beacon.nlq is not None:
+            neighbour.nlq, neighbour.nlq_ns = beacon.nlq, now_ns
 
     def forget(self, peer: str) -> None:
-        """Drop a neighbour that left or started anew."""
+        """Drop a neighbour that left or restarted."""
         self._neighbours.pop(peer, None)
 
     def lq(self, peer: str, now_ns: int) -> float:
@@ -118,7 +124,7 @@ class LinkMonitor:
         return 0.0 if neighbour is None else neighbour.window.quality(now_ns, neighbour.period_ns)
 
     def update(self, now_ns: int) -> dict[str, float]:
-        """Return the smoothed LQ x NLQ of every neighbour, one smoothing step on. Call it once a beacon period."""
+        """Return the smoothed LQ x NLQ of every neighbour after one more smoothing step; call it once a beacon period."""
         qualities = {}
         stale_ns = 2e9 * self.config.beacon_window * self.config.beacon_period_s * self.config.beacon_calm_factor
         for peer, neighbour in self._neighbours.items():
@@ -129,7 +135,7 @@ class LinkMonitor:
         return qualities
 
     def is_calm(self, now_ns: int) -> bool:
-        """Return whether nobody is heard, or no link loses anything: then fewer beacons tell as much."""
+        """Return whether nobody is heard, or no link loses beacons: then fewer of them measure as well."""
         return all(
             (neighbour.nlq >= STEADY_NLQ and neighbour.window.is_steady(now_ns, neighbour.period_ns))
             or neighbour.window.quality(now_ns, neighbour.period_ns) == 0.0

@@ -16,7 +16,7 @@ def access_rules(team: str, roster: Mapping[str, str]) -> dict[str, Any]:
     writing = ["put", "delete", "liveliness_token", "reply"]
     rules = [
         _rule("listen", [everything], listening, ["ingress", "egress"]),
-        _rule("tell", [everything], writing, ["egress"]),
+        _rule("send", [everything], writing, ["egress"]),
         _rule("pass-on", [everything], writing, ["ingress"]),
     ]
     policies = []
@@ -25,7 +25,7 @@ def access_rules(team: str, roster: Mapping[str, str]) -> dict[str, Any]:
         if role != ROUTER:
             mine = f"write-{name}"
             rules.append(_rule(mine, [f"mrslam/{team}/{name}/**"], writing, ["ingress"]))
-        policies.append({"id": f"policy-{name}", "rules": ["listen", "tell", mine], "subjects": [f"cn-{name}"]})
+        policies.append({"id": f"policy-{name}", "rules": ["listen", "send", mine], "subjects": [f"cn-{name}"]})
     return {
         "enabled": True,
         "default_permission": "deny",

@@ -12,8 +12,9 @@ from mrslam.comms.node import CommsNode
 from mrslam.comms.wire.messages import LinkRow, Status, encode
 
 MAX_ROWS = 64
-"""Most links and most pairs of maps that one status tells of."""
+"""Most links and most pairs of maps in one status (the format)."""
 MAX_WORDS = 120
+"""Most characters of a text in a status (the format)."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,7 @@ def _row(node: CommsNode, peer: str, now_ns: int) -> PeerStatus:
 
 
 def status_report(node: CommsNode, now_ns: int, alignments: Sequence[tuple[str, str, str]] = ()) -> Send:
-    """Return the robot's status for those who watch; ``alignments``: two robots, and in words how their maps fit."""
+    """Return the robot's status for watchers; ``alignments``: two robots, and in words how their maps fit."""
     links = [
         LinkRow(
             row.peer,

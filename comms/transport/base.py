@@ -14,7 +14,7 @@ class Incoming:
 
     payload: bytes
     sender: str | None
-    """Who sent it, as far as the transport can tell."""
+    """Who sent it, as far as the transport knows."""
     lane: Lane
 
 
@@ -53,7 +53,7 @@ class Transport(Protocol):
         """Send without waiting; what cannot be sent is lost, as on a radio."""
 
     def poll(self, timeout_s: float) -> list[Arrival]:
-        """Return what arrived, in order; wait at most so long for the first."""
+        """Return what arrived, in order; wait at most ``timeout_s`` for the first."""
 
     def close(self) -> None:
         """Leave the network. Closing twice does no harm."""

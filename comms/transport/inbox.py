@@ -8,7 +8,9 @@ from collections import Counter, deque
 from mrslam.comms.transport.base import Arrival, Incoming
 
 MAX_BEACONS = 4096
+"""Beacons kept: 8 s of those of ``max_robots`` at their fastest default pace; bounds memory alone."""
 MAX_BYTES = 64 << 20
+"""Bytes of other messages kept: some 250 of the largest messages; bounds memory alone."""
 
 
 class Inbox:
@@ -39,7 +41,7 @@ class Inbox:
             self._ready.notify()
 
     def take(self, timeout_s: float) -> list[Arrival]:
-        """Return all that arrived, liveliness and maps before beacons; wait at most so long for the first."""
+        """Return all that arrived, liveliness and maps before beacons; wait at most ``timeout_s`` for the first."""
         with self._ready:
             if not self._beacons and not self._others and timeout_s > 0.0:
                 self._ready.wait(timeout_s)

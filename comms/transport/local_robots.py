@@ -40,13 +40,13 @@ def folder() -> Path:
 
 
 def announce(team: str, robot: str, listen: Sequence[str]) -> Path | None:
-    """Leave word that a robot listens; return the file, None where there is nothing to tell or no place for it."""
+    """Leave a file that says where a robot listens; return it, None where it listens nowhere or no file can be made."""
     if not listen:
         return None
     place = folder()
     try:
         place.mkdir(mode=0o700, exist_ok=True)
-        if place.stat().st_uid != os.getuid():  # somebody else made it first
+        if place.stat().st_uid != os.getuid():  # another user made it first
             return None
         path = place / f"{team}.{robot}.{os.getpid()}.json"
         write_text(path, json.dumps(asdict(LocalRobot(team, robot, os.getpid(), [_reachable(e) for e in listen]))))
@@ -56,7 +56,7 @@ def announce(team: str, robot: str, listen: Sequence[str]) -> Path | None:
 
 
 def withdraw(path: Path | None) -> None:
-    """Take the word back."""
+    """Remove the file."""
     if path is not None:
         path.unlink(missing_ok=True)
 

@@ -42,10 +42,11 @@ Conditions = Callable[[str, str, int], LinkConditions]
 """(sender, receiver, now_ns) -> how the link is."""
 
 RETRANSMIT_S = 0.2
-"""Time that one loss costs on a reliable lane, seconds."""
+"""Time that one loss costs on a reliable lane, seconds: the least retransmission timeout of Linux' TCP."""
 TWIN = "+twin"
+"""Added to the name of a second process with one robot id."""
 LEASE_NS = 2_000_000_000
-"""A crashed robot's token falls after this."""
+"""A crashed robot's token falls after this, nanoseconds, as over Zenoh (``zenoh.config.LEASE_MS``)."""
 
 
 class MemoryNetwork:
@@ -79,7 +80,7 @@ class MemoryNetwork:
         return end
 
     def advance(self, now_ns: int) -> None:
-        """Move time on; what is due by then can be polled."""
+        """Move time on; what is due at ``now_ns`` can be polled."""
         while self._events and self._events[0][0] <= now_ns:
             self.now_ns, _, receiver, end, arrival = heapq.heappop(self._events)
             target = self._ends.get(receiver)
@@ -166,5 +167,5 @@ class MemoryTransport:
         return arrived
 
     def close(self) -> None:
-        """Leave the network; teammates are told at once."""
+        """Leave the network; teammates see it at once."""
         self._network.leave(self)

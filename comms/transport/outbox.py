@@ -10,6 +10,7 @@ from collections.abc import Callable
 log = logging.getLogger(__name__)
 
 MAX_BYTES = 16 << 20
+"""Bytes queued at most: some 700 map chunks, minutes of a slow link; bounds memory alone."""
 
 
 class Outbox:
@@ -51,7 +52,7 @@ class Outbox:
                 log.warning("a message to %s was not sent: %s", key, error)
 
     def close(self, timeout_s: float = 1.0) -> None:
-        """Send what is queued, for at most so long, and end the thread."""
+        """Send what is queued, for at most ``timeout_s``, and end the thread."""
         with self._ready:
             self._closed = True
             self._ready.notify()

@@ -1,4 +1,4 @@
-"""What a robot's own drivers tell its agent: scans and odometry, as JSON or MessagePack (docs/robots.md)."""
+"""Messages of a robot's own drivers to its agent: scans and odometry, as JSON or MessagePack (docs/robots.md)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mrslam.spatial import InputError, Scan
 from mrslam.spatial.se2 import Transform
 
 MAX_BYTES = 2**20
-"""No scan needs more."""
+"""A scan of 20,000 beams, the most allowed, takes about half of it as JSON, bytes."""
 Number = float | None
 """JSON knows no infinity: null is "no return"."""
 Pose = tuple[float, float, float]

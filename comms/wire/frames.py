@@ -31,7 +31,7 @@ def check_name(name: str, what: str) -> str:
 
 
 def team_tag(team: str) -> int:
-    """Return four bytes of the team's name hashed, by which foreign messages are told from broken ones."""
+    """Return four bytes of the team's name hashed, which distinguish foreign messages from broken ones."""
     return int.from_bytes(blake2b(team.encode(), digest_size=4).digest(), "little")
 
 

@@ -11,12 +11,19 @@ import lz4.block
 import numpy as np
 from numpy.typing import NDArray
 
-from mrslam.comms.wire.cell_coder import READ_AHEAD, code, look_up, mark_present
+from mrslam.comms.wire.binary_coder import READ_AHEAD
+from mrslam.comms.wire.cell_coder import code
 from mrslam.comms.wire.frames import WireError
+from mrslam.comms.wire.lookup import look_up, mark_present
 from mrslam.spatial import TILE_CELLS, UNKNOWN
 
 CELLS = TILE_CELLS * TILE_CELLS
 MAX_TILES_PER_CHUNK = 64
+"""Items in a chunk (the format): bounds what a receiver decompresses at once to about 300 kB."""
+HEAD_BYTES = 512
+"""Room for the palette (at most 103 bytes) and the coder's last bytes, bytes."""
+BLOCK_BYTES = 4096
+"""Bounds a keyframe block: a count and 256 numbers of at most ten bytes."""
 PLANES = 128
 """Added to the palette's size where bit planes follow it."""
 TOP_VALUE = 101
@@ -88,8 +95,8 @@ def _indices(palette: NDArray[np.uint8], cells: NDArray[np.int8]) -> NDArray[np.
 
 
 def max_packed(tiles: int, blocks: int) -> int:
-    """Return the most bytes that a chunk of so many items can hold before compression."""
-    return 512 + tiles * CELLS + blocks * 4096
+    """Return the most bytes that a chunk of this many items can hold before compression."""
+    return HEAD_BYTES + tiles * CELLS + blocks * BLOCK_BYTES
 
 
 def compress(raw: bytes) -> bytes:

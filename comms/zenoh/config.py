@@ -11,14 +11,15 @@ from mrslam.comms.security.team_keys import RobotKeys
 from mrslam.spatial import InputError
 
 LEASE_MS = 2000
-"""A robot whose link is silent for so long is gone, milliseconds."""
+"""A robot whose link is silent for this long is gone, milliseconds: below ``comms.peer_timeout_s``."""
 CLIENT_TIMEOUT_MS = 5000
 """A client gives up on its router after this long, milliseconds."""
 BATCH_BYTES = 16_384
+"""Most bytes that Zenoh sends in one piece: what is urgent waits for one piece at most."""
 DATAGRAM_LEASE_MS = 10_000
 """Half of the datagrams may be lost without the session taking its peer for dead, milliseconds."""
 DATAGRAM_OPEN_MS = 1000
-"""A handshake whose datagrams were lost is begun anew after this, milliseconds."""
+"""A handshake whose datagrams were lost is repeated after this, milliseconds."""
 SEND_BUFFER_BYTES = 32_768
 """Small, so that what is urgent need not queue behind map chunks inside the kernel."""
 SECURE = ("tls", "quic")

@@ -27,7 +27,8 @@ from mrslam.comms.zenoh.session import open_session, warn_if_open
 from mrslam.spatial import InputError
 
 GOODBYE_S = 0.1
-"""The last messages go out before the token falls: that has a higher priority, and would overtake the goodbye."""
+"""The last messages are given this long before the token falls, seconds: it has a higher priority, and would overtake
+the goodbye."""
 
 log = logging.getLogger(__name__)
 
@@ -58,51 +59,63 @@ class ZenohTransport:
         Raises ``InputError`` where an endpoint cannot be used.
         """
         self.robot_id, self.team = check_name(robot_id, "robot id"), check_name(team, "team name")
+        self.inbox = Inbox()
+        self._root, self._own = f"mrslam/{team}", f"mrslam/{team}/{robot_id}"
+        self._tokens: dict[str, set[str]] = {}
+        self._closed = False
         warn_if_open(team, [*listen, *connect], multicast, keys)
         (listen, listen_datagrams), (connect, connect_datagrams) = split_datagrams(listen), split_datagrams(connect)
         self._session = open_session(
             settings(team, mode=mode, listen=listen, connect=connect, multicast=multicast, keys=keys)
         )
-        self._datagrams = self._session
-        if listen_datagrams or connect_datagrams:
-            try:
-                self._datagrams = open_session(datagram_settings(team, listen_datagrams, connect_datagrams, keys))
-            except InputError:
-                self._session.close()  # type: ignore[no-untyped-call]
-                raise
-        self.inbox = Inbox()
-        self._tokens: dict[str, set[str]] = {}
-        self._closed = False
-        root = f"mrslam/{team}"
-        self._own = f"{root}/{robot_id}"
+        self._datagrams = self._open_datagrams(listen_datagrams, connect_datagrams, keys)
         # The bulk lane has a thread of its own: a map chunk that waits must not hold up a question.
         self._control = Outbox(f"{robot_id}-control", self._put_control)
         self._bulk = Outbox(f"{robot_id}-bulk", self._put_bulk)
-        self._beacons = self._datagrams.declare_publisher(
+        self._beacons, self._status = self._declare_publishers()
+        self._subscribers = self._subscribe()
+        self._token = self._session.liveliness().declare_token(f"{self._own}/alive/{self._session.zid()}")
+        self._announced = announce(team, robot_id, listen)
+
+    def _open_datagrams(self, listen: Sequence[str], connect: Sequence[str], keys: RobotKeys | None) -> zenoh.Session:
+        """Return the session that carries beacons: one of its own where there are datagram endpoints."""
+        if not (listen or connect):
+            return self._session
+        try:
+            return open_session(datagram_settings(self.team, listen, connect, keys))
+        except InputError:
+            self._session.close()  # type: ignore[no-untyped-call]
+            raise
+
+    def _declare_publishers(self) -> tuple[zenoh.Publisher, zenoh.Publisher]:
+        """Return publishers of the beacons and of the status, which may be lost."""
+        beacons = self._datagrams.declare_publisher(
             f"{self._own}/all/beacon",
             congestion_control=zenoh.CongestionControl.DROP,
             priority=zenoh.Priority.INTERACTIVE_HIGH,
             reliability=zenoh.Reliability.BEST_EFFORT,
             express=True,
         )
-        self._status = self._session.declare_publisher(
+        status = self._session.declare_publisher(
             f"{self._own}/status",
             congestion_control=zenoh.CongestionControl.DROP,
             priority=zenoh.Priority.DATA_LOW,
             reliability=zenoh.Reliability.BEST_EFFORT,
         )
-        remote = zenoh.Locality.REMOTE
-        self._subscribers: list[Any] = [
-            self._session.declare_subscriber(f"{root}/*/all/*", self._on_sample, allowed_origin=remote),
-            self._session.declare_subscriber(f"{root}/*/to/{robot_id}/*", self._on_sample, allowed_origin=remote),
+        return beacons, status
+
+    def _subscribe(self) -> list[Any]:
+        """Return subscribers to what others say to all and to this robot, and to their liveliness tokens."""
+        everyone, me, remote = f"{self._root}/*/all/*", f"{self._root}/*/to/{self.robot_id}/*", zenoh.Locality.REMOTE
+        subscribers: list[Any] = [
+            self._session.declare_subscriber(everyone, self._on_sample, allowed_origin=remote),
+            self._session.declare_subscriber(me, self._on_sample, allowed_origin=remote),
         ]
         if self._datagrams is not self._session:
-            beacons = self._datagrams.declare_subscriber(f"{root}/*/all/*", self._on_sample, allowed_origin=remote)
-            self._subscribers.append(beacons)
-        liveliness = self._session.liveliness()
-        self._subscribers.append(liveliness.declare_subscriber(f"{root}/*/alive/*", self._on_token, history=True))
-        self._token = liveliness.declare_token(f"{self._own}/alive/{self._session.zid()}")
-        self._announced = announce(team, robot_id, listen)
+            subscribers.append(self._datagrams.declare_subscriber(everyone, self._on_sample, allowed_origin=remote))
+        tokens = self._session.liveliness()
+        subscribers.append(tokens.declare_subscriber(f"{self._root}/*/alive/*", self._on_token, history=True))
+        return subscribers
 
     def send(self, effect: Send) -> None:
         """Send without waiting."""
@@ -119,7 +132,7 @@ class ZenohTransport:
         outbox.send(f"{self._own}/{target}/{effect.lane}", effect.payload)
 
     def poll(self, timeout_s: float) -> list[Arrival]:
-        """Return what arrived; wait at most so long for the first."""
+        """Return what arrived; wait at most ``timeout_s`` for the first."""
         return self.inbox.take(timeout_s)
 
     def links(self) -> int:

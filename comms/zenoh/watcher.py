@@ -21,7 +21,7 @@ MAX_SIGHTINGS = 4096
 
 
 class ZenohWatcher:
-    """Looks on: takes part in nothing, is seen by no robot, listens on no address unless told to."""
+    """Watches: takes part in nothing, is seen by no robot, listens on no address unless asked to."""
 
     def __init__(
         self,

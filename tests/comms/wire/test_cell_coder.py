@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mrslam.comms.wire import cell_coder
-from mrslam.comms.wire.cell_coder import READ_AHEAD, code
+from mrslam.comms.wire.binary_coder import READ_AHEAD
+from mrslam.comms.wire.cell_coder import SIDE, code
 
 
 class PlainCoder:
@@ -130,4 +130,4 @@ def test_any_bytes_can_be_read():
 def test_an_unchanged_tile_costs_next_to_nothing():
     cells, held = patch(3, 64, 0.0, seed=3)
     assert len(encoded(cells, held, 3)) < 20
-    assert cell_coder.SIDE == 64
+    assert SIDE == 64

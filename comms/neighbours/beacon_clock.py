@@ -1,14 +1,10 @@
-"""The own beacons: when the next is due, and what it says."""
+"""When the next own beacon is due."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mrslam.comms.config import MODES, CommsConfig
-from mrslam.comms.wire.messages import Beacon
-
-LEVELS = 100
-"""A share of beacons received goes over the air in so many steps."""
+from mrslam.comms.config import CommsConfig
 
 
 @dataclass
@@ -33,7 +29,7 @@ class BeaconClock:
     def next(self, now_ns: int, *, calm: bool) -> int:
         """Count a beacon that is sent now, and return in how many nanoseconds the next one follows."""
         period_ns = self._period_ns(calm)
-        # Kept on its lattice, so that the pace does not depend on when ticks come; after a stall it starts anew.
+        # On a lattice, so that the pace does not depend on when ticks come; after a stall the lattice starts again.
         due_ns = now_ns if self._due_ns is None else self._due_ns
         self._due_ns = due_ns + period_ns if now_ns - due_ns < period_ns else now_ns + period_ns
         self._sent_ns, self._was_calm = now_ns, calm
@@ -42,29 +38,3 @@ class BeaconClock:
 
     def _period_ns(self, calm: bool) -> int:
         return round(self.config.beacon_period_s * 1e9 * (self.config.beacon_calm_factor if calm else 1.0))
-
-
-def make_beacon(
-    own_id: str,
-    boot: int,
-    seq: int,
-    uptime_ms: int,
-    period_ns: int,
-    mode: str,
-    heard: list[tuple[str, float]],
-    epoch: int,
-    pose: tuple[int, int, int, int] | None,
-    now_ns: int,
-) -> Beacon:
-    """Return a beacon; ``pose``: x (mm), y (mm), theta (0.1 mrad) and when it was taken (ns)."""
-    return Beacon(
-        own_id,
-        boot,
-        seq,
-        uptime_ms,
-        max(round(period_ns / 1e6), 1),
-        MODES.index(mode),
-        [(peer, round(LEVELS * share)) for peer, share in heard],
-        epoch - boot,
-        None if pose is None else (*pose[:3], max(now_ns - pose[3], 0) // 1_000_000),
-    )

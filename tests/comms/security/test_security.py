@@ -76,7 +76,7 @@ def test_rules_let_a_robot_write_only_under_its_own_name():
     assert by_name["write-a"]["key_exprs"] == ["mrslam/team/a/**"]
     assert by_name["write-a"]["flows"] == ["ingress"]
     of = {policy["subjects"][0]: policy["rules"] for policy in rules["policies"]}
-    assert of == {"cn-a": ["listen", "tell", "write-a"], "cn-hub": ["listen", "tell", "pass-on"]}
+    assert of == {"cn-a": ["listen", "send", "write-a"], "cn-hub": ["listen", "send", "pass-on"]}
 
 
 def test_with_keys_only_tls_will_do(keys):
@@ -124,7 +124,7 @@ def test_routers_pass_on_for_all(tmp_path):
     ends = [ZenohTransport("hub", "team", listen=[endpoint], mode="router", keys=loaded["hub"])]
     ends += [ZenohTransport(n, "team", connect=[endpoint], mode="client", keys=loaded[n]) for n in "ab"]
     try:
-        from tests.comms.test_zenoh_transport import collect
+        from tests.comms.zenoh.test_zenoh_transport import collect
 
         assert {i.peer for i in collect(ends[2], 2)} == {"hub", "a"}
         ends[1].send(Send("b", b"hello", "control"))

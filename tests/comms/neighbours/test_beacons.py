@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from mrslam.comms import CommsConfig, LinkConditions, Send
-from mrslam.comms.neighbours.beacons import BeaconClock
+from mrslam.comms.neighbours.beacon_clock import BeaconClock
 from mrslam.comms.wire import messages as m
 from tests.comms.team import QUICK, SECOND, Team
 

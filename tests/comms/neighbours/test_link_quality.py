@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mrslam.comms import CommsConfig
-from mrslam.comms.neighbours.link_quality import MIN_EXPECTED, BeaconWindow, LinkMonitor
+from mrslam.comms.neighbours.link_quality import MIN_EXPECTED, BeaconWindow, HeardBeacon, LinkMonitor
 
 MS = 1_000_000
 PERIOD = 500 * MS
@@ -82,8 +82,8 @@ def test_quality_is_lq_times_nlq():
     for k in range(1, 101):
         now = k * PERIOD
         if k % 2:  # every other beacon of a is lost
-            b.hear("a", k, now, PERIOD, a.report(now), "b", now)
-        a.hear("b", k, now, PERIOD, b.report(now), "a", now)
+            b.hear("a", HeardBeacon(k, now, PERIOD, dict(a.report(now)).get("b")), now)
+        a.hear("b", HeardBeacon(k, now, PERIOD, dict(b.report(now)).get("a")), now)
         found = a.update(now), b.update(now)
     assert found[0]["b"] == pytest.approx(0.5, abs=0.05)
     assert found[1]["a"] == pytest.approx(0.5, abs=0.05)
@@ -92,7 +92,7 @@ def test_quality_is_lq_times_nlq():
 def test_a_neighbour_that_does_not_hear_me_is_no_link():
     a, _ = monitors(CommsConfig(link_smoothing=1.0))
     for k in range(1, 30):
-        a.hear("b", k, k * PERIOD, PERIOD, [], "a", k * PERIOD)
+        a.hear("b", HeardBeacon(k, k * PERIOD, PERIOD, None), k * PERIOD)
     assert a.update(29 * PERIOD)["b"] == 0.0
 
 
@@ -100,7 +100,7 @@ def test_what_a_beacon_reports_is_bounded_and_all_get_their_turn():
     config = CommsConfig(beacon_neighbours=5)
     monitor = LinkMonitor(config)
     for k in range(23):
-        monitor.hear(f"r{k}", 1, 0, PERIOD, [], "me", 0)
+        monitor.hear(f"r{k}", HeardBeacon(1, 0, PERIOD, None), 0)
     told: set[str] = set()
     for turn in range(5):
         report = monitor.report(turn)

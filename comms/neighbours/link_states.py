@@ -1,0 +1,65 @@
+"""How good each link is by now: measured with beacons, or given by a radio model or a trace."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from mrslam.comms.effects import LinkChanged
+from mrslam.comms.exchange.station import Station
+from mrslam.comms.neighbours.link_quality import LinkMonitor
+
+EXACT = 1e-9
+"""A ``link_step`` of 0 records every change, but none of rounding."""
+
+
+class LinkStates:
+    """Judges links, and reports what changed of them."""
+
+    def __init__(self, station: Station, abort: Callable[[str, str, int], None]) -> None:
+        """Start without links; ``abort(peer, reason, now_ns)`` ends the exchange with a peer that is out of reach."""
+        self._station, self._abort = station, abort
+        self.monitor = LinkMonitor(station.config)
+        self._is_measured = station.config.link_source == "measured"
+        self._reported: dict[str, float] = {}
+        self._given: dict[str, float] = {}  # by the model or trace, also of peers that are not here
+        self._period_ns = round(station.config.beacon_period_s * 1e9)
+        self._judge_ns = 0
+
+    def give(self, peer: str, quality: float, now_ns: int, *, is_here: bool) -> None:
+        """Take a link's quality (0..1) from a radio model or a trace; nothing happens where links are measured."""
+        if not self._is_measured:
+            self._given[peer] = min(max(float(quality), 0.0), 1.0) if quality == quality else 0.0  # NaN: no link
+            if is_here:
+                self._set(peer, self._given[peer], now_ns)
+
+    def on_seen(self, peer: str, now_ns: int) -> None:
+        """A peer came into sight: what was given of its link holds from now on."""
+        if peer in self._given:
+            self._set(peer, self._given[peer], now_ns)
+
+    def on_lost(self, peer: str, now_ns: int) -> None:
+        """A peer is gone, and its link with it."""
+        self._set(peer, 0.0, now_ns)
+        self._reported.pop(peer, None)
+        self.monitor.forget(peer)
+        self._station.rendezvous.forget(peer)
+
+    def judge(self, here: Callable[[str], bool], now_ns: int) -> None:
+        """Take one step of the measured qualities when a beacon period has passed; of peers that are ``here``."""
+        if now_ns < self._judge_ns:
+            return
+        self._judge_ns = max(self._judge_ns, now_ns - self._period_ns) + self._period_ns
+        if self._is_measured:
+            for peer, quality in self.monitor.update(now_ns).items():
+                if here(peer):
+                    self._set(peer, quality, now_ns)
+
+    def _set(self, peer: str, quality: float, now_ns: int) -> None:
+        rendezvous, step = self._station.rendezvous, max(self._station.config.link_step, EXACT)
+        changed = rendezvous.on_quality(peer, quality, now_ns)
+        reported = self._reported.get(peer)
+        if changed or reported is None or abs(quality - reported) >= step:
+            self._reported[peer] = quality
+            self._station.out.emit(LinkChanged(peer, quality, rendezvous.peers[peer].state))
+        if quality <= 0.0 and not self._is_measured:
+            self._abort(peer, "link lost", now_ns)

@@ -1,0 +1,30 @@
+"""Types of the messages' fields, with their bounds, and what all messages share."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import msgspec
+
+Name = Annotated[str, msgspec.Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.-]+$")]
+Percent = Annotated[int, msgspec.Meta(ge=0, le=100)]
+U32 = Annotated[int, msgspec.Meta(ge=0, le=2**32 - 1)]
+Count = Annotated[int, msgspec.Meta(ge=0, le=2**62)]
+I32 = Annotated[int, msgspec.Meta(ge=-(2**31), le=2**31 - 1)]
+Milliseconds = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
+TileCoordinate = Annotated[int, msgspec.Meta(ge=-(2**20), le=2**20)]
+MAX_LIST = 65_536
+"""Entries of one list: tiles or blocks of the largest map (``max_tiles`` ends there)."""
+
+Version = tuple[int, int]
+"""(epoch, revision): a newer epoch beats any revision of an older one."""
+
+
+Digest = Annotated[list[tuple[Name, Count, Count]], msgspec.Meta(max_length=4096)]
+"""(robot, epoch, revision), by robot."""
+
+
+class Message(msgspec.Struct, array_like=True, frozen=True, tag_field="k"):
+    """What all messages share: who sends it."""
+
+    sender: Name
