@@ -64,12 +64,11 @@ class Crew:
         """Whether there is another thread, and it has nothing to do."""
         return self._pool is not None and (self._task is None or self._task.done())
 
-    def both(self, one: Callable[[], None], other: Callable[[], None]) -> None:
-        """Do the one here and the other beside it; an idle crew only."""
+    def both(self, one: Callable[[], T], other: Callable[[], T]) -> tuple[T, T]:
+        """Return what both return, doing the one here and the other beside it; an idle crew only."""
         assert self._pool is not None
         beside = self._pool.submit(other)
-        one()
-        beside.result()
+        return one(), beside.result()
 
     def begin(self, task: Callable[[], T]) -> Pending[T]:
         """Begin a task; the one before must be done."""

@@ -30,6 +30,7 @@ from mrslam.rbpf.match.sight import Sight
 from mrslam.rbpf.outcome import Stats, Stopwatch, UpdateInfo
 from mrslam.rbpf.rows import Rows
 from mrslam.rbpf.tiles.publisher import Publisher
+from mrslam.rbpf.tiles.views import Beams
 from mrslam.spatial import InputError, Keyframes, LocalMap, Scan, se2
 from mrslam.spatial.poses import between, compose
 from mrslam.spatial.se2 import Transform
@@ -109,7 +110,7 @@ class Mapper:
 
     def _drop(self, reason: str, dropped: int, T_before_odom: Transform | None) -> UpdateInfo:
         self.stats.dropped += 1
-        self._carried = self._front.predictor.carried(T_before_odom)
+        self._carried = self._front.predictor.dead_reckoned(T_before_odom)
         return UpdateInfo(
             processed=False, T_map_base=self.T_map_base, neff=self._neff, health=self.health,
             dropped_beams=dropped, reason=reason,
@@ -143,7 +144,7 @@ class Mapper:
         back = self._back
         arrival = self._since.restart(scan.stamp_ns)
         key = Keyframe(
-            points=points.copy(), ends=self._sight.clearing_ends(scan), origin=scan.T_base_laser[:2].copy(),
+            beams=Beams(scan.T_base_laser[:2].copy(), points.copy(), self._sight.clearing_ends(scan)),
             arrival=arrival, inliers=inliers,
         )  # fmt: skip
         self._key_scans.add(key.points, key.origin)

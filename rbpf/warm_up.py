@@ -7,8 +7,7 @@ import numpy as np
 from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.filter.resampling import systematic
 from mrslam.rbpf.mapper import Mapper
-from mrslam.rbpf.match.correlative import search
-from mrslam.rbpf.match.nearest import COS, SIN
+from mrslam.rbpf.match.correlative import Lattice, search
 from mrslam.rbpf.tiles.store import TileStore
 from mrslam.spatial import Scan
 
@@ -31,5 +30,4 @@ def warm_up() -> None:
     mapper._back.filter.store.resample(np.zeros(3, dtype=np.int64))
     store = TileStore(1, 0.05)
     store.draw(0, np.zeros((1, 2)), np.zeros((1, 3)), [np.zeros((20, 5), dtype=np.float32)], 0.1)
-    place = (store.pool, store.tables[0], store.row0, store.col0, store.resolution_m, np.zeros((20, 5)))
-    search(*place, 10, np.zeros(3), 0.1, 0.05, 0.1, 0.1, COS, SIN, out=np.zeros(3))
+    search(store.tiles(0), np.zeros((20, 5)), np.zeros(3), Lattice(0.1, 0.05, 0.1, 0.1, 10))

@@ -62,9 +62,9 @@ class BackEnd:
         """Update every particle, and see whether the robot is back where it has been."""
         self._watch.start()
         resamplings = self.filter.resamplings
-        result = self.filter.move(key)
-        if result is not None:
-            self._health.follow(result, key)
+        agreement = self.filter.move(key)
+        if agreement is not None:
+            self._health.follow(agreement, key)
         edges = self.loops.edges
         self.filter.draw(key, beside=lambda: self._look(key))
         closed = self._contradicted and self._relax()
@@ -79,7 +79,7 @@ class BackEnd:
     def _look(self, key: Keyframe) -> None:
         """Where the best particle comes to a place it has been, see whether its trajectory agrees."""
         self._arrivals.add(key.arrival)
-        self.loops.add_key(key.points, key.origin, float(key.arrival[WAY]))
+        self.loops.add_key(key.beams, float(key.arrival[WAY]))
         poses = self.T_map_key
         self.loops.forget(poses)
         self._contradicted = self.config.close_loops and self.loops.look(poses)

@@ -11,13 +11,11 @@ from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.crew import Crew
-from mrslam.rbpf.filter.particles import insert_range, propose
+from mrslam.rbpf.filter.particles import Motion, Proposals, insert_range, propose
 from mrslam.rbpf.filter.resampling import effective, normalised, systematic
 from mrslam.rbpf.filter.wall_directions import WallDirections
-from mrslam.rbpf.front_end.motion import BLIND_M, MOTION, WAY, Keyframe, motion_cov
+from mrslam.rbpf.front_end.motion import BLIND_M, MOTION, WAY, Agreement, Keyframe, motion_cov
 from mrslam.rbpf.loops.loops import SKIP_M
-from mrslam.rbpf.match.gauss_newton import RESULT_SIZE
-from mrslam.rbpf.match.nearest import COS, SIN
 from mrslam.rbpf.match.scan_points import spaced
 from mrslam.rbpf.match.sight import SPACING_M
 from mrslam.rbpf.outcome import Stopwatch
@@ -88,12 +86,12 @@ class ParticleFilter:
         """``(N,)``, their sum 1."""
         return normalised(self.log_weights)
 
-    def move(self, key: Keyframe) -> NDArray[np.float64] | None:
+    def move(self, key: Keyframe) -> Agreement | None:
         """Bring the particles to a keyframe, to be drawn next (:meth:`draw`), and resample them where it is time.
 
-        Return the row that the matcher wrote for the best particle, None at the very first.
+        Return how far the best particle's map agrees with it, None at the very first.
         """
-        result: NDArray[np.float64] | None = None
+        agreement: Agreement | None = None
         if self.keys == 0:
             self.store.cover(np.full(2, -self._reach_m), np.full(2, self._reach_m))
         else:
@@ -101,10 +99,12 @@ class ParticleFilter:
                 self._share(APART_MOST // 2, self.best)
             if self._own.shape[1] == self._poses.shape[1]:
                 self._poses = np.concatenate([self._poses, np.zeros_like(self._poses)], axis=1)
-            result = self._propose(key)
+            agreement = self._propose(key)
         if self.config.use_walls:
             heading = self._poses[:, self.keys - self._shared.size, 2]
-            turn = self._walls.turn(key.points, key.origin, float(heading[self.best]), float(key.arrival[WAY]))
+            turn = self._walls.turn(
+                key.beams.points, key.beams.origin, float(heading[self.best]), float(key.arrival[WAY])
+            )
             if turn != 0.0:
                 heading[:] = se2.wrap(heading + turn)
         self.keys += 1
@@ -114,33 +114,31 @@ class ParticleFilter:
             self._replace(systematic(weights, self.count, float(self._rng.random())), weights)
             self.resamplings += 1
         self.watch.lap("resample")
-        return result
+        return agreement
 
-    def _propose(self, key: Keyframe) -> NDArray[np.float64]:
+    def _propose(self, key: Keyframe) -> Agreement:
         n, config, store = self.count, self.config, self.store
         motion = key.arrival[MOTION].copy()
         before = self.ends
         noise = SPREAD * self._rng.standard_normal((n, 3))
         centres = se2.compose(before, motion)[:, :2]
         store.cover(centres.min(axis=0) - self._reach_m, centres.max(axis=0) + self._reach_m)
-        few = np.empty_like(key.points)
-        few = few[: spaced(key.points, key.origin, SPACING_M, config.beams_filter, few)]
-        poses, gain, results = np.empty((n, 3)), np.empty(n), np.zeros((n, RESULT_SIZE))
-        place = (store.pool, store.tables, store.row0, store.col0, store.resolution_m, few)
-        cov = motion_cov(config, motion, key.arrival[BLIND_M])
-        self.crew.share(
-            lambda first, last: propose(
-                *place, before, motion, cov, noise, config.sigma_m, config.evidence_beams, COS, SIN, first, last,
-                poses, gain, results,
-            ), n,
-        )  # fmt: skip
+        few = np.empty_like(key.beams.points)
+        few = few[: spaced(key.beams.points, key.beams.origin, SPACING_M, config.beams_filter, few)]
+        moved = Motion(motion, motion_cov(config, motion, key.arrival[BLIND_M]))
+        maps, out = store.maps, Proposals.empty(n)
+
+        def job(first: int, last: int) -> None:
+            propose(maps, few, before, moved, noise, config.sigma_m, config.evidence_beams, first, last, out)
+
+        self.crew.share(job, n)
         self.watch.lap("match")
-        self.log_weights += gain
+        self.log_weights += out.gains
         self.log_weights -= self.log_weights.max()
         if self.log_weights[self.best] < -LOYALTY:
             self.best = int(np.argmax(self.log_weights))
-        self._poses[:, self._own.shape[1]] = poses
-        return results[self.best]
+        self._poses[:, self._own.shape[1]] = out.poses
+        return Agreement(inliers=float(out.inliers[self.best]), conflicts=float(out.conflicts[self.best]))
 
     def resize(self, count: int) -> None:
         """Go on with more or fewer particles, drawn by their weights; the one that speaks for all is among them."""
@@ -174,14 +172,13 @@ class ParticleFilter:
 
     def draw(self, key: Keyframe, beside: Callable[[], None]) -> None:
         """Draw the newest keyframe into all maps; ``beside`` is called meanwhile, and must let them be."""
-        store, points, ends = self.store, key.points, key.ends
+        store, beams = self.store, key.beams
         poses = np.ascontiguousarray(self.ends)
 
         def insert(first: int, last: int) -> None:
-            place = (store.pool, store.refs, store.tables, store.row0, store.col0, store.resolution_m, key.origin)
-            insert_range(*place, poses, points, ends, self._skip_m, first, last)
+            insert_range(store.maps, beams, poses, self._skip_m, first, last)
 
-        own = partial(store.own, 0, key.origin, poses, points, ends, True)
+        own = partial(store.own, 0, beams, poses, True)
         self.crew.share(insert, self.count, before=own, beside=beside)
         self.watch.lap("map update")
 

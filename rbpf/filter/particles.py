@@ -8,119 +8,142 @@ gives its curvature, so the Gaussian is had in closed form (Laplace): mu = the m
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mrslam.rbpf.match.gauss_newton import INFO, RESULT_SIZE, SCORE, match
+from mrslam.rbpf.match.gauss_newton import match
 from mrslam.rbpf.tiles.drawing import insert_scan
+from mrslam.rbpf.tiles.views import Beams, Maps, map_of
 
 CORRELATED = 0.8
 """Beams are not independent of each other: the matcher's information counts by this share."""
 PRIOR_SHARE = 0.25
 """Share of the motion prior's log-density in the weights; tempers like ``evidence_beams`` does for beams."""
+PRIOR_MOST = 20.0
+"""Largest squared Mahalanobis distance from the motion that a weight counts: one slip kills no particle."""
+ITERATIONS = 8
+"""Steps of the matcher: particles begin within centimetres of the match."""
+
+
+class Motion(NamedTuple):
+    """Motion between two keyframes, in the frame of the first."""
+
+    mean: NDArray[np.float64]
+    """``(3,)``, metres and radians."""
+    cov: NDArray[np.float64]
+    """``(3, 3)``."""
+
+
+class Proposals(NamedTuple):
+    """What becomes of N particles at a keyframe."""
+
+    poses: NDArray[np.float64]
+    """``(N, 3)``, drawn from the improved proposal, map frame."""
+    gains: NDArray[np.float64]
+    """``(N,)``, added to the log weights."""
+    inliers: NDArray[np.float64]
+    """``(N,)``, share of beams that fit the particle's map, 0..1."""
+    conflicts: NDArray[np.float64]
+    """``(N,)``, share of beams that contradict it, 0..1."""
+
+    @classmethod
+    def empty(cls, count: int) -> Proposals:
+        """Return the arrays for so many particles."""
+        return cls(np.empty((count, 3)), np.empty(count), np.empty(count), np.empty(count))
 
 
 @njit(cache=True, nogil=True)
 def propose(
-    pool: NDArray[np.uint32],
-    tables: NDArray[np.int32],
-    row0: int,
-    col0: int,
-    resolution_m: float,
+    maps: Maps,
     points: NDArray[np.float64],
-    poses: NDArray[np.float64],
-    motion: NDArray[np.float64],
-    motion_cov: NDArray[np.float64],
+    before: NDArray[np.float64],
+    motion: Motion,
     noise: NDArray[np.float64],
     sigma_m: float,
     evidence_beams: float,
-    cos_table: NDArray[np.float64],
-    sin_table: NDArray[np.float64],
     first: int,
     last: int,
-    sampled: NDArray[np.float64],
-    gain: NDArray[np.float64],
-    results: NDArray[np.float64],
+    out: Proposals,
 ) -> None:  # pragma: no cover - compiled
-    """Draw new poses for particles ``first .. last - 1`` from their improved proposals.
+    """Draw new poses for particles ``first .. last - 1`` from their improved proposals, and write them to ``out``.
 
-    ``poses (N, 3)`` before the ``motion (3,)`` with covariance ``motion_cov (3, 3)`` in the base frame before it;
-    ``noise (N, 3)`` standard normal draws. Writes ``sampled (N, 3)``, log-weight ``gain (N,)`` and the matcher's
-    ``results (N, 13)``.
+    ``points (n, 5)`` of the scan, ``before (N, 3)`` the particles at the keyframe before, ``noise (N, 3)`` standard
+    normal draws.
     """
-    predicted = np.empty(3)
-    info = np.empty((3, 3))
-    q = np.empty((3, 3))
+    predicted, info = np.empty(3), np.empty((3, 3))
     for i in range(first, last):
-        c, s = math.cos(poses[i, 2]), math.sin(poses[i, 2])
-        predicted[0] = poses[i, 0] + c * motion[0] - s * motion[1]
-        predicted[1] = poses[i, 1] + s * motion[0] + c * motion[1]
-        predicted[2] = poses[i, 2] + motion[2]
-        # Q in the map frame: R Q R^T.
-        xx, xy, yy = motion_cov[0, 0], motion_cov[0, 1], motion_cov[1, 1]
-        xt, yt = motion_cov[0, 2], motion_cov[1, 2]
-        q[0, 0] = c * c * xx - 2.0 * c * s * xy + s * s * yy
-        q[0, 1] = c * s * (xx - yy) + (c * c - s * s) * xy
-        q[1, 1] = s * s * xx + 2.0 * c * s * xy + c * c * yy
-        q[0, 2] = c * xt - s * yt
-        q[1, 2] = s * xt + c * yt
-        q[1, 0], q[2, 0], q[2, 1] = q[0, 1], q[0, 2], q[1, 2]
-        q[2, 2] = motion_cov[2, 2]
-        info[:, :] = np.linalg.inv(q)
-        match(
-            pool, tables[i], row0, col0, resolution_m, points, predicted, predicted, info, sigma_m, 8, cos_table,
-            sin_table, results[i],
-        )  # fmt: skip
-        dx, dy = results[i, 0] - predicted[0], results[i, 1] - predicted[1]
-        dt = results[i, 2] - predicted[2]
-        dt -= 2.0 * math.pi * math.floor((dt + math.pi) / (2.0 * math.pi))
-        prior = (
-            info[0, 0] * dx * dx + info[1, 1] * dy * dy + info[2, 2] * dt * dt
-            + 2.0 * (info[0, 1] * dx * dy + info[0, 2] * dx * dt + info[1, 2] * dy * dt)
-        )  # fmt: skip
-        gain[i] = evidence_beams * results[i, SCORE] - 0.5 * PRIOR_SHARE * min(prior, 20.0)
-        info[0, 0] += CORRELATED * results[i, INFO]
-        info[0, 1] += CORRELATED * results[i, INFO + 1]
-        info[0, 2] += CORRELATED * results[i, INFO + 2]
-        info[1, 1] += CORRELATED * results[i, INFO + 3]
-        info[1, 2] += CORRELATED * results[i, INFO + 4]
-        info[2, 2] += CORRELATED * results[i, INFO + 5]
-        # x = mu + L^-T z has covariance (L L^T)^-1.
-        l11 = math.sqrt(max(info[0, 0], 1e-9))
-        l21, l31 = info[0, 1] / l11, info[0, 2] / l11
-        l22 = math.sqrt(max(info[1, 1] - l21 * l21, 1e-9))
-        l32 = (info[1, 2] - l31 * l21) / l22
-        l33 = math.sqrt(max(info[2, 2] - l31 * l31 - l32 * l32, 1e-9))
-        ut = noise[i, 2] / l33
-        uy = (noise[i, 1] - l32 * ut) / l22
-        ux = (noise[i, 0] - l21 * uy - l31 * ut) / l11
-        sampled[i, 0] = results[i, 0] + ux
-        sampled[i, 1] = results[i, 1] + uy
-        theta = results[i, 2] + ut
-        sampled[i, 2] = theta - 2.0 * math.pi * math.floor((theta + math.pi) / (2.0 * math.pi))
+        c, s = math.cos(before[i, 2]), math.sin(before[i, 2])
+        predicted[0] = before[i, 0] + c * motion.mean[0] - s * motion.mean[1]
+        predicted[1] = before[i, 1] + s * motion.mean[0] + c * motion.mean[1]
+        predicted[2] = before[i, 2] + motion.mean[2]
+        info[:, :] = np.linalg.inv(_turned(motion.cov, c, s))
+        fit = match(map_of(maps, i), points, predicted, predicted, info, sigma_m, ITERATIONS)
+        out.inliers[i], out.conflicts[i] = fit.inliers, fit.conflicts
+        prior = _distance2(fit.pose, predicted, info)
+        out.gains[i] = evidence_beams * fit.score - 0.5 * PRIOR_SHARE * min(prior, PRIOR_MOST)
+        for row in range(3):
+            for col in range(row, 3):
+                info[row, col] += CORRELATED * fit.information[row, col]
+        _draw(fit.pose, info, noise[i], out.poses[i])
+
+
+@njit(cache=True, nogil=True)
+def _turned(cov: NDArray[np.float64], c: float, s: float) -> NDArray[np.float64]:  # pragma: no cover - compiled
+    """Return the covariance ``(3, 3)`` of a motion in the map frame, ``R Q R^T``, from cos and sin of the heading."""
+    q = np.empty((3, 3))
+    xx, xy, yy = cov[0, 0], cov[0, 1], cov[1, 1]
+    xt, yt = cov[0, 2], cov[1, 2]
+    q[0, 0] = c * c * xx - 2.0 * c * s * xy + s * s * yy
+    q[0, 1] = c * s * (xx - yy) + (c * c - s * s) * xy
+    q[1, 1] = s * s * xx + 2.0 * c * s * xy + c * c * yy
+    q[0, 2] = c * xt - s * yt
+    q[1, 2] = s * xt + c * yt
+    q[1, 0], q[2, 0], q[2, 1] = q[0, 1], q[0, 2], q[1, 2]
+    q[2, 2] = cov[2, 2]
+    return q
+
+
+@njit(cache=True, nogil=True)
+def _distance2(
+    pose: NDArray[np.float64], mean: NDArray[np.float64], info: NDArray[np.float64]
+) -> float:  # pragma: no cover - compiled
+    """Return the squared Mahalanobis distance of two poses ``(3,)``."""
+    dx, dy = pose[0] - mean[0], pose[1] - mean[1]
+    dt = pose[2] - mean[2]
+    dt -= 2.0 * math.pi * math.floor((dt + math.pi) / (2.0 * math.pi))
+    return (
+        info[0, 0] * dx * dx + info[1, 1] * dy * dy + info[2, 2] * dt * dt
+        + 2.0 * (info[0, 1] * dx * dy + info[0, 2] * dx * dt + info[1, 2] * dy * dt)
+    )  # fmt: skip
+
+
+@njit(cache=True, nogil=True)
+def _draw(
+    mean: NDArray[np.float64], info: NDArray[np.float64], noise: NDArray[np.float64], out: NDArray[np.float64]
+) -> None:  # pragma: no cover - compiled
+    """Write a pose ``(3,)`` drawn from N(mean, info^-1), of whose ``info (3, 3)`` the upper triangle is read."""
+    # x = mu + L^-T z has covariance (L L^T)^-1.
+    l11 = math.sqrt(max(info[0, 0], 1e-9))
+    l21, l31 = info[0, 1] / l11, info[0, 2] / l11
+    l22 = math.sqrt(max(info[1, 1] - l21 * l21, 1e-9))
+    l32 = (info[1, 2] - l31 * l21) / l22
+    l33 = math.sqrt(max(info[2, 2] - l31 * l31 - l32 * l32, 1e-9))
+    ut = noise[2] / l33
+    uy = (noise[1] - l32 * ut) / l22
+    ux = (noise[0] - l21 * uy - l31 * ut) / l11
+    out[0] = mean[0] + ux
+    out[1] = mean[1] + uy
+    theta = mean[2] + ut
+    out[2] = theta - 2.0 * math.pi * math.floor((theta + math.pi) / (2.0 * math.pi))
 
 
 @njit(cache=True, nogil=True)
 def insert_range(
-    pool: NDArray[np.uint32],
-    refs: NDArray[np.int32],
-    tables: NDArray[np.int32],
-    row0: int,
-    col0: int,
-    resolution_m: float,
-    origin: NDArray[np.float64],
-    poses: NDArray[np.float64],
-    points: NDArray[np.float64],
-    ends: NDArray[np.float64],
-    skip_m: float,
-    first: int,
-    last: int,
+    maps: Maps, beams: Beams, poses: NDArray[np.float64], skip_m: float, first: int, last: int
 ) -> None:  # pragma: no cover - compiled
     """Add one scan to the maps of particles ``first .. last - 1``, at ``poses (N, 3)``."""
     for i in range(first, last):
-        insert_scan(pool, refs, tables[i], row0, col0, resolution_m, origin, poses[i], points, ends, skip_m)
-
-
-__all__ = ["RESULT_SIZE", "insert_range", "propose"]
+        insert_scan(map_of(maps, i), maps.refs, beams, poses[i], skip_m)

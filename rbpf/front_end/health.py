@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mrslam.rbpf.front_end.motion import BLIND_M, WAY, Keyframe
-from mrslam.rbpf.match.gauss_newton import CONFLICTS, INLIERS
+from mrslam.rbpf.front_end.motion import BLIND_M, WAY, Agreement, Keyframe
 
 MEMORY = 0.2
 """Share of a new keyframe in the health."""
@@ -37,10 +35,10 @@ class Health:
         adrift = self._unseen_m > max(UNSEEN_M, UNSEEN_SHARE * self._way_m)
         return min(self._fit, DOUBTFUL) if adrift else self._fit
 
-    def follow(self, result: NDArray[np.float64], key: Keyframe) -> None:
-        """Take a keyframe into account; ``result`` is the matcher's row."""
-        seen = result[INLIERS] + result[CONFLICTS]
-        fits = result[INLIERS] / seen if seen > SEEN_LEAST else key.inliers
+    def follow(self, agreement: Agreement, key: Keyframe) -> None:
+        """Take a keyframe into account, and how far the best particle's map agrees with it."""
+        seen = agreement.inliers + agreement.conflicts
+        fits = agreement.inliers / seen if seen > SEEN_LEAST else key.inliers
         fit = float(np.clip((fits - BAD_FIT) / FIT_RANGE, 0.0, 1.0))
         way_m, unseen_m = float(key.arrival[WAY]), math.hypot(*key.arrival[BLIND_M])
         self._fit += MEMORY * (fit * (1.0 - min(2.0 * unseen_m / max(way_m, 1e-9), 1.0)) - self._fit)

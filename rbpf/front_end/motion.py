@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.front_end.front_end import Step
+from mrslam.rbpf.tiles.views import Beams
 from mrslam.spatial import se2
 from mrslam.spatial.poses import compose
 from mrslam.spatial.se2 import Transform
@@ -29,16 +30,21 @@ ARRIVAL_COLUMNS = 6
 class Keyframe:
     """A scan that the filter takes, and how the robot came to it; nothing in it changes any more."""
 
-    points: NDArray[np.float64]
-    """``(N, 5)``, base frame."""
-    ends: NDArray[np.float64]
-    """``(M, 2)``, base frame: ends of beams that hit nothing but clear."""
-    origin: NDArray[np.float64]
-    """``(2,)``, base frame: where the laser is."""
+    beams: Beams
     arrival: NDArray[np.float64]
     """``(6,)``: see ``MOTION``."""
     inliers: float
     """Share of beams that lie on the local map."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Agreement:
+    """How far a map agrees with a keyframe's scan."""
+
+    inliers: float
+    """Share of beams that fit the map, 0..1."""
+    conflicts: float
+    """Share of beams that contradict it, 0..1."""
 
 
 class Since:

@@ -12,14 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
-from mrslam.rbpf.front_end.front_end import information
 from mrslam.rbpf.loops.graph import relax
-from mrslam.rbpf.match.correlative import search
-from mrslam.rbpf.match.gauss_newton import CONFLICTS, INLIERS, RESULT_SIZE, SCORE, match
-from mrslam.rbpf.match.nearest import COS, SIN
+from mrslam.rbpf.match.correlative import Lattice, search
+from mrslam.rbpf.match.gauss_newton import Match, match
 from mrslam.rbpf.match.scan_points import POINT_COLUMNS, spaced
 from mrslam.rbpf.rows import Rows
 from mrslam.rbpf.tiles.store import TileStore
+from mrslam.rbpf.tiles.views import Beams, Tiles
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
 
@@ -73,12 +72,11 @@ class LoopCloser:
         self._pending: tuple[int, Transform] | None = None
         self._last_fit_m, self._anchored_m = -1e9, 0.0
         self._stores = (TileStore(1, config.resolution_m), TileStore(1, 4.0 * config.resolution_m))
-        self._out = np.zeros(RESULT_SIZE)
 
-    def add_key(self, points: NDArray[np.float64], origin: NDArray[np.float64], way_m: float) -> None:
-        """Remember a scan taken from ``origin`` on the base, ``way_m`` after the keyframe before."""
-        self._origins.add(origin)
-        self.scans[self._way.size] = points.astype(np.float32)
+    def add_key(self, beams: Beams, way_m: float) -> None:
+        """Remember a keyframe's scan, taken ``way_m`` after the keyframe before."""
+        self._origins.add(beams.origin)
+        self.scans[self._way.size] = beams.points.astype(np.float32)
         self._way.add(way_m + (self.way[-1] if self._way.size else 0.0))
 
     @property
@@ -139,28 +137,23 @@ class LoopCloser:
         fine = self._draw(0, T_map_key, group, old, T_old_now)
         spread_m, spread_rad = 0.05 + DRIFT * lost_m, 0.02 + 0.002 * lost_m
         prior = np.diag([1.0 / spread_m**2, 1.0 / spread_m**2, 1.0 / spread_rad**2])
-        sigma, out = self.config.sigma_m, self._out
-        match(*fine, source, T_old_now, T_old_now, prior, sigma, 12, COS, SIN, out)  # type: ignore[call-arg]
-        fitted = out.copy()
+        sigma_m = self.config.sigma_m
+        fitted = match(fine, source, T_old_now, T_old_now, prior, sigma_m, 12)
         if not _fits(fitted, 0.1):
             coarse = self._draw(1, T_map_key, group, old, T_old_now)
-            start = np.zeros(3)
-            search(
-                *coarse, source, 80, T_old_now, min(0.1 + 0.002 * lost_m, TURN_MOST_RAD), 0.03,
-                min(0.7 + DRIFT * lost_m, FAR_MOST_M), 0.35, COS, SIN, out=start,
-            )  # fmt: skip
-            search(*fine, source, 120, start.copy(), 0.045, 0.015, 0.3, 0.1, COS, SIN, out=start)
-            match(*fine, source, start, T_old_now, prior, sigma, 15, COS, SIN, out)  # type: ignore[call-arg]
-            if out[SCORE] > fitted[SCORE]:
-                fitted = out.copy()
+            half_turn_rad = min(0.1 + 0.002 * lost_m, TURN_MOST_RAD)
+            half_shift_m = min(0.7 + DRIFT * lost_m, FAR_MOST_M)
+            start = search(coarse, source, T_old_now, Lattice(half_turn_rad, 0.03, half_shift_m, 0.35, 80)).pose
+            start = search(fine, source, start, Lattice(0.045, 0.015, 0.3, 0.1, 120)).pose
+            searched = match(fine, source, start, T_old_now, prior, sigma_m, 15)
+            if searched.score > fitted.score:
+                fitted = searched
         if not _fits(fitted):
             return False
         return self._believe(T_map_key, old, now, fitted, T_old_now)
 
-    def _believe(
-        self, T_map_key: Transform, old: int, now: int, fitted: NDArray[np.float64], T_old_now: Transform
-    ) -> bool:
-        T_fit = fitted[:3].copy()
+    def _believe(self, T_map_key: Transform, old: int, now: int, fitted: Match, T_old_now: Transform) -> bool:
+        T_fit = fitted.pose
         away, turned = se2.difference(T_fit, T_old_now)
         consistent = away < CONSISTENT_M and turned < CONSISTENT_RAD
         if not consistent and not (away < AT_ONCE_M and _fits(fitted, 0.25)):
@@ -176,7 +169,7 @@ class LoopCloser:
         self._last_fit_m = self._anchored_m = float(self.way[now])
         self._pending = None
         floor = np.diag([0.01**2, 0.01**2, 0.003**2])
-        covariance = np.linalg.inv(SHARE * information(fitted) + np.diag([1e-2, 1e-2, 1e-2])) + floor
+        covariance = np.linalg.inv(SHARE * fitted.information + np.diag([1e-2, 1e-2, 1e-2])) + floor
         self._edges.add((old, now))
         self._found.add((*T_fit, *np.linalg.inv(covariance).flat))
         return not consistent
@@ -193,8 +186,8 @@ class LoopCloser:
         robust = np.arange(first.size) >= count - 1
         return relax(T_map_key, first, second, T, info, robust)
 
-    def _draw(self, level: int, T_map_key: Transform, group: range, old: int, T_old_now: Transform) -> Any:
-        """Return a map of the group's scans in the frame of ``old``, in the form that matchers take."""
+    def _draw(self, level: int, T_map_key: Transform, group: range, old: int, T_old_now: Transform) -> Tiles:
+        """Return a map of the group's scans in the frame of ``old``."""
         store, reach = self._stores[level], self.config.usable_range_m + FAR_MOST_M
         store.clear(0)
         store.cover(T_old_now[:2] - reach, T_old_now[:2] + reach)
@@ -203,7 +196,7 @@ class LoopCloser:
         keys = [k for k in group if k in self.scans]
         poses = T_old_key[np.array(keys) - group.start]
         store.draw(0, self.origins[keys], poses, [self.scans[k] for k in keys], SKIP_M)
-        return store.pool, store.tables[0], store.row0, store.col0, store.resolution_m
+        return store.tiles(0)
 
     def _points_of(self, T_map_key: Transform, keys: range, frame: int) -> NDArray[np.float64]:
         """Return some points of several keyframes in the frame of one of them."""
@@ -237,7 +230,7 @@ class LoopCloser:
         self._last_fit_m, self._anchored_m = state["last"]
 
 
-def _fits(result: NDArray[np.float64], more: float = 0.0) -> bool:
+def _fits(found: Match, more: float = 0.0) -> bool:
     """Return whether enough beams match, and few contradict the old map; what it never saw is neutral."""
-    seen = result[INLIERS] + result[CONFLICTS]
-    return bool(result[INLIERS] >= OVERLAP_LEAST + more and result[INLIERS] >= (AGREEING_LEAST + 0.5 * more) * seen)
+    seen = found.inliers + found.conflicts
+    return found.inliers >= OVERLAP_LEAST + more and found.inliers >= (AGREEING_LEAST + 0.5 * more) * seen

@@ -3,58 +3,57 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from mrslam.rbpf.tiles.cells import MASK, TILE_BITS
+from mrslam.rbpf.tiles.views import Tiles
 
 DIRECTIONS = 256
+"""Directions that a cell's normal can have: 8 bits of its word."""
+ANGLES = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
+COS, SIN = np.cos(ANGLES), np.sin(ANGLES)
 
 
-def direction_tables() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return cos and sin of the 256 directions a cell's normal can have."""
-    angles = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
-    return np.cos(angles), np.sin(angles)
+class Surface(NamedTuple):
+    """What the map has near a point."""
 
-
-COS, SIN = direction_tables()
+    word: Any
+    """Word of the nearest occupied cell, see :mod:`mrslam.rbpf.tiles.cells`; 0 where there is none."""
+    dx: float
+    """Mean point of that cell minus the point asked for, x, cells."""
+    dy: float
+    """The same in y."""
+    distance2: float
+    """Square of their distance, cells^2."""
+    visits: int
+    """Where there is none: visits of the point's own cell, more than 0 where the map knows that it is free."""
 
 
 @njit(cache=True, nogil=True)
 def nearest(
-    pool: NDArray[np.uint32],
-    table: NDArray[np.int32],
-    row0: int,
-    col0: int,
-    x: float,
-    y: float,
-    nx: float,
-    ny: float,
-    quality: float,
-    radius: int,
-    cos_table: NDArray[np.float64],
-    sin_table: NDArray[np.float64],
-) -> tuple[Any, float, float, float]:  # pragma: no cover - compiled
-    """Return the nearest occupied cell's word (0: none), its mean point minus (x, y) in cells, and their distance^2.
+    tiles: Tiles, x: float, y: float, nx: float, ny: float, quality: float, radius: int
+) -> Surface:  # pragma: no cover - compiled
+    """Return the occupied cell nearest to ``(x, y)``, cells, of those at most ``radius`` rows and columns away.
 
-    Cells whose normal looks the other way belong to another surface. The second value of a miss is the visits of the
-    cell at (x, y): positive where the map knows that there is nothing.
+    ``(nx, ny)`` is the point's unit normal if its ``quality`` is above 0: cells whose normal looks the other way belong
+    to another surface.
     """
+    pool, table, row0, col0 = tiles.pool, tiles.table, tiles.row0, tiles.col0
     height, width = table.shape
     col, row = int(math.floor(x)), int(math.floor(y))
     best: Any = np.int64(0)
     best_dx, best_dy, best_d2 = 0.0, 0.0, 1e30
     tr, tc = (row >> TILE_BITS) - row0, (col >> TILE_BITS) - col0
     if not (1 <= tr < height - 1 and 1 <= tc < width - 1):
-        return best, 0.0, 0.0, best_d2
+        return Surface(best, 0.0, 0.0, best_d2, 0)
     here: Any = 0
     inside = radius <= (row & MASK) <= MASK - radius and radius <= (col & MASK) <= MASK - radius
     tile = table[tr, tc]
     if inside and tile == 0:
-        return best, 0.0, 0.0, best_d2
+        return Surface(best, 0.0, 0.0, best_d2, 0)
     if tile != 0:
         word = np.int64(pool[tile, ((row & MASK) << TILE_BITS) | (col & MASK)])
         hits = word & 0x1F
@@ -64,8 +63,8 @@ def nearest(
             d2 = dx * dx + dy * dy
             if d2 < 0.25:  # half a cell away: another cell's mean is hardly nearer
                 k = (word >> 23) & 0xFF
-                if quality == 0.0 or (word >> 31) & 1 == 0 or nx * cos_table[k] + ny * sin_table[k] >= 0.35:
-                    return word, dx, dy, d2
+                if quality == 0.0 or (word >> 31) & 1 == 0 or nx * COS[k] + ny * SIN[k] >= 0.35:
+                    return Surface(word, dx, dy, d2, 0)
     for r in range(row - radius, row + radius + 1):
         for q in range(col - radius, col + radius + 1):
             if not inside:
@@ -82,9 +81,9 @@ def nearest(
             if d2 < best_d2:
                 if quality > 0.0 and (word >> 31) & 1 > 0:
                     k = (word >> 23) & 0xFF
-                    if nx * cos_table[k] + ny * sin_table[k] < 0.35:
+                    if nx * COS[k] + ny * SIN[k] < 0.35:
                         continue
                 best, best_dx, best_dy, best_d2 = word, dx, dy, d2
     if best == 0:
-        return np.int64(0), float(here), 0.0, 1e30
-    return best, best_dx, best_dy, best_d2
+        return Surface(np.int64(0), 0.0, 0.0, 1e30, here)
+    return Surface(best, best_dx, best_dy, best_d2, 0)

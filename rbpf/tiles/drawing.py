@@ -3,13 +3,26 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from mrslam.rbpf.tiles.cells import MASK, TILE, TILE_BITS, add_hit, add_pass
+from mrslam.rbpf.tiles.views import Beams, Tiles
 from mrslam.spatial.traversal import along_axis
+
+
+class Touched(NamedTuple):
+    """The tiles of a window that a scan touches; each is listed once."""
+
+    mark: NDArray[np.int32]
+    """``(rows, cols)``, number of the scan that touched the tile last."""
+    rows: NDArray[np.int32]
+    """``(at least rows * cols,)``, of the tiles listed, in the window."""
+    cols: NDArray[np.int32]
+    """The same."""
 
 
 @njit(cache=True, nogil=True)
@@ -29,15 +42,10 @@ def bounds(
 
 @njit(cache=True, nogil=True)
 def insert_hits(
-    pool: NDArray[np.uint32],
-    table: NDArray[np.int32],
-    row0: int,
-    col0: int,
-    resolution_m: float,
-    pose: NDArray[np.float64],
-    points: NDArray[np.float64],
+    tiles: Tiles, pose: NDArray[np.float64], points: NDArray[np.float64]
 ) -> None:  # pragma: no cover - compiled
-    """Add the points ``(N, 5)`` of a scan taken at ``pose`` as hits; tiles must be there and owned."""
+    """Add the points ``(N, 5)`` of a scan taken at ``pose (3,)`` as hits; the map must own the tiles."""
+    pool, table, row0, col0, resolution_m = tiles
     c, s = math.cos(pose[2]), math.sin(pose[2])
     inv = 1.0 / resolution_m
     height, width = table.shape
@@ -59,23 +67,15 @@ def insert_hits(
 
 @njit(cache=True, nogil=True)
 def insert_scan(
-    pool: NDArray[np.uint32],
-    refs: NDArray[np.int32],
-    table: NDArray[np.int32],
-    row0: int,
-    col0: int,
-    resolution_m: float,
-    origin: NDArray[np.float64],
-    pose: NDArray[np.float64],
-    points: NDArray[np.float64],
-    ends: NDArray[np.float64],
-    skip_m: float,
+    tiles: Tiles, refs: NDArray[np.int32], beams: Beams, pose: NDArray[np.float64], skip_m: float
 ) -> None:  # pragma: no cover - compiled
-    """Add one scan: beams pass from the laser at ``origin`` (base frame) to the points, which are hit.
+    """Add one scan taken at ``pose (3,)``: beams pass from the laser to the points, which are hit.
 
-    ``ends (M, 2)`` are ends of beams that hit nothing but clear. Passing stops ``skip_m`` before the end, so that beams
-    along a wall do not wear it away. Tiles that are missing or shared are left alone: prepare them first.
+    Beams stop clearing ``skip_m`` before the point they hit, so that those along a wall do not wear it away. Tiles that
+    are missing or, by ``refs (T,)``, shared are left alone: prepare them first.
     """
+    pool, table, row0, col0, resolution_m = tiles
+    origin, points, ends = beams
     c, s = math.cos(pose[2]), math.sin(pose[2])
     inv = 1.0 / resolution_m
     height, width = table.shape
@@ -135,22 +135,17 @@ def insert_scan(
 
 @njit(cache=True, nogil=True)
 def mark_tiles(
-    mark: NDArray[np.int32],
-    stamp: int,
-    row0: int,
-    col0: int,
-    resolution_m: float,
-    origin: NDArray[np.float64],
-    pose: NDArray[np.float64],
-    points: NDArray[np.float64],
-    ends: NDArray[np.float64],
-    through: bool,
-    rows: NDArray[np.int32],
-    cols: NDArray[np.int32],
+    touched: Touched, number: int, tiles: Tiles, beams: Beams, pose: NDArray[np.float64], through: bool
 ) -> int:  # pragma: no cover - compiled
-    """Write the window indices of the tiles a scan touches (its beams too, if ``through``) and return how many."""
+    """Write which tiles a scan at ``pose (3,)`` touches (its beams too, if ``through``), and return how many.
+
+    ``number`` must differ from those of the calls before.
+    """
+    mark, rows, cols = touched
+    row0, col0 = tiles.row0, tiles.col0
+    origin, points, ends = beams
     c, s = math.cos(pose[2]), math.sin(pose[2])
-    inv = 1.0 / (resolution_m * TILE)
+    inv = 1.0 / (tiles.resolution_m * TILE)
     height, width = mark.shape
     ox = (pose[0] + c * origin[0] - s * origin[1]) * inv
     oy = (pose[1] + s * origin[0] + c * origin[1]) * inv
@@ -170,8 +165,8 @@ def mark_tiles(
         step_row, t_row, dt_row = along_axis(y0, y1 - y0, row)
         for _ in range(steps):
             tr, tc = row - row0, col - col0
-            if 0 <= tr < height and 0 <= tc < width and mark[tr, tc] != stamp and count < rows.size:
-                mark[tr, tc] = stamp
+            if 0 <= tr < height and 0 <= tc < width and mark[tr, tc] != number and count < rows.size:
+                mark[tr, tc] = number
                 rows[count] = tr
                 cols[count] = tc
                 count += 1

@@ -10,18 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf.tiles.cells import TILE, TILE_WORDS
-from mrslam.rbpf.tiles.drawing import bounds, insert_hits
-from mrslam.rbpf.tiles.sharing import copy_tables, draw_scans, own_touched
+from mrslam.rbpf.tiles.drawing import Touched, bounds, insert_hits
+from mrslam.rbpf.tiles.sharing import Ledger, Scans, Turn, copy_tables, draw_scans, own_touched
+from mrslam.rbpf.tiles.views import NO_ENDS, Beams, Maps, Tiles
 
 GROWTH_TILES = 8
 """Spare tiles laid around the window whenever it has to grow."""
-NO_ENDS = np.empty((0, 2))
 
 
 class TileStore:
     """``maps`` maps without bounds over one pool of tiles.
 
-    Reading kernels take ``pool, tables[i], row0, col0``. Writers own the tiles first (:meth:`own`), one map after the
+    Kernels that read take :meth:`tiles` or :attr:`maps`. Writers own the tiles first (:meth:`own`), one map after the
     other; then any number of threads may write, each to maps of its own.
     """
 
@@ -37,8 +37,21 @@ class TileStore:
         side = 2 * GROWTH_TILES
         self.tables: NDArray[np.int32] = np.zeros((maps, side, side), dtype=np.int32)
         self._mark = np.zeros((side, side), dtype=np.int32)
-        self._stamp = 0
+        self._marked = 0
         self._rows, self._cols = np.empty(4096, dtype=np.int32), np.empty(4096, dtype=np.int32)
+
+    def tiles(self, index: int) -> Tiles:
+        """Return one map as kernels take it, until the window or the pool grows."""
+        return Tiles(self.pool, self.tables[index], self.row0, self.col0, self.resolution_m)
+
+    @property
+    def maps(self) -> Maps:
+        """All maps as kernels take them, until the window or the pool grows."""
+        return Maps(self.pool, self.refs, self.tables, self.row0, self.col0, self.resolution_m)
+
+    @property
+    def _ledger(self) -> Ledger:
+        return Ledger(self.free, self.stamps, Touched(self._mark, self._rows, self._cols))
 
     @property
     def tiles_used(self) -> int:
@@ -76,27 +89,16 @@ class TileStore:
         tables[:, r : r + height, c : c + width] = self.tables
         self.tables, self.row0, self.col0 = tables, row0, col0
         self._mark = np.zeros(tables.shape[1:], dtype=np.int32)
-        self._stamp = 0
+        self._marked = 0
 
-    def own(
-        self,
-        first: int,
-        origin: NDArray[np.float64],
-        poses: NDArray[np.float64],
-        points: NDArray[np.float64],
-        ends: NDArray[np.float64],
-        through: bool,
-    ) -> None:
-        """Make every tile that this scan touches from ``poses[i]``, ``(n, 3)``, map ``first + i``'s own."""
+    def own(self, first: int, beams: Beams, poses: NDArray[np.float64], through: bool) -> None:
+        """Make every tile that this scan touches from ``poses[i]``, ``(n, 3)``, map ``first + i``'s own.
 
-        def some(done: int) -> tuple[int, int, int]:
-            return own_touched(
-                self.pool, self.refs, self.free, self.free_count, self.tables, self.stamps, self.writes + 1,
-                self._mark, self._stamp + 1, self.row0, self.col0, self.resolution_m, origin, poses, points, ends,
-                through, first, done, self._rows, self._cols,
-            )  # fmt: skip
-
-        self._in_stretches(some, poses.shape[0])
+        ``through`` : whether beams touch what they pass, or only what they hit.
+        """
+        self._in_turns(
+            lambda turn: own_touched(self.maps, first, self._ledger, beams, poses, through, turn), poses.shape[0]
+        )
 
     def draw(
         self,
@@ -108,19 +110,13 @@ class TileStore:
     ) -> None:
         """Add scans with their beams, each ``(N, 5)`` taken at ``poses (n, 3)`` from ``origins (n, 2)`` on the base."""
         starts = np.cumsum([0, *map(len, scans)])
-        points = np.concatenate(scans, dtype=np.float64)
+        flat = Scans(origins, np.concatenate(scans, dtype=np.float64), starts)
+        self._in_turns(
+            lambda turn: draw_scans(self.maps, index, self._ledger, flat, poses, skip_m, turn), poses.shape[0]
+        )
 
-        def some(done: int) -> tuple[int, int, int]:
-            return draw_scans(
-                self.pool, self.refs, self.free, self.free_count, self.tables[index], self.stamps, self.writes + 1,
-                self._mark, self._stamp + 1, self.row0, self.col0, self.resolution_m, origins, poses, points, starts,
-                NO_ENDS, skip_m, done, self._rows, self._cols,
-            )  # fmt: skip
-
-        self._in_stretches(some, poses.shape[0])
-
-    def _in_stretches(self, some: Callable[[int], tuple[int, int, int]], count: int) -> None:
-        """Let ``some`` go on from 0 to ``count``, with more tiles wherever it stops for want of them."""
+    def _in_turns(self, write: Callable[[Turn], Turn], count: int) -> None:
+        """Let ``write`` do ``count`` writes, with more tiles wherever it stops for lack of them."""
         if self._rows.size < self._mark.size:
             self._rows = np.empty(2 * self._mark.size, dtype=np.int32)
             self._cols = np.empty(2 * self._mark.size, dtype=np.int32)
@@ -128,9 +124,10 @@ class TileStore:
         while done < count:
             self._reserve(needed)
             # What ran out of tiles is marked once more: under the next number, or nothing would seem new.
-            self._stamp += needed > 0
-            done, self.free_count, needed = some(done)
-        self._stamp += count
+            self._marked += needed > 0
+            turn = write(Turn(done, self.free_count, 0, self.writes + 1, self._marked + 1))
+            done, self.free_count, needed = turn.done, turn.free_count, turn.needed
+        self._marked += count
         self.writes += count
 
     def add_points(self, index: int, pose: NDArray[np.float64], points: NDArray[np.float64]) -> None:
@@ -139,8 +136,8 @@ class TileStore:
             return
         box = bounds(pose, points)
         self.cover(box[0], box[1])
-        self.own(index, pose[:2], pose[None], points, NO_ENDS, False)
-        insert_hits(self.pool, self.tables[index], self.row0, self.col0, self.resolution_m, pose, points)
+        self.own(index, Beams(pose[:2], points, NO_ENDS), pose[None], False)
+        insert_hits(self.tiles(index), pose, points)
 
     def resample(self, parents: NDArray[np.int64]) -> None:
         """Replace map ``i`` by ``parents[i]``: tables are copied, tiles shared, those of the dead returned."""
@@ -214,4 +211,4 @@ class TileStore:
         self.row0, self.col0 = state["window"]
         self.writes = state["writes"]
         self._mark = np.zeros(self.tables.shape[1:], dtype=np.int32)
-        self._stamp = 0
+        self._marked = 0

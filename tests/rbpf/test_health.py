@@ -6,46 +6,42 @@ import numpy as np
 import pytest
 
 from mrslam.rbpf.front_end.health import DOUBTFUL, Health
-from mrslam.rbpf.front_end.motion import Keyframe
-from mrslam.rbpf.match.gauss_newton import CONFLICTS, INLIERS, RESULT_SIZE
+from mrslam.rbpf.front_end.motion import Agreement, Keyframe
+from mrslam.rbpf.tiles.views import NO_ENDS, Beams
 
 
 def key(unseen_m: float = 0.0, inliers: float = 1.0) -> Keyframe:
     arrival = np.array([0.5, 0.0, 0.0, 0.5, unseen_m, 0.0])
-    return Keyframe(
-        points=np.zeros((0, 5)), ends=np.zeros((0, 2)), origin=np.zeros(2), arrival=arrival, inliers=inliers
-    )
+    return Keyframe(beams=Beams(np.zeros(2), np.zeros((0, 5)), NO_ENDS), arrival=arrival, inliers=inliers)
 
 
-def row(inliers: float, conflicts: float) -> np.ndarray:
-    result = np.zeros(RESULT_SIZE)
-    result[INLIERS], result[CONFLICTS] = inliers, conflicts
-    return result
+def agreement(inliers: float, conflicts: float) -> Agreement:
+    return Agreement(inliers=inliers, conflicts=conflicts)
 
 
 def test_falls_while_scans_contradict_the_map_and_recovers() -> None:
     health = Health()
     for _ in range(10):
-        health.follow(row(0.2, 0.8), key())
+        health.follow(agreement(0.2, 0.8), key())
     assert health.value < 0.2
     for _ in range(10):
-        health.follow(row(0.9, 0.05), key())
+        health.follow(agreement(0.9, 0.05), key())
     assert health.value > 0.8
 
 
 def test_where_the_map_knows_nothing_the_local_map_is_asked() -> None:
     health = Health()
     for _ in range(10):
-        health.follow(row(0.0, 0.1), key(inliers=0.9))
+        health.follow(agreement(0.0, 0.1), key(inliers=0.9))
     assert health.value == pytest.approx(1.0)
 
 
 def test_way_covered_unseen_is_remembered_until_a_place_is_seen_again() -> None:
     health = Health()
     for _ in range(3):
-        health.follow(row(1.0, 0.0), key(unseen_m=0.5))
+        health.follow(agreement(1.0, 0.0), key(unseen_m=0.5))
     for _ in range(25):
-        health.follow(row(1.0, 0.0), key())
+        health.follow(agreement(1.0, 0.0), key())
     assert health.value == DOUBTFUL < 0.5  # all fits again, and still the robot may be 1.5 m off
     other = Health()
     other.restore(health.state())
@@ -57,5 +53,5 @@ def test_way_covered_unseen_is_remembered_until_a_place_is_seen_again() -> None:
 def test_a_little_unseen_of_a_long_way_is_no_doubt() -> None:
     health = Health()
     for _ in range(200):
-        health.follow(row(1.0, 0.0), key(unseen_m=0.015))
+        health.follow(agreement(1.0, 0.0), key(unseen_m=0.015))
     assert health.value > 0.9

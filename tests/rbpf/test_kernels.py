@@ -9,11 +9,10 @@ import pytest
 
 from mrslam.rbpf.crew import Crew
 from mrslam.rbpf.filter.trajectory import spread
-from mrslam.rbpf.front_end.front_end import information
 from mrslam.rbpf.loops.graph import relax
-from mrslam.rbpf.match.correlative import search
-from mrslam.rbpf.match.gauss_newton import BLIND, CONFLICTS, INLIERS, RESULT_SIZE, match
-from mrslam.rbpf.match.nearest import COS, SIN, nearest
+from mrslam.rbpf.match.correlative import Lattice, search
+from mrslam.rbpf.match.gauss_newton import match
+from mrslam.rbpf.match.nearest import nearest
 from mrslam.rbpf.match.scan_points import UNSURE, scan_points, spaced
 from mrslam.rbpf.tiles.cells import add_hit, add_pass, hits_of, visits_of
 from mrslam.rbpf.tiles.publisher import EDGES, LEVELS, quantise
@@ -32,10 +31,6 @@ def seen_room(noise: float = 0.0) -> tuple[TileStore, np.ndarray]:
     store.cover(np.full(2, -20.0), np.full(2, 20.0))
     store.draw(0, np.zeros((1, 2)), np.zeros((1, 3)), [buffer[:n]], 0.1)
     return store, buffer[:n].copy()
-
-
-def place(store: TileStore) -> tuple[object, ...]:
-    return store.pool, store.tables[0], store.row0, store.col0
 
 
 def word_at(store: TileStore, row: int, col: int) -> int:
@@ -101,7 +96,7 @@ def test_nearest_is_the_nearest_or_within_half_a_cell() -> None:
     found = 0
     for x, y in points[rng.integers(0, len(points), 200), :2] / store.resolution_m + rng.normal(0, 1.0, (200, 2)):
         for radius in (1, 2, 3):
-            word, _, _, d2 = nearest(*place(store), x, y, 0.0, 0.0, 0.0, radius, COS, SIN)
+            word, _, _, d2, _ = nearest(store.tiles(0), x, y, 0.0, 0.0, 0.0, radius)
             truth = naive_nearest(store, x, y, radius)
             assert (word == 0) == math.isinf(truth)
             if word != 0:
@@ -112,30 +107,28 @@ def test_nearest_is_the_nearest_or_within_half_a_cell() -> None:
 
 def test_match_finds_the_pose_from_a_poor_start() -> None:
     store, points = seen_room(noise=0.01)
-    out = np.zeros(RESULT_SIZE)
     for start in ((0.06, -0.05, 0.02), (-0.08, 0.03, -0.03), (0.0, 0.1, 0.0)):
         T = np.array(start)
-        match(*place(store), 0.05, points, T, T, np.zeros((3, 3)), 0.03, 15, COS, SIN, out)
-        assert np.abs(out[:2]).max() < 0.006 and abs(out[2]) < 0.002
-        assert out[INLIERS] > 0.95 and out[CONFLICTS] < 0.02
-    assert (np.linalg.eigvalsh(information(out)) > 0).all()
+        found = match(store.tiles(0), points, T, T, np.zeros((3, 3)), 0.03, 15)
+        assert np.abs(found.pose[:2]).max() < 0.006 and abs(found.pose[2]) < 0.002
+        assert found.inliers > 0.95 and found.conflicts < 0.02
+        assert (np.linalg.eigvalsh(found.information) > 0).all()
 
 
 def test_match_keeps_to_a_strong_prior_and_survives_an_empty_map() -> None:
     store, points = seen_room()
-    T, out = np.array([0.05, 0.0, 0.0]), np.zeros(RESULT_SIZE)
-    match(*place(store), 0.05, points, T, T, np.diag([1e9] * 3), 0.03, 10, COS, SIN, out)
-    assert np.abs(out[:3] - T).max() < 1e-3
-    empty = TileStore(1, 0.05)
-    match(*place(empty), 0.05, points, T, T, np.diag([1.0] * 3), 0.03, 10, COS, SIN, out)
-    assert np.allclose(out[:3], T) and out[INLIERS] == 0.0
+    T = np.array([0.05, 0.0, 0.0])
+    held = match(store.tiles(0), points, T, T, np.diag([1e9] * 3), 0.03, 10)
+    assert np.abs(held.pose - T).max() < 1e-3
+    lost = match(TileStore(1, 0.05).tiles(0), points, T, T, np.diag([1.0] * 3), 0.03, 10)
+    assert np.allclose(lost.pose, T) and lost.inliers == 0.0
 
 
 def test_a_bare_corridor_tells_nothing_of_the_way_along_it() -> None:
     angles = np.radians(np.arange(-90.0, 91.0, 1.0))
     ranges = np.minimum(1.2 / np.maximum(np.abs(np.sin(angles)), 1e-3), 5.6)
     ranges = np.where(ranges < 5.6, ranges + np.random.default_rng(2).normal(0.0, 0.02, angles.size), np.nan)
-    points, out = np.zeros((angles.size, 5)), np.zeros(RESULT_SIZE)
+    points = np.zeros((angles.size, 5))
     n = scan_points(ranges.astype(np.float32), np.cos(angles), np.sin(angles), np.zeros(3), 30.0, points)
     store = TileStore(1, 0.05)
     store.add_points(0, np.zeros(3), points[:n])
@@ -143,21 +136,19 @@ def test_a_bare_corridor_tells_nothing_of_the_way_along_it() -> None:
     few = few[: spaced(points[:n], np.zeros(2), 0.03, 180, few)]
     moved = np.array([0.15, 0.04, 0.02])
     prior = np.diag([1.0 / 0.05**2] * 3)
-    match(*place(store), 0.05, few, moved, moved, prior, 0.03, 12, COS, SIN, out)
-    assert out[BLIND] > 0.9 and abs(out[BLIND + 1]) > 0.99
-    assert abs(out[0] - 0.15) < 0.02 and abs(out[1]) < 0.01 and abs(out[2]) < 0.005
-    assert information(out)[0, 0] < 0.02 * information(out)[1, 1]
+    found = match(store.tiles(0), few, moved, moved, prior, 0.03, 12)
+    assert found.blind > 0.9 and abs(found.blind_direction[0]) > 0.99
+    assert abs(found.pose[0] - 0.15) < 0.02 and abs(found.pose[1]) < 0.01 and abs(found.pose[2]) < 0.005
+    assert found.information[0, 0] < 0.02 * found.information[1, 1]
     store, points = seen_room()
-    match(*place(store), 0.05, points, np.zeros(3), np.zeros(3), prior, 0.03, 12, COS, SIN, out)
-    assert out[BLIND] == 0.0
+    assert match(store.tiles(0), points, np.zeros(3), np.zeros(3), prior, 0.03, 12).blind == 0.0
 
 
 def test_search_finds_what_descent_cannot() -> None:
     store, points = seen_room()
-    out = np.zeros(3)
-    score = search(*place(store), 0.05, points, 90, np.array([0.3, -0.2, 0.3]), 0.4, 0.02, 0.4, 0.1, COS, SIN, out=out)
-    assert score > 0.5
-    assert np.hypot(out[0], out[1]) < 0.15 and abs(out[2]) < 0.04
+    found = search(store.tiles(0), points, np.array([0.3, -0.2, 0.3]), Lattice(0.4, 0.02, 0.4, 0.1, 90))
+    assert found.score > 0.5 * 90
+    assert np.hypot(found.pose[0], found.pose[1]) < 0.15 and abs(found.pose[2]) < 0.04
 
 
 @pytest.mark.parametrize("share", [1.0, 0.5, 0.0])
@@ -166,10 +157,10 @@ def test_a_search_shared_by_two_threads_finds_the_same_pose(share: float) -> Non
     points = points[: int(share * len(points))]  # of no points at all every pose is worth the same
     for k in range(8):
         centre = np.array([0.1 * k - 0.3, 0.2 - 0.1 * k, 0.1 * k])
-        alone, shared = np.zeros(3), np.zeros(3)
-        lattice = (*place(store), 0.05, points, 60, centre, 0.05 * k, 0.02, 0.3, 0.1, COS, SIN)
-        assert search(*lattice, out=shared, crew=Crew(2)) == search(*lattice, out=alone)
-        assert np.array_equal(alone, shared)
+        lattice = Lattice(0.05 * k, 0.02, 0.3, 0.1, 60)
+        alone = search(store.tiles(0), points, centre, lattice)
+        shared = search(store.tiles(0), points, centre, lattice, Crew(2))
+        assert alone.score == shared.score and np.array_equal(alone.pose, shared.pose)
 
 
 def test_normals_look_at_the_laser_and_stand_on_walls() -> None:

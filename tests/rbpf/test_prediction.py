@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 
 from mrslam.rbpf.front_end.prediction import Predictor
-from mrslam.rbpf.match.gauss_newton import BLIND, INLIERS, RESULT_SIZE
+from mrslam.rbpf.match.gauss_newton import Match
 
 
-def seen(blind: float = 0.0) -> np.ndarray:
-    match = np.zeros(RESULT_SIZE)
-    match[INLIERS], match[BLIND] = 1.0, blind
-    return match
+def seen(blind: float = 0.0) -> Match:
+    return Match(np.zeros(3), 0.0, 1.0, 0.0, np.eye(3), blind, np.array([1.0, 0.0]))
 
 
 def test_odometry_off_by_a_factor_is_put_right() -> None:
@@ -20,10 +18,10 @@ def test_odometry_off_by_a_factor_is_put_right() -> None:
     for found, told in (((0.0, 0.0, 0.05), (0.0, 0.0, 0.06)), ((0.1, 0.0, 0.0), (0.08, 0.0, 0.0))):
         for _ in range(400):
             predictor.learn(np.array(found), np.array(told), seen())
-    motion, spread, slip = predictor.predict(np.array([0.16, 0.0, 0.0]))
+    motion, sigma_m, _, slip = predictor.predict(np.array([0.16, 0.0, 0.0]))
     assert motion[0] == pytest.approx(0.2, rel=0.03)
-    assert predictor.gains[1] == pytest.approx(0.05 / 0.06, rel=0.03)
-    assert slip < 0.06 and spread[0] < 0.05
+    assert predictor.odometry.gains[1] == pytest.approx(0.05 / 0.06, rel=0.03)
+    assert slip < 0.06 and sigma_m < 0.05
 
 
 @pytest.mark.parametrize("way_m", [0.1, -0.1])
@@ -33,16 +31,16 @@ def test_odometry_that_veers_off_is_put_right_whichever_way_it_drives(way_m: flo
     for _ in range(600):
         veered = 0.06 * way_m + 0.01 * rng.standard_normal()
         predictor.learn(np.array([way_m, 0.0, 0.0]), np.array([way_m, 0.0, veered]), seen())
-    motion, _, _ = predictor.predict(np.array([0.2, 0.0, 0.012]))
+    motion = predictor.predict(np.array([0.2, 0.0, 0.012])).motion
     assert motion[2] == pytest.approx(0.0, abs=0.002)  # what wheels of another size feign goes with the way's sign
-    back, _, _ = predictor.predict(np.array([-0.2, 0.0, -0.012]))
+    back = predictor.predict(np.array([-0.2, 0.0, -0.012])).motion
     assert back[2] == pytest.approx(0.0, abs=0.002)
-    assert predictor.gains[1] == 1.0
+    assert predictor.odometry.gains[1] == 1.0
     again = Predictor(0.1)
     again.restore(predictor.state())
     assert (
-        again.predict(np.array([0.2, 0.0, 0.0]))[0].tobytes()
-        == predictor.predict(np.array([0.2, 0.0, 0.0]))[0].tobytes()
+        again.predict(np.array([0.2, 0.0, 0.0])).motion.tobytes()
+        == predictor.predict(np.array([0.2, 0.0, 0.0])).motion.tobytes()
     )
 
 
@@ -53,14 +51,14 @@ def test_one_lie_of_the_wheels_is_no_veer() -> None:
     predictor.learn(np.array([0.1, 0.0, 0.0]), np.array([0.1, 0.0, 1.2]), seen())
     for _ in range(20):
         predictor.learn(np.array([0.1, 0.0, 0.0]), np.array([0.1, 0.0, 0.0]), seen())
-    assert abs(predictor.veer) < 1e-6
+    assert abs(predictor.odometry.veer) < 1e-6
 
 
 def test_nothing_is_learnt_along_a_direction_that_is_not_seen() -> None:
     predictor = Predictor(0.1)
     for _ in range(300):
         predictor.learn(np.array([0.01, 0.0, 0.0]), np.array([0.1, 0.0, 0.0]), seen(blind=1.0))
-    motion, _, slip = predictor.predict(np.array([0.1, 0.0, 0.0]))
+    motion, _, _, slip = predictor.predict(np.array([0.1, 0.0, 0.0]))
     assert motion[0] == pytest.approx(0.1) and slip == pytest.approx(0.1)
 
 
@@ -68,7 +66,7 @@ def test_odometry_that_is_always_wrong_gives_way_to_steady_motion() -> None:
     predictor = Predictor(0.1)
     for _ in range(300):
         predictor.learn(np.array([0.1, 0.0, 0.0]), np.array([-0.1, 0.0, 0.0]), seen())
-    motion, _, slip = predictor.predict(np.array([-0.1, 0.0, 0.0]))
+    motion, _, _, slip = predictor.predict(np.array([-0.1, 0.0, 0.0]))
     assert motion[0] == pytest.approx(0.1) and slip == 1.0
 
 
@@ -77,13 +75,13 @@ def test_a_jump_offers_the_motion_before_instead() -> None:
     for _ in range(50):
         predictor.learn(np.array([0.1, 0.0, 0.0]), np.array([0.1, 0.0, 0.0]), seen())
     calm = np.array([0.12, 0.0, 0.0])
-    assert predictor.otherwise(calm, predictor.predict(calm)[0]) == []
+    assert predictor.alternatives(calm, predictor.predict(calm).motion) == []
     jump = np.array([1.0, 0.5, 0.0])
-    [other] = predictor.otherwise(jump, predictor.predict(jump)[0])
-    assert other[0][0] == pytest.approx(0.1) and other[2] == 1.0
-    assert predictor.otherwise(None, jump) == []
+    [other] = predictor.alternatives(jump, predictor.predict(jump).motion)
+    assert other.motion[0] == pytest.approx(0.1) and other.slip == 1.0
+    assert predictor.alternatives(None, jump) == []
     far = np.array([50.0, 0.0, 0.0])
-    assert predictor.predict(far)[0][0] == pytest.approx(0.1)
+    assert predictor.predict(far).motion[0] == pytest.approx(0.1)
 
 
 def test_a_jump_offers_the_motion_before_though_its_turn_was_not_believed_anyway() -> None:
@@ -91,22 +89,22 @@ def test_a_jump_offers_the_motion_before_though_its_turn_was_not_believed_anyway
     for _ in range(50):  # wheels that tell the way well, and turns wrong
         predictor.learn(np.array([0.1, 0.0, -0.05]), np.array([0.1, 0.0, -0.01]), seen())
     jump = np.array([1.7, -1.4, -0.45])
-    predicted = predictor.predict(jump)[0]
+    predicted = predictor.predict(jump).motion
     assert predicted[2] == pytest.approx(-0.05)
-    told, steady = predictor.otherwise(jump, predicted)
-    assert told[0][2] < -0.4 and steady[0] == pytest.approx([0.1, 0.0, -0.05])
+    told, steady = predictor.alternatives(jump, predicted)
+    assert told.motion[2] < -0.4 and steady.motion == pytest.approx([0.1, 0.0, -0.05])
 
 
 def test_wheels_that_stand_while_the_robot_drives_are_not_heard_until_they_turn() -> None:
     predictor, driven, stood = Predictor(0.1), np.array([0.1, 0.0, 0.0]), np.zeros(3)
     for _ in range(10):
         predictor.learn(driven, driven, seen())
-    assert predictor.predict(stood)[0].tolist() == [0.0, 0.0, 0.0]  # it may have stopped
-    assert predictor.otherwise(stood, stood)[-1][0] == pytest.approx(driven)  # or they did
+    assert predictor.predict(stood).motion.tolist() == [0.0, 0.0, 0.0]  # it may have stopped
+    assert predictor.alternatives(stood, stood)[-1].motion == pytest.approx(driven)  # or they did
     for _ in range(5):
         predictor.learn(driven, stood, seen())
     assert not predictor.says_it_stands(stood)
-    assert predictor.predict(stood)[0] == pytest.approx(driven) and predictor.otherwise(stood, stood) == []
+    assert predictor.predict(stood).motion == pytest.approx(driven) and predictor.alternatives(stood, stood) == []
     restored = Predictor(0.1)
     restored.restore(predictor.state())
     assert not restored.says_it_stands(stood)
@@ -120,16 +118,16 @@ def test_after_a_pause_the_wheels_are_believed_as_far_as_a_robot_can_drive() -> 
         predictor.wait(0.1)
         predictor.learn(np.array([0.1, 0.0, 0.0]), np.array([0.1, 0.0, 0.0]), seen())
     far = np.array([12.0, 0.0, 2.0])
-    assert predictor.predict(far)[0][0] == pytest.approx(0.1)  # a leap from one scan to the next
+    assert predictor.predict(far).motion[0] == pytest.approx(0.1)  # a leap from one scan to the next
     predictor.wait(30.0)
-    assert predictor.predict(far)[0] == pytest.approx(far, rel=0.05)
-    [other] = predictor.otherwise(far, far)
-    assert not other[0].any()  # or else it stood, and the wheels counted on
-    assert predictor.predict(np.array([120.0, 0.0, 0.0]))[0].tolist() == [0.0, 0.0, 0.0]
-    assert predictor.predict(None)[0].tolist() == [0.0, 0.0, 0.0]
+    assert predictor.predict(far).motion == pytest.approx(far, rel=0.05)
+    [other] = predictor.alternatives(far, far)
+    assert not other.motion.any()  # or else it stood, and the wheels counted on
+    assert predictor.predict(np.array([120.0, 0.0, 0.0])).motion.tolist() == [0.0, 0.0, 0.0]
+    assert predictor.predict(None).motion.tolist() == [0.0, 0.0, 0.0]
     predictor.learn(far, far, seen())
     predictor.wait(0.1)
-    assert np.hypot(*predictor.predict(None)[0][:2]) < 0.2  # what a pause brought is no speed
+    assert np.hypot(*predictor.predict(None).motion[:2]) < 0.2  # what a pause brought is no speed
 
 
 def test_a_slow_laser_makes_no_pauses() -> None:
@@ -138,4 +136,4 @@ def test_a_slow_laser_makes_no_pauses() -> None:
         predictor.wait(6.0)
         predictor.learn(np.array([0.5, 0.0, 0.0]), np.array([0.5, 0.0, 0.0]), seen())
     predictor.wait(7.0)
-    assert predictor.predict(None)[0][0] == pytest.approx(0.5)
+    assert predictor.predict(None).motion[0] == pytest.approx(0.5)

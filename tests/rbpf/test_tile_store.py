@@ -3,7 +3,8 @@ from __future__ import annotations
 import numpy as np
 
 from mrslam.rbpf.tiles.drawing import insert_scan
-from mrslam.rbpf.tiles.store import NO_ENDS, TileStore
+from mrslam.rbpf.tiles.store import TileStore
+from mrslam.rbpf.tiles.views import NO_ENDS, Beams
 
 ORIGIN = np.zeros(2)
 
@@ -19,8 +20,7 @@ def write(store: TileStore, index: int, pose: tuple[float, float, float], pts: n
 
 
 def insert(store: TileStore, index: int, pose: np.ndarray, pts: np.ndarray) -> None:
-    place = (store.pool, store.refs, store.tables[index], store.row0, store.col0, store.resolution_m)
-    insert_scan(*place, ORIGIN, pose, pts, NO_ENDS, 0.0)
+    insert_scan(store.tiles(index), store.refs, Beams(ORIGIN, pts, NO_ENDS), pose, 0.0)
 
 
 def content(store: TileStore, index: int) -> dict[tuple[int, int], bytes]:
@@ -104,9 +104,9 @@ def test_maps_owned_at_once_are_as_if_one_after_the_other_though_tiles_run_out_b
         store.cover(np.full(2, -30.0), np.full(2, 30.0))
         for i in range(5):
             insert(store, i, poses[i], pts)  # nothing is owned yet: no effect
-    stores[0].own(0, ORIGIN, poses, pts, NO_ENDS, True)
+    stores[0].own(0, Beams(ORIGIN, pts, NO_ENDS), poses, True)
     for i in range(5):
-        stores[1].own(i, ORIGIN, poses[i : i + 1], pts, NO_ENDS, True)
+        stores[1].own(i, Beams(ORIGIN, pts, NO_ENDS), poses[i : i + 1], True)
     for store in stores:
         for i in range(5):
             insert(store, i, poses[i], pts)
@@ -125,9 +125,9 @@ def test_scans_drawn_at_once_are_as_if_one_after_the_other_though_tiles_run_out_
         store.cover(np.full(2, -40.0), np.full(2, 40.0))
     stores[0].draw(0, origins, poses, scans, 0.1)
     for i in range(5):
-        stores[1].own(0, origins[i], poses[i : i + 1], scans[i].astype(np.float64), NO_ENDS, True)
-        place = (stores[1].pool, stores[1].refs, stores[1].tables[0], stores[1].row0, stores[1].col0, 0.05)
-        insert_scan(*place, origins[i], poses[i], scans[i].astype(np.float64), NO_ENDS, 0.1)
+        beams = Beams(origins[i], scans[i].astype(np.float64), NO_ENDS)
+        stores[1].own(0, beams, poses[i : i + 1], True)
+        insert_scan(stores[1].tiles(0), stores[1].refs, beams, poses[i], 0.1)
     assert content(stores[0], 0) == content(stores[1], 0) != {}
     assert stores[0].writes == stores[1].writes == 5
     for store in stores:
