@@ -35,7 +35,7 @@ from mrslam.spatial import InputError, Keyframes, LocalMap, Scan, se2
 from mrslam.spatial.poses import between, compose
 from mrslam.spatial.se2 import Transform
 
-LAYOUT = 13
+LAYOUT = 14
 """Of :meth:`Mapper.state`; raised whenever its content changes."""
 SETTLE_SCANS = 10
 """What the particles make of a keyframe is told after so many scans at the latest."""
@@ -147,7 +147,7 @@ class Mapper:
             beams=Beams(scan.T_base_laser[:2].copy(), points.copy(), self._sight.clearing_ends(scan)),
             arrival=arrival, inliers=inliers,
         )  # fmt: skip
-        self._key_scans.add(key.points, key.origin)
+        self._key_scans.add(key.beams.points, key.beams.origin)
         self._told.go_on(arrival[MOTION])
         self._verdict = self._crew.begin(lambda: back.take(key))
         self._key_stamps.add(scan.stamp_ns)
