@@ -11,7 +11,7 @@ from mrslam.spatial import InputError
 from mrslam.spatial.files.state_file import MISFIT, pack, read_state, write_state
 
 KIND = "mrslam-mapper"
-VERSION = 2
+VERSION = 3
 
 
 def save_checkpoint(mapper: Mapper, path: Path | str) -> None:

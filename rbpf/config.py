@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 from mrslam.spatial.errors import require
 
+NOISES = ("noise_m_per_m", "noise_rad_per_m", "noise_m_per_rad", "noise_rad_per_rad", "odometry_noise")
+
 
 @dataclass(frozen=True, kw_only=True)
 class MapperConfig:
@@ -26,26 +28,26 @@ class MapperConfig:
     """Returns beyond this are not used, metres."""
     clear_range_m: float = 0.0
     """Beams without a return clear the map up to here, metres; 0 = they are ignored."""
-    srr: float = 0.03
-    """Motion noise: metres of error for each metre driven, after scan matching."""
-    srt: float = 0.003
-    """Motion noise: radians of error for each metre driven, after scan matching."""
-    str: float = 0.01
-    """Motion noise: metres of error for each radian turned, after scan matching."""
-    stt: float = 0.01
-    """Motion noise: radians of error for each radian turned, after scan matching."""
+    noise_m_per_m: float = 0.03
+    """Expert: motion noise after scan matching, metres of error a metre driven, >= 0 (GMapping's srr)."""
+    noise_rad_per_m: float = 0.003
+    """Expert: motion noise after scan matching, radians of error a metre driven, >= 0 (srt in GMapping's code)."""
+    noise_m_per_rad: float = 0.01
+    """Expert: motion noise after scan matching, metres of error a radian turned, >= 0 (str in GMapping's code)."""
+    noise_rad_per_rad: float = 0.01
+    """Expert: motion noise after scan matching, radians of error a radian turned, >= 0 (GMapping's stt)."""
     odometry_noise: float = 0.1
-    """Odometry's error to begin with, as a share of the motion; later it is learnt from the scans."""
+    """Odometry's error at first, as a share of the motion, >= 0; later it is learnt from the scans."""
     sigma_m: float = 0.03
-    """Scale of the distance between a beam's end and the map, metres: range noise and the map's own."""
+    """Expert: scale of the distance between a beam's end and the map, 0.001..1 m: range noise and the map's own."""
     beams_match: int = 180
-    """Most beams that the local matching of every scan uses."""
+    """Expert: most beams that the local matching of every scan uses, >= 10."""
     beams_filter: int = 120
-    """Most beams that the matching of each particle uses."""
+    """Expert: most beams that the matching of each particle uses, >= 10."""
     evidence_beams: float = 10.0
-    """A scan weighs as much as this many independent beams: tempers the weights, so that ancestors live longer."""
+    """Expert: a scan weighs as much as this many independent beams, > 0; fewer let particles live longer."""
     neff_fraction: float = 0.5
-    """Resample when fewer than this share of particles are effective, 0..1."""
+    """Expert: particles are resampled when fewer than this share of them are effective, 0..1."""
     use_odometry: bool = True
     """Whether odometry is used where there is some; without, motion is predicted from the motion before."""
     close_loops: bool = True
@@ -69,7 +71,7 @@ class MapperConfig:
         bound("temporal_update_s", 0.0 <= self.temporal_update_s < math.inf, ">= 0 s")
         bound("usable_range_m", 0.1 <= self.usable_range_m <= 1000.0, "in 0.1..1000 m")
         bound("clear_range_m", 0.0 <= self.clear_range_m <= 1000.0, "in 0..1000 m")
-        for name in ("srr", "srt", "str", "stt", "odometry_noise"):
+        for name in NOISES:
             bound(name, 0.0 <= getattr(self, name) < math.inf, ">= 0")
         bound("sigma_m", 0.001 <= self.sigma_m <= 1.0, "in 0.001..1 m")
         bound("beams_match", isinstance(self.beams_match, int) and self.beams_match >= 10, "a whole number >= 10")

@@ -1,9 +1,10 @@
 """One robot's mapper: a Rao-Blackwellised particle filter behind a dense local matcher.
 
-Every scan is matched to the last few metres (front end); every half metre or so one of them becomes a keyframe, which
-the particles take (back end). The front end never waits for the particles: they work beside it, on another thread if
-there is one, and what they find is told at the next keyframe, or a few scans later if that comes first. It is so with
-any number of threads, and however fast they are; so results do not depend on them.
+The front end matches every scan to a rolling map of the last few metres. Every half metre or so a scan becomes a
+keyframe: the back end moves the particles there, draws their maps and closes loops. It works on another thread where
+there is one, while the front end matches the next scans; its result is collected at the next keyframe, or after
+``SETTLE_SCANS`` scans if that comes first. That is fixed by counting scans, with one thread as with many, so results
+depend on neither the number of threads nor their speed.
 """
 
 from __future__ import annotations
@@ -17,28 +18,23 @@ from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.crew import Crew, Pending
-from mrslam.rbpf.filter.back_end import BackEnd, Verdict
-from mrslam.rbpf.filter.key_scan_log import KeyScanLog
-from mrslam.rbpf.filter.scan_log import ScanLog
-from mrslam.rbpf.filter.trajectory import spread
+from mrslam.rbpf.filter.back_end import BackEnd, KeyframeResult
+from mrslam.rbpf.filter.history import History
 from mrslam.rbpf.front_end.front_end import FrontEnd
 from mrslam.rbpf.front_end.health import ADRIFT_MOST, DOUBTFUL
-from mrslam.rbpf.front_end.motion import MOTION, Keyframe, Since, motion_cov
-from mrslam.rbpf.front_end.reported_pose import ToldPose
-from mrslam.rbpf.front_end.scan_gate import ScanGate
-from mrslam.rbpf.match.sight import Sight
+from mrslam.rbpf.front_end.intake import Intake, Reading
+from mrslam.rbpf.front_end.motion import MOTION, Keyframe, LocalMotion, motion_cov
+from mrslam.rbpf.front_end.reported_pose import ReportedPose
 from mrslam.rbpf.outcome import Stats, Stopwatch, UpdateInfo
-from mrslam.rbpf.rows import Rows
 from mrslam.rbpf.tiles.publisher import Publisher
-from mrslam.rbpf.tiles.views import Beams
 from mrslam.spatial import InputError, Keyframes, LocalMap, Scan, se2
-from mrslam.spatial.poses import between, compose
+from mrslam.spatial.poses import compose
 from mrslam.spatial.se2 import Transform
 
 LAYOUT = 14
 """Of :meth:`Mapper.state`; raised whenever its content changes."""
 SETTLE_SCANS = 10
-"""What the particles make of a keyframe is told after so many scans at the latest."""
+"""The back end's result is collected after this many scans at the latest: a robot that stopped gets it, too."""
 
 
 class Mapper:
@@ -47,152 +43,114 @@ class Mapper:
     def __init__(
         self, config: MapperConfig | None = None, seed: int = 0, clock: Callable[[], float] | None = None
     ) -> None:
-        """Start with an empty map; a ``clock`` such as ``time.thread_time`` is read to tell what each stage takes."""
+        """Start with an empty map; ``clock``, such as ``time.thread_time``, measures how long each stage takes."""
         self.config = config or MapperConfig()
         self.seed = seed
         self.stats = Stats()
         self.stopwatch = Stopwatch(clock)
-        self._gate = ScanGate()
-        self._sight = Sight(self.config)
         self._crew = Crew(self.config.threads)
         self._front = FrontEnd(self.config, self._crew)
-        self._since = Since()
+        self._intake = Intake(self.config, self._front)
+        self._motion = LocalMotion()
+        self._dead_reckoned = se2.IDENTITY  # by odometry, since the newest scan that was used
         self._busy_back = BackEnd(self.config, seed, self._crew, Stopwatch(clock, self.stopwatch.seconds))
-        self._verdict: Pending[Verdict] | None = None  # on the newest keyframe, until it is told
-        self._patience = 0  # scans until then
-        self._told = ToldPose()
-        self._publisher = Publisher()
-        self._log = ScanLog()
-        self._key_stamps = Rows(1, np.int64)
-        self._key_scans = KeyScanLog()
+        self._pending: Pending[KeyframeResult] | None = None  # of the newest keyframe, until it is collected
+        self._settle_in = 0  # scans until then
+        self._reported = ReportedPose()
         self._neff, self._health = float(self.config.particles), 1.0
-        self._T_odom_base: Transform | None = None
-        self._stamp_ns: int | None = None  # with the odometry above, of the newest scan that was used
-        self._carried = se2.IDENTITY  # how far the wheels say it went since
-
-    # -- what it does --------------------------------------------------------------------------------------------------
+        self._history = History()
+        self._publisher = Publisher()
 
     def update(self, scan: Scan, T_odom_base: Transform | None) -> UpdateInfo:
-        """Take one scan, and what the wheels said when it was taken; bad data is dropped and counted, never raised."""
+        """Take one scan, and odometry ``(3,)`` at its time; bad data is dropped and counted, never raised."""
         watch = self.stopwatch
         watch.start()
         self.stats.scans += 1
-        T_odom_base = self._sane(T_odom_base)
-        T_before_odom = None
-        if T_odom_base is not None and self._T_odom_base is not None:
-            T_before_odom = between(self._T_odom_base, T_odom_base)
-        points = self._sight.points(scan)
-        dropped = scan.ranges_m.size - points.shape[0]
-        reason = self._gate.refuse(scan, points, T_odom_base, lambda: self._knows(scan, points, T_before_odom))
-        if reason is not None:
-            return self._drop(reason, dropped, T_before_odom)
-        elapsed_s = 0.0 if self._stamp_ns is None else (scan.stamp_ns - self._stamp_ns) / 1e9
-        self._stamp_ns, self._T_odom_base, self._carried = scan.stamp_ns, T_odom_base, se2.IDENTITY
-        if scan.beam_interval_s > 0.0:
-            self._sight.straighten(points, scan, self._front.predictor.speed(T_before_odom, elapsed_s))
-        few = self._sight.few(points, scan.T_base_laser)
+        reading = self._intake.take(scan, T_odom_base)
+        if reading.reason is not None:
+            return self._drop(reading)
         watch.lap("points")
-        step = self._front.step(few, points, T_before_odom, elapsed_s)
-        self._since.add(step)
+        self._dead_reckoned = se2.IDENTITY
+        step = self._front.step(reading.sample, reading.points, reading.T_before_odom, reading.elapsed_s)
+        self._motion.add(step)
         watch.lap("front end")
-        due = self._keys == 0 or self._since.is_due(self.config, scan.stamp_ns)
-        self._patience -= 1
-        resampled = self._settle() if due or self._patience == 0 else False
-        if due:
-            self._hand_on(scan, points, step.inliers)
-        watch.start()  # what the back end took is told by its own watch
-        self._log.add(scan.stamp_ns, self._keys - 1, self._since, self.T_map_base)
+        is_key = self._history.keys == 0 or self._motion.is_due(self.config, scan.stamp_ns)
+        self._settle_in -= 1
+        resampled = self._settle() if is_key or self._settle_in == 0 else False
+        if is_key:
+            self._begin_key(reading, step.inliers)
+        watch.start()  # the back end has a watch of its own
+        self._history.add_scan(scan.stamp_ns, self._motion, self.T_map_base)
         watch.lap("record")
         return UpdateInfo(
-            processed=due, T_map_base=self.T_map_base, neff=self._neff, resampled=resampled, match_score=step.inliers,
-            health=self.health, dropped_beams=dropped,
+            processed=is_key, T_map_base=self.T_map_base, neff=self._neff, resampled=resampled,
+            match_score=step.inliers, health=self.health, dropped_beams=reading.dropped_beams,
         )  # fmt: skip
 
-    def _drop(self, reason: str, dropped: int, T_before_odom: Transform | None) -> UpdateInfo:
+    def _drop(self, reading: Reading) -> UpdateInfo:
+        """Count a scan that is of no use; odometry carries the pose on."""
         self.stats.dropped += 1
-        self._carried = self._front.predictor.dead_reckoned(T_before_odom)
+        self._dead_reckoned = self._front.predictor.dead_reckoned(reading.T_before_odom)
         return UpdateInfo(
             processed=False, T_map_base=self.T_map_base, neff=self._neff, health=self.health,
-            dropped_beams=dropped, reason=reason,
+            dropped_beams=reading.dropped_beams, reason=reading.reason,
         )  # fmt: skip
-
-    def _knows(self, scan: Scan, points: NDArray[np.float64], T_before_odom: Transform | None) -> bool:
-        """Return whether a scan fits what was seen before."""
-        return self._keys > 0 and self._front.knows(self._sight.few(points, scan.T_base_laser), T_before_odom)
-
-    def _sane(self, T_odom_base: Transform | None) -> Transform | None:
-        """Return what the wheels tell, if it makes sense and is wanted."""
-        if T_odom_base is None or not self.config.use_odometry:
-            return None
-        now = np.array(T_odom_base, dtype=np.float64)
-        return now if now.shape == (3,) and np.isfinite(now).all() else None
 
     def _settle(self) -> bool:
-        """Tell what the particles made of the newest keyframe; return whether they were resampled."""
-        if self._verdict is None:
+        """Collect what the back end made of the newest keyframe; return whether particles were resampled."""
+        if self._pending is None:
             return False
-        verdict, self._verdict = self._verdict.result(), None
-        self._told.follow(verdict.T_map_key)
-        self._neff, self._health = verdict.neff, verdict.health
-        self.stats.resamplings += verdict.resampled
-        self.stats.loops_closed += verdict.loop_closed
-        self.stats.neff_min = min(self.stats.neff_min, verdict.neff)
-        return verdict.resampled
+        result, self._pending = self._pending.result(), None
+        self._reported.follow(result.T_map_key)
+        self._neff, self._health = result.neff, result.health
+        self.stats.resamplings += result.resampled
+        self.stats.loops_closed += result.loop_closed
+        self.stats.neff_min = min(self.stats.neff_min, result.neff)
+        return result.resampled
 
-    def _hand_on(self, scan: Scan, points: NDArray[np.float64], inliers: float) -> None:
-        """Let the particles begin with this scan, while the next ones are matched."""
-        back = self._back
-        arrival = self._since.restart(scan.stamp_ns)
-        key = Keyframe(
-            beams=Beams(scan.T_base_laser[:2].copy(), points.copy(), self._sight.clearing_ends(scan)),
-            arrival=arrival, inliers=inliers,
-        )  # fmt: skip
-        self._key_scans.add(key.beams.points, key.beams.origin)
-        self._told.go_on(arrival[MOTION])
-        self._verdict = self._crew.begin(lambda: back.take(key))
-        self._key_stamps.add(scan.stamp_ns)
+    def _begin_key(self, reading: Reading, inliers: float) -> None:
+        """Make a keyframe of a scan, and let the back end begin with it."""
+        back, stamp_ns = self._back, reading.scan.stamp_ns
+        key = Keyframe(beams=self._intake.beams(reading), arrival=self._motion.restart(stamp_ns), inliers=inliers)
+        self._reported.begin_key(key.arrival[MOTION])
+        self._history.add_key(stamp_ns, key.beams)
+        self._pending = self._crew.begin(lambda: back.add(key))
+        self._settle_in = SETTLE_SCANS
         self.stats.processed += 1
-        self._patience = SETTLE_SCANS
-
-    # -- what it knows -------------------------------------------------------------------------------------------------
-
-    @property
-    def _keys(self) -> int:
-        """How many keyframes there are."""
-        return self._key_stamps.size
 
     @property
     def _back(self) -> BackEnd:
-        """The back end, once it has done what it was given."""
-        if self._verdict is not None:
-            self._verdict.result()
+        """The back end, once it has finished the newest keyframe."""
+        if self._pending is not None:
+            self._pending.result()
         return self._busy_back
 
     @property
     def T_map_base(self) -> Transform:
-        """``(3,)``, the best pose known now; while scans are of no use the wheels tell how it goes on."""
-        return self._told.at(self._T_key_base)
+        """``(3,)``, the best pose known now; while scans are of no use odometry carries it on."""
+        return self._reported.at(self._T_key_base)
 
     @property
     def _T_key_base(self) -> Transform:
-        return compose(self._since.T_key_base, self._carried)
+        return compose(self._motion.T_key_base, self._dead_reckoned)
 
     @property
     def particles(self) -> Transform:
-        """``(N, 3)`` where each particle has the robot now."""
-        if self._keys == 0:
-            return np.zeros((self._back.filter.count, 3))
-        return se2.compose(self._back.filter.ends, self._T_key_base)
+        """``(N, 3)``, where each particle has the robot now."""
+        particles = self._back.filter
+        if self._history.keys == 0:
+            return np.zeros((particles.count, 3))
+        return se2.compose(particles.ends, self._T_key_base)
 
     @property
     def covariance(self) -> NDArray[np.float64]:
-        """``(3, 3)`` of the pose over the particles, and of the motion since the last update."""
-        if self._keys == 0:
+        """``(3, 3)`` of the pose over the particles, and of the motion since the newest keyframe."""
+        if self._history.keys == 0:
             return np.zeros((3, 3))
         error = self.particles - self.T_map_base
         error[:, 2] = se2.wrap(error[:, 2])
-        spread_of_particles = np.einsum("i,ij,ik->jk", self._back.filter.weights, error, error)
-        return spread_of_particles + motion_cov(self.config, self._T_key_base, self._since.blind_m)
+        over_particles = np.einsum("i,ij,ik->jk", self._back.filter.weights, error, error)
+        return over_particles + motion_cov(self.config, self._T_key_base, self._motion.blind_m)
 
     @property
     def neff(self) -> float:
@@ -205,28 +163,23 @@ class Mapper:
         return min(self._health, DOUBTFUL) if self._front.adrift > ADRIFT_MOST else self._health
 
     def trajectory(self) -> Keyframes:
-        """Return the pose of every accepted scan, in the order fed, as the best particle remembers it now."""
-        log, back = self._log.rows, self._back
-        motion, way = log["T_key_base"].astype(np.float64), log["way_m"].astype(np.float64)
-        return Keyframes(log["stamp_ns"].copy(), spread(back.smoothed(), log["key"], motion, way, back.arrivals))
+        """Return the pose of every accepted scan, in the order fed, as the best particle has it now."""
+        return self._history.trajectory(self._back)
 
     def online_trajectory(self) -> Keyframes:
         """Return the pose of every accepted scan as it was known when the scan came."""
-        log = self._log.rows
-        return Keyframes(log["stamp_ns"].copy(), log["T_online"].astype(np.float64))
+        return self._history.online_trajectory()
 
     def snapshot(self) -> LocalMap:
         """Return the best particle's map as tiles with revisions, and its keyframes with their scans."""
         back = self._back
-        particles = back.filter
-        keyframes = Keyframes(self._key_stamps.rows[:, 0].copy(), back.T_map_key.copy())
-        tiles = self._publisher.publish(particles.store, particles.best)
-        return LocalMap(tiles, keyframes, self._key_scans.scans)
+        tiles = self._publisher.publish(back.filter.store, back.filter.best)
+        return LocalMap(tiles, self._history.keyframes(back), self._history.key_scans)
 
     def use_particles(self, count: int) -> None:
-        """Go on with so many particles, drawn by their weights: fewer cost less, and close fewer loops.
+        """Continue with this number of particles, drawn by their weights: fewer cost less, and close fewer loops.
 
-        Raises ``InputError`` where there cannot be so many.
+        Raises ``InputError`` where there cannot be as many.
         """
         replace(self.config, particles=count)  # checks it
         if count != self._back.filter.count:
@@ -236,18 +189,15 @@ class Mapper:
         """Leave out map revisions: a mapper resumed from disk may have published some that it does not remember."""
         self._publisher.revision += count
 
-    # -- on disk -------------------------------------------------------------------------------------------------------
-
     def state(self) -> dict[str, Any]:
         """Return everything that a resumed mapper needs, as numbers, text, arrays, lists and dicts of them."""
         return {
-            "layout": LAYOUT, "front": self._front.state(), "back": self._back.state(),
-            "publisher": self._publisher.state(), "since": self._since.state(), "T_map_key": self._told.T_map_key,
-            "neff": self._neff, "health": self._health, "log": self._log.state(), "stamp_ns": self._stamp_ns,
-            "key_stamps": self._key_stamps.rows, "T_odom_base": self._T_odom_base, "carried": self._carried,
-            "gate": self._gate.state(), "stats": dict(vars(self.stats)), "patience": self._patience,
-            "verdict": None if self._verdict is None else self._verdict.result().state(),
-            "key_scans": self._key_scans.state(),
+            "layout": LAYOUT, "front": self._front.state(), "intake": self._intake.state(),
+            "motion": self._motion.state(), "dead_reckoned": self._dead_reckoned, "back": self._back.state(),
+            "result": None if self._pending is None else self._pending.result().state(),
+            "settle_in": self._settle_in, "T_map_key": self._reported.T_map_key, "neff": self._neff,
+            "health": self._health, "history": self._history.state(), "publisher": self._publisher.state(),
+            "stats": dict(vars(self.stats)),
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -258,15 +208,13 @@ class Mapper:
         if state.get("layout", 1) != LAYOUT:
             raise InputError(f"the mapper's state has layout {state.get('layout', 1)}, this program reads {LAYOUT}")
         self._front.restore(state["front"])
-        self._verdict = None if state["verdict"] is None else Pending.done(Verdict(**state["verdict"]))
+        self._intake.restore(state["intake"])
+        self._motion.restore(state["motion"])
+        self._dead_reckoned = state["dead_reckoned"]
+        self._pending = None if state["result"] is None else Pending.done(KeyframeResult(**state["result"]))
         self._busy_back.restore(state["back"])
-        self._patience = state["patience"]
-        self._publisher.restore(state["publisher"])
-        self._since.restore(state["since"])
-        self._told.T_map_key = state["T_map_key"]
+        self._settle_in, self._reported.T_map_key = state["settle_in"], state["T_map_key"]
         self._neff, self._health = state["neff"], state["health"]
-        self._log, self._key_stamps = ScanLog.of(state["log"]), Rows.of(state["key_stamps"])
-        self._key_scans = KeyScanLog.of(state["key_scans"])
-        self._T_odom_base, self._stamp_ns, self._carried = state["T_odom_base"], state["stamp_ns"], state["carried"]
-        self._gate.restore(state["gate"])
+        self._history = History.of(state["history"])
+        self._publisher.restore(state["publisher"])
         self.stats = Stats(**state["stats"])

@@ -14,22 +14,28 @@ from mrslam.rbpf.filter.particle_filter import ParticleFilter
 from mrslam.rbpf.filter.trajectory import smoothed
 from mrslam.rbpf.front_end.health import Health
 from mrslam.rbpf.front_end.motion import ARRIVAL_COLUMNS, WAY, Keyframe, chain_cov
-from mrslam.rbpf.loops.loops import MOVED_M, LoopCloser
+from mrslam.rbpf.loops.loop_closer import LoopCloser
 from mrslam.rbpf.outcome import Stopwatch
 from mrslam.rbpf.rows import Rows
 from mrslam.spatial.se2 import Transform
 
+MOVED_M = 0.05
+"""Maps are drawn again when relaxation moves a keyframe by more than this: a cell of the usual size."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Verdict:
+class KeyframeResult:
     """What is known after a keyframe."""
 
     T_map_key: Transform
     """``(3,)``, where the best particle has it."""
     neff: float
+    """Effective number of particles, before resampling."""
     resampled: bool
     loop_closed: bool
+    """Whether the trajectory was relaxed and the maps drawn again."""
     health: float
+    """0..1, see :class:`mrslam.rbpf.front_end.health.Health`."""
 
     def state(self) -> dict[str, Any]:
         """Return its fields."""
@@ -46,57 +52,51 @@ class BackEnd:
         self._watch = watch
         self._arrivals = Rows(ARRIVAL_COLUMNS)
         self._health = Health()
-        self._contradicted = False  # the newest keyframe's place, by what was seen there before
+        self._is_contradicted = False  # whether the newest loop edge contradicts the trajectory
 
     @property
     def arrivals(self) -> NDArray[np.float64]:
         """``(K, 6)``: local motion from keyframe to keyframe, see ``mrslam.rbpf.front_end.motion``."""
         return self._arrivals.rows
 
-    @property
-    def T_map_key(self) -> Transform:
-        """``(K, 3)``: keyframes as the best particle remembers them."""
-        return self.filter.ancestry(self.filter.best)
-
-    def take(self, key: Keyframe) -> Verdict:
-        """Update every particle, and see whether the robot is back where it has been."""
+    def add(self, key: Keyframe) -> KeyframeResult:
+        """Update every particle and its map, and see whether the robot is back where it has been."""
         self._watch.start()
-        resamplings = self.filter.resamplings
+        resamplings, edges = self.filter.resamplings, self.loops.edges
         agreement = self.filter.move(key)
         if agreement is not None:
             self._health.follow(agreement, key)
-        edges = self.loops.edges
-        self.filter.draw(key, beside=lambda: self._look(key))
-        closed = self._contradicted and self._relax()
+        self.filter.draw(key, beside=lambda: self._look_for_loop(key))
+        closed = self._is_contradicted and self._relax()
         if self.loops.edges > edges:
             self._health.anchor()
         self._watch.lap("loops")
-        return Verdict(
+        return KeyframeResult(
             T_map_key=self.filter.ends[self.filter.best].copy(), neff=self.filter.neff, health=self._health.value,
             resampled=self.filter.resamplings > resamplings, loop_closed=closed,
         )  # fmt: skip
 
-    def _look(self, key: Keyframe) -> None:
+    def _look_for_loop(self, key: Keyframe) -> None:
         """Where the best particle comes to a place it has been, see whether its trajectory agrees."""
         self._arrivals.add(key.arrival)
         self.loops.add_key(key.beams, float(key.arrival[WAY]))
-        poses = self.T_map_key
-        self.loops.forget(poses)
-        self._contradicted = self.config.close_loops and self.loops.look(poses)
+        trajectory = self.filter.trajectory
+        self.loops.scans.forget(trajectory)
+        self._is_contradicted = self.config.close_loops and self.loops.look(trajectory)
         self._watch.lap("loops")
 
     def _relax(self) -> bool:
-        """Bend the trajectory until it agrees with all places seen again; return whether that changed the map."""
-        poses = self.T_map_key
-        relaxed = self.loops.relaxed(poses, chain_cov(self.config, self.arrivals))
-        if np.hypot(*(relaxed - poses)[:, :2].T).max() < MOVED_M:
+        """Bend the trajectory until it agrees with all places seen again; return whether that changed the maps."""
+        trajectory = self.filter.trajectory
+        relaxed = self.loops.relaxed(trajectory, chain_cov(self.config, self.arrivals))
+        if np.hypot(*(relaxed - trajectory)[:, :2].T).max() < MOVED_M:
             return False
-        self.filter.adopt(relaxed, self.loops.scans, self.loops.origins)
+        self.filter.adopt(relaxed, self.loops.scans.points, self.loops.scans.origins)
         return True
 
     def smoothed(self) -> Transform:
         """Return the best particle's keyframes ``(K, 3)`` without the jitter of sampling."""
-        return smoothed(self.T_map_key, self.arrivals, self.config)
+        return smoothed(self.filter.trajectory, self.arrivals, self.config)
 
     def state(self) -> dict[str, Any]:
         """Return everything that a resumed mapper needs."""

@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from mrslam.rbpf.front_end.motion import Agreement
 from mrslam.rbpf.match.gauss_newton import match
 from mrslam.rbpf.tiles.drawing import insert_scan
 from mrslam.rbpf.tiles.views import Beams, Maps, map_of
@@ -48,6 +49,10 @@ class Proposals(NamedTuple):
     """``(N,)``, share of beams that fit the particle's map, 0..1."""
     conflicts: NDArray[np.float64]
     """``(N,)``, share of beams that contradict it, 0..1."""
+
+    def agreement(self, index: int) -> Agreement:
+        """Return how far a particle's map agrees with the scan."""
+        return Agreement(inliers=float(self.inliers[index]), conflicts=float(self.conflicts[index]))
 
     @classmethod
     def empty(cls, count: int) -> Proposals:

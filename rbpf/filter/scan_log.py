@@ -1,4 +1,4 @@
-"""What is remembered of every scan for good: when it was taken, and how it lies to the keyframe before it."""
+"""A row for every scan that was used: when it was taken, and its pose in the frame of the keyframe before it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mrslam.rbpf.front_end.motion import Since
+from mrslam.rbpf.front_end.motion import LocalMotion
 from mrslam.spatial.runtime.spool import Spool
 from mrslam.spatial.se2 import Transform
 
@@ -20,7 +20,7 @@ ROW = np.dtype(
         ("T_online", np.float32, 3),
     ]
 )
-"""The newest keyframe, local motion since and its way, and the pose ``T_map_base`` that was told at once."""
+"""Index of the newest keyframe, local motion since and its way, and the pose ``T_map_base`` reported with the scan."""
 
 
 class ScanLog:
@@ -29,9 +29,9 @@ class ScanLog:
     def __init__(self) -> None:
         self._rows = Spool(ROW)
 
-    def add(self, stamp_ns: int, key: int, since: Since, T_map_base: Transform) -> None:
+    def add(self, stamp_ns: int, key: int, motion: LocalMotion, T_map_base: Transform) -> None:
         """Remember a scan."""
-        self._rows.add((stamp_ns, key, since.T_key_base, since.way_m, T_map_base))
+        self._rows.add((stamp_ns, key, motion.T_key_base, motion.way_m, T_map_base))
 
     @property
     def rows(self) -> NDArray[Any]:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.front_end.motion import MOTION, WAY, chain_cov
-from mrslam.rbpf.loops.graph import relax
+from mrslam.rbpf.loops.graph import Edges, relax
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
 
@@ -27,11 +27,12 @@ def smoothed(T_map_key: Transform, arrivals: NDArray[np.float64], config: Mapper
     chain = np.arange(count - 1)
     near = np.linalg.inv(np.diag(np.square([ANCHOR_M, ANCHOR_M, ANCHOR_RAD])))
     information = np.concatenate([np.linalg.inv(chain_cov(config, arrivals)[1:]), np.tile(near, (chain.size, 1, 1))])
-    return relax(
-        T_map_key, np.concatenate([chain, 0 * chain]), np.concatenate([chain + 1, chain + 1]),
+    edges = Edges(
+        np.concatenate([chain, 0 * chain]), np.concatenate([chain + 1, chain + 1]),
         np.concatenate([arrivals[1:, MOTION], se2.between(T_map_key[0], T_map_key[1:])]), information,
         np.zeros(2 * chain.size, dtype=bool),
     )  # fmt: skip
+    return relax(T_map_key, edges)
 
 
 def spread(

@@ -81,6 +81,8 @@ class FrontEnd:
 
     def knows(self, points: NDArray[np.float64], T_before_odom: Transform | None) -> bool:
         """Return whether a scan fits what was seen before, where the robot is expected; nothing is learnt from it."""
+        if self._map.is_empty:
+            return False
         guess = self.predictor.predict(T_before_odom)
         start = compose(self.T_local_base, guess.motion)
         return self._matcher.descend(self._map.tiles_around(start), points, start, guess).inliers >= BAD_INLIERS

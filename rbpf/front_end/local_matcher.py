@@ -25,7 +25,7 @@ everywhere."""
 USUAL_AT_FIRST, USUAL_MEMORY = -0.5, 0.05
 """Score of a good match before there was one, and share of a new one in what is usual."""
 ITERATIONS = 12
-"""Most steps of a descent; it settles after four or five."""
+"""Most steps of a descent: it bounds the time of a scan that fits nowhere."""
 POINTS_SEARCHED = 60
 """Points that a search uses: it has to find the valley, not its bottom."""
 TURN_SEARCHED_RAD = 0.1

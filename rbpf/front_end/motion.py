@@ -17,9 +17,11 @@ from mrslam.spatial.poses import compose
 from mrslam.spatial.se2 import Transform
 
 TURN_WAY_M = 0.3
-"""Way that a turn of one radian counts as, metres."""
+"""Way that a turn of one radian counts as, metres: a turning robot sees as much that is new."""
 WAY_MOST = 3.0
 """A keyframe is due after this many times the way it takes straight on, wherever that led."""
+NOISE_M, NOISE_RAD = 0.01, 0.0015
+"""Error of any local motion, however short: what the matcher's pose is known to."""
 
 MOTION, WAY, BLIND_M = slice(0, 3), 3, slice(4, 6)
 """Columns of an arrival: local motion from the keyframe before (3), its way (1), its error where it was blind (2)."""
@@ -28,13 +30,13 @@ ARRIVAL_COLUMNS = 6
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Keyframe:
-    """A scan that the filter takes, and how the robot came to it; nothing in it changes any more."""
+    """A scan at which the filter is updated, and how the robot came there; nothing in it changes any more."""
 
     beams: Beams
     arrival: NDArray[np.float64]
     """``(6,)``: see ``MOTION``."""
     inliers: float
-    """Share of beams that lie on the local map."""
+    """Share of beams that lie on the rolling map, 0..1."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,25 +49,25 @@ class Agreement:
     """Share of beams that contradict it, 0..1."""
 
 
-class Since:
-    """Local motion since the last keyframe."""
+class LocalMotion:
+    """Local motion since the newest keyframe."""
 
     def __init__(self) -> None:
         self.stamp_ns = 0
         self.T_key_base: Transform = np.zeros(3)
         self.way_m = 0.0
         self.blind_m = np.zeros(2)
-        """In the keyframe's frame: error of motion along what could not be seen."""
+        """``(2,)``, keyframe's frame: error of the motion along what could not be seen."""
 
     def add(self, step: Step) -> None:
-        """Go on by one scan."""
+        """Add the motion of one scan."""
         self.T_key_base = compose(self.T_key_base, step.T_before_base)
         if step.blind_m.any():
             self.blind_m += se2.apply(np.array([0.0, 0.0, self.T_key_base[2]]), step.blind_m)
         self.way_m += float(math.hypot(*step.T_before_base[:2]) + TURN_WAY_M * abs(step.T_before_base[2]))
 
     def is_due(self, config: MapperConfig, stamp_ns: int) -> bool:
-        """Return whether the filter should be updated."""
+        """Return whether the next keyframe is due."""
         motion = self.T_key_base
         waited = 0.0 < config.temporal_update_s <= abs(stamp_ns - self.stamp_ns) * 1e-9
         return (
@@ -76,7 +78,7 @@ class Since:
         )
 
     def restart(self, stamp_ns: int) -> NDArray[np.float64]:
-        """Begin anew from a keyframe, and return the arrival ``(6,)`` there."""
+        """Begin again at a keyframe, and return the arrival ``(6,)`` there."""
         arrival = np.array([*self.T_key_base, self.way_m, *self.blind_m])
         self.stamp_ns, self.T_key_base, self.way_m, self.blind_m = stamp_ns, np.zeros(3), 0.0, np.zeros(2)
         return arrival
@@ -86,20 +88,23 @@ class Since:
         return [self.stamp_ns, self.T_key_base, self.way_m, self.blind_m]
 
     def restore(self, state: list[Any]) -> None:
-        """Go on from what :meth:`state` returned."""
+        """Continue from what :meth:`state` returned."""
         self.stamp_ns, self.T_key_base, self.way_m, self.blind_m = state
 
 
 def motion_cov(config: MapperConfig, motion: Transform, blind_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ``(3, 3)``, the covariance of a local motion ``(3,)`` in the frame it starts from."""
+    """Return ``(3, 3)``, the covariance of a local motion ``(3,)`` in the frame it starts from.
+
+    ``blind_m (2,)`` : error of the motion along what could not be seen, in the same frame.
+    """
     length, turn = float(np.hypot(motion[0], motion[1])), abs(float(motion[2]))
-    sigma_xy = 0.01 + config.srr * length + config.str * turn
-    sigma_t = 0.0015 + config.srt * length + config.stt * turn
-    cov = np.diag([sigma_xy**2, sigma_xy**2, sigma_t**2])
+    sigma_m = NOISE_M + config.noise_m_per_m * length + config.noise_m_per_rad * turn
+    sigma_rad = NOISE_RAD + config.noise_rad_per_m * length + config.noise_rad_per_rad * turn
+    cov = np.diag([sigma_m**2, sigma_m**2, sigma_rad**2])
     cov[:2, :2] += np.outer(blind_m, blind_m)
     return cov
 
 
 def chain_cov(config: MapperConfig, arrivals: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ``(K, 3, 3)`` covariances of the motion to each keyframe."""
+    """Return ``(K, 3, 3)`` covariances of the motion to each keyframe, from ``arrivals (K, 6)``."""
     return np.stack([motion_cov(config, row[MOTION], row[BLIND_M]) for row in arrivals])

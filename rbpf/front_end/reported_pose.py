@@ -1,4 +1,4 @@
-"""The pose that is told while the robot drives: calm, and still never far from what the filter knows."""
+"""The pose that is published while the robot drives: calm, and still never far from what the filter knows."""
 
 from __future__ import annotations
 
@@ -9,20 +9,22 @@ import numpy as np
 from mrslam.spatial.poses import between, compose
 from mrslam.spatial.se2 import Transform
 
-FOLLOW, JUMP_M, JUMP_RAD = 0.25, 0.15, 0.05
-"""The pose told takes this share of what it misses of the best particle's at an update, and all of it beyond a jump."""
+FOLLOW = 0.25
+"""Share of the difference to the best particle's pose that is taken over at a keyframe: jitter shrinks to a third."""
+JUMP_M, JUMP_RAD = 0.15, 0.05
+"""All of the difference is taken over where it is larger than this: no jitter, but a loop that closed."""
 
 
-class ToldPose:
+class ReportedPose:
     """Follows local motion from scan to scan, and the best particle from keyframe to keyframe.
 
     A particle's pose is a sample: it jitters by centimetres from update to update while local motion is good to
-    millimetres. So the pose told follows slowly, but jumps where the two are far apart, as after a loop's closing.
+    millimetres. So the published pose follows slowly, but jumps where the two are far apart, as after a loop's closing.
     """
 
     def __init__(self) -> None:
         self.T_map_key: Transform = np.zeros(3)
-        """Where the newest keyframe is told to be."""
+        """``(3,)``, the newest keyframe as published."""
 
     def at(self, T_key_base: Transform) -> Transform:
         """Return the pose ``(3,)`` after this local motion since the newest keyframe."""
@@ -36,6 +38,6 @@ class ToldPose:
         else:
             self.T_map_key = compose(self.T_map_key, FOLLOW * missed)
 
-    def go_on(self, T_key_next: Transform) -> None:
-        """Begin the next keyframe."""
+    def begin_key(self, T_key_next: Transform) -> None:
+        """Begin the next keyframe, at this local motion ``(3,)`` from the one before."""
         self.T_map_key = compose(self.T_map_key, T_key_next)

@@ -18,7 +18,7 @@ SCAN_DISTANCE_M, SCAN_TURN_RAD = 0.2, 0.15
 """A scan enters the map after this much motion: a robot at rest adds nothing."""
 SCANS_MOST, SCANS_KEPT = 60, 30
 """The map is drawn again from its last ``SCANS_KEPT`` scans whenever it holds ``SCANS_MOST``: it covers 6 m of way or
-more, within which drift is below a cell."""
+more, and what has drifted is left behind."""
 BEYOND_M = 2.0
 """The map reaches this much farther than the laser is used."""
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
@@ -11,78 +13,96 @@ from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
 
 ROUNDS = 4
-SETTLED_M = 1e-3
+"""Most Gauss-Newton steps: it bounds the time where a wrong edge keeps the trajectory from settling."""
+SETTLED = 1e-3
+"""A step that moves no pose by more, metres or radians, is the last."""
+ROBUST_SIGMAS = 3.0
+"""A robust edge that misses by this many sigmas counts half (Cauchy)."""
+DAMPING = 1e-6
+"""Added to the diagonal of the normal equations: keyframes that no edge holds stay where they are."""
 
 
-def relax(
-    T_map_key: Transform,
-    first: NDArray[np.int64],
-    second: NDArray[np.int64],
-    T_first_second: Transform,
-    information: NDArray[np.float64],
-    robust: NDArray[np.bool_],
-    robust_scale: float = 3.0,
-) -> Transform:
-    """Return the poses ``(K, 3)`` that fit the edges best, the first staying where it is (Luo and Milios 1997, SE(2)).
+class Edges(NamedTuple):
+    """E relations between poses of one trajectory."""
 
-    Edge e says that ``second[e]`` is at ``T_first_second[e] (E, 3)`` in the frame of ``first[e]``, with
-    ``information (E, 3, 3)``. Edges marked ``robust`` lose weight when they miss by more than ``robust_scale`` sigmas
-    (Cauchy), so that a wrong one cannot bend the rest.
-    """
+    first: NDArray[np.int64]
+    """``(E,)``, index of the pose in whose frame the edge is."""
+    second: NDArray[np.int64]
+    """``(E,)``, index of the pose that it places."""
+    T_first_second: Transform
+    """``(E, 3)``."""
+    information: NDArray[np.float64]
+    """``(E, 3, 3)``, in the frame of ``first``."""
+    robust: NDArray[np.bool_]
+    """``(E,)``: whether it loses weight when it misses by far, so that a wrong one cannot bend the rest."""
+
+
+def relax(T_map_key: Transform, edges: Edges) -> Transform:
+    """Return the poses ``(K, 3)`` that fit the edges best, the first staying where it is (Luo and Milios 1997)."""
     poses = np.array(T_map_key, dtype=np.float64)
-    count = poses.shape[0]
-    if count < 2 or first.size == 0:
+    if poses.shape[0] < 2 or edges.first.size == 0:
         return poses
     for _ in range(ROUNDS):
-        step = _solve(poses, first, second, T_first_second, information, robust, robust_scale)
+        step = _step(poses, edges)
         poses[:, :2] += step[:, :2]
         poses[:, 2] = se2.wrap(poses[:, 2] + step[:, 2])
-        if np.abs(step).max() < SETTLED_M:
+        if np.abs(step).max() < SETTLED:
             break
     return poses
 
 
-def residuals(poses: Transform, first: NDArray[np.int64], second: NDArray[np.int64], T: Transform) -> Transform:
+def residuals(poses: Transform, edges: Edges) -> Transform:
     """Return ``(E, 3)``: where ``second`` is in the frame of ``first``, minus where the edge says it is."""
-    error = se2.between(poses[first], poses[second]) - T
+    error = se2.between(poses[edges.first], poses[edges.second]) - edges.T_first_second
     error[:, 2] = se2.wrap(error[:, 2])
     return error
 
 
-def _solve(
-    poses: Transform,
-    first: NDArray[np.int64],
-    second: NDArray[np.int64],
-    T: Transform,
-    information: NDArray[np.float64],
-    robust: NDArray[np.bool_],
-    scale: float,
-) -> Transform:
-    edges, count = first.size, poses.shape[0]
-    error = residuals(poses, first, second, T)
+def _step(poses: Transform, edges: Edges) -> Transform:
+    """Return one Gauss-Newton step ``(K, 3)``, zero for the first pose."""
+    count = poses.shape[0]
+    error = residuals(poses, edges)
+    chi2 = np.einsum("ei,eij,ej->e", error, edges.information, error)
+    weight = np.where(edges.robust, 1.0 / (1.0 + chi2 / ROBUST_SIGMAS**2), 1.0)
+    weighted = edges.information * weight[:, None, None]
+    a, b = _jacobians(poses, edges)
+    matrix, rhs = _normal_equations(edges, (a, b), weighted, error, count)
+    solution = splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.0)
+    step = np.zeros((count, 3))
+    step[1:] = solution.solve(rhs).reshape(-1, 3)
+    return step
+
+
+def _jacobians(poses: Transform, edges: Edges) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return ``(E, 3, 3)`` derivatives of the residuals by the first and by the second pose."""
+    first, second = edges.first, edges.second
     cos, sin = np.cos(poses[first, 2]), np.sin(poses[first, 2])
     delta = poses[second, :2] - poses[first, :2]
-    a, b = np.zeros((edges, 3, 3)), np.zeros((edges, 3, 3))
+    a, b = np.zeros((first.size, 3, 3)), np.zeros((first.size, 3, 3))
     b[:, 0, 0], b[:, 0, 1], b[:, 1, 0], b[:, 1, 1], b[:, 2, 2] = cos, sin, -sin, cos, 1.0
     a[:, :2, :2] = -b[:, :2, :2]
     a[:, 0, 2] = -sin * delta[:, 0] + cos * delta[:, 1]
     a[:, 1, 2] = -cos * delta[:, 0] - sin * delta[:, 1]
     a[:, 2, 2] = -1.0
-    chi2 = np.einsum("ei,eij,ej->e", error, information, error)
-    weight = np.where(robust, 1.0 / (1.0 + chi2 / scale**2), 1.0)
-    weighted = information * weight[:, None, None]
-    wa, wb = weighted @ a, weighted @ b
-    blocks = [
-        a.transpose(0, 2, 1) @ wa,
-        a.transpose(0, 2, 1) @ wb,
-        b.transpose(0, 2, 1) @ wa,
-        b.transpose(0, 2, 1) @ wb,
-    ]
-    pairs = [(first, first), (first, second), (second, first), (second, second)]
+    return a, b
+
+
+def _normal_equations(
+    edges: Edges,
+    jacobians: tuple[NDArray[np.float64], NDArray[np.float64]],
+    information: NDArray[np.float64],
+    error: NDArray[np.float64],
+    count: int,
+) -> tuple[Any, NDArray[np.float64]]:
+    """Return the sparse matrix and the right-hand side for all poses but the first."""
+    (a, b), first, second = jacobians, edges.first, edges.second
+    wa, wb = information @ a, information @ b
+    at, bt = a.transpose(0, 2, 1), b.transpose(0, 2, 1)
+    blocks = [(first, first, at @ wa), (first, second, at @ wb), (second, first, bt @ wa), (second, second, bt @ wb)]
     axis = np.arange(3)
-    rows = np.concatenate([(3 * i[:, None, None] + axis[:, None] + 0 * axis).ravel() for i, _ in pairs])
-    cols = np.concatenate([(3 * j[:, None, None] + 0 * axis[:, None] + axis).ravel() for _, j in pairs])
-    values = np.concatenate([block.ravel() for block in blocks])
+    rows = np.concatenate([(3 * i[:, None, None] + axis[:, None] + 0 * axis).ravel() for i, _, _ in blocks])
+    cols = np.concatenate([(3 * j[:, None, None] + 0 * axis[:, None] + axis).ravel() for _, j, _ in blocks])
+    values = np.concatenate([block.ravel() for _, _, block in blocks])
     rhs = np.zeros(3 * count)
     np.add.at(rhs, (3 * first[:, None] + axis).ravel(), -np.einsum("eji,ej->ei", wa, error).ravel())
     np.add.at(rhs, (3 * second[:, None] + axis).ravel(), -np.einsum("eji,ej->ei", wb, error).ravel())
@@ -90,11 +110,5 @@ def _solve(
     size = 3 * count - 3
     rows = np.concatenate([rows[free] - 3, np.arange(size)])
     cols = np.concatenate([cols[free] - 3, np.arange(size)])
-    values = np.concatenate([values[free], np.full(size, 1e-6)])
-    matrix = coo_matrix((values, (rows, cols)), shape=(size, size)).tocsc()
-    solution = splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.0).solve(
-        rhs[3:]
-    )
-    step = np.zeros((count, 3))
-    step[1:] = solution.reshape(-1, 3)
-    return step
+    values = np.concatenate([values[free], np.full(size, DAMPING)])
+    return coo_matrix((values, (rows, cols)), shape=(size, size)).tocsc(), rhs[3:]

@@ -1,4 +1,4 @@
-"""A scan as the mapper sees it: points to draw into maps, fewer of them to match, beams that only clear."""
+"""A scan as the mapper uses it: points to draw into maps, a sample of them to match, beams that only clear."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from mrslam.spatial import Scan, se2
 from mrslam.spatial.se2 import Transform
 
 SPACING_M = 0.02
-"""Least distance across the beams between two points that are matched, metres."""
+"""Least distance across the beams between two points that are matched, metres: nearer ones say the same."""
 
 SLACK_RAD = 1e-3
-"""The first beam's bearing may come out a little before it."""
+"""By so much, radians, rounding may put the first beam's bearing before itself."""
 
 
 class Sight:
@@ -23,7 +23,7 @@ class Sight:
     def __init__(self, config: MapperConfig) -> None:
         self.usable_range_m = config.usable_range_m
         self.clear_range_m = min(config.clear_range_m, config.usable_range_m)
-        self.most = config.beams_match
+        self._points_most = config.beams_match
         self._geometry: tuple[object, ...] = ()
 
     def points(self, scan: Scan) -> NDArray[np.float64]:
@@ -34,7 +34,7 @@ class Sight:
             angles = scan.angles_rad
             self._cos, self._sin = np.cos(angles), np.sin(angles)
             self._points = np.zeros((angles.size, POINT_COLUMNS))
-            self._few = np.zeros((angles.size, POINT_COLUMNS))
+            self._sample = np.zeros((angles.size, POINT_COLUMNS))
         count = scan_points(scan.ranges_m, self._cos, self._sin, scan.T_base_laser, self.usable_range_m, self._points)
         return self._points[:count]
 
@@ -54,9 +54,9 @@ class Sight:
         points[:, 0], points[:, 1] = c * x - s * y + velocity[0] * after_s, s * x + c * y + velocity[1] * after_s
         points[:, 2], points[:, 3] = c * nx - s * ny, s * nx + c * ny
 
-    def few(self, points: NDArray[np.float64], T_base_laser: Transform) -> NDArray[np.float64]:
-        """Return those of them ``(n, 5)`` that every scan is matched by."""
-        return self._few[: spaced(points, T_base_laser, SPACING_M, self.most, self._few)]
+    def sample(self, points: NDArray[np.float64], T_base_laser: Transform) -> NDArray[np.float64]:
+        """Return those of a scan's ``points (N, 5)`` that it is matched by, ``(n, 5)``, spaced across the beams."""
+        return self._sample[: spaced(points, T_base_laser, SPACING_M, self._points_most, self._sample)]
 
     def clearing_ends(self, scan: Scan) -> NDArray[np.float64]:
         """Return ``(M, 2)`` where beams without a return end, in the base frame, if they are to clear the map."""

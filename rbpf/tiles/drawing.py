@@ -13,6 +13,9 @@ from mrslam.rbpf.tiles.cells import MASK, TILE, TILE_BITS, add_hit, add_pass
 from mrslam.rbpf.tiles.views import Beams, Tiles
 from mrslam.spatial.traversal import along_axis
 
+SKIP_M = 0.1
+"""Beams stop clearing the map this far before the wall that they hit: two cells, in which range noise lies."""
+
 
 class Touched(NamedTuple):
     """The tiles of a window that a scan touches; each is listed once."""

@@ -9,7 +9,7 @@ import pytest
 
 from mrslam.rbpf.crew import Crew
 from mrslam.rbpf.filter.trajectory import spread
-from mrslam.rbpf.loops.graph import relax
+from mrslam.rbpf.loops.graph import Edges, relax
 from mrslam.rbpf.match.correlative import Lattice, search
 from mrslam.rbpf.match.gauss_newton import match
 from mrslam.rbpf.match.nearest import nearest
@@ -238,11 +238,11 @@ def test_relaxation_spreads_a_loops_error() -> None:
     info = np.concatenate([np.tile(np.eye(3) * 100.0, (20, 1, 1)), [np.eye(3) * 1e6]])
     first, second = np.append(chain, 0), np.append(chain + 1, 20)
     robust = np.zeros(21, dtype=bool)
-    relaxed = relax(poses, first, second, T, info, robust)
+    relaxed = relax(poses, Edges(first, second, T, info, robust))
     assert np.abs(relaxed[-1]).max() < 1e-2
     assert np.hypot(*(relaxed - truth)[:, :2].T).max() < 0.4 * np.hypot(*(poses - truth)[:, :2].T).max()
     robust[-1] = True
-    assert np.isfinite(relax(poses, first, second, T, info, robust)).all()
+    assert np.isfinite(relax(poses, Edges(first, second, T, info, robust))).all()
 
 
 def test_scans_between_keyframes_join_both() -> None:

@@ -70,23 +70,25 @@ def test_rounds_in_one_room_cost_no_memory() -> None:
         for k, pose in enumerate(poses):
             mapper.update(make_scan(pose, (lap * 50 + k) * 10**8, beams=90, rng=rng), pose)
         back = mapper._back
-        scans.append(sum(scan.nbytes for scan in back.loops.scans.values()))
+        scans.append(sum(scan.nbytes for scan in back.loops.scans.points.values()))
         tiles.append(back.filter.store.tiles_used)
-    assert back.filter.keys == len(back.loops.way) > 1.8 * len(back.loops.scans)
-    assert max(back.loops.scans) == back.filter.keys - 1 and min(back.loops.scans) > 0
+    kept = back.loops.scans
+    assert back.filter.ancestry.keys == kept.way_m.size > 1.8 * len(kept.points)
+    assert max(kept.points) == kept.way_m.size - 1 and min(kept.points) > 0
     assert scans[-1] < 1.05 * scans[16] and tiles[-1] < 1.5 * tiles[16]
     assert errors(mapper, np.tile(poses, (32, 1)))[0] < 0.08
 
 
 def test_particles_that_never_part_remember_the_far_past_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("mrslam.rbpf.filter.particle_filter.APART_MOST", 12)
+    monkeypatch.setattr("mrslam.rbpf.filter.ancestry.APART_MOST", 12)
     poses = drive(120)
     mapper = Mapper(replace(SMALL, neff_fraction=0.01), seed=1)
     feed(mapper, poses)
     particles = mapper._back.filter
-    assert particles.resamplings == 0 and particles.keys > 20
-    assert particles._own.shape[1] <= 12
-    assert particles.ancestry(0).shape == (particles.keys, 3)
+    ancestry = particles.ancestry
+    assert particles.resamplings == 0 and ancestry.keys > 20
+    assert ancestry.apart.shape[1] <= 12
+    assert ancestry.of(0).shape == (ancestry.keys, 3)
     assert errors(mapper, poses)[0] < 0.06
     save_checkpoint(mapper, tmp_path / "long.ckpt")
     again = load_checkpoint(tmp_path / "long.ckpt")

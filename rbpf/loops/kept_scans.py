@@ -1,0 +1,87 @@
+"""Scans of keyframes that are kept to compare places with: memory grows with the area mapped, not with time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrslam.rbpf.match.scan_points import POINT_COLUMNS, spaced
+from mrslam.rbpf.rows import Rows
+from mrslam.rbpf.tiles.views import Beams
+from mrslam.spatial import se2
+from mrslam.spatial.se2 import Transform
+
+KEPT_MOST, KEPT_WITHIN_M, KEPT_WITHIN_RAD = 12, 0.7, 0.5
+"""Of the scans taken within this distance and turn of each other so many are kept, the newest."""
+POINTS_OF_KEY, POINTS_APART_M = 90, 0.05
+"""Points of one keyframe that are matched, at most, and their least distance across the beams, metres."""
+
+
+class KeptScans:
+    """Scans by keyframe, and how the keyframes follow each other."""
+
+    def __init__(self) -> None:
+        self.points: dict[int, NDArray[np.float32]] = {}
+        """By keyframe, in the order of time: points ``(N, 5)`` in its base frame; not of all, see :meth:`forget`."""
+        self._origins = Rows(2)
+        self._way = Rows(1)
+
+    @property
+    def origins(self) -> NDArray[np.float64]:
+        """``(K, 2)``, where the laser was on the base, metres."""
+        return self._origins.rows
+
+    @property
+    def way_m(self) -> NDArray[np.float64]:
+        """``(K,)``, way since the start."""
+        return self._way.rows[:, 0]
+
+    def add(self, beams: Beams, way_m: float) -> None:
+        """Keep a keyframe's scan, taken ``way_m`` after the keyframe before."""
+        self.points[self._way.size] = beams.points.astype(np.float32)
+        self._origins.add(beams.origin)
+        self._way.add(way_m + (self.way_m[-1] if self._way.size else 0.0))
+
+    def forget(self, T_map_key: Transform) -> None:
+        """Drop the oldest scan that was taken where the newest was, if there are enough newer ones."""
+        kept, away_m, turned = self.from_newest(T_map_key)
+        here = kept[(away_m < KEPT_WITHIN_M) & (turned < KEPT_WITHIN_RAD)]
+        if here.size > KEPT_MOST:
+            del self.points[int(here[0])]
+
+    def from_newest(self, T_map_key: Transform) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+        """Return which keyframes' scans are kept, and each one's distance (m) and turn (rad) from the newest keyframe.
+
+        ``T_map_key (K, 3)`` : all keyframes.
+        """
+        kept = np.fromiter(self.points, np.int64, len(self.points))
+        away_m = np.hypot(*(T_map_key[kept, :2] - T_map_key[-1, :2]).T)
+        return kept, away_m, np.abs(se2.wrap(T_map_key[kept, 2] - T_map_key[-1, 2]))
+
+    def joined(self, T_map_key: Transform, keys: range, frame: int) -> NDArray[np.float64]:
+        """Return a subsample ``(N, 5)`` of several keyframes' points, in the frame of one of them."""
+        parts = []
+        for k in (k for k in keys if k in self.points):
+            points = self.points[k].astype(np.float64)
+            sample = np.empty((points.shape[0], POINT_COLUMNS))
+            sample = sample[: spaced(points, self.origins[k], POINTS_APART_M, POINTS_OF_KEY, sample)]
+            x, y, nx, ny, quality = sample.T
+            T = se2.between(T_map_key[frame], T_map_key[k])
+            cos, sin = np.cos(T[2]), np.sin(T[2])
+            place = [T[0] + cos * x - sin * y, T[1] + sin * x + cos * y]
+            parts.append(np.stack([*place, cos * nx - sin * ny, sin * nx + cos * ny, quality]))
+        return np.ascontiguousarray(np.concatenate(parts, axis=1).T)
+
+    def state(self) -> dict[str, Any]:
+        """Return all that is kept."""
+        return {
+            "kept": list(self.points), "points": list(self.points.values()),
+            "origins": self.origins, "way": self._way.rows,
+        }  # fmt: skip
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Continue from what :meth:`state` returned."""
+        self.points = dict(zip(state["kept"], state["points"], strict=True))
+        self._origins, self._way = Rows.of(state["origins"]), Rows.of(state["way"])

@@ -1,0 +1,147 @@
+"""Places seen again, and what follows from a fit.
+
+A fit is an edge between two keyframes. Where the trajectory already agrees with it, it only holds the trajectory there;
+where it does not, a second fit has to say the same before it is believed.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrslam.rbpf.config import MapperConfig
+from mrslam.rbpf.loops.graph import Edges, relax
+from mrslam.rbpf.loops.kept_scans import KeptScans
+from mrslam.rbpf.loops.place_matcher import DRIFT_M_PER_M, FAR_MOST_M, TAIL, VERY_CLEAR, PlaceMatcher, fits
+from mrslam.rbpf.match.gauss_newton import Match
+from mrslam.rbpf.rows import Rows
+from mrslam.rbpf.tiles.views import Beams
+from mrslam.spatial import se2
+from mrslam.spatial.se2 import Transform
+
+OLD_WAY_M = 12.0
+"""A place is old when at least this much way lies between: what was seen on less is still in the rolling map."""
+NEAR_M = 2.0
+"""A keyframe closer than this is looked at even where the way there is known without error."""
+TURN_COST_M = 0.7
+"""Of two old places the one is compared that is nearer; a turn of one radian counts as this many metres."""
+EDGE_WAY_M = 2.5
+"""Places that agreed are compared again after this much way."""
+CONSISTENT_M, CONSISTENT_RAD = 0.12, 0.03
+"""A fit within this of the trajectory is believed at once."""
+AT_ONCE_M = 0.6
+"""A very good fit that is no farther from the trajectory than this needs no second one."""
+AGREE_M, AGREE_RAD, AGREE_WAY_M = 0.25, 0.05, 5.0
+"""Two fits within so much way of each other that correct the trajectory alike within this say the same."""
+INDEPENDENT = 0.02
+"""Beams of many scans on one wall are far from independent: share of the matcher's information that an edge gets."""
+EDGE_SIGMA = np.array([0.01, 0.01, 0.003])
+"""No edge is better known than this, metres and radians: a fifth of a cell."""
+FLAT = 1e-2
+"""Added to an edge's information, which has no inverse where the places have no wall across one direction."""
+
+
+class LoopCloser:
+    """Edges between keyframes that saw one place, and the search for more of them."""
+
+    def __init__(self, config: MapperConfig) -> None:
+        self.scans = KeptScans()
+        self._matcher = PlaceMatcher(config, self.scans)
+        self._edges = Rows(2, np.int64)  # an old keyframe, and the one that saw it again
+        self._edge_values = Rows(3 + 9)  # where the second is in the frame of the first, and the information of that
+        self._waiting: tuple[int, Transform] | None = None  # for a second fit: keyframe, and how it moves the map
+        self._last_fit_m, self._anchored_m = -1e9, 0.0
+
+    @property
+    def edges(self) -> int:
+        """Number of places that were found to have been seen before."""
+        return self._edges.size
+
+    def add_key(self, beams: Beams, way_m: float) -> None:
+        """Take a keyframe's scan, taken ``way_m`` after the keyframe before."""
+        self.scans.add(beams, way_m)
+
+    def look(self, T_map_key: Transform) -> bool:
+        """Compare the newest of the keyframes ``(K, 3)`` with an old one near it.
+
+        Return whether there is a new edge that contradicts the trajectory.
+        """
+        way_m = float(self.scans.way_m[-1])
+        lost_m = way_m - self._anchored_m  # way since the trajectory was last seen to agree with an old place
+        if way_m - self._last_fit_m < EDGE_WAY_M:
+            return False
+        old = self._candidate(T_map_key, lost_m)
+        if old is None:
+            return False
+        found = self._matcher.compare(T_map_key, old, lost_m)
+        if not fits(found):
+            return False
+        away_m, turned = se2.difference(found.pose, se2.between(T_map_key[old], T_map_key[-1]))
+        consistent = away_m < CONSISTENT_M and turned < CONSISTENT_RAD
+        sure = consistent or (away_m < AT_ONCE_M and fits(found, VERY_CLEAR))
+        if not sure and not self._is_confirmed(T_map_key, old, found):
+            return False
+        self._add_edge(old, found)
+        return not consistent
+
+    def _candidate(self, T_map_key: Transform, lost_m: float) -> int | None:
+        """Return the old keyframe that most likely saw what the newest sees."""
+        kept, away_m, turned = self.scans.from_newest(T_map_key)
+        way_m, newest = self.scans.way_m, T_map_key.shape[0] - 1
+        is_old = (way_m[newest] - way_m[kept] > OLD_WAY_M) & (kept < newest - TAIL)
+        is_near = is_old & (away_m < min(NEAR_M + DRIFT_M_PER_M * lost_m, FAR_MOST_M))
+        if not is_near.any():
+            return None
+        cost = np.where(is_near, away_m + TURN_COST_M * turned, np.inf)
+        return int(kept[np.argmin(cost)])
+
+    def _is_confirmed(self, T_map_key: Transform, old: int, found: Match) -> bool:
+        """Return whether the fit before this one corrects the trajectory alike; if not, this one waits for the next."""
+        newest, way_m = T_map_key.shape[0] - 1, self.scans.way_m
+        T_map_fit = se2.compose(T_map_key[old], found.pose)
+        before, self._waiting = self._waiting, (newest, se2.compose(T_map_fit, se2.inverse(T_map_key[newest])))
+        if before is None or way_m[newest] - way_m[before[0]] > AGREE_WAY_M:
+            return False
+        away_m, turned = se2.difference(se2.compose(before[1], T_map_key[newest]), T_map_fit)
+        return bool(away_m <= AGREE_M and turned <= AGREE_RAD)
+
+    def _add_edge(self, old: int, found: Match) -> None:
+        """Believe a fit of the newest keyframe."""
+        self._last_fit_m = self._anchored_m = float(self.scans.way_m[-1])
+        self._waiting = None
+        covariance = np.linalg.inv(INDEPENDENT * found.information + np.diag([FLAT] * 3)) + np.diag(EDGE_SIGMA**2)
+        self._edges.add((old, self.scans.way_m.size - 1))
+        self._edge_values.add((*found.pose, *np.linalg.inv(covariance).flat))
+
+    def relaxed(self, T_map_key: Transform, motion_cov: NDArray[np.float64]) -> Transform:
+        """Return the trajectory ``(K, 3)`` that fits all edges; ``motion_cov (K, 3, 3)`` of each arrival."""
+        count = T_map_key.shape[0]
+        if not self.edges:
+            return T_map_key.copy()
+        chain = np.arange(count - 1)
+        first, second = np.concatenate([np.stack([chain, chain + 1], axis=1), self._edges.rows]).T
+        values = self._edge_values.rows
+        edges = Edges(
+            first, second,
+            T_first_second=np.concatenate([se2.between(T_map_key[:-1], T_map_key[1:]), values[:, :3]]),
+            information=np.concatenate([np.linalg.inv(motion_cov[1:]), values[:, 3:].reshape(-1, 3, 3)]),
+            robust=np.arange(first.size) >= count - 1,
+        )  # fmt: skip
+        return relax(T_map_key, edges)
+
+    def state(self) -> dict[str, Any]:
+        """Return everything that a resumed search needs."""
+        return {
+            "scans": self.scans.state(), "edges": self._edges.rows, "edge_values": self._edge_values.rows,
+            "waiting": None if self._waiting is None else list(self._waiting),
+            "way_m": [self._last_fit_m, self._anchored_m],
+        }  # fmt: skip
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Continue from what :meth:`state` returned."""
+        self.scans.restore(state["scans"])
+        self._edges, self._edge_values = Rows.of(state["edges"]), Rows.of(state["edge_values"])
+        self._waiting = None if state["waiting"] is None else (state["waiting"][0], state["waiting"][1])
+        self._last_fit_m, self._anchored_m = state["way_m"]
