@@ -65,6 +65,8 @@ class KeyScans:
             raise InputError(f"a keyframe has {counts.max()} points, at most {POINTS_MOST} are allowed")
         if not (np.abs(origins) <= ORIGIN_MOST_M).all():
             raise InputError(f"origins must be finite and within {ORIGIN_MOST_M:g} m of the base")
+        if not np.array_equal(quantised_origins(origins), origins):
+            raise InputError("origins must be whole millimetres")
         if polar.size and (polar[:, 0].max() >= BEARINGS or polar[:, 1].min() == 0):
             raise InputError(f"bearings must be below {BEARINGS} and ranges above 0")
         falls = np.flatnonzero(polar[1:, 0] < polar[:-1, 0]) + 1
@@ -74,7 +76,13 @@ class KeyScans:
     @classmethod
     def empty(cls) -> KeyScans:
         """Return the scans of no keyframes."""
-        return cls(np.zeros(1, np.int32), np.empty((0, 2), np.uint16), np.empty((0, 2), np.float32))
+        return cls.blank(0)
+
+    @classmethod
+    def blank(cls, keyframes: int) -> KeyScans:
+        """Return scans without points."""
+        zeros = np.zeros(keyframes + 1, np.int32)
+        return cls(zeros, np.empty((0, 2), np.uint16), np.zeros((keyframes, 2), np.float32))
 
     @classmethod
     def of_points(cls, scans: Iterable[NDArray[np.float64]], origins: ArrayLike) -> KeyScans:
@@ -104,6 +112,10 @@ class KeyScans:
         """Return keyframes ``first .. last - 1``, sharing the arrays."""
         start, end = self.starts[first], self.starts[last]
         return KeyScans(self.starts[first : last + 1] - start, self.polar[start:end], self.origins[first:last])
+
+    def copy(self) -> KeyScans:
+        """Return the same in memory of its own."""
+        return KeyScans(self.starts.copy(), self.polar.copy(), self.origins.copy())
 
     def equals(self, other: KeyScans) -> bool:
         """Return whether both hold the same numbers."""
@@ -139,6 +151,6 @@ def quantised(points: NDArray[np.float64], origin: NDArray[np.float32]) -> NDArr
     return polar[np.lexsort((polar[:, 1], polar[:, 0]))].astype(np.uint16)
 
 
-def quantised_origins(origins: NDArray[np.float64]) -> NDArray[np.float32]:
+def quantised_origins(origins: NDArray[np.floating]) -> NDArray[np.float32]:
     """Return the lasers' places ``(K, 2)`` in whole millimetres, as metres."""
-    return (np.round(origins / ORIGIN_M) * ORIGIN_M).astype(np.float32)
+    return (np.round(origins.astype(np.float64) / ORIGIN_M) * ORIGIN_M).astype(np.float32)

@@ -38,8 +38,7 @@ def content_hash(
         place = (manifest.rows[k], manifest.cols[k], manifest.target - manifest.ages[k])
         digest.update(np.array(place, dtype="<i8").tobytes())
     for block in blocks:
-        digest.update(np.array(block.revision, dtype="<i8").tobytes())
-        digest.update(block.stamps_ns.astype("<i8").tobytes() + block.poses.astype("<i4").tobytes())
+        digest.update(np.array(block.revision, dtype="<i8").tobytes() + block.content)
     digest.update(np.ascontiguousarray(cells).tobytes())
     return digest.digest()
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from mrslam.comms.maps.snapshots import Proof, Snapshot
 from mrslam.comms.maps.store import MapStore
-from mrslam.comms.wire.keyframe_codec import BLOCK, KeyframeBlock
-from mrslam.spatial import TILE_CELLS, Tile, TiledMap
+from mrslam.comms.wire.keyframe_codec import SCALE, to_blocks, to_key_scans
+from mrslam.spatial import TILE_CELLS, Keyframes, KeyScans, Tile, TiledMap
 from mrslam.spatial.tiles import MOST_CELLS, box_cells
 
 
@@ -43,7 +43,7 @@ def _snapshot_state(snapshot: Snapshot) -> dict[str, Any]:
     cells = (
         np.stack([tile.cells for tile in tiles.values()]) if tiles else np.empty((0, TILE_CELLS, TILE_CELLS), np.int8)
     )
-    blocks = snapshot.blocks
+    blocks, scans = snapshot.blocks, to_key_scans(snapshot.blocks)
     return {
         "epoch": snapshot.epoch,
         "revision": snapshot.map.revision,
@@ -55,6 +55,7 @@ def _snapshot_state(snapshot: Snapshot) -> dict[str, Any]:
         "stamps_ns": np.concatenate([block.stamps_ns for block in blocks]) if blocks else np.empty(0, np.int64),
         "proof": None if snapshot.proof is None else [part.hex() for part in vars(snapshot.proof).values()],
         "poses": np.concatenate([block.poses for block in blocks]) if blocks else np.empty((0, 3), np.int32),
+        "scans": {"starts": scans.starts, "polar": scans.polar, "origins": scans.origins},
     }
 
 
@@ -67,10 +68,10 @@ def _snapshot(state: dict[str, Any]) -> Snapshot:
         tiles[row, col] = Tile(revision, cells)
     if box_cells(tiles) > MOST_CELLS:
         raise ValueError("a map is too wide")
-    stamps, poses = state["stamps_ns"], state["poses"]
+    keyframes, scans = Keyframes(state["stamps_ns"], state["poses"] / SCALE), KeyScans(**state["scans"])
     blocks = tuple(
-        KeyframeBlock(revision, stamps[k * BLOCK : (k + 1) * BLOCK], poses[k * BLOCK : (k + 1) * BLOCK])
-        for k, revision in enumerate(state["block_revisions"].tolist())
+        replace(block, revision=revision)
+        for block, revision in zip(to_blocks(keyframes, scans, (), 0), state["block_revisions"].tolist(), strict=True)
     )
     proof = None if state.get("proof") is None else Proof(*(bytes.fromhex(part) for part in state["proof"]))
     tiled = TiledMap(float(state["resolution_m"]), tiles, int(state["revision"]))

@@ -23,7 +23,7 @@ from mrslam.comms.wire.messages import Version
 from mrslam.spatial import InputError, Tile
 from mrslam.spatial.tiles import TileIndex
 
-PURPOSE = b"mrslam map 1\n"
+PURPOSE = b"mrslam map 2\n"
 """First bytes of what is signed: the key serves TLS too, and no signature may mean two things."""
 HASH_BYTES = 16
 MAX_SIGNERS = 4096
@@ -106,8 +106,7 @@ class MapSeal:
             leaves[index] = (tile, leaf)
             root.update(struct.pack("<qqq", *index, tile.revision) + leaf)
         for block in snapshot.blocks:
-            content = block.stamps_ns.astype("<i8").tobytes() + block.poses.astype("<i4").tobytes()
-            root.update(struct.pack("<q", block.revision) + _hash(content))
+            root.update(struct.pack("<q", block.revision) + _hash(block.content))
         self._leaves[robot] = leaves
         return root.digest()
 

@@ -10,7 +10,7 @@ from hashlib import blake2b
 from mrslam.spatial.errors import InputError
 
 MAGIC = b"MR"
-PROTOCOL_VERSION = 1
+PROTOCOL_VERSION = 2
 HEADER = struct.Struct("<2sBII")
 NAME = re.compile(r"(?!\.)[A-Za-z0-9_.-]{1,64}")
 

@@ -1,14 +1,16 @@
-"""Trajectory keyframes as bytes: blocks of 64, poses in millimetres and tenths of a milliradian."""
+"""Keyframes as bytes: blocks of 64, poses in millimetres and tenths of a milliradian, and what was seen at each."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.comms.wire.frames import WireError
-from mrslam.spatial import Keyframes
+from mrslam.comms.wire.scan_codec import pack_scans, scan_content, unpack_scans
+from mrslam.spatial import Keyframes, KeyScans
 
 BLOCK = 64
 """Keyframes in a block."""
@@ -27,10 +29,25 @@ class KeyframeBlock:
     """``(k,)``."""
     poses: NDArray[np.int32]
     """``(k, 3)``: x (mm), y (mm), theta (0.1 mrad)."""
+    scans: KeyScans = field(default_factory=KeyScans.empty)
+    """Of the k keyframes; empty where the map has no scans."""
 
-    def equals(self, stamps_ns: NDArray[np.int64], poses: NDArray[np.int32]) -> bool:
+    @property
+    def content(self) -> bytes:
+        """What a hash over the block is taken of, its revision apart."""
+        sizes = np.array([self.stamps_ns.size, len(self.scans)], dtype="<i8").tobytes()
+        poses = self.stamps_ns.astype("<i8").tobytes() + self.poses.astype("<i4").tobytes()
+        return sizes + poses + scan_content(self.scans)
+
+    @cached_property
+    def packed_scans(self) -> bytes:
+        """The scans as those get them who have none of them."""
+        return pack_scans(self.scans, 0)
+
+    def equals(self, other: KeyframeBlock) -> bool:
         """Return whether the content is the same."""
-        return np.array_equal(self.stamps_ns, stamps_ns) and np.array_equal(self.poses, poses)
+        same_poses = np.array_equal(self.stamps_ns, other.stamps_ns) and np.array_equal(self.poses, other.poses)
+        return same_poses and self.scans.equals(other.scans)
 
 
 def quantise(T_map_base: NDArray[np.float64]) -> NDArray[np.int32]:
@@ -39,15 +56,26 @@ def quantise(T_map_base: NDArray[np.float64]) -> NDArray[np.int32]:
     return np.clip(scaled, -POSE_LIMIT, POSE_LIMIT).astype(np.int32)
 
 
-def to_blocks(keyframes: Keyframes, before: tuple[KeyframeBlock, ...], revision: int) -> tuple[KeyframeBlock, ...]:
+def to_blocks(
+    keyframes: Keyframes, scans: KeyScans, before: tuple[KeyframeBlock, ...], revision: int
+) -> tuple[KeyframeBlock, ...]:
     """Return the keyframes in blocks; a block that did not change keeps the object, and revision, it had."""
     stamps, poses = np.asarray(keyframes.stamps_ns, dtype=np.int64), quantise(keyframes.T_map_base)
     blocks = []
     for i, start in enumerate(range(0, stamps.size, BLOCK)):
-        s, p = stamps[start : start + BLOCK].copy(), poses[start : start + BLOCK].copy()
-        keep = i < len(before) and before[i].equals(s, p)
-        blocks.append(before[i] if keep else KeyframeBlock(revision, s, p))
+        end = min(start + BLOCK, stamps.size)
+        seen = scans.part(start, end) if len(scans) else scans
+        block, old = KeyframeBlock(revision, stamps[start:end], poses[start:end], seen), None
+        if i < len(before):
+            old = before[i]
+        blocks.append(old if old is not None and old.equals(block) else _owned(block, old))
     return tuple(blocks)
+
+
+def _owned(block: KeyframeBlock, old: KeyframeBlock | None) -> KeyframeBlock:
+    """Return the block in memory of its own, or of the one before it where the scans are the same."""
+    kept = old.scans if old is not None and old.scans.equals(block.scans) else block.scans.copy()
+    return KeyframeBlock(block.revision, block.stamps_ns.copy(), block.poses.copy(), kept)
 
 
 def to_keyframes(blocks: tuple[KeyframeBlock, ...]) -> Keyframes:
@@ -60,6 +88,15 @@ def to_keyframes(blocks: tuple[KeyframeBlock, ...]) -> Keyframes:
     return Keyframes(stamps, poses)
 
 
+def to_key_scans(blocks: tuple[KeyframeBlock, ...]) -> KeyScans:
+    """Return the scans of all blocks in order; blank ones for a block without, if another has some."""
+    if not any(len(block.scans) for block in blocks):
+        return KeyScans.empty()
+    return KeyScans.concatenate(
+        block.scans if len(block.scans) else KeyScans.blank(block.stamps_ns.size) for block in blocks
+    )
+
+
 def _columns(block: KeyframeBlock | None, count: int) -> NDArray[np.int64]:
     """Return stamps and poses as ``(count, 4) int64``, cut or padded by repeating the last row."""
     if block is None or block.stamps_ns.size == 0:
@@ -69,11 +106,21 @@ def _columns(block: KeyframeBlock | None, count: int) -> NDArray[np.int64]:
 
 
 def pack_block(block: KeyframeBlock, base: KeyframeBlock | None) -> bytes:
-    """Return the block coded against the asker's: differences along time of differences from it, as varints."""
+    """Return the block coded against the asker's: differences along time of differences from it, and new scans."""
     count = block.stamps_ns.size
     residual = _columns(block, count) - _columns(base, count)
     steps = np.diff(residual, axis=0, prepend=0)
-    return bytes([count]) + varints(steps.T.reshape(-1))
+    known = 0 if base is None else _common(block.scans, base.scans)
+    new, body = len(block.scans) - known, b""
+    if new:
+        body = pack_scans(block.scans, known) if known else block.packed_scans
+    sizes = np.array([known, new, len(body)], dtype=np.int64)
+    return bytes([count]) + varints(steps.T.reshape(-1)) + varints(sizes) + body
+
+
+def _common(scans: KeyScans, held: KeyScans) -> int:
+    """Return how many scans an asker need not be sent: what a keyframe saw never changes, unless its map was redone."""
+    return len(held) if len(held) <= len(scans) and scans.part(0, len(held)).equals(held) else 0
 
 
 def unpack_block(raw: bytes, base: KeyframeBlock | None, revision: int) -> tuple[KeyframeBlock, int]:
@@ -81,12 +128,24 @@ def unpack_block(raw: bytes, base: KeyframeBlock | None, revision: int) -> tuple
     count = raw[0] if raw else 0
     if not 0 < count <= BLOCK:
         raise WireError("bad keyframes", "count")
-    steps, used = read_varints(raw, 1, 4 * count)
+    steps, at = read_varints(raw, 1, 4 * count)
     with np.errstate(over="ignore"):
         rows = np.cumsum(steps.reshape(4, count).T, axis=0) + _columns(base, count)
     if (np.abs(rows[:, 1:]) > POSE_LIMIT).any() or (np.abs(rows[:, 0]) > STAMP_LIMIT_NS).any():
         raise WireError("bad keyframes", "out of range")
-    return KeyframeBlock(revision, rows[:, 0].copy(), rows[:, 1:].astype(np.int32)), used
+    (known, new, size), at = _sizes(raw, at)
+    held = KeyScans.empty() if base is None else base.scans
+    if not 0 <= known <= len(held) or new < 0 or known + new not in (0, count) or not 0 <= size <= len(raw) - at:
+        raise WireError("bad keyframes", "number of scans")
+    scans = held if known == len(held) else held.part(0, known)
+    if new:
+        scans = scans.append(unpack_scans(raw[at : at + size], scans, new))
+    return KeyframeBlock(revision, rows[:, 0].copy(), rows[:, 1:].astype(np.int32), scans), at + size
+
+
+def _sizes(raw: bytes, at: int) -> tuple[list[int], int]:
+    values, at = read_varints(raw, at, 3)
+    return values.tolist(), at
 
 
 def varints(values: NDArray[np.int64]) -> bytes:

@@ -89,6 +89,7 @@ def test_what_no_number_holds_is_left_out() -> None:
         ({"polar": [[1, 0], [1, 1]]}, "ranges above 0"),
         ({"origins": [[np.nan, 0]]}, "finite"),
         ({"origins": [[31.0, 0]]}, "within 30 m"),
+        ({"origins": [[0.0005, 0]]}, "whole millimetres"),
         ({"starts": [0, 61], "polar": [[1, 1]] * 61}, "61 points, at most 60"),
     ],
 )
