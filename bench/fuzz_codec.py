@@ -35,7 +35,7 @@ from mrslam.comms import (
 )
 from mrslam.comms.wire.frames import HEADER, frame, team_tag
 from mrslam.sim_driver.missions.usage import peak_kb
-from mrslam.spatial import Keyframes, LocalMap, Tile, TiledMap
+from mrslam.spatial import Keyframes, KeyScans, LocalMap, Tile, TiledMap
 
 STEP_NS = 250_000_000
 TEAM = "fuzz"
@@ -134,8 +134,11 @@ def grow(local: LocalMap | None, rng: np.random.Generator) -> LocalMap:
         cells[row : row + 8, col : col + 8] = rng.choice(np.array([-1, 0, 25, 100], np.int8), size=(8, 8))
         tiles[index] = Tile(revision, cells)
     count = min(20 * revision, 400)
-    poses = rng.normal(size=(count, 3))
-    return LocalMap(TiledMap(0.05, tiles, revision), Keyframes(np.arange(count, dtype=np.int64) * 10**8, poses))
+    keyframes = Keyframes(np.arange(count, dtype=np.int64) * 10**8, rng.normal(size=(count, 3)))
+    scans = KeyScans.empty() if local is None else local.key_scans
+    new = [rng.uniform(-20.0, 20.0, (int(rng.integers(60)), 2)) for _ in range(count - len(scans))]
+    scans = scans.append(KeyScans.of_points(new, np.zeros((len(new), 2))))
+    return LocalMap(TiledMap(0.05, tiles, revision), keyframes, scans)
 
 
 def fuzz(count: int, seed: int = 0, per_message: int = 20) -> Report:

@@ -153,4 +153,4 @@ def quantised(points: NDArray[np.float64], origin: NDArray[np.float32]) -> NDArr
 
 def quantised_origins(origins: NDArray[np.floating]) -> NDArray[np.float32]:
     """Return the lasers' places ``(K, 2)`` in whole millimetres, as metres."""
-    return (np.round(origins.astype(np.float64) / ORIGIN_M) * ORIGIN_M).astype(np.float32)
+    return (np.round(origins.astype(np.float64) / ORIGIN_M) * ORIGIN_M + 0.0).astype(np.float32)  # no -0

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from mrslam.spatial.errors import InputError
 from mrslam.spatial.grid import UNKNOWN, OccupancyGrid
 from mrslam.spatial.key_scans import KeyScans
 
@@ -103,9 +104,17 @@ class Keyframes:
 
 @dataclass(frozen=True, eq=False)
 class LocalMap:
-    """One robot's own map and keyframes at one revision: what the mapper hands on."""
+    """One robot's own map and keyframes at one revision: what the mapper hands on.
+
+    Raises ``InputError`` where there are scans of some keyframes only.
+    """
 
     map: TiledMap
     keyframes: Keyframes = field(default_factory=Keyframes.empty)
     key_scans: KeyScans = field(default_factory=KeyScans.empty)
     """What was seen at each keyframe; empty where the map's maker keeps no scans."""
+
+    def __post_init__(self) -> None:
+        keyframes, scans = self.keyframes.stamps_ns.size, len(self.key_scans)
+        if scans not in (0, keyframes):
+            raise InputError(f"{keyframes} keyframes need as many scans or none, got {scans}")

@@ -11,6 +11,7 @@ from mrslam.spatial.errors import InputError
 
 MAGIC = b"MR"
 PROTOCOL_VERSION = 2
+"""2: what was seen at each keyframe travels. Robots with another version do not hear each other."""
 HEADER = struct.Struct("<2sBII")
 NAME = re.compile(r"(?!\.)[A-Za-z0-9_.-]{1,64}")
 
@@ -50,7 +51,7 @@ def unframe(payload: bytes, tag: int, max_bytes: int) -> bytes:
     if magic != MAGIC:
         raise WireError("foreign protocol")
     if version != PROTOCOL_VERSION:
-        raise WireError("version", f"{version}, mine is {PROTOCOL_VERSION}")
+        raise WireError(f"protocol version {version}, not {PROTOCOL_VERSION}")
     if its_tag != tag:
         raise WireError("foreign team")
     body = payload[HEADER.size :]

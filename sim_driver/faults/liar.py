@@ -36,4 +36,4 @@ class Liar(Agent):
                 tiles[row, col] = Tile(tile.revision, cells)
         for tile in tiles.values():
             tile.cells.flags.writeable = False
-        return LocalMap(TiledMap(true.map.resolution_m, tiles, true.map.revision), true.keyframes)
+        return LocalMap(TiledMap(true.map.resolution_m, tiles, true.map.revision), true.keyframes, true.key_scans)

@@ -21,7 +21,8 @@ from mrslam.comms import (
     Send,
 )
 from mrslam.comms.transport.memory import PERFECT
-from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, Tile, TiledMap
+from mrslam.spatial import Keyframes, KeyScans, LocalMap, OccupancyGrid, Tile, TiledMap
+from tests.comms.scans import noise_scans
 
 SECOND = 1_000_000_000
 QUICK = CommsConfig(
@@ -43,6 +44,7 @@ def fingerprint(local: LocalMap) -> bytes:
     for index in sorted(local.map.tiles):
         digest.update(repr((index, local.map.tiles[index].revision)).encode() + local.map.tiles[index].cells.tobytes())
     digest.update(local.keyframes.stamps_ns.tobytes() + local.keyframes.T_map_base.tobytes())
+    digest.update(local.key_scans.starts.tobytes() + local.key_scans.points.tobytes())
     return digest.digest()
 
 
@@ -67,6 +69,7 @@ class GrowingMap:
         self.revision = 0
         self.stamps: list[int] = []
         self.poses: list[list[float]] = []
+        self.scans = KeyScans.empty()
 
     def grow(self) -> LocalMap:
         self.revision += int(self.rng.integers(1, 4))
@@ -82,11 +85,12 @@ class GrowingMap:
         for _ in range(int(self.rng.integers(0, 40))):
             self.stamps.append(len(self.stamps) * SECOND // 10)
             self.poses.append([float(v) for v in self.rng.normal(size=3)])
+        self.scans = self.scans.append(noise_scans(len(self.stamps) - len(self.scans), self.revision, most=20))
         poses = np.array(self.poses).reshape(-1, 3)
         if self.rng.random() < 0.2:
             poses = poses + 0.01
         tiled = TiledMap(0.05, dict(self.tiles), self.revision)
-        return LocalMap(tiled, Keyframes(np.array(self.stamps, dtype=np.int64), poses))
+        return LocalMap(tiled, Keyframes(np.array(self.stamps, dtype=np.int64), poses), self.scans)
 
 
 class Team:

@@ -71,7 +71,7 @@ def test_any_history_ends_in_equal_knowledge(seed, reliable, corrupt):
 
 
 def test_the_histories_are_eventful():
-    teams = [history(seed, seed % 2 == 0, 0.0) for seed in range(3)]
+    teams = [history(seed, seed % 2 == 0, 0.0) for seed in range(4)]
     updates = [event for team in teams for event in team.of(MapUpdated)]
     assert sum(event.source != event.robot_id for event in updates) > 3  # through third robots
     assert sum(len(team.of(ExchangeFailed)) for team in teams) > 8

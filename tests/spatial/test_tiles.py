@@ -1,8 +1,19 @@
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mrslam.spatial import TILE_CELLS, UNKNOWN, OccupancyGrid, Tile, TiledMap
+from mrslam.spatial import (
+    TILE_CELLS,
+    UNKNOWN,
+    InputError,
+    Keyframes,
+    KeyScans,
+    LocalMap,
+    OccupancyGrid,
+    Tile,
+    TiledMap,
+)
 
 
 def random_grid(seed: int, row0: int, col0: int, height: int, width: int) -> OccupancyGrid:
@@ -58,3 +69,11 @@ def test_changed_since_gives_later_tiles_in_order():
     assert list(tiled.changed_since(3)) == [(0, 0), (0, 2)]
     assert list(tiled.changed_since(0)) == [(0, 0), (0, 2), (1, 0)]
     assert tiled.changed_since(5) == {}
+
+
+def test_a_map_brings_a_scan_for_every_keyframe_or_none():
+    keyframes = Keyframes(np.arange(2), np.zeros((2, 3)))
+    assert len(LocalMap(TiledMap(0.05), keyframes).key_scans) == 0
+    assert len(LocalMap(TiledMap(0.05), keyframes, KeyScans.blank(2)).key_scans) == 2
+    with pytest.raises(InputError, match="2 keyframes need as many scans or none, got 1"):
+        LocalMap(TiledMap(0.05), keyframes, KeyScans.blank(1))

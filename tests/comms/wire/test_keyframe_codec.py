@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -13,17 +15,25 @@ from mrslam.comms.wire.keyframe_codec import (
     quantise,
     read_varints,
     to_blocks,
+    to_key_scans,
     to_keyframes,
     unpack_block,
     varints,
 )
 from mrslam.spatial import Keyframes, KeyScans
+from tests.comms.scans import noise_scans, room_scans
 
 blocks = st.integers(1, BLOCK).flatmap(
     lambda n: st.builds(
-        lambda s, p: KeyframeBlock(1, np.array(s, dtype=np.int64), np.array(p, dtype=np.int32).reshape(-1, 3)),
+        lambda s, p, seed: KeyframeBlock(
+            1,
+            np.array(s, dtype=np.int64),
+            np.array(p, dtype=np.int32).reshape(-1, 3),
+            KeyScans.empty() if seed is None else noise_scans(n, seed),
+        ),
         st.lists(st.integers(-(2**62), 2**62), min_size=n, max_size=n),
         st.lists(st.integers(-(2**30), 2**30), min_size=3 * n, max_size=3 * n),
+        st.none() | st.integers(0, 3),
     )
 )
 
@@ -46,7 +56,17 @@ def test_varints_come_back(values):
     assert used == len(raw)
 
 
-@pytest.mark.parametrize("raw", [b"", b"\0", b"\x41", b"\x01\x80", b"\x01" + b"\xff" * 40, b"\x01\x02\x02"])
+ONE = b"\x01\0\0\0\0"  # one keyframe at stamp 0 and the origin; what follows: scans known, new, and bytes
+
+
+@pytest.mark.parametrize(
+    "raw",
+    [b"", b"\0", b"\x41", b"\x01\x80", b"\x01" + b"\xff" * 40, b"\x01\x02\x02", ONE]
+    + [
+        ONE + tail
+        for tail in (b"\0\x02", b"\x02\0\0", b"\0\x04\0", b"\0\x01\0", b"\0\0\x02", b"\0\0\x01", b"\0\x02\x02\0")
+    ],
+)
 def test_broken_blocks_are_refused(raw):
     with pytest.raises(WireError):
         unpack_block(raw, None, 1)
@@ -89,3 +109,56 @@ def test_a_steady_drive_costs_few_bytes():
     block = KeyframeBlock(1, np.arange(n, dtype=np.int64) * 10**9, poses)
     assert len(pack_block(block, None)) < 64 * 10
     assert len(pack_block(block, block)) < 64 * 5
+
+
+def block_of(scans, stamp=0):
+    count = len(scans)
+    return KeyframeBlock(1, np.arange(count) * 10**9 + stamp, np.zeros((count, 3), dtype=np.int32), scans)
+
+
+def test_only_scans_that_the_asker_lacks_are_sent():
+    scans = room_scans(20)
+    whole, base = block_of(scans), block_of(scans.part(0, 15))
+    assert len(pack_block(whole, base)) < len(pack_block(whole, None)) - 15 * 30
+    moved = KeyframeBlock(2, whole.stamps_ns, whole.poses + 1, scans)
+    raw = pack_block(moved, whole)
+    assert len(raw) < 20 * 5
+    back, _ = unpack_block(raw, whole, 2)
+    assert back.equals(moved)
+    assert back.scans is whole.scans  # memory of many versions of a map grows by what is new in each
+
+
+def test_scans_of_a_map_begun_again_replace_those_before():
+    base, other = block_of(room_scans(20, seed=1)), block_of(room_scans(25, seed=2))
+    back, _ = unpack_block(pack_block(other, base), base, 1)
+    assert back.equals(other)
+
+
+def test_maps_with_and_without_scans_are_told_apart():
+    poses = Keyframes(np.arange(100), np.zeros((100, 3)))
+    without = to_blocks(poses, KeyScans.empty(), (), 1)
+    scans = room_scans(100)
+    seen = to_blocks(poses, scans, without, 2)
+    assert [block.revision for block in seen] == [2, 2]
+    assert len(to_key_scans(without)) == len(to_key_scans(())) == 0
+    assert to_key_scans(seen).equals(scans)
+    half = to_key_scans((without[0], seen[1]))
+    assert half.equals(KeyScans.blank(BLOCK).append(scans.part(BLOCK, 100)))
+    assert [block.scans for block in to_blocks(poses, scans.copy(), seen, 3)] == [block.scans for block in seen]
+
+
+def test_blocks_do_not_keep_the_arrays_they_were_made_of():
+    scans = room_scans(3)
+    polar = scans.polar.copy()
+    scans = KeyScans(scans.starts, polar, scans.origins)
+    block = to_blocks(Keyframes(np.arange(3), np.zeros((3, 3))), scans, (), 1)[0]
+    before = block.content
+    polar[0, 1] += 1
+    assert block.content == before
+
+
+@pytest.mark.parametrize("change", ["stamps_ns", "poses", "scans"])
+def test_everything_in_a_block_counts_in_its_hash(change):
+    block = block_of(room_scans(3))
+    other = {"stamps_ns": block.stamps_ns + 1, "poses": block.poses + 1, "scans": room_scans(3, seed=1)}[change]
+    assert replace(block, **{change: other}).content != block.content
