@@ -53,9 +53,14 @@ class Chances(NamedTuple):
 def _nothing_learnt() -> Chances:  # pragma: no cover - compiled
     digits = 1 << (LENGTH_BITS + LEARNT_DIGITS)
     return Chances(
-        contexts(1 << COUNT_BITS, HALF), contexts(5 << 8, HALF), contexts(STEP_CONTEXTS << LENGTH_BITS, HALF), contexts(digits, HALF),
-        contexts(2 * MISS_CONTEXTS, HALF), contexts(MISS_CONTEXTS << LENGTH_BITS, HALF), contexts(digits, HALF),
-    )  # fmt: skip
+        contexts(1 << COUNT_BITS, HALF),
+        contexts(5 << 8, HALF),
+        contexts(STEP_CONTEXTS << LENGTH_BITS, HALF),
+        contexts(digits, HALF),
+        contexts(2 * MISS_CONTEXTS, HALF),
+        contexts(MISS_CONTEXTS << LENGTH_BITS, HALF),
+        contexts(digits, HALF),
+    )
 
 
 @njit(cache=True, nogil=True)

@@ -12,7 +12,7 @@ from mrslam.comms.wire.scan_codec import pack_scans, scan_content, unpack_scans
 from mrslam.comms.wire.scan_coder import SINE, code_scans
 from mrslam.spatial import KeyScans
 from tests.comms.scans import noise_scans, room_scans
-from tests.comms.test_cell_coder import PlainCoder
+from tests.comms.wire.test_cell_coder import PlainCoder
 
 seeds = st.integers(0, 2**32 - 1)
 
