@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -14,34 +16,43 @@ from mrslam.sim_driver.missions.run_files import (
     BAG_FILE,
     MAP_FILE,
     METRICS_FILE,
+    ROBOT_FILE,
     SCANS_FILE,
+    TEAM_MAP_FILE,
     TRAJECTORY_FILE,
 )
 from mrslam.sim_driver.missions.run_folder import read_metrics, read_robot, robots_of
+from mrslam.sim_driver.missions.run_shapes import BeganFile
 from mrslam.sim_driver.replay import read_recording
 from mrslam.spatial import InputError, read_map
-from mrslam.spatial.files.atomic import is_file
 from mrslam.spatial.files.tum import read_tum
 
 TEAM = "team"
+"""Frame of the team map."""
+T = TypeVar("T")
 
 
 def bag_run(run: Path, out: Path | None) -> None:
-    """Write maps, ways and scans of a run, or of one mapped log, as one .mcap file."""
+    """Write maps, trajectories and scans of a run, or of one mapped log, as one .mcap file.
+
+    Damaged files are named and left out; raises ``InputError`` where no map or trajectory is left.
+    """
     out = run / BAG_FILE if out is None else out
     folders = _folders(run)
     if not folders:
         raise InputError(f"{run}: holds no map: name the folder of a finished run, or of a mapped log")
-    robots = {name: read_robot(folder) or {} for name, folder in folders.items()}
-    is_run = run not in folders.values() and is_file(run / METRICS_FILE)  # a mapped log has metrics of its own
-    began_s = read_metrics(run).get("began_s", {}) if is_run else {}
-    anchor = max(sorted(robots), key=lambda name: len(robots[name].get("placed", {})))
+    metrics = _usable(run / METRICS_FILE, lambda path: read_metrics(path.parent, BeganFile)) or {}
+    began_s = metrics.get("began_s", {})
+    placed = {name: _placed(folder) for name, folder in folders.items()}
     with BagWriter(out) as bag, progress_bar(f"writing {out.name}", len(folders)) as advance:
-        for name, T_team_map in robots[anchor].get("placed", {}).items():
+        for name, T_team_map in max(placed.values(), key=len).items():
             bag.transform(TEAM, f"map_{name}", 0, np.array(T_team_map), is_static=True)
+        written = 0
         for name, folder in folders.items():
-            _write_robot(bag, name, folder, began_s.get(name, 0.0))
+            written += _write_robot(bag, name, folder, began_s.get(name, 0.0))
             advance()
+        if not written:
+            raise InputError(f"{run}: no map or trajectory there can be used")
     say(f"{out}: {out.stat().st_size / 1e6:.1f} MB, {len(folders)} robots")
 
 
@@ -57,18 +68,44 @@ def _folders(run: Path) -> dict[str, Path]:
     return {folder.name: folder for folder in sorted(folders) if (folder / MAP_FILE).exists()}
 
 
-def _write_robot(bag: BagWriter, name: str, folder: Path, began_s: float) -> None:
-    """Write what one robot left. Times are the mission's, in which a recorded robot began at ``began_s``."""
-    frame, laser = f"map_{name}", f"laser_{name}"
-    for kind in ("map", "team_map"):
-        if (folder / f"{kind}.yaml").exists():
-            bag.grid(f"/{name}/{kind}", frame, 0, read_map(folder / f"{kind}.yaml"))
-    stamps_ns, poses = read_tum(folder / TRAJECTORY_FILE)
+def _usable(path: Path, reader: Callable[[Path], T]) -> T | None:
+    """Return what the reader makes of a file; None where there is none, or it is damaged, which is said."""
+    if not path.exists():
+        return None
+    try:
+        return reader(path)
+    except (InputError, OSError) as error:
+        say(str(error))
+        return None
+
+
+def _placed(folder: Path) -> dict[str, Any]:
+    """Return where the maps of a robot's team map lie; nothing where that is not known."""
+    robot = _usable(folder / ROBOT_FILE, lambda path: read_robot(path.parent))
+    return {} if robot is None else robot["placed"]
+
+
+def _write_robot(bag: BagWriter, name: str, folder: Path, began_s: float) -> int:
+    """Write what one robot left and return the number of its maps and trajectories.
+
+    Times are the mission's, in which a recorded robot began at ``began_s``.
+    """
+    frame, written = f"map_{name}", 0
+    for file in (MAP_FILE, TEAM_MAP_FILE):
+        grid = _usable(folder / file, read_map)
+        if grid is not None:
+            bag.grid(f"/{name}/{Path(file).stem}", frame, 0, grid)
+            written += 1
+    trajectory = _usable(folder / TRAJECTORY_FILE, read_tum)
+    if trajectory is None:
+        return written
+    stamps_ns, poses = trajectory
     is_simulated = (folder / SCANS_FILE).exists()
     if not is_simulated:
         stamps_ns = in_mission_time(stamps_ns, began_s)
     bag.path(f"/{name}/path", frame, stamps_ns, poses)
     for stamp_ns, T_map_laser in zip(stamps_ns.tolist(), poses, strict=True):
-        bag.transform(frame, laser, stamp_ns, T_map_laser)
-    for sensed in read_recording(folder / SCANS_FILE) if is_simulated else ():
-        bag.scan(f"/{name}/scan", laser, sensed.scan)
+        bag.transform(frame, f"laser_{name}", stamp_ns, T_map_laser)
+    for sensed in _usable(folder / SCANS_FILE, read_recording) or ():
+        bag.scan(f"/{name}/scan", f"laser_{name}", sensed.scan)
+    return written + 1

@@ -37,7 +37,7 @@ def print_reference(expert: bool) -> None:
     hidden = 0
     for section, cls in sections():
         shown = [setting for setting in settings_of(cls) if expert or not setting.is_expert]
-        hidden += len(dataclasses.fields(cls)) - len(shown)  # type: ignore[arg-type]
+        hidden += len(dataclasses.fields(cls)) - len(shown)
         if not shown:
             continue
         print(f"[{section}]")

@@ -1,4 +1,4 @@
-"""What robots' events say together."""
+"""What a run's events say as a whole."""
 
 from __future__ import annotations
 

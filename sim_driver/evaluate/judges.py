@@ -1,4 +1,4 @@
-"""Who can tell whether two maps lie right to each other: simulator, reference trajectories, relations, a true map."""
+"""Sources that judge the transform between two maps: simulator, reference trajectories, relations, a true map."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Judgement:
     error_deg: float
     judged_by: str
     alignment_m: float | None = None
-    """How far off where each map lies by its robot's whole way, not by its first scan: the alignment's own error."""
+    """Error with each map placed by its robot's whole trajectory, not by its first scan: the alignment's own error."""
     alignment_deg: float | None = None
 
     @property
@@ -60,7 +60,7 @@ class PairJudge:
     """Where robots' maps lie, in one frame, and how that is known; the best first."""
 
     def judge(self, a: str, b: str, T_a_b: Transform) -> Judgement | str:
-        """Return how far off ``T_a_b`` is, or why that cannot be told."""
+        """Return the error of ``T_a_b``, or why it is not known."""
         *known, in_true_map = self.places
         found = _by_place(known, a, b, T_a_b)
         if found is not None and a in self.run.T_world_way and b in self.run.T_world_way:
@@ -74,10 +74,11 @@ class PairJudge:
         )
 
     def overlap(self, a: str, b: str) -> float | None:
-        """Return which part of the smaller of two maps they share, None where their places are not known."""
+        """Return the share of the smaller of two maps that the other shows too; None where their places are unknown."""
         for placed, _ in self.places:
             if a in placed and b in placed:
-                return overlap(self.run.map(a), self.run.map(b), placed[a], placed[b])
+                map_a, map_b = self.run.map(a), self.run.map(b)
+                return None if map_a is None or map_b is None else overlap(map_a, map_b, placed[a], placed[b])
         return None
 
 
@@ -132,7 +133,8 @@ def _placed_by_reference(run: RunResults, references: References) -> dict[str, T
 def _placed_in_true_map(run: RunResults, references: References) -> dict[str, Transform]:
     if references.true_map is None:
         return {}
-    found = {robot_id: align(references.true_map, run.map(robot_id)) for robot_id in run.robots}
+    maps = {robot_id: run.map(robot_id) for robot_id in run.robots}
+    found = {robot_id: align(references.true_map, grid) for robot_id, grid in maps.items() if grid is not None}
     return {robot_id: outcome.T_a_b for robot_id, outcome in found.items() if isinstance(outcome, Alignment)}
 
 

@@ -2,56 +2,121 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import combinations
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from mrslam.sim_driver.evaluate.trajectories import Trajectory, fit
-from mrslam.sim_driver.evaluate.truth import true_starts, true_trajectories
 from mrslam.sim_driver.missions.mission import Mission
-from mrslam.sim_driver.missions.run_files import TRAJECTORY_FILE
-from mrslam.sim_driver.missions.run_folder import Event, read_events, read_metrics, read_robots
+from mrslam.sim_driver.missions.run_files import METRICS_FILE, ROBOT_FILE, TRAJECTORY_FILE, TRUTH_FILE, USAGE_FILE
+from mrslam.sim_driver.missions.run_folder import Event, read_events, read_metrics, read_robot, read_table
+from mrslam.sim_driver.missions.run_shapes import UsageFile
 from mrslam.sim_driver.replay.again import mission_of
 from mrslam.sim_driver.robots import LASERS
-from mrslam.spatial import OccupancyGrid, read_map, se2
+from mrslam.spatial import InputError, OccupancyGrid, read_map, se2
 from mrslam.spatial.files.tum import read_tum
 from mrslam.spatial.se2 import Transform
+
+T = TypeVar("T")
+NO_POSES: Trajectory = (np.empty(0, dtype=np.int64), np.empty((0, 3)))
 
 
 @dataclass(frozen=True, eq=False)
 class RunResults:
-    """What a run left; a robot that was lost has events only."""
+    """What a run left; a robot that was lost, or whose ``robot.json`` is damaged, has events only."""
 
     folder: Path
     mission: Mission
     metrics: dict[str, Any]
     robots: dict[str, dict[str, Any]]
     """``robot.json`` of every robot that ended in good order, by id."""
+    damage: list[str] = field(default_factory=list)
+    """Files that were found damaged so far, a line each; the results are those of all the others."""
+    _kept: dict[Path, Any] = field(default_factory=dict)
 
     @classmethod
     def read(cls, folder: Path) -> RunResults:
         """Read a run's folder; raise ``InputError`` where it is none or the run has not ended."""
         mission = mission_of(folder)
-        robots = read_robots(folder, (robot.id for robot in mission.robots))
-        return cls(folder, mission, read_metrics(folder), robots)
+        if not (folder / METRICS_FILE).exists():
+            read_metrics(folder)
+        run = cls.of(mission, folder)
+        run.metrics.update(run._metrics())
+        return run
+
+    @classmethod
+    def of(cls, mission: Mission, folder: Path) -> RunResults:
+        """Return what a mission's robots have left in the folder, without the metrics of the run."""
+        run = cls(folder, mission, {}, {})
+        for robot_id in sorted(robot.id for robot in mission.robots):
+            if (folder / robot_id / ROBOT_FILE).exists():
+                robot = run._tried(folder / robot_id / ROBOT_FILE, _robot, None)
+                run.robots.update({} if robot is None else {robot_id: robot})
+        return run
+
+    def _metrics(self) -> dict[str, Any]:
+        """Return ``metrics.json``; where it is damaged, what the robots' files say in its place."""
+        metrics = self._tried(self.folder / METRICS_FILE, lambda path: _table(read_metrics(path.parent)), None)
+        if metrics is not None:
+            return metrics
+        return {
+            "name": self.mission.mission.name,
+            "mission_s": max((event["t"] for events in self.events.values() for event in events), default=0.0),
+            "links": [link_totals(self.robots, a, b) for a, b in combinations(sorted(self.robots), 2)],
+            "robots_lost": self.robots_lost,
+        }
+
+    def _tried(self, path: Path, reader: Callable[[Path], T], otherwise: T) -> T:
+        """Return what the reader makes of a path, read once; where it is damaged, note that and return the other."""
+        if path not in self._kept:
+            try:
+                self._kept[path] = reader(path)
+            except (InputError, OSError) as error:
+                self.damage.append(str(error))
+                self._kept[path] = otherwise
+        kept: T = self._kept[path]
+        return kept
+
+    @property
+    def robots_lost(self) -> list[str]:
+        """Robots without a readable ``robot.json``, in the mission's order."""
+        return [robot.id for robot in self.mission.robots if robot.id not in self.robots]
 
     @cached_property
     def events(self) -> dict[str, list[Event]]:
         """Events of every robot in the order they were written; lines that a crash cut off are left out."""
-        return {robot.id: read_events(self.folder / robot.id) for robot in self.mission.robots}
+        found = {}
+        for robot in self.mission.robots:
+            read = read_events(self.folder / robot.id)
+            found[robot.id] = read.events
+            self.damage.extend([read.damage] if read.damage else [])
+        return found
 
     @cached_property
     def truth(self) -> dict[str, Trajectory]:
         """True poses of the bases of simulated robots in the world frame, by id."""
-        return true_trajectories(self.mission, self.folder)
+        paths = {robot.id: self.folder / robot.id / TRUTH_FILE for robot in self.mission.robots}
+        found = {robot: self._tried(path, read_tum, NO_POSES) for robot, path in paths.items() if path.exists()}
+        return {robot: poses for robot, poses in found.items() if poses is not NO_POSES}
 
     @cached_property
     def T_world_map(self) -> dict[str, Transform]:
-        """Where simulated robots' maps truly lie."""
-        return true_starts(self.truth, self.folder)
+        """Where simulated robots' maps truly lie: a map's frame is its robot's pose at the map's first scan.
+
+        That is not where it set out if it gave its map up, or lost it, and began a new one.
+        """
+        found = {}
+        for robot_id, (stamps_ns, poses) in self.truth.items():
+            mapped = (self.folder / robot_id / TRAJECTORY_FILE).exists()
+            first_ns = self.trajectory(robot_id)[0][:1] if mapped else stamps_ns[:1]
+            if len(poses):
+                found[robot_id] = poses[int(np.abs(stamps_ns - first_ns).argmin()) if first_ns.size else 0]
+        return found
 
     @cached_property
     def T_world_way(self) -> dict[str, Transform]:
@@ -59,6 +124,11 @@ class RunResults:
         truth = {robot: self.laser_truth(robot) for robot in self.robots}
         ways = {robot: fit(self.trajectory(robot), way) for robot, way in truth.items() if way is not None}
         return {robot: T_world_map for robot, T_world_map in ways.items() if T_world_map is not None}
+
+    def team_frames(self, places: Mapping[str, Transform]) -> dict[str, Transform]:
+        """Return where robots' team maps lie, from where maps do: a base station's lies in another robot's frame."""
+        frames = {robot_id: robot.get("frame") or robot_id for robot_id, robot in self.robots.items()}
+        return {robot_id: places[frame] for robot_id, frame in frames.items() if frame in places}
 
     @cached_property
     def map_begun_s(self) -> dict[str, float]:
@@ -79,9 +149,44 @@ class RunResults:
         return stamps, se2.compose(poses, np.array(laser.T_base_laser))
 
     def trajectory(self, robot_id: str) -> Trajectory:
-        """Return the poses of a robot's laser in its own map."""
-        return read_tum(self.folder / robot_id / TRAJECTORY_FILE)
+        """Return the poses of a robot's laser in its own map; none where the file is damaged."""
+        return self._tried(self.folder / robot_id / TRAJECTORY_FILE, read_tum, NO_POSES)
 
-    def map(self, robot_id: str, name: str = "map") -> OccupancyGrid:
-        """Return a robot's own map, or its ``team_map`` (in its own map's frame, too)."""
-        return read_map(self.folder / robot_id / f"{name}.yaml")
+    def map(self, robot_id: str, name: str = "map") -> OccupancyGrid | None:
+        """Return a robot's own map, or its ``team_map`` (in its own map's frame, too); None where it is damaged."""
+        return self._tried(self.folder / robot_id / f"{name}.yaml", _map, None)
+
+    def usage(self, robot_id: str) -> dict[str, Any] | None:
+        """Return what a robot's process took of the machine; None in virtual time, or where the file is damaged."""
+        path = self.folder / robot_id / USAGE_FILE
+        return self._tried(path, _usage, None) if path.exists() else None
+
+
+def _table(table: dict[str, Any]) -> dict[str, Any] | None:
+    return table
+
+
+def _robot(path: Path) -> dict[str, Any] | None:
+    robot = read_robot(path.parent)
+    if robot is not None and robot["id"] != path.parent.name:
+        raise InputError(f"{path}: is {robot['id']}'s, not {path.parent.name}'s")
+    return robot
+
+
+def _map(path: Path) -> OccupancyGrid | None:
+    return read_map(path)
+
+
+def _usage(path: Path) -> dict[str, Any] | None:
+    return read_table(path, UsageFile)
+
+
+def link_totals(robots: dict[str, dict[str, Any]], a: str, b: str) -> dict[str, Any]:
+    """Return what went over a pair's link, both ways, by each robot's ``robot.json``."""
+    sides = [link for one, other in ((a, b), (b, a)) for link in robots[one]["links"] if link["peer"] == other]
+    return {
+        "a": a,
+        "b": b,
+        "exchanges": max((side["exchanges"] for side in sides), default=0),
+        **{key: sum(side[key] for side in sides) for key in ("bytes_sent", "bytes_full_lz4", "bytes_full_raw")},
+    }

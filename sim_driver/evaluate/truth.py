@@ -1,111 +1,34 @@
-"""What a simulated mission's outcome is worth, against the world it took place in."""
+"""Maps and transforms against the world that they are of."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from mrslam.sim_driver.evaluate.trajectories import Trajectory
-from mrslam.sim_driver.missions.mission import Mission
-from mrslam.sim_driver.missions.run_files import MAP_FILE, TEAM_MAP_FILE, TRAJECTORY_FILE, TRUTH_FILE
-from mrslam.sim_driver.simulation.simulation import make_world
-from mrslam.spatial import UNKNOWN, OccupancyGrid, read_map, se2
+from mrslam.spatial import UNKNOWN, OccupancyGrid, se2
 from mrslam.spatial.distance import euclidean
-from mrslam.spatial.files.tum import read_tum
 from mrslam.spatial.se2 import Transform
 
 FALSE_MERGE_M, FALSE_MERGE_DEG = 0.5, 5.0
-"""An accepted transform farther off than this is a false merge."""
+"""An accepted transform farther off than this is a false merge, metres and degrees: half a door's width and more."""
 MUST_MERGE = 0.3
-"""Pairs whose maps share at least this part of the smaller one should have merged."""
+"""Pairs of maps that share at least this part of the smaller one should be merged, 0..1: what ``auto`` finds of the
+public pairs without a miss (docs/alignment.md)."""
 NEAR_WALL_CELLS = 2.0
-"""Up to this far, cells of the robot's map, is near a wall."""
+"""A wall cell of a map is right within this distance of a true wall, cells of the map: one for each map's rounding."""
 MARGIN_M = 1.0
-"""How far outside of a world distances to its walls are known."""
-
-
-def true_trajectories(mission: Mission, folder: Path) -> dict[str, Trajectory]:
-    """Return the true poses of the bases of simulated robots in the world frame, by id."""
-    paths = {robot.id: folder / robot.id / TRUTH_FILE for robot in mission.robots}
-    return {robot_id: read_tum(path) for robot_id, path in paths.items() if path.exists()}
-
-
-def true_starts(truth: Mapping[str, Trajectory], folder: Path) -> dict[str, Transform]:
-    """Return ``T_world_map`` of every simulated robot: its map's frame is its pose at the map's first scan.
-
-    That is not where it set out if it gave its map up, or lost it, and began a new one.
-    """
-    found = {}
-    for robot_id, (stamps_ns, poses) in truth.items():
-        mapped = folder / robot_id / TRAJECTORY_FILE
-        first_ns = read_tum(mapped)[0][:1] if mapped.exists() else stamps_ns[:1]
-        if len(poses):
-            found[robot_id] = poses[int(np.abs(stamps_ns - first_ns).argmin()) if first_ns.size else 0]
-    return found
+"""Distances to walls are known up to this far outside of a world, metres; beyond, a wall counts as wrong anyway."""
 
 
 def pair_error(T_a_b: Transform, T_world_a: Transform, T_world_b: Transform) -> tuple[float, float]:
     """Return how far ``T_a_b`` is from the truth: metres at map b's origin, and degrees."""
     distance_m, angle_rad = se2.difference(T_a_b, se2.between(T_world_a, T_world_b))
     return distance_m, float(np.degrees(angle_rad))
-
-
-def team_frames(starts: Mapping[str, Transform], robots: Mapping[str, Mapping[str, Any]]) -> dict[str, Transform]:
-    """Return where robots' team maps truly lie: where their own maps do, a base station's where its frame's map does.
-
-    ``starts`` : where maps lie; ``robots`` : each robot's ``robot.json``.
-    """
-    frames = {robot_id: robot.get("frame", robot_id) for robot_id, robot in robots.items()}
-    return {robot_id: starts[frame] for robot_id, frame in frames.items() if frame in starts}
-
-
-def team_figures(
-    mission: Mission,
-    folder: Path,
-    robots: Mapping[str, Mapping[str, Any]],
-    starts: Mapping[str, Transform],
-    pairs: list[dict[str, Any]],
-) -> dict[str, Any] | None:
-    """Return coverage, precision and merge counts of a simulated mission, by :func:`true_starts`; None without any."""
-    frames = team_frames(starts, robots)
-    if mission.world is None or not frames:
-        return None
-    judge = Judge(make_world(mission).grid, make_world(mission).reachable)
-    per_robot = {}
-    for robot_id, T_world_team in frames.items():
-        team = read_map(folder / robot_id / TEAM_MAP_FILE)
-        per_robot[robot_id] = (judge.coverage(team, T_world_team), judge.occupied_precision(team, T_world_team))
-    accepted = [pair for pair in pairs if pair["status"] == "accepted"]
-    false = [
-        p
-        for p in accepted
-        if p["error_m"] is not None and (p["error_m"] > FALSE_MERGE_M or p["error_deg"] > FALSE_MERGE_DEG)
-    ]
-    mapped = starts.keys() & robots.keys()
-    maps = {robot_id: read_map(folder / robot_id / MAP_FILE) for robot_id in mapped}
-    done = {(pair["a"], pair["b"]) for pair in accepted}
-    missed = [
-        (a, b)
-        for a, b in combinations(sorted(mapped), 2)
-        if (a, b) not in done and overlap(maps[a], maps[b], starts[a], starts[b]) >= MUST_MERGE
-    ]
-    return {
-        "coverage": round(max(coverage for coverage, _ in per_robot.values()), 4),
-        "occupied_precision": round(min(precision for _, precision in per_robot.values()), 4),
-        "coverage_by_robot": {robot: round(values[0], 4) for robot, values in per_robot.items()},
-        "false_merges": len(false),
-        "missed_merges": len(missed),
-        "one_sided_merges": sum(pair["both_at_s"] is None for pair in accepted),
-    }
 
 
 @dataclass(frozen=True, eq=False)

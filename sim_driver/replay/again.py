@@ -28,11 +28,20 @@ def mission_of(run: Path, assignments: Sequence[str] = ()) -> Mission:
     tables: dict[str, Any] = {name: config[name] for name in always if name in config}
     tables |= {name: config[name] for name in ("world", "driver", "faults") if config.get(name) is not None}
     tables |= config.get("settings", {})
+    _check_config(tables, run / CONFIG_FILE)
     mission = make_mission(with_overrides(tables, assignments), run / CONFIG_FILE)
     source = config.get("replay")
     return dataclasses.replace(
         mission, folder=Path(config.get("folder", run)), replay=None if source is None else Path(source)
     )
+
+
+def _check_config(tables: dict[str, Any], path: Path) -> None:
+    """Raise where the file itself holds what no mission can, naming it; other errors are of ``--set``."""
+    try:
+        make_mission(tables, path)
+    except InputError as error:
+        raise InputError(str(error) if str(error).startswith(str(path)) else f"{path}: {error}") from error
 
 
 def replay_mission(run: Path, assignments: Sequence[str] = ()) -> Mission:

@@ -40,7 +40,7 @@ def _team_events(folder: Path) -> list[dict[str, Any]]:
     """Return the events by which a robot's view of its team changes."""
     return [
         event
-        for event in read_events(folder)
+        for event in read_events(folder).events
         if event["event"] in TEAM_KNOWLEDGE and (event["event"] != "alignment" or event["T_a_b"] is not None)
     ]
 

@@ -7,7 +7,8 @@ from typing import Any
 
 from mrslam.agent import Settings
 from mrslam.merge.draw import colours
-from mrslam.sim_driver.evaluate import References, assess
+from mrslam.sim_driver.evaluate import References
+from mrslam.sim_driver.evaluate.assess import assess_run
 from mrslam.sim_driver.evaluate.results import RunResults
 from mrslam.sim_driver.missions.settings import as_table
 from mrslam.sim_driver.report.coverage import coverage_data
@@ -18,16 +19,16 @@ from mrslam.sim_driver.report.seen import first_seen_s
 from mrslam.sim_driver.report.story import event_words, headline, sentences
 
 TICKER_LINES = 400
+"""Most lines of the player's ticker: with more, plain ones are left out."""
 
 
 def page_data(run: RunResults, references: References | None = None) -> dict[str, Any]:
     """Return what the page is made of."""
-    assessment = assess(run.folder, references)
+    assessment = assess_run(run, references or References())
     end_s = float(run.metrics["mission_s"])
     data: dict[str, Any] = {
         "name": run.metrics["name"],
         "headline": headline(run),
-        "sentences": sentences(run, assessment),
         "end_s": end_s,
         "robots": [
             {"id": robot, "colour": "#{:02x}{:02x}{:02x}".format(*colour)}
@@ -48,6 +49,7 @@ def page_data(run: RunResults, references: References | None = None) -> dict[str
         seen_s = {robot: first_seen_s(run, layout, robot) for robot in run.robots}
         data["map"] = map_data(run, layout, seen_s, end_s)
         data["coverage"] = coverage_data(run, layout, seen_s, end_s)
+    data["sentences"] = sentences(run, assessment)  # last: files found damaged on the way are among them
     return data
 
 

@@ -8,13 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.sim_driver.evaluate.results import RunResults
-from mrslam.spatial import OccupancyGrid, se2
+from mrslam.spatial import UNKNOWN, OccupancyGrid, se2
 from mrslam.spatial.se2 import Transform
 
 MOST_PIXELS = 900
 """Longest side of the picture, pixels."""
 GAP_M = 1.5
 """Room between maps that do not hang together, metres."""
+NOTHING = np.full((1, 1), UNKNOWN, dtype=np.int8)
+NOTHING_M = 0.05
+"""A map without a readable file, and its resolution, metres a cell."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,8 +47,8 @@ def lay_out(run: RunResults) -> Layout:
     anchor = max(run.robots, key=lambda robot: (len(run.robots[robot]["placed"]), run.robots[robot]["team_area_m2"]))
     placed = {robot: np.array(T) for robot, T in run.robots[anchor]["placed"].items()}
     apart = [x for x, robot in sorted(run.robots.items()) if x not in placed and robot["mode"] != "central"]
-    pieces = [(run.map(anchor, "team_map").cropped(), placed)]
-    pieces += [(run.map(robot).cropped(), {robot: np.zeros(3)}) for robot in apart]
+    pieces = [(_shown(run.map(anchor, "team_map")), placed)]
+    pieces += [(_shown(run.map(robot)), {robot: np.zeros(3)}) for robot in apart]
     T_plane_map: dict[str, Transform] = {}
     parts: list[tuple[OccupancyGrid, NDArray[np.float64]]] = []
     edge_m = GAP_M / 2
@@ -64,3 +67,8 @@ def lay_out(run: RunResults) -> Layout:
             col, row = np.floor((grid.centres(mask) + shift) / cell_m).astype(np.int64).T
             np.maximum.at(cells, (row, col), value)
     return Layout(anchor, run.robots[anchor].get("frame") or anchor, T_plane_map, tuple(sorted(placed)), cell_m, cells)
+
+
+def _shown(grid: OccupancyGrid | None) -> OccupancyGrid:
+    """Return the known part of a map; a damaged one is shown as a single unknown cell."""
+    return OccupancyGrid(NOTHING, NOTHING_M) if grid is None else grid.cropped()

@@ -38,7 +38,8 @@ def sentences(run: RunResults, assessment: Assessment) -> list[tuple[str, str]]:
     told = [sentence for sentence, pair in zip(told, sorted(assessment["pairs"], key=_time), strict=True)
             if pair["a"] not in lonely and pair["b"] not in lonely]  # fmt: skip
     told += [("bad", f"{robot} never met anyone.") for robot in lonely]
-    told += [("bad", f"{robot} was lost on the way.") for robot in run.metrics["robots_lost"]]
+    told += [("bad", f"{robot} was lost on the way.") for robot in run.robots_lost]
+    told += [("bad", f"Not used: {line}.") for line in run.damage]
     told += [("bad", text) for text in _blind(run)]
     told += [("plain", text) for text in (_faults(run), _coverage(assessment, run), _traffic(assessment)) if text]
     if run.mission.replay is not None:

@@ -14,7 +14,7 @@ from typing import Any
 
 from mrslam.sim_driver.missions.agent_record import AgentRecord
 from mrslam.sim_driver.missions.locate import locate
-from mrslam.sim_driver.missions.mission import Mission, make_mission
+from mrslam.sim_driver.missions.mission import Mission, make_mission, make_settings
 from mrslam.sim_driver.missions.run_files import AGENT_FILE, EVENTS_FILE, OF_AGENT, ROBOT_FILE
 from mrslam.sim_driver.missions.run_folder import Event, read_events, read_robot
 from mrslam.sim_driver.run.metrics import write_metrics
@@ -37,7 +37,7 @@ def gather(folders: Sequence[Path], out: Path, say: Callable[[str], None]) -> tu
             raise InputError(f"{source}: the agent's own folder; name another one with --out")
     mission = _mission(records, out, say)
     prepare_folder(mission, out, say)
-    events = {record.id: _events(record, sources[record.id]) for record in records}
+    events = {record.id: _events(record, sources[record.id], say) for record in records}
     times = [event["t"] for told in events.values() for event in told]
     begin_s, end_s = min(times, default=0.0), max(times, default=0.0)
     for record in records:
@@ -59,6 +59,8 @@ def _agents(folders: Sequence[Path]) -> dict[Path, AgentRecord]:
         if not inner:
             raise InputError(f"{folder}: neither an agent's folder nor one with agents' folders in it ({AGENT_FILE})")
         found |= {path: AgentRecord.read(path) for path in inner}
+    for path, record in found.items():
+        make_settings(record.settings, str(path / AGENT_FILE))
     seen: dict[str, Path] = {}
     for path, record in found.items():
         if record.id in seen:
@@ -93,9 +95,12 @@ def _log(record: AgentRecord, say: Callable[[str], None]) -> str | None:
         return None
 
 
-def _events(record: AgentRecord, source: Path) -> list[Event]:
+def _events(record: AgentRecord, source: Path, say: Callable[[str], None]) -> list[Event]:
     """Return what happened since the agent began its map."""
-    return [event for event in read_events(source) if event["t"] >= record.begun_s]
+    read = read_events(source)
+    if read.damage:
+        say(read.damage)
+    return [event for event in read.events if event["t"] >= record.begun_s]
 
 
 def _take(
@@ -108,7 +113,11 @@ def _take(
             shutil.copyfile(source / name, target / name)
     told = [json.dumps({**event, "t": round(event["t"] - begin_s, 3)}) + "\n" for event in events]
     write_text(target / EVENTS_FILE, "".join(told))
-    robot = read_robot(source)
+    try:
+        robot = read_robot(source)
+    except InputError as error:
+        say(f"{error}; of {record.id} there are only its events")
+        return
     if robot is None:
         say(f"{record.id} has not ended: there are only its events")
         return
@@ -116,7 +125,7 @@ def _take(
         say(f"{record.id} has not ended since it was started last: its maps are of the time before")
     for pair in robot["pairs"]:
         if pair["accepted_at_s"] is not None:
-            pair["accepted_at_s"] = round(pair["accepted_at_s"] - begin_s, 3)
+            pair["accepted_at_s"] = max(0.0, round(pair["accepted_at_s"] - begin_s, 3))
     write_text(target / ROBOT_FILE, json.dumps(robot, indent=1) + "\n")
 
 

@@ -10,10 +10,14 @@ from pathlib import Path
 from mrslam.sim_driver.missions.run_files import VIEW_FILE
 from mrslam.sim_driver.missions.run_folder import robots_of
 from mrslam.spatial import InputError
+from mrslam.spatial.files.atomic import is_file
 
 VIEWER_MEMORY = "1GB"
 """Most memory the viewer takes; it then forgets what is oldest."""
 PORT = 9876
+"""TCP port of the viewer on this machine: Rerun's own default, so that a viewer that runs already is taken."""
+MAGIC = b"RRF2"
+"""First bytes of a recording, as Rerun 0.22 and later write it."""
 
 
 def join_recordings(parts: Sequence[Path | None], target: Path) -> None:
@@ -32,17 +36,29 @@ def join_recordings(parts: Sequence[Path | None], target: Path) -> None:
 
 def open_recording(run: Path) -> None:
     """Open a run's recording (or an .rrd file) in the viewer and wait until it is closed."""
+    files = [str(path) for path in recordings(run)]
+    command = [sys.executable, "-m", "rerun", "--memory-limit", VIEWER_MEMORY, *files]
+    if subprocess.run(command, check=False).returncode != 0:
+        raise InputError("the viewer could not open a window; copy the .rrd file to a machine that has a screen")
+
+
+def recordings(run: Path) -> list[Path]:
+    """Return a run's recording, or its robots' parts of it; raise ``InputError`` where there is none that is whole."""
     if not run.exists():
         raise InputError(f"{run}: no such folder of a run, and no such recording")
-    found = [run] if run.is_file() else sorted(run.glob("*.rrd")) or _parts(run)
+    found = [run] if is_file(run) else sorted(run.glob("*.rrd")) or _parts(run)
     if not found:
         raise InputError(
             f"{run}: holds no recording; make one with mrslam run ... --rrd {run / 'run.rrd'}, "
             f"or of a run that is over with mrslam run --from {run} --out OTHER --rrd {run / 'run.rrd'}"
         )
-    command = [sys.executable, "-m", "rerun", "--memory-limit", VIEWER_MEMORY, *(str(path) for path in found)]
-    if subprocess.run(command, check=False).returncode != 0:
-        raise InputError("the viewer could not open a window; copy the .rrd file to a machine that has a screen")
+    for path in found:
+        if not is_file(path):
+            raise InputError(f"{path}: is no file")
+        with path.open("rb") as file:
+            if not file.read(4).startswith(MAGIC):
+                raise InputError(f"{path}: not a recording of the viewer, or its beginning is damaged")
+    return found
 
 
 def _parts(run: Path) -> list[Path]:

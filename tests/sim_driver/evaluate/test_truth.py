@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mrslam.sim_driver.evaluate.truth import Judge, true_starts, true_trajectories
+from mrslam.sim_driver.evaluate.results import RunResults
+from mrslam.sim_driver.evaluate.truth import Judge
 from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.spatial import OccupancyGrid
 from mrslam.spatial.files.tum import write_tum
@@ -54,5 +55,5 @@ def test_the_frame_of_a_map_begun_anew_is_where_the_robot_was_then(
     write_tum(tmp_path / "a" / "truth.tum", stamps_ns, poses)
     if first_s is not None:
         write_tum(tmp_path / "a" / "trajectory.tum", stamps_ns[first_s:], poses[first_s:] - poses[first_s])
-    truth = true_trajectories(make_mission(tables, tmp_path / "m.toml"), tmp_path)
-    assert true_starts(truth, tmp_path)["a"].tolist() == [x, 0.0, 0.0]
+    run = RunResults.of(make_mission(tables, tmp_path / "m.toml"), tmp_path)
+    assert run.T_world_map["a"].tolist() == [x, 0.0, 0.0]

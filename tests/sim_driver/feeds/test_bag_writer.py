@@ -43,7 +43,8 @@ def run(tmp_path: Path) -> Path:
         write_map(folder / "team_map.yaml", OccupancyGrid(np.zeros((2, 2), dtype=np.int8), 0.05))
         write_tum(folder / "trajectory.tum", STAMPS_NS + offset_ns, POSES)
     for name, placed in (("r1", {"r1": [0, 0, 0], "r2": [3, 2, 0.5]}), ("r2", {"r2": [0, 0, 0]})):
-        robot = {"id": name, "mode": "distributed", "known_area_m2": 1.0, "placed": placed, "pairs": [], "links": []}
+        areas = {"known_area_m2": 1.0, "team_area_m2": 1.0}
+        robot = {"id": name, "mode": "distributed", **areas, "placed": placed, "pairs": [], "links": []}
         write_text(tmp_path / "run" / name / "robot.json", json.dumps(robot))
     sensed = [Sensed(int(t), scan(int(t)), None) for t in STAMPS_NS]
     write_recording(tmp_path / "run" / "r1" / "scans.npz", sensed)

@@ -8,26 +8,35 @@ from pathlib import Path
 import pytest
 
 from mrslam.sim_driver.missions.run_folder import (
+    EventFile,
     read_config,
     read_events,
     read_metrics,
     read_robot,
-    read_robots,
     robots_of,
 )
 from mrslam.sim_driver.missions.usage import read_usage
 from mrslam.spatial import InputError
 
-PAIR = {"a": "r1", "b": "r2", "status": "accepted", "T_a_b": [0, 1, 2], "accepted_at_s": 3, "reason": ""}
+PAIR = {
+    "a": "r1",
+    "b": "r2",
+    "status": "accepted",
+    "T_a_b": [0, 1, 2],
+    "accepted_at_s": 3,
+    "confidence": 0.9,
+    "reason": "",
+}
 ROBOT = {
     "id": "r1",
     "mode": "distributed",
     "known_area_m2": 2,
+    "team_area_m2": 2,
     "placed": {"r1": [0, 0, 0]},
     "pairs": [PAIR],
     "links": [],
 }
-METRICS = {"name": "x", "mission_s": 20.5, "robots_lost": []}
+METRICS = {"name": "x", "mission_s": 20.5, "robots_lost": [], "links": []}
 CONFIG = {"mission": {}, "robots": [{"id": "r1"}], "settings": {}}
 READERS = {
     "config.json": (CONFIG, read_config),
@@ -93,30 +102,23 @@ def test_missing_files_say_what_is_missing(tmp_path: Path) -> None:
     assert read_robot(tmp_path) is None and robots_of(tmp_path) is None
 
 
-def test_a_damaged_robot_counts_as_lost_and_the_others_are_used(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    for robot_id, text in (("r2", json.dumps(ROBOT)), ("r1", json.dumps(ROBOT)), ("r3", "{")):
-        (tmp_path / robot_id).mkdir()
-        (tmp_path / robot_id / "robot.json").write_text(text)
-    assert list(read_robots(tmp_path, ["r4", "r3", "r2", "r1"])) == ["r1", "r2"]
-    assert "r3/robot.json: empty, cut off or damaged" in caplog.text and "r3 counts as lost" in caplog.text
-
-
 def test_events_keep_what_is_whole(tmp_path: Path) -> None:
-    assert read_events(tmp_path) == []
-    good = [{"t": 1.0, "robot": "r1", "event": "mapped"}, {"t": 2, "event": "merged", "a": "r1"}]
+    assert read_events(tmp_path) == EventFile()
+    good = [{"t": 1.0, "robot": "r1", "event": "mapped"}, {"t": 2, "robot": "r1", "event": "peer_seen", "peer": "r2"}]
     lines = [
         json.dumps(good[0]),
         "",
         "[1]",
         "null",
         '{"event": "mapped"}',
-        '{"t": "1", "event": "x"}',
+        '{"t": "1", "robot": "r1", "event": "x"}',
+        '{"t": 1, "robot": "r1", "event": "peer_seen"}',
         json.dumps(good[1]),
     ]
     (tmp_path / "events.jsonl").write_bytes("\n".join(lines).encode() + b'\n{"t": 3, "ev\xff')
-    assert read_events(tmp_path) == good
+    found = read_events(tmp_path)
+    assert found.events == good
+    assert "events.jsonl: 5 lines cannot be used (line 3: " in found.damage
 
 
 @pytest.mark.parametrize("raw", [b"", b"[1]", b"{", b"\xff"])

@@ -1,0 +1,146 @@
+"""Damaged run folders: ``python bench/damaged_runs.py [--every 1] [--out out/damage]``.
+
+Damages every file of a small real run in every way of ``tests/sim_driver/damage.py``, and gives the folder to each
+command that reads one: ``eval``, ``report``, ``bag``, ``view``, ``run --from``, and ``gather`` for agents' folders.
+Each command runs in its own process, which is killed after 60 s. It must succeed, or end with exit code 1 and a line
+that begins with ``mrslam:``; a traceback or a warning of numpy's is a failure either way. One JSON line at the end: how
+many commands ran and succeeded, the longest wall time and the largest memory with their cases, and all failures.
+
+``--every N`` takes every Nth case of each command. ``run --from`` maps the whole run again, so it takes one in eight.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.sim_driver.damage import Case, cases, make_run
+
+LIMIT_S = 60.0
+"""A command that takes longer hangs, seconds of wall time; a replay of the small run takes a few."""
+REPLAYS_EVERY = 8
+"""Share of the cases that ``run --from`` gets: one in so many."""
+COMMANDS = {
+    "eval": ["eval", "{run}"],
+    "report": ["report", "{run}"],
+    "bag": ["bag", "{run}", "--out", "{out}/run.mcap"],
+    "view": ["view", "{run}"],
+    "run --from": ["run", "--from", "{run}", "--out", "{out}/again"],
+    "gather": ["gather", "{agents}", "--out", "{out}/gathered"],
+}
+"""Command -> its words."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One command on one damaged folder."""
+
+    name: str
+    code: int | None
+    """None where it was killed."""
+    said: str
+    seconds: float
+    peak_mb: float
+
+    @property
+    def failure(self) -> str | None:
+        """What is wrong with it, None where nothing is."""
+        if self.code is None:
+            return f"hangs for {LIMIT_S:.0f} s"
+        if "Traceback" in self.said or "RuntimeWarning" in self.said:
+            return self.said[-1500:]
+        lines = [line for line in self.said.splitlines() if line.startswith("mrslam:")]
+        if self.code not in (0, 1) or (self.code == 1 and len(lines) != 1):
+            return f"exit code {self.code}: {self.said[-500:]}"
+        return None
+
+
+def run(words: list[str], name: str) -> Outcome:
+    """Run a command to its end, or until it hangs."""
+    with tempfile.TemporaryFile("w+") as said:
+        start = time.monotonic()
+        process = subprocess.Popen([sys.executable, "-m", "mrslam", *words], stdout=said, stderr=said, text=True)
+        while time.monotonic() - start < LIMIT_S:
+            pid, status, usage = os.wait4(process.pid, os.WNOHANG)
+            if pid:
+                break
+            time.sleep(0.01)
+        else:
+            process.kill()
+            pid, status, usage = os.wait4(process.pid, 0)
+        seconds = time.monotonic() - start
+        process.returncode = os.waitstatus_to_exitcode(status)
+        said.seek(0)
+        code = None if seconds >= LIMIT_S else process.returncode
+        return Outcome(name, code, said.read(), seconds, usage.ru_maxrss / 1024)
+
+
+def chosen(whole: Path, every: int) -> Iterator[tuple[str, Case]]:
+    """Yield commands with the cases they get."""
+    for command in COMMANDS:
+        step = every * (REPLAYS_EVERY if command == "run --from" else 1)
+        found = list(cases(whole, "agents" if command == "gather" else "run"))
+        yield from ((command, case) for case in found[::step])
+
+
+def attempt(whole: Path, command: str, case: Case | None) -> Outcome:
+    """Run a command on a damaged copy, or on a whole one where there is no case."""
+    with tempfile.TemporaryDirectory() as scratch:
+        copy = Path(scratch) / "copy"
+        if case is None:
+            shutil.copytree(whole, copy)
+        else:
+            case.prepare(whole, copy)
+        places = {"run": copy / "run", "agents": copy / "agents", "out": scratch}
+        name = command if case is None else f"{command}: {case.file}, {case.damage}"
+        return run([word.format(**places) for word in COMMANDS[command]], name)
+
+
+def main() -> int:
+    """Run all cases and print the JSON line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--every", type=int, default=1, help="run every Nth case of each command")
+    parser.add_argument("--only", nargs="*", choices=sorted(COMMANDS), help="commands; all unless given")
+    parser.add_argument("--out", type=Path, default=Path("out/damage"), help="folder of the whole run")
+    options = parser.parse_args()
+    whole = options.out if (options.out / "run" / "metrics.json").exists() else make_run(options.out)
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    outcomes = []
+    for command, case in chosen(whole, options.every):
+        if not options.only or command in options.only:
+            outcomes.append(attempt(whole, command, case))
+            if outcomes[-1].failure:
+                print(f"{outcomes[-1].name}: {outcomes[-1].failure}", file=sys.stderr, flush=True)
+    slowest = max(outcomes, key=lambda one: one.seconds)
+    largest = max(outcomes, key=lambda one: one.peak_mb)
+    failures = [one for one in outcomes if one.failure]
+    print(
+        json.dumps(
+            {
+                "commands": len(outcomes),
+                "succeeded": sum(one.code == 0 for one in outcomes),
+                "refused": sum(one.code == 1 for one in outcomes),
+                "worst_s": round(slowest.seconds, 1),
+                "slowest": slowest.name,
+                "peak_mb": round(largest.peak_mb),
+                "largest": largest.name,
+                "tracebacks": sum("Traceback" in one.said for one in outcomes),
+                "failures": [one.name for one in failures],
+            }
+        )
+    )
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
