@@ -41,8 +41,14 @@ class Exchange:
     """Whether I have sent Done: I hold what I wanted."""
     peer_done: bool = False
     """Whether the peer has."""
+    skips_done: bool = False
+    """Whether the peer's next Done was sent before it knew of what it wants now."""
     broken: str = ""
     """Why it cannot continue."""
+    claim: Version | None = None
+    """The version of the own map that the peer claims to hold and has yet to prove."""
+    shown: Version | None = None
+    """The version held of the peer's own map when this robot's first digest was sent to it."""
     budget_spent: bool = False
     bytes_sent: int = 0
     bytes_received: int = 0

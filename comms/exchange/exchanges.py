@@ -9,6 +9,7 @@ from mrslam.comms.effects import ExchangeDone, ExchangeFailed, ExchangeStarted
 from mrslam.comms.exchange.exchange import Exchange
 from mrslam.comms.exchange.map_receiver import MapReceiver
 from mrslam.comms.exchange.map_sender import MapSender
+from mrslam.comms.exchange.own_map_claims import OwnMapClaims
 from mrslam.comms.exchange.past_exchanges import PastExchanges
 from mrslam.comms.exchange.station import Station
 from mrslam.comms.wire.messages import (
@@ -45,6 +46,7 @@ class Exchanges:
         self._sender, self._receiver = MapSender(station), MapReceiver(station)
         self.active: dict[str, Exchange] = {}
         """By peer."""
+        self._claims = OwnMapClaims(station)
         self._past = PastExchanges(station.own_id, station.out)
         self._count = 0
 
@@ -78,7 +80,7 @@ class Exchanges:
             running = self._begin(peer, message.xid, False, now_ns)
         running.bytes_received += size
         running.progress_ns = now_ns
-        self._outrank(message)
+        self._claims.hear(running, message)
         self._send_digest(Accept, running)
         self._meet(running, message, now_ns)
 
@@ -103,14 +105,10 @@ class Exchanges:
         store = self._station.store
         held = [(robot, *version) for robot, version in store.digest().items()]
         staged = [(robot, *version) for robot, version in self._station.arrivals.staged().items()]
+        if exchange.shown is None:
+            exchange.shown = store.version(exchange.peer)
         message = kind(self._station.own_id, self._station.boot, exchange.xid, held, staged)
         exchange.bytes_sent += self._station.out.post(message, exchange.peer, "control")
-
-    def _outrank(self, message: Open | Accept) -> None:
-        """Where the peer holds a map of an earlier life of mine, label my own above it."""
-        for robot, epoch, revision in message.digest:
-            if robot == self._station.own_id:
-                self._station.store.outrank((epoch, revision))
 
     # -- in between --------------------------------------------------------------------------------------------------
 
@@ -125,7 +123,7 @@ class Exchanges:
         match message:
             case Accept():
                 if exchange.opened_by_me:
-                    self._outrank(message)
+                    self._claims.hear(exchange, message)
                     self._meet(exchange, message, now_ns)
             case Refuse():
                 self._on_refuse(exchange, message, now_ns)
@@ -140,12 +138,22 @@ class Exchanges:
 
     def _take(self, exchange: Exchange, message: Manifest | Chunk, now_ns: int) -> None:
         try:
-            if isinstance(message, Manifest):
+            if message.robot == self._station.own_id:
+                self._on_own_map(exchange, message)
+            elif isinstance(message, Manifest):
                 self._receiver.on_manifest(exchange, message)
+                exchange.is_done &= not exchange.pulls  # it wants more again
             else:
                 self._receiver.on_chunk(exchange, message, now_ns)
         finally:
             self._look_after(exchange, now_ns)
+
+    def _on_own_map(self, exchange: Exchange, message: Manifest | Chunk) -> None:
+        """The peer proves which map of an earlier life it holds: give it the own one, labelled above that."""
+        held = self._claims.on_manifest(exchange, message) if isinstance(message, Manifest) else None
+        if held is not None and self._sender.offer(exchange, self._station.own_id, held):
+            # It wants more now: a Done that it has sent, or that is on its way, was said before it knew.
+            exchange.skips_done, exchange.peer_done = not exchange.peer_done, False
 
     def _look_after(self, exchange: Exchange, now_ns: int) -> None:
         if exchange.broken:
@@ -170,6 +178,7 @@ class Exchanges:
         if not exchange.accepted:
             self._send_digest(Open, exchange)
             return
+        self._claims.ask(exchange)
         self._receiver.ask_again(exchange)
         if exchange.is_done and not exchange.broken:
             self._say_done(exchange)
@@ -191,7 +200,10 @@ class Exchanges:
         if message.code == GIVE_NO_MORE:
             exchange.budget_spent = True
             exchange.theirs.clear()
+            exchange.claim = None
             self._receiver.release(exchange)
+        elif message.code == HOLD_ALL and exchange.skips_done:
+            exchange.skips_done = False
         else:
             exchange.peer_done = True
         self._settle(exchange, now_ns)
@@ -200,7 +212,7 @@ class Exchanges:
 
     def _settle(self, exchange: Exchange, now_ns: int) -> None:
         """Tell the peer when I hold all it had; close when both do."""
-        if not exchange.accepted or self._receiver.wants_more(exchange):
+        if not exchange.accepted or exchange.claim is not None or self._receiver.wants_more(exchange):
             return
         if not exchange.is_done:
             exchange.is_done = True

@@ -10,6 +10,9 @@ from mrslam.comms.maps.manifests import check_extent, check_manifest
 from mrslam.comms.wire.frames import WireError
 from mrslam.comms.wire.messages import Ask, Chunk, Manifest, Version
 
+BEYOND: Version = (2**62 + 1, 0)
+"""Above every version."""
+
 
 class MapReceiver:
     """Receives maps, each from one peer at a time."""
@@ -24,6 +27,8 @@ class MapReceiver:
         store = self._station.store
         if robot == self._station.own_id or self._station.mode == "mapper" or version <= store.version(robot):
             return False
+        if peer != robot and version >= store.disowned.get(robot, BEYOND):
+            return False
         return self._station.arrivals.has_room(robot) and self._source.get(robot, peer) == peer
 
     def wants_more(self, exchange: Exchange) -> bool:
@@ -33,6 +38,8 @@ class MapReceiver:
     def on_manifest(self, exchange: Exchange, message: Manifest) -> None:
         """The peer says what I lack of one map; raises ``WireError`` where that makes no sense."""
         arrivals = self._station.arrivals
+        if self._disowns(exchange, message):
+            self._station.store.disown(message.robot)
         if not self.wants(exchange.peer, message.robot, (message.epoch, message.target)):
             return
         try:
@@ -54,6 +61,16 @@ class MapReceiver:
             return
         pull.manifest = message
         self._continue(exchange, pull)
+
+    def _disowns(self, exchange: Exchange, message: Manifest) -> bool:
+        """Return whether a robot offers its own map below what it knows is held of it, in a team without keys.
+
+        A robot goes above what its earlier lives labelled (``own_map_claims``), so what is held is not its own: made up
+        by some other robot, or lifted beyond all numbers by a false claim.
+        """
+        held = self._station.store.version(message.robot)
+        is_own_word = message.robot == exchange.peer and self._station.store.seal is None
+        return is_own_word and message.base == 0 and held == exchange.shown and message.epoch < held[0]
 
     def _is_at_work(self, pull: Pull, other: Manifest) -> bool:
         """Return whether items of a manifest as new as the other one, and still of use, are on their way."""
@@ -104,6 +121,7 @@ class MapReceiver:
         if changed is not None:
             store = self._station.store
             version, whole = store.version(pull.robot), store.maps[pull.robot]
+            self._believe_again(exchange.peer, manifest)
             self._station.out.emit(MapUpdated(pull.robot, *version, changed, exchange.peer, whole))
             self._drop(exchange, pull.robot)
             return
@@ -114,6 +132,12 @@ class MapReceiver:
         arrivals.staging.pop(pull.robot, None)  # it cannot be put together: start this map over at another exchange
         self._drop(exchange, pull.robot)
         exchange.broken = "a snapshot did not fit together"
+
+    def _believe_again(self, peer: str, manifest: Manifest) -> None:
+        """Take a robot's map from others again, once it has itself reached the version that it had disowned."""
+        disowned = self._station.store.disowned
+        if peer == manifest.robot and (manifest.epoch, manifest.target) >= disowned.get(peer, BEYOND):
+            del disowned[peer]
 
     def _distrust(self, exchange: Exchange, robot: str) -> None:
         """The peer sent something false for this robot's map: take no more of it in this exchange."""

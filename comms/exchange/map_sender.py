@@ -37,7 +37,7 @@ class MapSender:
         staged = {robot: (epoch, revision) for robot, epoch, revision in digest.staged}
         for robot in self._station.store.digest():
             if robot != exchange.peer:
-                self._offer(exchange, robot, held.get(robot, NOTHING), staged.get(robot))
+                self.offer(exchange, robot, held.get(robot, NOTHING), staged.get(robot))
 
     def on_ask(self, exchange: Exchange, message: Ask) -> None:
         """The peer asks what it lacks of one map."""
@@ -66,11 +66,17 @@ class MapSender:
             exchange.bytes_sent += sent
 
     def _offer_or_end(self, exchange: Exchange, question: Ask | Get) -> None:
-        if not self._offer(exchange, question.robot, (question.epoch, question.base), None):
+        if not self.offer(exchange, question.robot, (question.epoch, question.base)):
             self._give_no_more(exchange)
 
-    def _offer(self, exchange: Exchange, robot: str, held: Version, staged: Version | None) -> bool:
+    def offer(self, exchange: Exchange, robot: str, held: Version, staged: Version | None = None) -> bool:
+        """Send a manifest of what one who holds version ``held`` lacks of a robot's map; return whether that is any.
+
+        ``staged``: what the peer has in part. Who holds more of the own map than this robot admits is offered it whole.
+        """
         station = self._station
+        if robot == station.own_id and station.store.seal is None and held > station.store.version(robot):
+            held = NOTHING
         finish = staged if station.config.exchange_budget_bytes else None
         manifest = make_manifest(station.store, station.own_id, exchange.xid, robot, held, finish)
         if manifest is None:

@@ -22,7 +22,7 @@ def store_state(store: MapStore) -> dict[str, Any]:
 
 
 def restore_store(store: MapStore, state: dict[str, Any], skip: int) -> None:
-    """Restore what an earlier life of the robot knew; its own map continues under its old epoch, ``skip`` revisions later.
+    """Restore what an earlier life knew; the own map continues under its old epoch, ``skip`` revisions later.
 
     Between its last saving and its end that life may have published revisions that are lost now, and teammates hold:
     which tiles they changed nobody here knows, so all of the own map counts as changed and is sent once more.

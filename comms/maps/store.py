@@ -30,6 +30,8 @@ class MapStore:
         self.own_id = own_id
         self.own_epoch = self._first_epoch = max(epoch, 1)
         self.maps: dict[str, LocalMap] = {}
+        self.disowned: dict[str, Version] = {}
+        """By robot: the version above which other robots are not believed about its map, for it said so itself."""
         self._config = config
         self.seal: MapSeal | None = None
         self._newest: dict[str, Snapshot] = {}
@@ -96,11 +98,25 @@ class MapStore:
         return max(self.own_epoch + 1, self._first_epoch)
 
     def outrank(self, version: Version) -> bool:
-        """Relabel the own map above a version that a teammate holds of my earlier life; return whether needed."""
-        if version <= max(self.version(self.own_id), (self.own_epoch, 0)) or version[0] > LAST_EPOCH:
+        """Relabel the own map above a version that a teammate holds of an earlier life; return whether needed."""
+        if not self.is_outranked_by(version):
             return False
         self.new_epoch(version[0] + 1)
         return True
+
+    def is_outranked_by(self, version: Version) -> bool:
+        """Return whether a version of the own map is above the own one, and one that a robot can go above."""
+        return version > max(self.version(self.own_id), (self.own_epoch, 0)) and version[0] <= LAST_EPOCH
+
+    def disown(self, robot_id: str) -> None:
+        """Give up a map that its own robot does not know as its own; such versions count only from that robot now.
+
+        Readers of ``maps`` see it until the robot's own takes its place.
+        """
+        snapshot = self._newest.pop(robot_id, None)
+        self._history.pop(robot_id, None)
+        if snapshot is not None:
+            self.disowned[robot_id] = snapshot.version
 
     def new_epoch(self, epoch: int | None = None) -> None:
         """Give the own map a new label, by default an unused one: whoever holds it takes it for another map."""

@@ -124,7 +124,7 @@ class LinkMonitor:
         return 0.0 if neighbour is None else neighbour.window.quality(now_ns, neighbour.period_ns)
 
     def update(self, now_ns: int) -> dict[str, float]:
-        """Return the smoothed LQ x NLQ of every neighbour after one more smoothing step; call it once a beacon period."""
+        """Return every neighbour's smoothed LQ x NLQ after one more smoothing step; call it once a beacon period."""
         qualities = {}
         stale_ns = 2e9 * self.config.beacon_window * self.config.beacon_period_s * self.config.beacon_calm_factor
         for peer, neighbour in self._neighbours.items():

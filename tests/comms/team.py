@@ -120,6 +120,7 @@ class Team:
         self.seen: dict[tuple[str, int, str], tuple[int, int]] = {}
         self.events: list[tuple[int, str, Effect]] = []
         self.boots = 0
+        self.may_go_back = False  # by a robot's own word, where others had made up a version of its map
         self.now_ns = 0
         for robot in ids:
             self.start(robot)
@@ -190,7 +191,7 @@ class Team:
     def _check(self, robot: str, node: CommsNode, effects: list[Effect]) -> None:
         for other, version in node.store.digest().items():
             key = (robot, node.boot_id, other)
-            assert version >= self.seen.get(key, (0, 0)), f"{robot} went back on {other}"
+            assert self.may_go_back or version >= self.seen.get(key, (0, 0)), f"{robot} went back on {other}"
             self.seen[key] = version
         for effect in effects:
             if isinstance(effect, MapUpdated):

@@ -12,6 +12,7 @@ from mrslam.comms.maps.snapshots import Snapshot, published
 from mrslam.comms.wire import messages as m
 from mrslam.comms.wire.frames import WireError
 from mrslam.spatial import InputError, Keyframes, LocalMap, Tile, TiledMap
+from tests.comms.sealed import SealedTeam, seal, team_keys
 from tests.comms.team import QUICK, Team, big_map, fingerprint
 
 IDS = ["a", "b", "c"]
@@ -19,20 +20,11 @@ IDS = ["a", "b", "c"]
 
 @pytest.fixture(scope="module")
 def keys(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("keys")
-    make_team_keys(folder, "team", IDS)
-    return folder
-
-
-def seal(keys, robot: str) -> MapSeal:
-    return MapSeal.load(load_keys(keys / robot, robot, "team"), "team", robot)
+    return team_keys(tmp_path_factory.mktemp("keys"), IDS)
 
 
 def sealed_team(keys, **options) -> Team:
-    team = Team(IDS, config=replace(QUICK, window_tiles=64), **options)
-    for robot in IDS:
-        team.nodes[robot].seal_maps(seal(keys, robot))
-    return team
+    return SealedTeam(keys, IDS, config=replace(QUICK, window_tiles=64), **options)
 
 
 def meet_one_by_one(team: Team) -> None:
@@ -92,8 +84,6 @@ def test_a_restarted_robot_can_still_pass_signed_maps_on(keys):
     team.crash("c")
     team.start("c", boot_id=90)
     team.start("b", boot_id=91)
-    for robot in "bc":
-        team.nodes[robot].seal_maps(seal(keys, robot))
     restore_store(team.nodes["b"].store, state, 10)
     team.run(10)
     assert "a" in team.nodes["c"].store.maps

@@ -1,0 +1,59 @@
+"""What peers claim to hold of the own map, when that is above the own version: maps of the robot's earlier lives.
+
+A robot that restarts from nothing may label its map below what teammates hold from its last life, and they would take
+none of it. It labels its map above that version, but not on anyone's word: where the team has keys, the peer must bring
+the own signature for the version it claims. Without keys nobody can prove anything: the first ``MOST_UNPROVEN`` claims
+are believed, and who still holds more than the robot admits is offered the robot's map whole (``disowned`` there).
+"""
+
+from __future__ import annotations
+
+from mrslam.comms.exchange.exchange import Exchange
+from mrslam.comms.exchange.station import Station
+from mrslam.comms.wire.messages import Accept, Ask, Manifest, Open, Version
+
+MOST_UNPROVEN = 8
+"""Claims without a signature that a robot follows in one life, in a team without keys. Each costs a new epoch, in which
+teammates align its map again; honest ones come from as many earlier lives as teammates have seen the last of."""
+
+
+class OwnMapClaims:
+    """Believes or questions claims about the own map."""
+
+    def __init__(self, station: Station) -> None:
+        """Start with none heard."""
+        self._station = station
+        self._followed = 0
+
+    def hear(self, exchange: Exchange, digest: Open | Accept) -> None:
+        """A peer says what it holds: go above its version of the own map, or ask for the proof of it."""
+        station = self._station
+        exchange.claim = None
+        for robot, epoch, revision in digest.digest:
+            if robot != station.own_id or not station.store.is_outranked_by((epoch, revision)):
+                continue
+            if station.store.seal is not None:
+                exchange.claim = (epoch, revision)
+                self.ask(exchange)
+            elif self._followed < MOST_UNPROVEN:
+                self._followed += 1
+                station.store.outrank((epoch, revision))
+
+    def ask(self, exchange: Exchange) -> None:
+        """Ask for the manifest of the version claimed, which bears its signature, with as few items as can be."""
+        if exchange.claim is not None:
+            epoch, revision = exchange.claim
+            question = Ask(self._station.own_id, exchange.xid, self._station.own_id, epoch, max(revision - 1, 0))
+            exchange.bytes_sent += self._station.out.post(question, exchange.peer, "control")
+
+    def on_manifest(self, exchange: Exchange, message: Manifest) -> Version | None:
+        """Return the version of the own map that a peer holds and that the own one is above now; None: not asked for.
+
+        Raises ``WireError`` where the robot's own signature is missing or wrong.
+        """
+        if exchange.claim is None:
+            return None
+        exchange.claim = None
+        self._station.arrivals.check_proof(message)
+        held = (message.epoch, message.target)
+        return held if self._station.store.outrank(held) else None
