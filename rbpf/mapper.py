@@ -171,10 +171,10 @@ class Mapper:
         return self._history.online_trajectory()
 
     def snapshot(self) -> LocalMap:
-        """Return the best particle's map as tiles with revisions, and its keyframes with their scans."""
+        """Return the best particle's map as tiles with revisions, its keyframes with their scans, and loops."""
         back = self._back
         tiles = self._publisher.publish(back.filter.store, back.filter.best)
-        return LocalMap(tiles, self._history.keyframes(back), self._history.key_scans)
+        return LocalMap(tiles, self._history.keyframes(back), self._history.key_scans, back.loops.found)
 
     def use_particles(self, count: int) -> None:
         """Continue with this number of particles, drawn by their weights: fewer cost less, and close fewer loops.

@@ -9,8 +9,9 @@ import numpy as np
 
 from mrslam.comms.maps.snapshots import Proof, Snapshot
 from mrslam.comms.maps.store import MapStore
-from mrslam.comms.wire.keyframe_codec import SCALE, to_blocks, to_key_scans
-from mrslam.spatial import TILE_CELLS, Keyframes, KeyScans, Tile, TiledMap
+from mrslam.comms.wire.edge_codec import COLUMNS
+from mrslam.comms.wire.keyframe_codec import BLOCK, SCALE, to_blocks, to_key_scans
+from mrslam.spatial import TILE_CELLS, Keyframes, KeyScans, LoopEdges, Tile, TiledMap
 from mrslam.spatial.tiles import MOST_CELLS, box_cells
 
 
@@ -55,6 +56,7 @@ def _snapshot_state(snapshot: Snapshot) -> dict[str, Any]:
         "stamps_ns": np.concatenate([block.stamps_ns for block in blocks]) if blocks else np.empty(0, np.int64),
         "proof": None if snapshot.proof is None else [part.hex() for part in vars(snapshot.proof).values()],
         "poses": np.concatenate([block.poses for block in blocks]) if blocks else np.empty((0, 3), np.int32),
+        "edges": np.concatenate([np.empty((0, COLUMNS), np.int64), *(block.edges for block in blocks)]),
         "scans": {"starts": scans.starts, "polar": scans.polar, "origins": scans.origins},
     }
 
@@ -70,8 +72,10 @@ def _snapshot(state: dict[str, Any]) -> Snapshot:
         raise ValueError("a map is too wide")
     keyframes, scans = Keyframes(state["stamps_ns"], state["poses"] / SCALE), KeyScans(**state["scans"])
     blocks = tuple(
-        replace(block, revision=revision)
-        for block, revision in zip(to_blocks(keyframes, scans, (), 0), state["block_revisions"].tolist(), strict=True)
+        replace(block, revision=revision, edges=state["edges"][state["edges"][:, 0] // BLOCK == i])
+        for i, (block, revision) in enumerate(
+            zip(to_blocks(keyframes, scans, LoopEdges.empty(), (), 0), state["block_revisions"].tolist(), strict=True)
+        )
     )
     proof = None if state.get("proof") is None else Proof(*(bytes.fromhex(part) for part in state["proof"]))
     tiled = TiledMap(float(state["resolution_m"]), tiles, int(state["revision"]))

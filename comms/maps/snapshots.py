@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from mrslam.comms.wire.keyframe_codec import KeyframeBlock, to_blocks, to_key_scans, to_keyframes
+from mrslam.comms.wire.keyframe_codec import KeyframeBlock, to_blocks, to_key_scans, to_keyframes, to_loops
 from mrslam.comms.wire.messages import Version
 from mrslam.comms.wire.tile_codec import full_map_bytes, unknown_tile
 from mrslam.spatial import LocalMap, Tile, TiledMap
@@ -44,7 +44,7 @@ class Snapshot:
     @property
     def local_map(self) -> LocalMap:
         """The same as a :class:`LocalMap`."""
-        return LocalMap(self.map, to_keyframes(self.blocks), to_key_scans(self.blocks))
+        return LocalMap(self.map, to_keyframes(self.blocks), to_key_scans(self.blocks), to_loops(self.blocks))
 
     @property
     def keyframes(self) -> int:
@@ -75,7 +75,8 @@ def published(local_map: LocalMap, before: Snapshot | None, epoch: int) -> Snaps
         if index not in tiles:
             is_gone = bool((tile.cells == -1).all())
             tiles[index] = tile if is_gone else Tile(new.revision, unknown_tile())
-    blocks = to_blocks(local_map.keyframes, local_map.key_scans, before.blocks if before else (), new.revision)
+    held = before.blocks if before else ()
+    blocks = to_blocks(local_map.keyframes, local_map.key_scans, local_map.loops, held, new.revision)
     return Snapshot(epoch, TiledMap(new.resolution_m, tiles, new.revision), blocks)
 
 

@@ -8,12 +8,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from mrslam.comms.wire.edge_codec import COLUMNS, are_edges, from_rows, to_rows
 from mrslam.comms.wire.frames import WireError
 from mrslam.comms.wire.scan_codec import pack_scans, scan_content, unpack_scans
-from mrslam.spatial import Keyframes, KeyScans
+from mrslam.spatial import Keyframes, KeyScans, LoopEdges
 
 BLOCK = 64
 """Keyframes in a block."""
+EDGES_MOST = 64
+"""Most loops that lead to the keyframes of a block: one a keyframe; further ones do not travel."""
 SCALE = np.array([1e3, 1e3, 1e4])
 """Units per metre, metre, radian."""
 STAMP_LIMIT_NS = 2**62
@@ -31,13 +34,15 @@ class KeyframeBlock:
     """``(k, 3)``: x (mm), y (mm), theta (0.1 mrad)."""
     scans: KeyScans = field(default_factory=KeyScans.empty)
     """Of the k keyframes; empty where the map has no scans."""
+    edges: NDArray[np.int64] = field(default_factory=lambda: np.empty((0, COLUMNS), dtype=np.int64))
+    """``(e, 11)``, at most 64: loops that lead to these keyframes, as ``mrslam.comms.wire.edge_codec`` writes them."""
 
     @property
     def content(self) -> bytes:
         """What a hash over the block is taken of, its revision apart."""
-        sizes = np.array([self.stamps_ns.size, len(self.scans)], dtype="<i8").tobytes()
+        sizes = np.array([self.stamps_ns.size, len(self.scans), len(self.edges)], dtype="<i8").tobytes()
         poses = self.stamps_ns.astype("<i8").tobytes() + self.poses.astype("<i4").tobytes()
-        return sizes + poses + scan_content(self.scans)
+        return sizes + poses + self.edges.astype("<i4").tobytes() + scan_content(self.scans)
 
     @cached_property
     def packed_scans(self) -> bytes:
@@ -47,7 +52,7 @@ class KeyframeBlock:
     def equals(self, other: KeyframeBlock) -> bool:
         """Return whether the content is the same."""
         same_poses = np.array_equal(self.stamps_ns, other.stamps_ns) and np.array_equal(self.poses, other.poses)
-        return same_poses and self.scans.equals(other.scans)
+        return same_poses and np.array_equal(self.edges, other.edges) and self.scans.equals(other.scans)
 
 
 def quantise(T_map_base: NDArray[np.float64]) -> NDArray[np.int32]:
@@ -57,15 +62,16 @@ def quantise(T_map_base: NDArray[np.float64]) -> NDArray[np.int32]:
 
 
 def to_blocks(
-    keyframes: Keyframes, scans: KeyScans, before: tuple[KeyframeBlock, ...], revision: int
+    keyframes: Keyframes, scans: KeyScans, loops: LoopEdges, before: tuple[KeyframeBlock, ...], revision: int
 ) -> tuple[KeyframeBlock, ...]:
     """Return the keyframes in blocks; a block that did not change keeps the object, and revision, it had."""
     stamps, poses = np.asarray(keyframes.stamps_ns, dtype=np.int64), quantise(keyframes.T_map_base)
-    blocks = []
+    edges, blocks = to_rows(loops), []
     for i, start in enumerate(range(0, stamps.size, BLOCK)):
         end = min(start + BLOCK, stamps.size)
         seen = scans.part(start, end) if len(scans) else scans
-        block, old = KeyframeBlock(revision, stamps[start:end], poses[start:end], seen), None
+        here = edges[(edges[:, 0] >= start) & (edges[:, 0] < end)][:EDGES_MOST]
+        block, old = KeyframeBlock(revision, stamps[start:end], poses[start:end], seen, here), None
         if i < len(before):
             old = before[i]
         blocks.append(old if old is not None and old.equals(block) else _owned(block, old))
@@ -75,7 +81,7 @@ def to_blocks(
 def _owned(block: KeyframeBlock, old: KeyframeBlock | None) -> KeyframeBlock:
     """Return the block in memory of its own, or of the one before it where the scans are the same."""
     kept = old.scans if old is not None and old.scans.equals(block.scans) else block.scans.copy()
-    return KeyframeBlock(block.revision, block.stamps_ns.copy(), block.poses.copy(), kept)
+    return KeyframeBlock(block.revision, block.stamps_ns.copy(), block.poses.copy(), kept, block.edges)
 
 
 def to_keyframes(blocks: tuple[KeyframeBlock, ...]) -> Keyframes:
@@ -97,6 +103,11 @@ def to_key_scans(blocks: tuple[KeyframeBlock, ...]) -> KeyScans:
     )
 
 
+def to_loops(blocks: tuple[KeyframeBlock, ...]) -> LoopEdges:
+    """Return the loops that lead to the keyframes of all blocks."""
+    return from_rows(np.concatenate([np.empty((0, COLUMNS), dtype=np.int64), *(block.edges for block in blocks)]))
+
+
 def _columns(block: KeyframeBlock | None, count: int) -> NDArray[np.int64]:
     """Return stamps and poses as ``(count, 4) int64``, cut or padded by repeating the last row."""
     if block is None or block.stamps_ns.size == 0:
@@ -106,7 +117,7 @@ def _columns(block: KeyframeBlock | None, count: int) -> NDArray[np.int64]:
 
 
 def pack_block(block: KeyframeBlock, base: KeyframeBlock | None) -> bytes:
-    """Return the block coded against the asker's: differences along time of differences from it, and new scans."""
+    """Return the block coded against the asker's: steps of differences from its poses, and new edges and scans."""
     count = block.stamps_ns.size
     residual = _columns(block, count) - _columns(base, count)
     steps = np.diff(residual, axis=0, prepend=0)
@@ -115,7 +126,16 @@ def pack_block(block: KeyframeBlock, base: KeyframeBlock | None) -> bytes:
     if new:
         body = pack_scans(block.scans, known) if known else block.packed_scans
     sizes = np.array([known, new, len(body)], dtype=np.int64)
-    return bytes([count]) + varints(steps.T.reshape(-1)) + varints(sizes) + body
+    return bytes([count]) + varints(steps.T.reshape(-1)) + _pack_edges(block, base) + varints(sizes) + body
+
+
+def _pack_edges(block: KeyframeBlock, base: KeyframeBlock | None) -> bytes:
+    """Return the edges that the asker lacks: how many it keeps, how many follow, then their numbers."""
+    held = 0 if base is None else len(base.edges)
+    if held and not np.array_equal(block.edges[:held], base.edges):  # type: ignore[union-attr]
+        held = 0
+    new = block.edges[held:]
+    return varints(np.concatenate([[held, len(new)], new.reshape(-1)]))
 
 
 def _common(scans: KeyScans, held: KeyScans) -> int:
@@ -123,8 +143,11 @@ def _common(scans: KeyScans, held: KeyScans) -> int:
     return len(held) if len(held) <= len(scans) and scans.part(0, len(held)).equals(held) else 0
 
 
-def unpack_block(raw: bytes, base: KeyframeBlock | None, revision: int) -> tuple[KeyframeBlock, int]:
-    """Return the block and how many bytes it took; raise :class:`WireError` where it is cut off or out of range."""
+def unpack_block(raw: bytes, base: KeyframeBlock | None, revision: int, index: int = 0) -> tuple[KeyframeBlock, int]:
+    """Return a map's block of this index, and how many bytes it took.
+
+    Raises :class:`WireError` where it is cut off or out of range.
+    """
     count = raw[0] if raw else 0
     if not 0 < count <= BLOCK:
         raise WireError("bad keyframes", "count")
@@ -133,18 +156,30 @@ def unpack_block(raw: bytes, base: KeyframeBlock | None, revision: int) -> tuple
         rows = np.cumsum(steps.reshape(4, count).T, axis=0) + _columns(base, count)
     if (np.abs(rows[:, 1:]) > POSE_LIMIT).any() or (np.abs(rows[:, 0]) > STAMP_LIMIT_NS).any():
         raise WireError("bad keyframes", "out of range")
-    (known, new, size), at = _sizes(raw, at)
+    edges, at = _unpack_edges(raw, at, base)
+    if not are_edges(edges, index * BLOCK, index * BLOCK + count):
+        raise WireError("bad keyframes", "edges")
+    (known, new, size), at = _sizes(raw, at, 3)
     held = KeyScans.empty() if base is None else base.scans
     if not 0 <= known <= len(held) or new < 0 or known + new not in (0, count) or not 0 <= size <= len(raw) - at:
         raise WireError("bad keyframes", "number of scans")
     scans = held if known == len(held) else held.part(0, known)
     if new:
         scans = scans.append(unpack_scans(raw[at : at + size], scans, new))
-    return KeyframeBlock(revision, rows[:, 0].copy(), rows[:, 1:].astype(np.int32), scans), at + size
+    return KeyframeBlock(revision, rows[:, 0].copy(), rows[:, 1:].astype(np.int32), scans, edges), at + size
 
 
-def _sizes(raw: bytes, at: int) -> tuple[list[int], int]:
-    values, at = read_varints(raw, at, 3)
+def _unpack_edges(raw: bytes, at: int, base: KeyframeBlock | None) -> tuple[NDArray[np.int64], int]:
+    held = np.empty((0, COLUMNS), dtype=np.int64) if base is None else base.edges
+    (known, new), at = _sizes(raw, at, 2)
+    if not 0 <= known <= len(held) or new < 0 or known + new > EDGES_MOST:
+        raise WireError("bad keyframes", "number of edges")
+    values, at = read_varints(raw, at, new * COLUMNS)
+    return np.concatenate([held[:known], values.reshape(new, COLUMNS)]), at
+
+
+def _sizes(raw: bytes, at: int, count: int) -> tuple[list[int], int]:
+    values, at = read_varints(raw, at, count)
     return values.tolist(), at
 
 

@@ -18,7 +18,7 @@ from mrslam.rbpf.loops.place_matcher import DRIFT_M_PER_M, FAR_MOST_M, TAIL, VER
 from mrslam.rbpf.match.gauss_newton import Match
 from mrslam.rbpf.rows import Rows
 from mrslam.rbpf.tiles.views import Beams
-from mrslam.spatial import se2
+from mrslam.spatial import LoopEdges, se2
 from mrslam.spatial.se2 import Transform
 
 OLD_WAY_M = 12.0
@@ -53,6 +53,13 @@ class LoopCloser:
         self._edge_values = Rows(3 + 9)  # where the second is in the frame of the first, and the information of that
         self._waiting: tuple[int, Transform] | None = None  # for a second fit: keyframe, and how it moves the map
         self._last_fit_m, self._anchored_m = -1e9, 0.0
+
+    @property
+    def found(self) -> LoopEdges:
+        """Every place that was seen again."""
+        values = self._edge_values.rows
+        keys = self._edges.rows.astype(np.int32)
+        return LoopEdges(keys, values[:, :3].copy(), values[:, 3:].reshape(-1, 3, 3).copy())
 
     @property
     def edges(self) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -36,4 +37,4 @@ class Liar(Agent):
                 tiles[row, col] = Tile(tile.revision, cells)
         for tile in tiles.values():
             tile.cells.flags.writeable = False
-        return LocalMap(TiledMap(true.map.resolution_m, tiles, true.map.revision), true.keyframes, true.key_scans)
+        return replace(true, map=TiledMap(true.map.resolution_m, tiles, true.map.revision))

@@ -6,6 +6,7 @@ import numpy as np
 
 from mrslam.rbpf import Mapper
 from mrslam.rbpf.filter.key_scan_log import KeyScanLog
+from mrslam.spatial import se2
 from mrslam.spatial.key_scans import APART_M, POINTS_MOST
 from tests.rbpf.rooms import SMALL, drive, feed, make_scan
 
@@ -53,3 +54,15 @@ def test_points_are_apart_across_the_beams_and_reach_all_around() -> None:
     assert POINTS_MOST / 1.25 <= kept.shape[0] <= POINTS_MOST
     assert steps.min() >= APART_M
     assert steps.max() < 1.5 * steps.min()
+
+
+def test_loops_lead_between_keyframes_as_the_map_has_them() -> None:
+    mapper = Mapper(SMALL, seed=1)
+    feed(mapper, np.concatenate([drive(60), drive(60)]))
+    local = mapper.snapshot()
+    assert len(local.loops) > 0
+    first, second = local.loops.keys.T
+    T_map_key = local.keyframes.T_map_base
+    error = se2.between(local.loops.T_first_second, se2.between(T_map_key[first], T_map_key[second]))
+    assert np.hypot(error[:, 0], error[:, 1]).max() < 0.15
+    assert np.abs(error[:, 2]).max() < 0.05

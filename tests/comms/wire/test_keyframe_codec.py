@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
+from mrslam.comms.wire.edge_codec import are_edges, from_rows, to_rows
 from mrslam.comms.wire.frames import WireError
 from mrslam.comms.wire.keyframe_codec import (
     BLOCK,
@@ -17,11 +19,25 @@ from mrslam.comms.wire.keyframe_codec import (
     to_blocks,
     to_key_scans,
     to_keyframes,
+    to_loops,
     unpack_block,
     varints,
 )
-from mrslam.spatial import Keyframes, KeyScans
+from mrslam.spatial import Keyframes, KeyScans, LoopEdges
 from tests.comms.scans import noise_scans, room_scans
+
+NONE = LoopEdges.empty()
+
+
+def some_edges(keyframes: int, seed: int) -> NDArray[np.int64]:
+    """Loops within a map's first block."""
+    rng = np.random.default_rng(seed)
+    newer = np.sort(rng.integers(1, BLOCK, 6))
+    newer = newer[newer < keyframes]
+    factor = np.tril(rng.uniform(-300.0, 300.0, (newer.size, 3, 3)), -1) + 50.0 * np.eye(3)
+    keys = np.stack([newer - 1 - rng.integers(newer), newer], axis=-1).astype(np.int32)
+    return to_rows(LoopEdges(keys, rng.normal(size=(newer.size, 3)), factor @ factor.transpose(0, 2, 1)))
+
 
 blocks = st.integers(1, BLOCK).flatmap(
     lambda n: st.builds(
@@ -30,6 +46,7 @@ blocks = st.integers(1, BLOCK).flatmap(
             np.array(s, dtype=np.int64),
             np.array(p, dtype=np.int32).reshape(-1, 3),
             KeyScans.empty() if seed is None else noise_scans(n, seed),
+            some_edges(n, seed or 0),
         ),
         st.lists(st.integers(-(2**62), 2**62), min_size=n, max_size=n),
         st.lists(st.integers(-(2**30), 2**30), min_size=3 * n, max_size=3 * n),
@@ -56,7 +73,8 @@ def test_varints_come_back(values):
     assert used == len(raw)
 
 
-ONE = b"\x01\0\0\0\0"  # one keyframe at stamp 0 and the origin; what follows: scans known, new, and bytes
+ONE = b"\x01\0\0\0\0\0\0"  # one keyframe at stamp 0 and the origin, no edges; then: scans known, new, and bytes
+EDGE = b"\x02\0\0\0\0\x14\0\x14\0\0\x14"  # from the keyframe before, identity
 
 
 @pytest.mark.parametrize(
@@ -81,20 +99,22 @@ def test_a_pose_out_of_range_is_refused():
 def test_only_blocks_that_changed_get_a_new_revision():
     stamps = np.arange(200, dtype=np.int64)
     poses = np.zeros((200, 3))
-    first = to_blocks(Keyframes(stamps, poses), KeyScans.empty(), (), 1)
+    first = to_blocks(Keyframes(stamps, poses), KeyScans.empty(), NONE, (), 1)
     moved = poses.copy()
     moved[70, 0] = 0.01
-    second = to_blocks(Keyframes(np.arange(210), np.concatenate([moved, np.ones((10, 3))])), KeyScans.empty(), first, 2)
+    second = to_blocks(
+        Keyframes(np.arange(210), np.concatenate([moved, np.ones((10, 3))])), KeyScans.empty(), NONE, first, 2
+    )
     assert [block.revision for block in second] == [1, 2, 1, 2]
     assert second[0] is first[0]
-    below = to_blocks(Keyframes(stamps, poses + 1e-5), KeyScans.empty(), first, 3)
+    below = to_blocks(Keyframes(stamps, poses + 1e-5), KeyScans.empty(), NONE, first, 3)
     assert [block.revision for block in below] == [1, 1, 1, 1]
 
 
 def test_poses_are_kept_to_half_a_millimetre_and_a_twentieth_of_a_milliradian():
     rng = np.random.default_rng(0)
     poses = rng.normal(size=(100, 3)) * 30
-    back = to_keyframes(to_blocks(Keyframes(np.arange(100), poses), KeyScans.empty(), (), 1)).T_map_base
+    back = to_keyframes(to_blocks(Keyframes(np.arange(100), poses), KeyScans.empty(), NONE, (), 1)).T_map_base
     assert np.abs(back[:, :2] - poses[:, :2]).max() <= 0.00051
     assert np.abs(back[:, 2] - poses[:, 2]).max() <= 0.000051
 
@@ -136,29 +156,94 @@ def test_scans_of_a_map_begun_again_replace_those_before():
 
 def test_maps_with_and_without_scans_are_told_apart():
     poses = Keyframes(np.arange(100), np.zeros((100, 3)))
-    without = to_blocks(poses, KeyScans.empty(), (), 1)
+    without = to_blocks(poses, KeyScans.empty(), NONE, (), 1)
     scans = room_scans(100)
-    seen = to_blocks(poses, scans, without, 2)
+    seen = to_blocks(poses, scans, NONE, without, 2)
     assert [block.revision for block in seen] == [2, 2]
     assert len(to_key_scans(without)) == len(to_key_scans(())) == 0
     assert to_key_scans(seen).equals(scans)
     half = to_key_scans((without[0], seen[1]))
     assert half.equals(KeyScans.blank(BLOCK).append(scans.part(BLOCK, 100)))
-    assert [block.scans for block in to_blocks(poses, scans.copy(), seen, 3)] == [block.scans for block in seen]
+    assert [block.scans for block in to_blocks(poses, scans.copy(), NONE, seen, 3)] == [block.scans for block in seen]
 
 
 def test_blocks_do_not_keep_the_arrays_they_were_made_of():
     scans = room_scans(3)
     polar = scans.polar.copy()
     scans = KeyScans(scans.starts, polar, scans.origins)
-    block = to_blocks(Keyframes(np.arange(3), np.zeros((3, 3))), scans, (), 1)[0]
+    block = to_blocks(Keyframes(np.arange(3), np.zeros((3, 3))), scans, NONE, (), 1)[0]
     before = block.content
     polar[0, 1] += 1
     assert block.content == before
 
 
-@pytest.mark.parametrize("change", ["stamps_ns", "poses", "scans"])
+@pytest.mark.parametrize("change", ["stamps_ns", "poses", "scans", "edges"])
 def test_everything_in_a_block_counts_in_its_hash(change):
     block = block_of(room_scans(3))
-    other = {"stamps_ns": block.stamps_ns + 1, "poses": block.poses + 1, "scans": room_scans(3, seed=1)}[change]
-    assert replace(block, **{change: other}).content != block.content
+    others = {"stamps_ns": block.stamps_ns + 1, "poses": block.poses + 1, "scans": room_scans(3, seed=1)}
+    others["edges"] = some_edges(64, 1)
+    changed = replace(block, **{change: others[change]})
+    assert changed.content != block.content
+    assert not changed.equals(block)
+
+
+def test_loops_come_back_to_within_their_steps():
+    rng = np.random.default_rng(0)
+    keys = np.array([[3, 70], [0, 5], [64, 70], [2, 130]], np.int32)
+    factor = np.tril(rng.uniform(-100.0, 100.0, (4, 3, 3)), -1) + 80.0 * np.eye(3)
+    loops = LoopEdges(keys, rng.normal(size=(4, 3)), factor @ factor.transpose(0, 2, 1))
+    poses = Keyframes(np.arange(140), np.zeros((140, 3)))
+    made = to_blocks(poses, KeyScans.empty(), loops, (), 1)
+    assert [len(block.edges) for block in made] == [1, 2, 1]
+    read = tuple(unpack_block(pack_block(block, None), None, 1, i)[0] for i, block in enumerate(made))
+    back, order = to_loops(read), [1, 0, 2, 3]
+    np.testing.assert_array_equal(back.keys, keys[order])
+    np.testing.assert_allclose(back.T_first_second, loops.T_first_second[order], atol=6e-4)
+    np.testing.assert_allclose(back.information, loops.information[order], atol=2.0)
+    with pytest.raises(WireError, match="edges"):
+        unpack_block(pack_block(made[1], None), None, 1, 0)  # not this block's keyframes
+
+
+def test_only_loops_that_the_asker_lacks_are_sent():
+    base = block_of(room_scans(40))
+    base = replace(base, edges=some_edges(40, 1)[:2])
+    more = replace(base, edges=some_edges(40, 1)[:4])
+    raw = pack_block(more, base)
+    assert len(pack_block(more, None)) - len(pack_block(replace(base, edges=base.edges[:0]), None)) > 40
+    assert len(raw) - len(pack_block(base, base)) < 60
+    assert unpack_block(raw, base, 1)[0].equals(more)
+    other = replace(base, edges=some_edges(40, 2))
+    assert unpack_block(pack_block(other, base), base, 1)[0].equals(other)
+
+
+@pytest.mark.parametrize("column", range(11))
+def test_loops_out_of_range_are_refused(column):
+    good = to_rows(LoopEdges(np.array([[0, 1]], np.int32), np.zeros((1, 3)), np.eye(3)[None]))
+    block = replace(block_of(room_scans(3)), edges=good)
+    assert unpack_block(pack_block(block, None), None, 1)[0].equals(block)
+    for value in (-(2**40), 2**40, 2**63 - 1, -(2**63)):
+        bad = good.copy()
+        bad[0, column] = value
+        with pytest.raises(WireError, match="edges"):
+            unpack_block(pack_block(replace(block, edges=bad), None), None, 1)
+
+
+def test_loops_before_the_first_keyframe_or_out_of_order_are_refused():
+    good = some_edges(64, 3)
+    block = replace(block_of(room_scans(64)), edges=good)
+    early = good.copy()
+    early[0, 1] = early[0, 0] + 1
+    for bad in (early, good[::-1], np.tile(good[:1], (65, 1))):
+        with pytest.raises(WireError, match="edges"):
+            unpack_block(pack_block(replace(block, edges=bad), None), None, 1)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_any_factor_in_range_makes_information(seed):
+    rng = np.random.default_rng(seed)
+    rows = rng.choice(np.array([-(2**17), -1, 0, 1, 2**17]), (20, 11))
+    rows[:, 0], rows[:, 1] = 5, 1
+    rows[:, [5, 7, 10]] = rng.choice(np.array([1, 11, 2**17]), (20, 3))
+    assert are_edges(rows, 0, 6)
+    assert len(from_rows(rows)) == 20
+    assert are_edges(to_rows(from_rows(rows)), 0, 6)
