@@ -25,6 +25,16 @@ class Rows:
         self._data[self.size] = row
         self.size += 1
 
+    def extend(self, rows: NDArray[Any]) -> None:
+        """Append several rows ``(n, columns)``."""
+        end = self.size + rows.shape[0]
+        if end > self._data.shape[0]:
+            grown = _pages(max(2 * self._data.shape[0], end), self._data.shape[1], self._data.dtype)
+            grown[: self.size] = self.rows
+            self._data = grown
+        self._data[self.size : end] = rows
+        self.size = end
+
     @classmethod
     def of(cls, rows: NDArray[Any]) -> Rows:
         """Return a table that holds these rows."""

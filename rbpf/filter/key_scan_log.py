@@ -24,8 +24,7 @@ class KeyScanLog:
         """Take a keyframe's points ``(N, 5)`` in beam order, base frame, seen from ``origin (2,)``."""
         count = spaced(points, origin, APART_M, POINTS_MOST, self._few)
         laser = quantised_origins(origin)
-        for row in quantised(self._few[:count, :2], laser):
-            self._polar.add(row)
+        self._polar.extend(quantised(self._few[:count, :2], laser))
         self._ends.add(self._polar.size)
         self._origins.add(laser)
 
