@@ -9,20 +9,21 @@ from numba import njit
 from numpy.typing import NDArray
 
 LEAST_M, LEAST_POINTS = 0.8, 8
-"""A stretch of wall is at least so long and so often hit."""
+"""A stretch of wall is at least this long, and has at least this number of points: less is furniture."""
 OFF_M, OFF_SHARE = 0.05, 0.003
-"""Its points lie so near a line, and farther off by this share of their range."""
+"""Its points lie within this of a line, and this share of their range more: a cell, and a laser's noise."""
 GAP_M, GAP_SHARE = 0.25, 0.05
-"""Two neighbours of a stretch are at most so far apart, and this share of their range more."""
+"""Two neighbours of a stretch are at most this far apart, and this share of their range more."""
 NOISE_M = 0.01
-"""Points of a wall are never better than this."""
+"""Range noise of the points of a wall is at least this."""
 SPLITS_MOST = 64
-"""Pieces that wait for being looked at; more are passed over."""
+"""Pieces of one scan that wait to be looked at; more are passed over."""
 STRETCHES_MOST, STRETCH_COLUMNS = 64, 3
+"""Stretches of one scan that are kept; columns (direction, variance, length) of each."""
 ALIKE_RAD = math.radians(1.5)
 """Stretches of one direction differ by no more."""
-TOLD_LEAST_M, TOLD_SHARE = 3.0, 0.5
-"""A scan tells a direction if its walls are so long in all, and are this share of all walls in it."""
+WALLS_LEAST_M, WALLS_SHARE = 3.0, 0.5
+"""A scan shows a direction if its walls are this long in all, and are this share of all walls in it."""
 PARALLEL_RAD = math.radians(0.3)
 """Walls of one building are parallel like this (1 sigma)."""
 RIGHT = 0.5 * math.pi
@@ -62,45 +63,60 @@ def stretches(
             a, b = stack[depth, 0], stack[depth, 1]
             if b - a < LEAST_POINTS:
                 continue
-            ux, uy = points[b - 1, 0] - points[a, 0], points[b - 1, 1] - points[a, 1]
-            length = math.hypot(ux, uy)
+            length = math.hypot(points[b - 1, 0] - points[a, 0], points[b - 1, 1] - points[a, 1])
             if length < LEAST_M:
                 continue
-            ux, uy = ux / length, uy / length
-            worst, where = 0.0, a
-            for i in range(a + 1, b - 1):
-                off = abs(-uy * (points[i, 0] - points[a, 0]) + ux * (points[i, 1] - points[a, 1]))
-                if off > worst:
-                    worst, where = off, i
-            r = math.hypot(points[where, 0] - origin[0], points[where, 1] - origin[1])
-            if worst > OFF_M + OFF_SHARE * r:
+            where = _corner(points, a, b, origin)
+            if where >= 0:
                 if depth + 2 <= SPLITS_MOST:
                     stack[depth, 0], stack[depth, 1] = a, where
                     stack[depth + 1, 0], stack[depth + 1, 1] = where, b
                     depth += 2
                 continue
-            mx = my = 0.0
-            for i in range(a, b):
-                mx += points[i, 0]
-                my += points[i, 1]
-            mx, my = mx / (b - a), my / (b - a)
-            cxx = cxy = cyy = 0.0
-            for i in range(a, b):
-                x, y = points[i, 0] - mx, points[i, 1] - my
-                cxx += x * x
-                cxy += x * y
-                cyy += y * y
-            mean, half = 0.5 * (cxx + cyy), math.sqrt(0.25 * (cxx - cyy) ** 2 + cxy * cxy)
-            noise2 = max((mean - half) / (b - a), NOISE_M * NOISE_M)
             if found < out.shape[0]:
-                out[found, 0] = 0.5 * math.atan2(2.0 * cxy, cxx - cyy)
-                out[found, 1] = noise2 / (mean + half)
+                out[found, 0], out[found, 1] = _line(points, a, b)
                 out[found, 2] = length
                 found += 1
     return found
 
 
-def told(walls: NDArray[np.float64]) -> tuple[float, float] | None:
+@njit(cache=True, nogil=True)
+def _corner(
+    points: NDArray[np.float64], a: int, b: int, origin: NDArray[np.float64]
+) -> int:  # pragma: no cover - compiled
+    """Return which of the points ``a .. b - 1`` is farthest off their chord, -1 where all lie on it."""
+    ux, uy = points[b - 1, 0] - points[a, 0], points[b - 1, 1] - points[a, 1]
+    length = math.hypot(ux, uy)
+    ux, uy = ux / length, uy / length
+    worst, where = 0.0, a
+    for i in range(a + 1, b - 1):
+        off = abs(-uy * (points[i, 0] - points[a, 0]) + ux * (points[i, 1] - points[a, 1]))
+        if off > worst:
+            worst, where = off, i
+    r = math.hypot(points[where, 0] - origin[0], points[where, 1] - origin[1])
+    return where if worst > OFF_M + OFF_SHARE * r else -1
+
+
+@njit(cache=True, nogil=True)
+def _line(points: NDArray[np.float64], a: int, b: int) -> tuple[float, float]:  # pragma: no cover - compiled
+    """Return the direction of the line that fits points ``a .. b - 1`` best, radians, and its variance."""
+    mx = my = 0.0
+    for i in range(a, b):
+        mx += points[i, 0]
+        my += points[i, 1]
+    mx, my = mx / (b - a), my / (b - a)
+    cxx = cxy = cyy = 0.0
+    for i in range(a, b):
+        x, y = points[i, 0] - mx, points[i, 1] - my
+        cxx += x * x
+        cxy += x * y
+        cyy += y * y
+    mean, half = 0.5 * (cxx + cyy), math.sqrt(0.25 * (cxx - cyy) ** 2 + cxy * cxy)
+    noise2 = max((mean - half) / (b - a), NOISE_M * NOISE_M)
+    return 0.5 * math.atan2(2.0 * cxy, cxx - cyy), noise2 / (mean + half)
+
+
+def main_direction(walls: NDArray[np.float64]) -> tuple[float, float] | None:
     """Return the direction that most of a scan's walls have, modulo a right angle, and its variance, if they have one.
 
     ``walls (M, 3)`` as :func:`stretches` writes them; radians.
@@ -111,7 +127,7 @@ def told(walls: NDArray[np.float64]) -> tuple[float, float] | None:
     alike = np.abs(folded(direction[:, None] - direction)) < ALIKE_RAD
     alike_m = alike @ length
     first = int(np.argmax(alike_m))
-    if alike_m[first] < max(TOLD_LEAST_M, TOLD_SHARE * length.sum()):
+    if alike_m[first] < max(WALLS_LEAST_M, WALLS_SHARE * length.sum()):
         return None
     weights = alike[first] / (variance + PARALLEL_RAD**2)
     mean = direction[first] + weights @ folded(direction - direction[first]) / weights.sum()

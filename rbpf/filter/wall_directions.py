@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mrslam.rbpf.filter.straight_walls import STRETCH_COLUMNS, STRETCHES_MOST, folded, stretches, told
+from mrslam.rbpf.filter.straight_walls import STRETCH_COLUMNS, STRETCHES_MOST, folded, main_direction, stretches
 from mrslam.rbpf.rows import Rows
 
 WALL_RAD = math.radians(0.35)
@@ -51,7 +51,7 @@ class WallDirections:
         """``(D,)``, how often each was seen."""
         self.cov = np.zeros((1, 1))
         """``(1 + D, 1 + D)``, of the newest heading and of the directions."""
-        self._told = Rows(2)  # what each keyframe's walls told: direction in its frame, index or -1
+        self._seen_by_key = Rows(2)  # what each keyframe's walls told: direction in its frame, index or -1
         self._surprise = 1.0  # what readings miss, squared, over what they should
         self._walls = np.zeros((STRETCHES_MOST, STRETCH_COLUMNS))
 
@@ -63,9 +63,9 @@ class WallDirections:
         same in the map and ``b`` the heading's error, ``d - heading - a`` measures ``b`` less the error of ``d``.
         """
         self.cov[0, 0] += DRIFT * way_m
-        reading = told(self._walls[: stretches(points, origin, self._walls)])
+        reading = main_direction(self._walls[: stretches(points, origin, self._walls)])
         if reading is None:
-            self._told.add((0.0, NONE))
+            self._seen_by_key.add((0.0, NONE))
             return 0.0
         direction, variance = reading
         variance += WALL_RAD**2
@@ -74,12 +74,12 @@ class WallDirections:
         sigma2 = from_each[:, 0] - np.diagonal(from_each, 1) + variance
         near = missed**2 < GATE**2 * sigma2
         if not near.any():
-            self._told.add((direction, self._begin(heading + direction, variance)))
+            self._seen_by_key.add((direction, self._begin(heading + direction, variance)))
             return 0.0
         likely = np.where(near, self.seen * np.exp(-0.5 * missed**2 / sigma2) / np.sqrt(sigma2), 0.0)
         one = int(np.argmax(likely))
         if likely[one] < SURE * likely.sum():
-            self._told.add((0.0, NONE))
+            self._seen_by_key.add((0.0, NONE))
             return 0.0
         self._surprise += SURPRISE_MEMORY * (float(missed[one] ** 2 / sigma2[one]) - self._surprise)
         doubt = SAME_WALLS * max(self._surprise, SURPRISE_LEAST) - 1.0
@@ -87,7 +87,7 @@ class WallDirections:
         self.cov = self.cov - np.outer(gain, from_each[one])
         self.angles = self.angles + gain[1:] * missed[one]
         self.seen[one] += 1
-        self._told.add((direction, one))
+        self._seen_by_key.add((direction, one))
         return float(gain[0] * missed[one])
 
     def _begin(self, angle: float, variance: float) -> int:
@@ -98,8 +98,8 @@ class WallDirections:
             self.cov = np.pad(self.cov, (0, 1))
         else:
             n = int(np.argmin(self.seen))
-            gone = self._told.rows[:, 1] == n
-            self._told.rows[gone] = (0.0, NONE)
+            gone = self._seen_by_key.rows[:, 1] == n
+            self._seen_by_key.rows[gone] = (0.0, NONE)
         self.angles[n], self.seen[n] = angle, 1
         self.cov[n + 1] = self.cov[:, n + 1] = self.cov[0]
         self.cov[n + 1, n + 1] = self.cov[0, 0] + SAME_WALLS * variance
@@ -107,7 +107,7 @@ class WallDirections:
 
     def adopt(self, headings: NDArray[np.float64]) -> None:
         """Learn the directions anew on a trajectory that was bent, from the ``headings (K,)`` of all keyframes."""
-        direction, before = self._told.rows.T
+        direction, before = self._seen_by_key.rows.T
         in_map, now = headings + direction, np.full(before.size, NONE)
         kept: list[float] = []
         for one in np.argsort(-self.seen, kind="stable"):
@@ -116,16 +116,16 @@ class WallDirections:
             same = np.flatnonzero(np.abs(folded(np.array(kept) - angle)) < SAME_RAD)
             now[saw] = same[0] if same.size else len(kept)
             kept += [] if same.size else [angle]
-        self._told.rows[:, 1] = now
+        self._seen_by_key.rows[:, 1] = now
         self.angles = np.array(kept)
         self.seen = np.bincount(now[now >= 0.0].astype(np.int64), minlength=len(kept))
         self.cov = np.diag(np.full(1 + len(kept), BENT_RAD**2))
 
     def state(self) -> list[Any]:
         """Return everything that a resumed mapper needs."""
-        return [self.angles, self.seen.copy(), self.cov.copy(), self._surprise, self._told.rows]
+        return [self.angles, self.seen.copy(), self.cov.copy(), self._surprise, self._seen_by_key.rows]
 
     def restore(self, state: list[Any]) -> None:
         """Go on from what :meth:`state` returned."""
         self.angles, self.seen, self.cov, self._surprise = state[:4]
-        self._told = Rows.of(state[4])
+        self._seen_by_key = Rows.of(state[4])

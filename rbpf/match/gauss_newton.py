@@ -3,34 +3,22 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mrslam.rbpf.match.nearest import COS, SIN, Surface, nearest
+from mrslam.rbpf.match.beam_sums import Look, Sums, sum_beams
 from mrslam.rbpf.tiles.views import Tiles
 
-POINT_WEIGHT = 0.2
-"""Weight of a correspondence without a normal beside one with: it holds the pose both ways, and less surely."""
 CORRIDOR = 0.05
 """Where the beams tell less than this share along one direction of that across, they are looked at closer."""
-SLANT_RAD = 0.25
-"""Normals that look along a corridor by less than this are those of its walls, with their errors."""
 CREDIBLE_BEAMS = 1.0
 """Beams that look along a corridor and are worth less than this many, all together, may be chance."""
-QUALITY_LEAST = 0.2
-"""A point's normal is used where its quality is above this."""
-WIDE_STEPS = 2
-"""The first steps look at surfaces farther off, and weigh them nearly as much as near ones."""
-FAR_CELLS2 = 9.0
-"""Surfaces farther off than the square root of this (cells) are others than the one that the beam hit."""
-CONFLICT_COST, UNKNOWN_COST = 3.0, 1.0
-"""What a beam that ends in known free space, and one that ends where nothing is known, take from the score; no beam
-takes more than the first."""
-INLIER_SIGMA2 = 6.25
-"""A beam within 2.5 sigma of the map is an inlier."""
+WIDE_STEPS, WIDE_SIGMAS, WIDE_M, NARROW_SIGMAS = 2, 3.0, 0.12, 1.5
+"""Beams lose weight beyond the second, in sigmas, or the third, metres, in as many steps as the first says; beyond the
+fourth, in sigmas, in those after them."""
 STEP_MOST_M, TURN_MOST_RAD = 0.3, 0.2
 """Longest step of one iteration: beyond, the surfaces found belong to other things."""
 SETTLED_M2, SETTLED_RAD2 = 1e-6, 1e-7
@@ -58,39 +46,6 @@ class Match(NamedTuple):
     """``(2,)``, unit vector of that direction in the map's frame."""
 
 
-class _Sums(NamedTuple):
-    """Normal equations over the beams: ``H step = b``, and how the beams fit."""
-
-    xx: float
-    xy: float
-    xt: float
-    yy: float
-    yt: float
-    tt: float
-    bx: float
-    by: float
-    bt: float
-    score: float
-    inliers: float
-    conflicts: float
-
-
-class _Look(NamedTuple):
-    """How one iteration weighs what beams find."""
-
-    radius: int
-    """Cells around a beam's end in which a surface is looked for where there is none next to it."""
-    scale2: float
-    """Square of the distance beyond which a beam loses weight (Geman-McClure), m^2."""
-    weight: float
-    """1 / sigma^2."""
-    corridor: bool
-    """Whether normals along the corridor are corrected."""
-    along_x: float
-    along_y: float
-    """Unit vector along the corridor."""
-
-
 @njit(cache=True, nogil=True)
 def match(
     tiles: Tiles,
@@ -108,7 +63,6 @@ def match(
     along a corridor; it is taken out, and if hardly anything is left, only the prior counts there (solution remapping,
     Zhang, Kaess and Singh 2016).
     """
-    n = points.shape[0]
     x, y, theta = start[0], start[1], start[2]
     weight = 1.0 / (sigma_m * sigma_m)
     step = 0
@@ -119,9 +73,9 @@ def match(
         final = settled or step >= iterations
         # Wide at first, to draw in what is off; narrow at the end, to leave out what does not belong.
         is_wide = step < WIDE_STEPS
-        scale2 = (max(3.0 * sigma_m, 0.12) if is_wide else 1.5 * sigma_m) ** 2
-        look = _Look(3 if is_wide else 2, scale2, weight, corridor, along_x, along_y)
-        sums = _sum_beams(tiles, points, x, y, theta, look)
+        scale_m = max(WIDE_SIGMAS * sigma_m, WIDE_M) if is_wide else NARROW_SIGMAS * sigma_m
+        look = Look(3 if is_wide else 2, scale_m**2, weight, corridor, along_x, along_y)
+        sums = sum_beams(tiles, points, x, y, theta, look)
         middle, half = 0.5 * (sums.xx + sums.yy), math.hypot(0.5 * (sums.xx - sums.yy), sums.xy)
         blind = 0.0
         if corridor:
@@ -148,6 +102,14 @@ def match(
     pose = np.empty(3)
     pose[0], pose[1] = x, y
     pose[2] = theta - 2.0 * math.pi * math.floor((theta + math.pi) / (2.0 * math.pi))
+    return _result(sums, pose, max(points.shape[0], 1), blind, along_x, along_y)
+
+
+@njit(cache=True, nogil=True)
+def _result(
+    sums: Sums, pose: NDArray[np.float64], beams: int, blind: float, along_x: float, along_y: float
+) -> Match:  # pragma: no cover - compiled
+    """Return the match that the sums over so many beams at a pose ``(3,)`` mean."""
     information = np.empty((3, 3))
     information[0, 0], information[1, 1], information[2, 2] = sums.xx, sums.yy, sums.tt
     information[0, 1] = information[1, 0] = sums.xy
@@ -155,120 +117,13 @@ def match(
     information[1, 2] = information[2, 1] = sums.yt
     direction = np.empty(2)
     direction[0], direction[1] = along_x, along_y
-    beams = max(n, 1)
     return Match(pose, sums.score / beams, sums.inliers / beams, sums.conflicts / beams, information, blind, direction)
 
 
 @njit(cache=True, nogil=True)
-def _sum_beams(
-    tiles: Tiles, points: NDArray[np.float64], x: float, y: float, theta: float, look: _Look
-) -> _Sums:  # pragma: no cover - compiled
-    """Return the normal equations of all beams at this pose."""
-    resolution_m = tiles.resolution_m
-    inv = 1.0 / resolution_m
-    hxx = hxy = hxt = hyy = hyt = htt = 0.0
-    bx = by = bt = 0.0
-    score, inliers, conflicts = 0.0, 0.0, 0.0
-    c, s = math.cos(theta), math.sin(theta)
-    for i in range(points.shape[0]):
-        rx = c * points[i, 0] - s * points[i, 1]
-        ry = s * points[i, 0] + c * points[i, 1]
-        quality = points[i, 4]
-        nx = c * points[i, 2] - s * points[i, 3]
-        ny = s * points[i, 2] + c * points[i, 3]
-        surface = _surface(tiles, (x + rx) * inv, (y + ry) * inv, nx, ny, quality, look.radius)
-        if surface.word == 0:
-            if surface.visits > 0:
-                conflicts += 1.0
-                score -= CONFLICT_COST
-            else:
-                score -= UNKNOWN_COST
-            continue
-        dx = surface.dx * resolution_m
-        dy = surface.dy * resolution_m
-        line, mx, my = _normal(surface.word, nx, ny, quality, look)
-        if line:
-            r = mx * dx + my * dy  # map minus scan along the normal
-            r2 = r * r
-            w = look.scale2 / (look.scale2 + r2)
-            w = w * w * look.weight
-            jt = -mx * ry + my * rx
-            hxx += w * mx * mx
-            hxy += w * mx * my
-            hyy += w * my * my
-            hxt += w * mx * jt
-            hyt += w * my * jt
-            htt += w * jt * jt
-            bx += w * mx * r
-            by += w * my * r
-            bt += w * jt * r
-            # A line has no end in this model: count how far along it the map was seen, too.
-            r2 += 0.1 * max(surface.distance2 * resolution_m * resolution_m - r2 - resolution_m * resolution_m, 0.0)
-        else:
-            r2 = dx * dx + dy * dy
-            w = look.scale2 / (look.scale2 + r2)
-            w = w * w * look.weight * POINT_WEIGHT
-            hxx += w
-            hyy += w
-            hxt += -w * ry
-            hyt += w * rx
-            htt += w * (rx * rx + ry * ry)
-            bx += w * dx
-            by += w * dy
-            bt += w * (-ry * dx + rx * dy)
-        e = 0.5 * r2 * look.weight
-        score -= min(e, CONFLICT_COST)
-        if r2 * look.weight < INLIER_SIGMA2:
-            inliers += 1.0
-    return _Sums(hxx, hxy, hxt, hyy, hyt, htt, bx, by, bt, score, inliers, conflicts)
-
-
-@njit(cache=True, nogil=True)
-def _surface(
-    tiles: Tiles, x: float, y: float, nx: float, ny: float, quality: float, radius: int
-) -> Surface:  # pragma: no cover - compiled
-    """Return the surface next to a beam's end, or else the nearest in a wider neighbourhood."""
-    near = nearest(tiles, x, y, nx, ny, quality, 1)
-    if near.word != 0:
-        return near
-    wide = nearest(tiles, x, y, nx, ny, quality, radius)
-    if wide.word == 0 or wide.distance2 > FAR_CELLS2:
-        return near
-    return wide
-
-
-@njit(cache=True, nogil=True)
-def _normal(
-    word: Any, nx: float, ny: float, quality: float, look: _Look
-) -> tuple[bool, float, float]:  # pragma: no cover - compiled
-    """Return whether a surface has a unit normal, by its cell's word or the beam's own ``(nx, ny)``, and which."""
-    if (word >> 31) & 1 > 0:
-        k = (word >> 23) & 0xFF
-        mx, my = COS[k], SIN[k]
-        if quality > QUALITY_LEAST:
-            # Where beams are sparse the mean point's wall is known better from both sides.
-            mx, my = mx + nx, my + ny
-            norm = 1.0 / math.sqrt(mx * mx + my * my)
-            mx *= norm
-            my *= norm
-    elif quality > QUALITY_LEAST:
-        mx, my = nx, ny
-    else:
-        return False, 0.0, 0.0
-    if look.corridor:
-        slant = mx * look.along_x + my * look.along_y
-        if abs(slant) < SLANT_RAD:
-            mx, my = mx - slant * look.along_x, my - slant * look.along_y
-            norm = 1.0 / math.sqrt(mx * mx + my * my)
-            mx *= norm
-            my *= norm
-    return True, mx, my
-
-
-@njit(cache=True, nogil=True)
 def _without(
-    sums: _Sums, blind: float, least: float, along_x: float, along_y: float
-) -> _Sums:  # pragma: no cover - compiled
+    sums: Sums, blind: float, least: float, along_x: float, along_y: float
+) -> Sums:  # pragma: no cover - compiled
     """Return the equations without a share ``blind`` of what they say along a direction, whose eigenvalue is ``least``.
 
     ``S H S`` and ``S b`` with ``S = 1 - (1 - sqrt(1 - blind)) e e^T``.
@@ -284,12 +139,12 @@ def _without(
     xx = sums.xx - along * along_x * along_x
     xy = sums.xy - along * along_x * along_y
     yy = sums.yy - along * along_y * along_y
-    return _Sums(xx, xy, xt, yy, yt, sums.tt, bx, by, sums.bt, sums.score, sums.inliers, sums.conflicts)
+    return Sums(xx, xy, xt, yy, yt, sums.tt, bx, by, sums.bt, sums.score, sums.inliers, sums.conflicts)
 
 
 @njit(cache=True, nogil=True)
 def _solve(
-    sums: _Sums,
+    sums: Sums,
     x: float,
     y: float,
     theta: float,

@@ -8,16 +8,27 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-# A point is (x, y, nx, ny, q): position and unit normal towards the laser in the base frame, metres;
-# q in [0, 1] tells how line-like its surroundings are (0 = no normal); UNSURE where it may be no thing at all.
 POINT_COLUMNS = 5
-NORMAL_REACH_M = 0.22
-"""Neighbours within this distance shape a point's normal, metres."""
+"""A point is (x, y, nx, ny, q): position and unit normal towards the laser in the base frame, metres; q in [0, 1] says
+how line-like its surroundings are (0 = no normal), or is ``UNSURE`` where it may be no thing at all."""
+NORMAL_REACH_M, REACH_SHARE2 = 0.22, 0.0016
+"""Neighbours within this distance shape a point's normal, or within 4 % of its range, whose square the second is."""
+GAP_M, GAP_SHARE = 0.10, 0.05
+"""Neighbours farther apart than this and this share of their range lie on different things."""
+ROUND = 0.12
+"""A point whose surroundings are as wide as this share of their length, both squared, has no normal."""
 GRAZING = 0.03
 """Sine of the angle between beam and surface below which a surface may as well be a veil behind an edge."""
 UNSURE = -1.0
 """Quality of a point that is drawn into the map but not matched."""
 LONE_QUALITY = 0.5
+"""Quality of a point without close neighbours whose normal is from those farther off."""
+LINE_M, LINE_SHARE = 0.03, 0.003
+"""Three lone points are in line within this distance, and this share of their range."""
+LONE_REACH = 0.5
+"""They lie at most this share of their range apart."""
+WIDER = 1.25
+"""Where too many points are left, the next try spaces them wider by this factor."""
 
 
 @njit(cache=True, nogil=True)
@@ -38,10 +49,10 @@ def _lone(points: NDArray[np.float64], i: int, n: int) -> float:  # pragma: no c
         x, y = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1]
         length = math.hypot(x, y)
         r = math.hypot(points[i, 0], points[i, 1])
-        if length < 1e-6 or length > 0.5 * r:
+        if length < 1e-6 or length > LONE_REACH * r:
             continue
         off = abs(x * (points[b, 1] - points[a, 1]) - y * (points[b, 0] - points[a, 0])) / length
-        if off > 0.03 + 0.003 * r:
+        if off > LINE_M + LINE_SHARE * r:
             continue
         nx, ny = -y / length, x / length
         toward = -(nx * points[i, 0] + ny * points[i, 1])
@@ -53,6 +64,69 @@ def _lone(points: NDArray[np.float64], i: int, n: int) -> float:  # pragma: no c
         points[i, 3] = ny
         return LONE_QUALITY
     return 0.0
+
+
+@njit(cache=True, nogil=True)
+def _surroundings(
+    points: NDArray[np.float64], i: int, n: int
+) -> tuple[float, float, float, float]:  # pragma: no cover - compiled
+    """Return how many points make up a point's surroundings, itself included, and their covariance xx, xy, yy.
+
+    They are its neighbours along the beams up to the first gap, or ``NORMAL_REACH_M``, farther away more.
+    """
+    x, y = points[i, 0], points[i, 1]
+    r = math.hypot(x, y)
+    gap = GAP_M + GAP_SHARE * r
+    reach2 = max(NORMAL_REACH_M * NORMAL_REACH_M, REACH_SHARE2 * r * r)
+    count, sx, sy, sxx, sxy, syy = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for step in (-1, 1):
+        j = i + step
+        px, py = x, y
+        while 0 <= j < n:
+            dx, dy = points[j, 0] - x, points[j, 1] - y
+            gx, gy = points[j, 0] - px, points[j, 1] - py
+            d2 = dx * dx + dy * dy
+            first = j == i + step
+            if gx * gx + gy * gy > gap * gap or (d2 > reach2 and not first):
+                break
+            count += 1.0
+            sx += dx
+            sy += dy
+            sxx += dx * dx
+            sxy += dx * dy
+            syy += dy * dy
+            px, py = points[j, 0], points[j, 1]
+            if d2 > reach2:
+                break
+            j += step
+    mx, my = sx / count, sy / count
+    return count, sxx / count - mx * mx, sxy / count - mx * my, syy / count - my * my
+
+
+@njit(cache=True, nogil=True)
+def _find_normal(points: NDArray[np.float64], i: int, n: int) -> None:  # pragma: no cover - compiled
+    """Write a point's normal and its quality, from the points around it."""
+    x, y = points[i, 0], points[i, 1]
+    points[i, 2] = points[i, 3] = 0.0
+    count, cxx, cxy, cyy = _surroundings(points, i, n)
+    if count < 3.0:
+        points[i, 4] = _lone(points, i, n)
+        return
+    mean, half = 0.5 * (cxx + cyy), math.sqrt(0.25 * (cxx - cyy) ** 2 + cxy * cxy)
+    small, large = max(mean - half, 0.0), mean + half
+    # The normal is the direction of least spread.
+    angle = 0.5 * math.atan2(2.0 * cxy, cxx - cyy) + 0.5 * math.pi
+    nx, ny = math.cos(angle), math.sin(angle)
+    toward = -(nx * x + ny * y)
+    if toward < 0.0:
+        nx, ny, toward = -nx, -ny, -toward
+    quality = 1.0 - small / (ROUND * large + 1e-9)
+    if toward < GRAZING * math.hypot(x, y):
+        points[i, 4] = UNSURE
+    elif quality <= 0.0:
+        points[i, 4] = 0.0
+    else:
+        points[i, 2], points[i, 3], points[i, 4] = nx, ny, min(quality, 1.0)
 
 
 @njit(cache=True, nogil=True)
@@ -75,61 +149,10 @@ def scan_points(
             continue
         points[n, 0] = r * cos[i]
         points[n, 1] = r * sin[i]
-        points[n, 4] = i
         n += 1
-    reach2 = NORMAL_REACH_M * NORMAL_REACH_M
-    ct, st = math.cos(T_base_laser[2]), math.sin(T_base_laser[2])
     for i in range(n):
-        x, y = points[i, 0], points[i, 1]
-        r = math.hypot(x, y)
-        gap = 0.10 + 0.05 * r
-        reach_here = max(reach2, 0.0016 * r * r)
-        count, sx, sy, sxx, sxy, syy = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for step in (-1, 1):
-            j = i + step
-            px, py = x, y
-            while 0 <= j < n:
-                dx, dy = points[j, 0] - x, points[j, 1] - y
-                gx, gy = points[j, 0] - px, points[j, 1] - py
-                d2 = dx * dx + dy * dy
-                first = j == i + step
-                if gx * gx + gy * gy > gap * gap or (d2 > reach_here and not first):
-                    break
-                count += 1.0
-                sx += dx
-                sy += dy
-                sxx += dx * dx
-                sxy += dx * dy
-                syy += dy * dy
-                px, py = points[j, 0], points[j, 1]
-                if d2 > reach_here:
-                    break
-                j += step
-        points[i, 2] = 0.0
-        points[i, 3] = 0.0
-        if count < 3.0:
-            points[i, 4] = _lone(points, i, n)
-            continue
-        mx, my = sx / count, sy / count
-        cxx, cxy, cyy = sxx / count - mx * mx, sxy / count - mx * my, syy / count - my * my
-        mean, half = 0.5 * (cxx + cyy), math.sqrt(0.25 * (cxx - cyy) ** 2 + cxy * cxy)
-        small, large = max(mean - half, 0.0), mean + half
-        # The normal is the direction of least spread.
-        angle = 0.5 * math.atan2(2.0 * cxy, cxx - cyy) + 0.5 * math.pi
-        nx, ny = math.cos(angle), math.sin(angle)
-        toward = -(nx * x + ny * y)
-        if toward < 0.0:
-            nx, ny, toward = -nx, -ny, -toward
-        quality = 1.0 - small / (0.12 * large + 1e-9)
-        if toward < GRAZING * r:
-            points[i, 4] = UNSURE
-            continue
-        if quality <= 0.0:
-            points[i, 4] = 0.0
-            continue
-        points[i, 2] = nx
-        points[i, 3] = ny
-        points[i, 4] = min(quality, 1.0)
+        _find_normal(points, i, n)
+    ct, st = math.cos(T_base_laser[2]), math.sin(T_base_laser[2])
     for i in range(n):
         x, y, nx, ny = points[i, 0], points[i, 1], points[i, 2], points[i, 3]
         points[i, 0] = T_base_laser[0] + ct * x - st * y
@@ -172,4 +195,4 @@ def spaced(
             kept += 1
         if kept <= most:
             return kept
-        spacing_m *= 1.25
+        spacing_m *= WIDER

@@ -44,28 +44,32 @@ def bounds(
 
 
 @njit(cache=True, nogil=True)
+def _hit(
+    pool: NDArray[np.uint32], tile: int, x: float, y: float, point: NDArray[np.float64], c: float, s: float
+) -> None:  # pragma: no cover - compiled
+    """Add a hit at ``(x, y)``, cells, in a tile; ``point (5,)`` has the normal, in a base turned by cos and sin."""
+    col, row = int(math.floor(x)), int(math.floor(y))
+    k = ((row & MASK) << TILE_BITS) | (col & MASK)
+    nx = c * point[2] - s * point[3]
+    ny = s * point[2] + c * point[3]
+    pool[tile, k] = add_hit(np.int64(pool[tile, k]), x - col, y - row, nx, ny, point[4])
+
+
+@njit(cache=True, nogil=True)
 def insert_hits(
     tiles: Tiles, pose: NDArray[np.float64], points: NDArray[np.float64]
 ) -> None:  # pragma: no cover - compiled
     """Add the points ``(N, 5)`` of a scan taken at ``pose (3,)`` as hits; the map must own the tiles."""
-    pool, table, row0, col0, resolution_m = tiles
     c, s = math.cos(pose[2]), math.sin(pose[2])
-    inv = 1.0 / resolution_m
-    height, width = table.shape
+    inv = 1.0 / tiles.resolution_m
+    height, width = tiles.table.shape
     for i in range(points.shape[0]):
         x = (pose[0] + c * points[i, 0] - s * points[i, 1]) * inv
         y = (pose[1] + s * points[i, 0] + c * points[i, 1]) * inv
-        col, row = int(math.floor(x)), int(math.floor(y))
-        tr, tc = (row >> TILE_BITS) - row0, (col >> TILE_BITS) - col0
-        if not (0 <= tr < height and 0 <= tc < width):
-            continue
-        t = table[tr, tc]
-        if t == 0:
-            continue
-        k = ((row & MASK) << TILE_BITS) | (col & MASK)
-        nx = c * points[i, 2] - s * points[i, 3]
-        ny = s * points[i, 2] + c * points[i, 3]
-        pool[t, k] = add_hit(np.int64(pool[t, k]), x - col, y - row, nx, ny, points[i, 4])
+        tr = (int(math.floor(y)) >> TILE_BITS) - tiles.row0
+        tc = (int(math.floor(x)) >> TILE_BITS) - tiles.col0
+        if 0 <= tr < height and 0 <= tc < width and tiles.table[tr, tc] != 0:
+            _hit(tiles.pool, tiles.table[tr, tc], x, y, points[i], c, s)
 
 
 @njit(cache=True, nogil=True)
@@ -77,11 +81,10 @@ def insert_scan(
     Beams stop clearing ``skip_m`` before the point they hit, so that those along a wall do not wear it away. Tiles that
     are missing or, by ``refs (T,)``, shared are left alone: prepare them first.
     """
-    pool, table, row0, col0, resolution_m = tiles
     origin, points, ends = beams
     c, s = math.cos(pose[2]), math.sin(pose[2])
-    inv = 1.0 / resolution_m
-    height, width = table.shape
+    inv = 1.0 / tiles.resolution_m
+    height, width = tiles.table.shape
     x0 = (pose[0] + c * origin[0] - s * origin[1]) * inv
     y0 = (pose[1] + s * origin[0] + c * origin[1]) * inv
     n = points.shape[0]
@@ -98,42 +101,46 @@ def insert_scan(
         if i < n:
             keep = 1.0 - skip_m * inv / max(length, 1e-9)
         if keep > 0.0:
-            dx *= keep
-            dy *= keep
-            col, row = int(math.floor(x0)), int(math.floor(y0))
-            col_end, row_end = int(math.floor(x0 + dx)), int(math.floor(y0 + dy))
-            step_col, t_col, dt_col = along_axis(x0, dx, col)
-            step_row, t_row, dt_row = along_axis(y0, dy, row)
-            count = abs(col_end - col) + abs(row_end - row) + 1
-            tile_r, tile_c, tile = -1 << 30, -1 << 30, 0
-            for _ in range(count):
-                tr, tc = row >> TILE_BITS, col >> TILE_BITS
-                if tr != tile_r or tc != tile_c:
-                    tile_r, tile_c = tr, tc
-                    tile = 0
-                    if 0 <= tr - row0 < height and 0 <= tc - col0 < width:
-                        tile = table[tr - row0, tc - col0]
-                        if refs[tile] != 1:
-                            tile = 0
-                if tile != 0:
-                    k = ((row & MASK) << TILE_BITS) | (col & MASK)
-                    pool[tile, k] = add_pass(np.int64(pool[tile, k]))
-                if t_col <= t_row:
-                    col += step_col
-                    t_col += dt_col
-                else:
-                    row += step_row
-                    t_row += dt_row
+            _pass(tiles, refs, x0, y0, dx * keep, dy * keep)
         if i < n:
-            col, row = int(math.floor(x1)), int(math.floor(y1))
-            tr, tc = (row >> TILE_BITS) - row0, (col >> TILE_BITS) - col0
+            tr = (int(math.floor(y1)) >> TILE_BITS) - tiles.row0
+            tc = (int(math.floor(x1)) >> TILE_BITS) - tiles.col0
             if 0 <= tr < height and 0 <= tc < width:
-                tile = table[tr, tc]
+                tile = tiles.table[tr, tc]
                 if tile != 0 and refs[tile] == 1:
-                    k = ((row & MASK) << TILE_BITS) | (col & MASK)
-                    nx = c * points[i, 2] - s * points[i, 3]
-                    ny = s * points[i, 2] + c * points[i, 3]
-                    pool[tile, k] = add_hit(np.int64(pool[tile, k]), x1 - col, y1 - row, nx, ny, points[i, 4])
+                    _hit(tiles.pool, tile, x1, y1, points[i], c, s)
+
+
+@njit(cache=True, nogil=True)
+def _pass(
+    tiles: Tiles, refs: NDArray[np.int32], x0: float, y0: float, dx: float, dy: float
+) -> None:  # pragma: no cover - compiled
+    """Count a pass in every cell from ``(x0, y0)`` to ``(x0 + dx, y0 + dy)``, cells, in tiles that the map owns."""
+    pool, table, row0, col0, _ = tiles
+    height, width = table.shape
+    col, row = int(math.floor(x0)), int(math.floor(y0))
+    col_end, row_end = int(math.floor(x0 + dx)), int(math.floor(y0 + dy))
+    step_col, t_col, dt_col = along_axis(x0, dx, col)
+    step_row, t_row, dt_row = along_axis(y0, dy, row)
+    tile_r, tile_c, tile = -1 << 30, -1 << 30, 0
+    for _ in range(abs(col_end - col) + abs(row_end - row) + 1):
+        tr, tc = row >> TILE_BITS, col >> TILE_BITS
+        if tr != tile_r or tc != tile_c:
+            tile_r, tile_c = tr, tc
+            tile = 0
+            if 0 <= tr - row0 < height and 0 <= tc - col0 < width:
+                tile = table[tr - row0, tc - col0]
+                if refs[tile] != 1:
+                    tile = 0
+        if tile != 0:
+            k = ((row & MASK) << TILE_BITS) | (col & MASK)
+            pool[tile, k] = add_pass(np.int64(pool[tile, k]))
+        if t_col <= t_row:
+            col += step_col
+            t_col += dt_col
+        else:
+            row += step_row
+            t_row += dt_row
 
 
 @njit(cache=True, nogil=True)

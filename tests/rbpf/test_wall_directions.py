@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mrslam.rbpf import Mapper
 from mrslam.rbpf.config import MapperConfig
-from mrslam.rbpf.filter.straight_walls import folded, stretches, told
+from mrslam.rbpf.filter.straight_walls import folded, main_direction, stretches
 from mrslam.rbpf.filter.wall_directions import MOST, WallDirections
 from mrslam.rbpf.match.sight import Sight
 from tests.rbpf import rooms
@@ -79,7 +79,7 @@ def test_a_scan_tells_the_direction_of_most_of_its_walls() -> None:
     rng = np.random.default_rng(1)
     points = np.concatenate([line((1, -3), 93.0, 6.0), line((-2, 4), 3.0, 5.0), line((-4, 0), 40.0, 2.0)])
     points[:, :2] += rng.normal(0.0, 0.01, (len(points), 2))
-    reading = told(walls_of(points))
+    reading = main_direction(walls_of(points))
     assert reading is not None
     assert abs(math.degrees(folded(np.array(reading[0])) - math.radians(3.0))) < 0.15
     assert reading[1] < math.radians(0.4) ** 2
@@ -91,7 +91,7 @@ def test_short_round_and_undecided_walls_tell_nothing() -> None:
     circle[:, 0], circle[:, 1] = 4.0 * np.cos(angle), 4.0 * np.sin(angle)
     undecided = np.concatenate([line((3, 10.0 * k), 20.0 * k, 4.0) for k in range(4)])
     for points in (np.zeros((0, 5)), line((2, -1), 90.0, 2.0), circle, undecided):
-        assert told(walls_of(points)) is None
+        assert main_direction(walls_of(points)) is None
 
 
 def drift_through(directions_deg: list[float], way_m: float, rng: np.random.Generator) -> tuple[float, float]:
