@@ -5,7 +5,7 @@ from bench.mutants.mutant import Mutant
 FILTER = "rbpf/filter/particle_filter.py"
 
 MUTANTS = (
-    Mutant(FILTER, "self.log_weights += gain", "self.log_weights += 0.0 * gain", "weights are never updated"),
+    Mutant(FILTER, "self.log_weights += gains", "self.log_weights += 0.0 * gains", "weights are never updated"),
     Mutant(
         FILTER,
         "if self.neff < self.config.neff_fraction * self.count:",
@@ -21,14 +21,14 @@ MUTANTS = (
     Mutant(FILTER, "        self.best = heir", "        self.best = 0", "the heir is always particle 0"),
     Mutant(
         FILTER,
-        "if self.log_weights[self.best] < -LOYALTY:",
+        "if self.log_weights[self.best] < -BEST_SWITCH_LOG_WEIGHT:",
         "if self.log_weights[self.best] < -1e9:",
         "the best particle never changes",
     ),
     Mutant(
-        FILTER,
-        "own = self._own[parents]",
-        "own = self._own[np.arange(parents.size) % self.count]",
+        "rbpf/filter/ancestry.py",
+        "apart = self.apart[parents]",
+        "apart = self.apart[np.arange(parents.size) % self.count]",
         "trajectories do not follow their particles at resampling",
     ),
     Mutant(
@@ -39,32 +39,32 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/filter/back_end.py",
-        "closed = self._contradicted and self._relax()",
+        "closed = self._is_contradicted and self._relax()",
         "closed = False",
         "loops are never relaxed",
     ),
     Mutant(
         "rbpf/filter/back_end.py",
-        "self._contradicted = self.config.close_loops and self.loops.look(poses)",
-        "self._contradicted = False",
+        "self._is_contradicted = self.config.close_loops and self.loops.look(trajectory)",
+        "self._is_contradicted = False",
         "loops are never looked for",
     ),
     Mutant(
         "rbpf/filter/back_end.py",
-        "        self.filter.adopt(relaxed, self.loops.scans, self.loops.origins)\n",
+        "        self.filter.adopt(relaxed, self.loops.scans.points, self.loops.scans.origins)\n",
         "",
         "a closed loop bends no map",
     ),
     Mutant(
         "rbpf/filter/particles.py",
-        "gain[i] = evidence_beams * results[i, SCORE]",
-        "gain[i] = -evidence_beams * results[i, SCORE]",
+        "out.gains[i] = evidence_beams * fit.score",
+        "out.gains[i] = -evidence_beams * fit.score",
         "the worst particles survive",
     ),
     Mutant(
         "rbpf/filter/particles.py",
-        "            pool, tables[i], row0, col0, resolution_m, points, predicted",
-        "            pool, tables[0], row0, col0, resolution_m, points, predicted",
+        "fit = match(map_of(maps, i), points",
+        "fit = match(map_of(maps, 0), points",
         "every particle is matched to the first one's map",
     ),
     Mutant(
@@ -74,20 +74,20 @@ MUTANTS = (
         "a sum of weights short of 1 runs past the last particle",
     ),
     Mutant(
-        "rbpf/loops/loops.py",
-        " and result[INLIERS] >= (AGREEING_LEAST + 0.5 * more) * seen)",
-        ")",
+        "rbpf/loops/place_matcher.py",
+        " and found.inliers >= (AGREEING_LEAST + 0.5 * more) * seen",
+        "",
         "a loop is closed where walls contradict",
     ),
     Mutant(
-        "rbpf/loops/loops.py",
-        "            if apart > AGREE_M or twisted > AGREE_RAD:\n                return False\n",
-        "",
+        "rbpf/loops/loop_closer.py",
+        "return bool(away_m <= AGREE_M and turned <= AGREE_RAD)",
+        "return True",
         "one fit that nothing confirms bends the map",
     ),
     Mutant(
         "rbpf/loops/graph.py",
-        "if np.abs(step).max() < SETTLED_M:",
+        "if np.abs(step).max() < SETTLED:",
         "if True:",
         "relaxation stops after one step, and large loops stay open",
     ),
@@ -105,8 +105,8 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/mapper.py",
-        "self._carried = self._front.predictor.carried(T_before_odom)",
-        "self._carried = se2.IDENTITY",
+        "self._dead_reckoned = self._front.predictor.dead_reckoned(reading.T_before_odom)",
+        "self._dead_reckoned = se2.IDENTITY",
         "while scans are of no use the robot seems to stand still",
     ),
     Mutant(
