@@ -1,4 +1,4 @@
-"""Threads of one mapper: one task in the background, and particles shared among whoever has nothing else to do."""
+"""Threads of one mapper: one task in the background, and jobs in parts that idle threads share."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from typing import Any, Generic, TypeVar
 T = TypeVar("T")
 
 PARTS = 4
-"""A shared job is cut into so many parts for each thread: who comes late still finds some."""
+"""Parts of a shared job for each thread: a thread that becomes idle late still finds some."""
 HAND_OVER_S = 1e-4
-"""A thread that needs the interpreter waits no longer for another to let go of it (Python's own: 5 ms)."""
+"""Longest wait of a thread for the interpreter while another holds it, seconds (Python's own: 5 ms): far below the
+time between two scans."""
 
 
 def hand_over_quickly() -> None:
-    """Shorten the interpreter's switch interval for this process, which is to do nothing but map.
+    """Shorten the interpreter's switch interval for this process, which must do nothing but map.
 
     Where other threads have much to do in Python (an agent under a flood of messages) they would hold up the mapper's.
     """
@@ -36,23 +37,23 @@ class Pending(Generic[T]):
 
     @classmethod
     def done(cls, value: T) -> Pending[T]:
-        """Return one that is there already."""
+        """Return one whose task is done."""
         future: Future[T] = Future()
         future.set_result(value)
         return cls(None, future)
 
     def result(self) -> T:
-        """Return it; meanwhile this thread takes its share of the work. Raises what the task raised."""
+        """Wait for the task, working on shared jobs meanwhile; return its result, or raise what it raised."""
         if self._crew is not None:
             self._crew.help_until_done(self._future)
         return self._future.result()
 
 
 class Crew:
-    """Does one task at a time beside the thread that asked for it; results must not depend on who does what."""
+    """Runs one task at a time beside the calling thread; results must not depend on which thread does what."""
 
     def __init__(self, threads: int) -> None:
-        """Use ``threads`` threads with the caller's, or as many as there are cores if 0; alone, do all at once."""
+        """Use ``threads`` threads, the caller's included, or one a core if 0; with one, tasks run at once."""
         self.threads = threads or len(os.sched_getaffinity(0))
         self._pool = ThreadPoolExecutor(self.threads - 1, thread_name_prefix="rbpf") if self.threads > 1 else None
         self._news = threading.Condition()
@@ -61,21 +62,21 @@ class Crew:
 
     @property
     def is_idle(self) -> bool:
-        """Whether there is another thread, and it has nothing to do."""
+        """Whether there is another thread, and it is idle."""
         return self._pool is not None and (self._task is None or self._task.done())
 
     def both(self, one: Callable[[], T], other: Callable[[], T]) -> tuple[T, T]:
-        """Return what both return, doing the one here and the other beside it; an idle crew only."""
+        """Return the results of two functions, the second run on another thread; the crew must be idle."""
         assert self._pool is not None
         beside = self._pool.submit(other)
         return one(), beside.result()
 
     def begin(self, task: Callable[[], T]) -> Pending[T]:
-        """Begin a task; the one before must be done."""
+        """Begin a task; the one before it must be done."""
         if self._pool is None:
             return Pending.done(task())
         self._task = future = self._pool.submit(task)
-        future.add_done_callback(self._tell)
+        future.add_done_callback(self._notify)
         return Pending(self, future)
 
     def share(
@@ -86,9 +87,9 @@ class Crew:
         before: Callable[[], None] | None = None,
         beside: Callable[[], None] | None = None,
     ) -> None:
-        """Call ``job(first, last)`` for ranges that together are ``0 .. count - 1``, and wait for all of them.
+        """Call ``job(first, last)`` for ranges that together are ``0 .. count - 1``, on all threads, and wait for them.
 
-        ``before`` is called before them; ``beside`` at any time, by anyone, and must not care for what the others do.
+        ``before`` is called before them; ``beside`` at any time and on any thread, so it must be independent of both.
         """
         if self._pool is None:
             for alone in (beside, before):
@@ -104,21 +105,21 @@ class Crew:
         parts = min(PARTS * self.threads, count)
         bounds = [count * k // parts for k in range(parts + 1)]
         self._put([partial(job, first, last) for first, last in pairwise(bounds)])
-        for _ in range(self.threads - 2):  # one is here, and the caller's comes when it waits
+        for _ in range(self.threads - 2):  # the task runs on one of the others, and the caller's joins when it waits
             self._pool.submit(shared.work)
         shared.work()
         shared.wait()
         self._shared = None
 
     def _put(self, parts: Sequence[Callable[[], None]]) -> None:
-        """Offer parts of what is shared to whoever has nothing else to do."""
+        """Offer parts of the shared job to idle threads."""
         assert self._shared is not None
         self._shared.put(parts)
         with self._news:
             self._news.notify_all()
 
     def help_until_done(self, task: Future[T]) -> None:
-        """Work on what is shared until the task is done."""
+        """Work on shared jobs until the task is done."""
         while True:
             with self._news:
                 self._news.wait_for(lambda: task.done() or (self._shared is not None and self._shared.is_left))
@@ -128,7 +129,7 @@ class Crew:
             if shared is not None:
                 shared.work()
 
-    def _tell(self, _: Future[T]) -> None:
+    def _notify(self, _: Future[T]) -> None:
         with self._news:
             self._news.notify_all()
 
@@ -150,7 +151,7 @@ class _Shared:
 
     @property
     def is_left(self) -> bool:
-        """Whether there is a part that nobody has taken."""
+        """Whether there is a part that no thread has taken."""
         return bool(self._parts)
 
     def work(self) -> None:
@@ -162,7 +163,7 @@ class _Shared:
                 part = self._parts.popleft()
             try:
                 part()
-            except BaseException as error:  # noqa: BLE001 - told by `wait` to who shared the job
+            except BaseException as error:  # noqa: BLE001 - raised by `wait` in the thread that shared the job
                 self._errors.append(error)
             with self._news:
                 self._undone -= 1

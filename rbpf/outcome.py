@@ -1,4 +1,4 @@
-"""What the mapper tells about each scan, and what it has counted."""
+"""What the mapper reports about each scan, and its counters."""
 
 from __future__ import annotations
 
@@ -11,29 +11,29 @@ from mrslam.spatial.se2 import Transform
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class UpdateInfo:
-    """What became of one scan."""
+    """What the mapper did with one scan."""
 
     processed: bool
-    """Whether the filter was updated, not only the local motion."""
+    """Whether the scan became a keyframe, at which the filter is updated."""
     T_map_base: Transform
     """``(3,)``, the best pose known now."""
     neff: float
-    """Effective number of particles."""
+    """Effective number of particles at the newest keyframe whose result is known."""
     resampled: bool = False
-    """Whether particles were resampled, as far as it is told with this scan: the filter works while more scans come."""
+    """Whether particles were resampled at the keyframe whose result was collected with this scan."""
     match_score: float = 0.0
-    """Share of beams that fit the local map, 0..1."""
+    """Share of beams that fit the rolling map, 0..1."""
     health: float = 1.0
     """0..1; below 0.5 the pose is doubtful."""
     dropped_beams: int = 0
-    """Beams that are no usable return."""
+    """Number of beams that are no usable return."""
     reason: str | None = None
     """Why the scan was not used; None where it was."""
 
 
 @dataclass(eq=False)
 class Stats:
-    """Counts since the start, as far as they have been told."""
+    """Counts since the start; of keyframes, those whose results are known."""
 
     scans: int = 0
     dropped: int = 0
@@ -45,7 +45,7 @@ class Stats:
 
 @dataclass(eq=False)
 class Stopwatch:
-    """Seconds by stage on one thread, for those who measure; without a clock it costs nothing and tells nothing."""
+    """Seconds by stage on one thread; without a clock it measures nothing and costs nothing."""
 
     clock: Callable[[], float] | None = None
     """Seconds so far, such as ``time.thread_time``."""

@@ -1,4 +1,4 @@
-"""Compile every kernel of this room once."""
+"""Compiles every kernel of this package once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Weights and who survives by them."""
+"""Weights, the effective number of particles, and systematic resampling."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def systematic(weights: NDArray[np.float64], count: int, u: float) -> NDArray[np
     """Return ``count`` ancestors by systematic resampling with one draw ``u`` in [0, 1) (Carpenter et al. 1999).
 
     The walk along the cumulated weights stops at the last particle of positive weight, so that sums that fall short of
-    1 do no harm. Weights need not be normalised; where all are zero they live on in turn.
+    1 do no harm. Weights need not be normalised; where all are zero, particles survive in turn.
     """
     n = weights.size
     parents = np.arange(count) % n

@@ -30,7 +30,7 @@ RIGHT = 0.5 * math.pi
 
 
 def folded(angle: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return what is left of angles beside the nearest multiple of a right angle."""
+    """Return angles modulo a right angle, in -45..45 degrees (radians in and out)."""
     return angle - RIGHT * np.round(angle / RIGHT)
 
 
@@ -117,7 +117,7 @@ def _line(points: NDArray[np.float64], a: int, b: int) -> tuple[float, float]:  
 
 
 def main_direction(walls: NDArray[np.float64]) -> tuple[float, float] | None:
-    """Return the direction that most of a scan's walls have, modulo a right angle, and its variance, if they have one.
+    """Return the direction of most of a scan's walls, modulo a right angle, and its variance; None where there is none.
 
     ``walls (M, 3)`` as :func:`stretches` writes them; radians.
     """

@@ -1,4 +1,4 @@
-"""Poses of every scan: keyframes of a particle, smoothed, and what was tracked from each of them on."""
+"""Poses of every scan: a particle's keyframes, smoothed, and the local motion from them to the scans."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
 
 ANCHOR_M, ANCHOR_RAD = 0.05, 0.02
-"""How far smoothing may take a keyframe from where its particle has it (standard deviations)."""
+"""Standard deviations by which smoothing may move a keyframe from where its particle has it: a particle's jitter."""
 
 
 def smoothed(T_map_key: Transform, arrivals: NDArray[np.float64], config: MapperConfig) -> Transform:
-    """Return a particle's keyframes ``(K, 3)`` without the jitter of sampling; ``arrivals (K, 6)``.
+    """Return a particle's keyframes ``(K, 3)`` without the jitter of sampling.
 
-    Each stays near where the filter has it; the local motion, which is finer than the filter's samples, says how they
-    lie to each other.
+    Each stays near where the filter has it; the local motion (``arrivals (K, 6)``), which is finer than the filter's
+    samples, fixes them to each other.
     """
     count = T_map_key.shape[0]
     if count < 2:
@@ -44,9 +44,9 @@ def spread(
 ) -> Transform:
     """Return ``(S, 3)`` map poses of scans that were tracked locally from keyframe ``key[i]`` on.
 
-    ``T_key_base (S, 3)`` is the local motion since that keyframe, ``way (S,)`` how much way was covered since, and
-    ``arrivals (K, 6)`` the local motion to each keyframe from the one before, and its way. What the local motion missed
-    at the next keyframe is spread along the way, so that the scans in between join both.
+    ``T_key_base (S, 3)`` is the local motion since that keyframe, ``way (S,)`` its way (m), and ``arrivals (K, 6)`` the
+    local motion to each keyframe from the one before. Its error at the next keyframe is spread along the way, so that
+    the scans in between join both.
     """
     poses = se2.compose(T_map_key[key], T_key_base)
     last = T_map_key.shape[0] - 1
@@ -54,7 +54,7 @@ def spread(
         return poses
     nxt = np.minimum(key + 1, last)
     has_next = key < last
-    # What has to be added, in the frame of the arriving base, for the local chain to end where the next keyframe is.
+    # The local chain's error where it ends, in the frame of that base.
     ends = se2.compose(T_map_key[key], arrivals[nxt, MOTION])
     missed = se2.between(ends, T_map_key[nxt])
     share = np.where(has_next, way / np.maximum(arrivals[nxt, WAY], 1e-9), 0.0)

@@ -1,9 +1,9 @@
 """Straight walls as a compass: buildings have few directions, and a map that turns away from them drifts.
 
-A scan matched to the map just drawn knows its heading against that map to a hundredth of a degree, and the map itself
-turns, a little with each metre. Walls far apart in a building are parallel, or square to each other, nearly always; so
+A scan matched to the map just drawn has its heading in that map to a hundredth of a degree, and the map itself turns, a
+little with each metre. Walls far apart in a building are parallel, or square to each other, nearly always; so
 the directions in which walls run are landmarks that are seen nearly everywhere. None is assumed: the first ones seen
-become landmarks, others later on, and a place without straight walls says nothing. Orthogonal SLAM (Nguyen, Harati,
+become landmarks, others later on, and a place without straight walls changes nothing. Orthogonal SLAM (Nguyen, Harati,
 Martinelli, Siegwart and Tomatis 2006) takes right angles for granted.
 """
 
@@ -19,24 +19,24 @@ from mrslam.rbpf.filter.straight_walls import STRETCH_COLUMNS, STRETCHES_MOST, f
 from mrslam.rbpf.rows import Rows
 
 WALL_RAD = math.radians(0.35)
-"""How well one scan's walls tell where the building's run (1 sigma): real ones are parallel to a third of a degree."""
+"""Error of one scan's walls as a measure of the building's (1 sigma): real ones are parallel to a third of a degree."""
 SAME_WALLS = 5.0
-"""So many keyframes see the same walls with the same error: each counts as a share of one."""
-DRIFT = math.radians(0.14) ** 2
+"""Number of keyframes that see the same walls with the same error: each counts as a share of one."""
+DRIFT_RAD2_PER_M = math.radians(0.14) ** 2
 """Variance of the map's heading that comes with each metre of way, rad^2/m."""
 SURPRISE_MEMORY, SURPRISE_LEAST = 0.05, 0.25
-"""Share of a new reading in how far readings miss, squared and over what was expected, and the least that is assumed of
-it: where walls are less parallel than elsewhere, each tells less."""
+"""Share of a new reading in the squared error of readings over the expected one, and the least value of that: where
+walls are less parallel than elsewhere, each counts less."""
 GATE = 3.0
-"""A direction is known again within so many sigmas."""
+"""A direction is recognised within this number of sigmas."""
 SURE = 0.9
-"""Where two may be meant, one must be so much more likely: its share."""
+"""Where two may be meant, one must have this share of the likelihood."""
 MOST = 8
-"""So many directions are remembered."""
+"""Most directions that are remembered: buildings have two or three, modulo a right angle."""
 SAME_RAD = math.radians(0.7)
-"""Directions that lie so near each other when the map was bent are one."""
+"""Directions that lie nearer to each other than this after a relaxation are one: two sigmas of one scan's walls."""
 BENT_RAD = math.radians(0.2)
-"""What heading and directions are known to when the map was bent (1 sigma)."""
+"""Error of heading and directions after a relaxation (1 sigma)."""
 NONE = -1.0
 """Index of a direction where there is none."""
 
@@ -51,18 +51,18 @@ class WallDirections:
         """``(D,)``, how often each was seen."""
         self.cov = np.zeros((1, 1))
         """``(1 + D, 1 + D)``, of the newest heading and of the directions."""
-        self._seen_by_key = Rows(2)  # what each keyframe's walls told: direction in its frame, index or -1
-        self._surprise = 1.0  # what readings miss, squared, over what they should
+        self._seen_by_key = Rows(2)  # by keyframe: direction of its walls in its frame, index or -1
+        self._surprise = 1.0  # squared error of readings over the expected one
         self._walls = np.zeros((STRETCHES_MOST, STRETCH_COLUMNS))
 
     def turn(self, points: NDArray[np.float64], origin: NDArray[np.float64], heading: float, way_m: float) -> float:
-        """Take a keyframe; return by how much it should be turned, radians.
+        """Take a keyframe; return the angle that it should be turned by, radians.
 
         ``points (N, 5)`` seen from ``origin (2,)``, both in the base frame; ``heading`` (rad) where the filter has it
         in the map, ``way_m`` since the keyframe before. With ``a`` the walls' direction in the base frame, ``d`` the
         same in the map and ``b`` the heading's error, ``d - heading - a`` measures ``b`` less the error of ``d``.
         """
-        self.cov[0, 0] += DRIFT * way_m
+        self.cov[0, 0] += DRIFT_RAD2_PER_M * way_m
         reading = main_direction(self._walls[: stretches(points, origin, self._walls)])
         if reading is None:
             self._seen_by_key.add((0.0, NONE))
@@ -70,7 +70,7 @@ class WallDirections:
         direction, variance = reading
         variance += WALL_RAD**2
         missed = folded(self.angles - heading - direction)
-        from_each = self.cov[0] - self.cov[1:]  # (D, 1 + D): covariance of what is missed with everything
+        from_each = self.cov[0] - self.cov[1:]  # (D, 1 + D): covariance of each innovation with the state
         sigma2 = from_each[:, 0] - np.diagonal(from_each, 1) + variance
         near = missed**2 < GATE**2 * sigma2
         if not near.any():
@@ -91,7 +91,7 @@ class WallDirections:
         return float(gain[0] * missed[one])
 
     def _begin(self, angle: float, variance: float) -> int:
-        """Remember a new direction, if need be in place of the one that was seen least; return its index."""
+        """Remember a new direction, where there are too many in place of the one seen least; return its index."""
         n = self.angles.size
         if n < MOST:
             self.angles, self.seen = np.append(self.angles, 0.0), np.append(self.seen, 0)
@@ -106,7 +106,7 @@ class WallDirections:
         return n
 
     def adopt(self, headings: NDArray[np.float64]) -> None:
-        """Learn the directions anew on a trajectory that was bent, from the ``headings (K,)`` of all keyframes."""
+        """Learn the directions again on a relaxed trajectory, from the ``headings (K,)`` of all keyframes."""
         direction, before = self._seen_by_key.rows.T
         in_map, now = headings + direction, np.full(before.size, NONE)
         kept: list[float] = []
@@ -126,6 +126,6 @@ class WallDirections:
         return [self.angles, self.seen.copy(), self.cov.copy(), self._surprise, self._seen_by_key.rows]
 
     def restore(self, state: list[Any]) -> None:
-        """Go on from what :meth:`state` returned."""
+        """Continue from what :meth:`state` returned."""
         self.angles, self.seen, self.cov, self._surprise = state[:4]
         self._seen_by_key = Rows.of(state[4])

@@ -1,4 +1,4 @@
-"""How far the pose can be believed."""
+"""Health: how far the pose can be believed."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ import numpy as np
 from mrslam.rbpf.front_end.motion import BLIND_M, WAY, Agreement, Keyframe
 
 MEMORY = 0.2
-"""Share of a new keyframe in the health."""
+"""Share of a new keyframe in the health: doubt takes about five keyframes, 3 m."""
 BAD_FIT, FIT_RANGE = 0.3, 0.5
-"""Share of beams that fit the map at which health is nil, and how much more makes it full."""
+"""Health is 0 where this share of the beams on known cells fits, and 1 where so much more does."""
 SEEN_LEAST = 0.2
-"""Where less than this share of beams falls on what the map knows, the local map is asked."""
+"""Where a smaller share of beams falls on cells that the map knows, the fit to the rolling map is taken instead."""
 DOUBTFUL = 0.45
-"""Health of a robot that may be elsewhere though all it sees fits: below the half that is doubt, and not lost yet."""
+"""Health of a robot that may be elsewhere though its scans fit: just below 0.5, where doubt begins."""
 ADRIFT_MOST = 0.5
-"""Where motion of late was guessed by more than this share, the robot may be elsewhere."""
+"""Where recent motion was guessed by more than this share, the robot may be elsewhere."""
 UNSEEN_M, UNSEEN_SHARE = 1.0, 0.05
-"""Way covered unseen, metres and share of all, beyond which it may be."""
+"""The same where the error of way covered unseen is larger than this, metres, and than this share of all way."""
 
 
 class Health:
-    """Follows how well the best particle's map foretells the scans, and how much way was covered unseen."""
+    """Follows how well scans fit the best particle's map, and how far off way that was covered unseen may be."""
 
     def __init__(self) -> None:
         self._fit = 1.0
-        self._unseen_m, self._way_m = 0.0, 0.0  # since the last place that was seen again
+        self._unseen_m, self._way_m = 0.0, 0.0  # since the last loop edge
 
     @property
     def value(self) -> float:
@@ -36,7 +36,7 @@ class Health:
         return min(self._fit, DOUBTFUL) if adrift else self._fit
 
     def follow(self, agreement: Agreement, key: Keyframe) -> None:
-        """Take a keyframe into account, and how far the best particle's map agrees with it."""
+        """Take a keyframe, and how far the best particle's map agrees with it, into account."""
         seen = agreement.inliers + agreement.conflicts
         fits = agreement.inliers / seen if seen > SEEN_LEAST else key.inliers
         fit = float(np.clip((fits - BAD_FIT) / FIT_RANGE, 0.0, 1.0))
@@ -46,7 +46,7 @@ class Health:
         self._way_m += way_m
 
     def anchor(self) -> None:
-        """Forget what was not seen: the robot is back at a place it knows."""
+        """Forget way covered unseen: the robot is back at a place it knows."""
         self._unseen_m = self._way_m = 0.0
 
     def state(self) -> list[float]:

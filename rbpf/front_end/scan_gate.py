@@ -1,4 +1,4 @@
-"""Which scans are of no use: too few returns, a laser that is stuck, ranges that are no place's."""
+"""Refuses scans that are of no use: too few returns, a laser that is stuck, ranges that show no place."""
 
 from __future__ import annotations
 
@@ -13,23 +13,24 @@ from mrslam.spatial.poses import between
 from mrslam.spatial.se2 import Transform
 
 POINTS_LEAST = 10
-"""A scan with fewer usable returns is dropped."""
+"""A scan with fewer usable returns is dropped: they fix no pose."""
 STUCK = 5e-3
-"""A scan like the one before to the last bit is dropped if the wheels turned by more than this, metres or radians."""
+"""A scan equal to the one before bit by bit is dropped if odometry moved by more than this, metres or radians."""
 ON_SURFACES = 0.25
-"""Where a smaller share of the points lies in line with its neighbours, the scan is scattered. Of random ranges up to
-40 m about 0.06 do, up to 5 m 0.15; of 10 000 scans of halls, offices and streets none had less than 0.29."""
+"""Where a smaller share of the points lies in line with its neighbours, the scan is scattered. Measured: of random
+ranges up to 40 m about 0.06 do, up to 5 m 0.15; of 10 000 scans of halls, offices and streets none had less than
+0.29."""
 ON_SURFACES_LEAST = 6
-"""Or fewer points."""
+"""Where fewer points do, a scan is scattered whatever their share."""
 DENSE_RAD = 0.05
-"""Beams farther apart than this need not hit a surface twice."""
+"""Beams farther apart than this need not hit a surface twice, and their scans are never scattered."""
 ALIKE, ALIKE_M, ALIKE_SHARE = 0.3, 0.1, 0.05
-"""Two scans are of one place if this share of the beams that return in both are as long, within so much and this share
-of it; of random ranges a tenth are."""
+"""Two scans show one place if the first share of the beams that return in both are equally long, within the second and
+the third share of their length; of random ranges a tenth are."""
 ALIKE_LEAST = 20
-"""And at least so many beams."""
+"""They must be at least as many beams as this."""
 TURNED_RAD = 0.4
-"""So far the robot may have turned between them."""
+"""The robot may have turned by this between them."""
 
 
 class ScanGate:
@@ -38,15 +39,15 @@ class ScanGate:
     def __init__(self) -> None:
         self._stamp_ns: int | None = None
         self._ranges_m = np.empty(0, dtype=np.float32)
-        self._T_odom_base: Transform | None = None  # where the wheels were when these ranges came first
+        self._T_odom_base: Transform | None = None  # odometry when these ranges came first
 
     def refuse(
         self, scan: Scan, points: NDArray[np.float64], T_odom_base: Transform | None, knows: Callable[[], bool]
     ) -> str | None:
         """Return why a scan is of no use, None if it is.
 
-        ``points (N, 5)`` : of the scan. ``T_odom_base`` : what the wheels said, if anything. ``knows()`` : whether it
-        fits what was seen before; asked only where it shows no surfaces.
+        ``points (N, 5)`` : of the scan. ``T_odom_base (3,)`` : odometry at its time, if there is some. ``knows()`` :
+        whether the scan fits what was seen before; called only where it shows no surfaces.
         """
         before_ns, before_m = self._stamp_ns, self._ranges_m
         same = _repeats(scan.ranges_m, before_m)
@@ -56,7 +57,7 @@ class ScanGate:
         elif before_ns == scan.stamp_ns:
             return "the scan repeats the one before"
         elif self._moved(T_odom_base):
-            return "the scan repeats one that was taken elsewhere, by the wheels"
+            return "the scan repeats one that was taken elsewhere, by odometry"
         if points.shape[0] < POINTS_LEAST:
             return f"{points.shape[0]} usable returns, {POINTS_LEAST} are needed"
         if not _is_scattered(scan, points) or (not same and _resembles(scan, before_m)) or knows():
@@ -78,7 +79,7 @@ class ScanGate:
 
 
 def _repeats(now_m: NDArray[np.float32], before_m: NDArray[np.float32]) -> bool:
-    """Return whether ranges are those before to the last bit, but for beams that were dropped in one of the two.
+    """Return whether ranges equal those before bit by bit, but for beams that were dropped in one of the two.
 
     Teammates are masked where they are believed to be, which moves on before a laser that is stuck.
     """
@@ -98,7 +99,7 @@ def _is_scattered(scan: Scan, points: NDArray[np.float64]) -> bool:
 
 
 def _resembles(scan: Scan, before_m: NDArray[np.float32]) -> bool:
-    """Return whether a scan may be of the same place as ranges ``(B,)`` before it, however odd it looks."""
+    """Return whether a scan may show the same place as ranges ``(B,)`` before it, whatever that is."""
     now_m, count = scan.ranges_m, scan.ranges_m.size
     if count != before_m.size:
         return False

@@ -1,8 +1,8 @@
 """Cells of the map, packed in one 32-bit word each, and how a beam changes one.
 
 hits (5 bit) | visits (6) | mean hit point x, y within the cell (6 + 6) | direction of the surface normal (8) | whether
-there is a normal (1). One load gives a beam all it needs, and half as many bytes are copied when particles part.
-Tiles are rows of a pool ``(T, 1024) uint32``; tile 0 is empty for ever and is never written to.
+there is a normal (1). One load gives a beam all it needs, and few bytes are copied when particles part. Tiles are
+rows of a pool ``(T, 1024) uint32``; tile 0 is always empty and is never written to.
 """
 
 from __future__ import annotations
@@ -15,24 +15,27 @@ from numba import njit
 TILE = 32
 """Edge of a pool tile, cells."""
 TILE_BITS = 5
+"""log2 of ``TILE``."""
 MASK = TILE - 1
+"""Of a cell's row and column in its tile."""
 TILE_WORDS = TILE * TILE
+"""Cells of a tile."""
 
 HITS_CAP = 30
-"""Counts are halved here, so that the mean hit point can still follow what is seen."""
+"""Counts are halved here, below the 5 bits' 31: the mean hit point can still follow what is seen."""
 VISITS_CAP = 62
-"""Counts are halved here, so that what went away fades."""
+"""Counts are halved here, below the 6 bits' 63: what went away fades."""
 
 
 @njit(cache=True, nogil=True, inline="always")
 def hits_of(cell: Any) -> int:  # pragma: no cover - compiled
-    """Return how often a beam ended in the cell."""
+    """Return the number of beams that ended in the cell."""
     return cell & 0x1F
 
 
 @njit(cache=True, nogil=True, inline="always")
 def visits_of(cell: Any) -> int:  # pragma: no cover - compiled
-    """Return how often a beam ended in the cell or passed through it."""
+    """Return the number of beams that ended in the cell or passed through it."""
     return (cell >> 5) & 0x3F
 
 

@@ -1,7 +1,7 @@
-"""The best particle's map as it is handed on: few levels with hysteresis, tiles whose revision rises only with content.
+"""The best particle's map as it is published: five levels with hysteresis, in tiles with revisions.
 
-A map that is read out cell by cell changes everywhere a little with every scan. Quantised to levels that a cell leaves
-only for good reason, it changes where something was seen, and only that has to travel.
+Shares of hits change a little everywhere with every scan. Quantised with hysteresis, the map changes only where
+something was seen, and only that has to be sent.
 """
 
 from __future__ import annotations
@@ -17,11 +17,13 @@ from mrslam.rbpf.tiles.store import TileStore
 from mrslam.spatial import TILE_CELLS, Tile, TiledMap
 
 LEVELS = np.array([0, 25, 50, 75, 100], dtype=np.int8)
+"""Occupancy that a cell can have, per cent."""
 EDGES = np.array([0.07, 0.15, 0.25, 0.5])
 """Shares of hits between the levels. A quarter of hits makes a wall: beams that graze it pass through its cells too."""
 MARGIN = 0.3
 """A published cell changes its level when the share is past the edge by this part of it."""
 PER_SIDE = TILE_CELLS // TILE
+"""Pool tiles along the side of a published one."""
 
 
 @njit(cache=True, nogil=True)
@@ -62,7 +64,7 @@ def quantise(
 
 
 class Publisher:
-    """What was published last, and from which content."""
+    """Remembers what was published last, and from which content."""
 
     def __init__(self) -> None:
         self.tiles: dict[tuple[int, int], Tile] = {}

@@ -1,4 +1,4 @@
-"""Many maps over one pool of tiles: reference counts, copy on write, tables that grow any way."""
+"""Many maps over one pool of tiles: reference counts, copy on write, windows that grow in any direction."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mrslam.rbpf.tiles.sharing import Ledger, Scans, Turn, copy_tables, draw_sca
 from mrslam.rbpf.tiles.views import NO_ENDS, Beams, Maps, Tiles
 
 GROWTH_TILES = 8
-"""Spare tiles laid around the window whenever it has to grow."""
+"""Spare tiles around the window whenever it has to grow, 13 m at 5 cm: it grows seldom."""
 
 
 class TileStore:
@@ -55,7 +55,7 @@ class TileStore:
 
     @property
     def tiles_used(self) -> int:
-        """How many tiles hold content."""
+        """Number of tiles that hold content."""
         return self.refs.size - 1 - self.free_count
 
     def stamp_at(self, index: int, row: int, col: int) -> int:
@@ -140,7 +140,7 @@ class TileStore:
         insert_hits(self.tiles(index), pose, points)
 
     def resample(self, parents: NDArray[np.int64]) -> None:
-        """Replace map ``i`` by ``parents[i]``: tables are copied, tiles shared, those of the dead returned."""
+        """Replace map ``i`` by ``parents[i]``: tables are copied, tiles shared, unused ones freed."""
         out = np.empty((parents.size, *self.tables.shape[1:]), dtype=np.int32)
         self.free_count = copy_tables(self.tables, self.refs, self.free, self.free_count, parents, out)
         self.tables = out
