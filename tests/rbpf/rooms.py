@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf import Mapper, MapperConfig
+from mrslam.rbpf.match.scan_points import scan_points
+from mrslam.rbpf.tiles.store import TileStore
 from mrslam.spatial import Scan, se2
 
 SMALL = MapperConfig(particles=6, threads=1)
@@ -82,3 +84,21 @@ def feed(mapper: Mapper, poses: np.ndarray, odometry: np.ndarray | None = None, 
 def errors(mapper: Mapper, truth: np.ndarray) -> tuple[float, float]:
     gap = se2.between(truth, mapper.trajectory().T_map_base)
     return float(np.hypot(gap[:, 0], gap[:, 1]).max()), float(np.abs(gap[:, 2]).max())
+
+
+def seen_room(noise: float = 0.0) -> tuple[TileStore, np.ndarray]:
+    """A map with one scan of the room in it, and the scan's points ``(N, 5)``."""
+    scan = make_scan(np.zeros(3), 0, beams=360, fov=2 * np.pi, rng=np.random.default_rng(1) if noise else None)
+    buffer = np.zeros((360, 5))
+    angles = scan.angles_rad
+    n = scan_points(scan.ranges_m, np.cos(angles), np.sin(angles), scan.T_base_laser, 40.0, buffer)
+    store = TileStore(1, 0.05)
+    store.cover(np.full(2, -20.0), np.full(2, 20.0))
+    store.draw(0, np.zeros((1, 2)), np.zeros((1, 3)), [buffer[:n]], 0.1)
+    return store, buffer[:n].copy()
+
+
+def word_at(store: TileStore, row: int, col: int) -> int:
+    """The word of one cell of a store's only map."""
+    table = store.tables[0]
+    return int(store.pool[table[(row >> 5) - store.row0, (col >> 5) - store.col0], ((row & 31) << 5) | (col & 31)])

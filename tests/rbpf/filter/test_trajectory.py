@@ -1,0 +1,18 @@
+"""Poses of scans between keyframes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mrslam.rbpf.filter.trajectory import spread
+
+
+def test_scans_between_keyframes_join_both() -> None:
+    T_key = np.array([[0.0, 0.0, 0.0], [1.2, 0.1, 0.0]])
+    key = np.array([0, 0, 0, 1])
+    motion = np.array([[0.0, 0, 0], [0.5, 0, 0], [0.999999, 0, 0], [0, 0, 0]])
+    way = np.array([0.0, 0.5, 0.999999, 0.0])
+    arrival = np.array([[0.0, 0, 0, 0], [1.0, 0, 0, 1.0]])
+    poses = spread(T_key, key, motion, way, arrival)
+    assert np.allclose(poses[0], T_key[0]) and np.allclose(poses[3], T_key[1])
+    assert np.allclose(poses[1, :2], [0.6, 0.05]) and np.allclose(poses[2], T_key[1], atol=1e-4)
