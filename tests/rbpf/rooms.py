@@ -6,8 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf import Mapper, MapperConfig
+from mrslam.rbpf.front_end.motion import Keyframe
 from mrslam.rbpf.match.scan_points import scan_points
+from mrslam.rbpf.match.sight import Sight
 from mrslam.rbpf.tiles.store import TileStore
+from mrslam.rbpf.tiles.views import NO_ENDS, Beams
 from mrslam.spatial import Scan, se2
 
 SMALL = MapperConfig(particles=6, threads=1)
@@ -59,6 +62,20 @@ def make_scan(
         stamp_ns=stamp_ns, ranges_m=ranges.astype(np.float32), angle_min_rad=first, angle_increment_rad=step,
         range_max_m=30.0, T_base_laser=np.array(T_base_laser),
     )  # fmt: skip
+
+
+def keyframe(
+    motion: NDArray[np.float64], T_map_base: NDArray[np.float64], rng: np.random.Generator | None, blind_m: float = 0.0
+) -> Keyframe:
+    """A keyframe after this local motion, in truth at this pose from the start; without ``rng`` it sees nothing.
+
+    ``blind_m`` : error of the motion to expect along it.
+    """
+    points = np.empty((0, 5))
+    if rng is not None:
+        points = Sight(MapperConfig()).points(make_scan(T_map_base, 0, rng=rng)).copy()
+    arrival = np.array([*motion, np.hypot(*motion[:2]), blind_m, 0.0])
+    return Keyframe(beams=Beams(np.zeros(2), points, NO_ENDS), arrival=arrival, inliers=1.0)
 
 
 def drive(steps: int) -> NDArray[np.float64]:

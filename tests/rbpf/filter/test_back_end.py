@@ -1,0 +1,63 @@
+"""Keyframes from the first to a place seen again."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mrslam.rbpf import MapperConfig
+from mrslam.rbpf.crew import Crew
+from mrslam.rbpf.filter.back_end import BackEnd
+from mrslam.rbpf.outcome import Stopwatch
+from mrslam.spatial import se2
+from tests.rbpf.rooms import drive, keyframe
+
+DRIFT = np.array([0.8, -0.5, 0.05])
+"""Error of the way that was covered blind: more than matching from scan to scan can put right."""
+ROUND = np.array([[0.0, 0.0, 0.0], *[[0.6, 0.0, 2.0 * np.pi / 24.0]] * 24])
+"""Motions of a round outside of the room, 14 m, that lead back to where it began."""
+
+
+def there_and_back(close_loops: bool) -> tuple[BackEnd, float, int]:
+    """Drive in the room, around outside of it where nothing is seen, and in the room again.
+
+    Return the back end, how far off it is at the end, and the number of keyframes that said a loop was closed.
+    """
+    back = BackEnd(MapperConfig(particles=4, threads=1, close_loops=close_loops), 1, Crew(1), Stopwatch())
+    inside = drive(24)
+    closed, before = 0, inside[0]
+    for k, truth in enumerate(inside):
+        closed += back.add(keyframe(se2.between(before, truth), truth, np.random.default_rng(k))).loop_closed
+        before = truth
+    for motion in ROUND[1:]:
+        before = se2.compose(before, motion)
+        closed += back.add(keyframe(motion, before, None, blind_m=0.3)).loop_closed
+    for k, truth in enumerate(inside):
+        motion = se2.between(before, truth) if k else se2.compose(se2.between(before, truth), DRIFT)
+        closed += back.add(keyframe(motion, truth, np.random.default_rng(100 + k))).loop_closed
+        before = truth
+    off_m = float(np.hypot(*(back.filter.trajectory[-1] - inside[-1])[:2]))
+    return back, off_m, closed
+
+
+def test_a_place_seen_again_puts_the_trajectory_and_the_map_right() -> None:
+    _, open_m, none = there_and_back(close_loops=False)
+    assert none == 0 and open_m > 0.5
+    back, closed_m, closed = there_and_back(close_loops=True)
+    assert closed >= 1 and back.loops.edges >= 1
+    assert closed_m < 0.1
+    inside = drive(24)
+    error = np.hypot(*(back.filter.trajectory[-24:] - inside)[:, :2].T)
+    assert error.max() < 0.1  # what was driven before the loop closed was bent, too
+    # One room, not two: beams of the last scans lie on the walls that the first ones drew.
+    key = keyframe(np.zeros(3), inside[-1], np.random.default_rng(7))
+    agreement = back.filter.move(key)
+    assert agreement is not None
+    assert agreement.inliers > 0.9
+
+
+def test_a_loop_that_closed_does_away_with_doubt_about_blind_way() -> None:
+    back, _, _ = there_and_back(close_loops=False)
+    doubtful = back.add(keyframe(np.zeros(3), drive(24)[-1], np.random.default_rng(7))).health
+    back, _, _ = there_and_back(close_loops=True)
+    sure = back.add(keyframe(np.zeros(3), drive(24)[-1], np.random.default_rng(7))).health
+    assert doubtful < 0.5 < sure
