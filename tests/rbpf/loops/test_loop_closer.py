@@ -1,0 +1,73 @@
+"""Places seen again: what is believed, and what has to be said twice."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from mrslam.rbpf import MapperConfig
+from mrslam.rbpf.loops.loop_closer import LoopCloser
+from mrslam.rbpf.loops.place_matcher import VERY_CLEAR, fits
+from mrslam.rbpf.match.gauss_newton import Match
+from mrslam.spatial import se2
+from tests.rbpf.rooms import drive, keyframe
+
+BLIND_KEYS = 24
+"""Keyframes between the two rounds that see nothing: more than 12 m of way."""
+
+
+def found(inliers: float, conflicts: float) -> Match:
+    return Match(np.zeros(3), -0.5, inliers, conflicts, np.eye(3), 0.0, np.array([1.0, 0.0]))
+
+
+@pytest.mark.parametrize(
+    ("inliers", "conflicts", "more", "enough"),
+    [
+        (0.6, 0.02, 0.0, True),
+        (0.4, 0.0, 0.0, False),  # too little in common
+        (0.6, 0.2, 0.0, False),  # walls where the old map saw floor
+        (0.6, 0.02, VERY_CLEAR, False),
+        (0.9, 0.0, VERY_CLEAR, True),
+    ],
+)
+def test_a_fit_needs_overlap_and_no_contradiction(inliers: float, conflicts: float, more: float, enough: bool) -> None:
+    assert fits(found(inliers, conflicts), more) == enough
+
+
+def two_rounds(off: NDArray[np.float64]) -> tuple[LoopCloser, NDArray[np.float64], int]:
+    """A loop closer with all scans of two rounds but for the last keyframes, whose poses are all there, the second off.
+
+    Return it, the trajectory ``(K, 3)``, and the number of keyframes that it has.
+    """
+    inside, loops = drive(24), LoopCloser(MapperConfig(threads=1))
+    blind = np.tile(inside[-1], (BLIND_KEYS, 1))
+    truth = np.concatenate([inside, blind, inside])
+    trajectory = np.concatenate([inside, blind, se2.compose(off, inside)])
+    first = 24 + BLIND_KEYS
+    for k in range(first + 5):
+        sees = None if 24 <= k < first else np.random.default_rng(k)
+        loops.add_key(keyframe(np.zeros(3), truth[k], sees).beams, 0.6)
+    return loops, trajectory, first + 5
+
+
+def look(loops: LoopCloser, trajectory: NDArray[np.float64], keys: int) -> tuple[bool, int]:
+    """Show it the first ``keys`` keyframes; return whether they are contradicted, and the number of edges."""
+    return loops.look(trajectory[:keys]), loops.edges
+
+
+def test_a_fit_that_agrees_with_the_trajectory_is_an_edge_at_once() -> None:
+    loops, trajectory, keys = two_rounds(np.array([0.03, -0.02, 0.005]))
+    assert look(loops, trajectory, keys) == (False, 1)
+    relaxed = loops.relaxed(trajectory[:keys], np.tile(0.01 * np.eye(3), (keys, 1, 1)))
+    assert np.hypot(*relaxed[-1, :2] - drive(24)[4, :2]) < 0.02
+
+
+@pytest.mark.parametrize(("again_off_m", "believed"), [(0.0, True), (-0.4, False)])
+def test_a_fit_that_contradicts_the_trajectory_has_to_be_said_twice(again_off_m: float, believed: bool) -> None:
+    loops, trajectory, keys = two_rounds(np.array([0.8, -0.5, 0.05]))
+    assert look(loops, trajectory, keys) == (False, 0)
+    truth = drive(24)[5]
+    loops.add_key(keyframe(np.zeros(3), truth, np.random.default_rng(1)).beams, 0.6)
+    trajectory[keys:, 1] += again_off_m  # then the second fit means another correction
+    assert look(loops, trajectory, keys + 1) == (believed, int(believed))
