@@ -60,7 +60,7 @@ def test_a_laser_that_repeats_itself_while_the_wheels_turn_is_stuck(masked: int)
 
     mapper, reasons = drive_with(stuck)
     assert len(reasons) == len(BAD) - 1 and set(reasons) == {
-        "the scan repeats one that was taken elsewhere, by the wheels"
+        "the scan repeats one that was taken elsewhere, by odometry"
     }
     assert np.hypot(*(mapper.T_map_base - POSES[-1])[:2]) < 0.06
 
