@@ -13,11 +13,10 @@ FAR = 1.0e9
 
 
 @njit(cache=True, nogil=True)
-def euclidean(mask: NDArray[np.bool_]) -> NDArray[np.float32]:  # pragma: no cover - compiled
-    """Return the distance of every cell to the nearest true cell, in cells (Felzenszwalb and Huttenlocher 2012)."""
+def _along_columns(mask: NDArray[np.bool_]) -> NDArray[np.float32]:  # pragma: no cover - compiled
+    """Return the distance of every cell to the nearest true cell of its column, in cells."""
     height, width = mask.shape
     column = np.empty((height, width), dtype=np.float32)
-    out = np.empty((height, width), dtype=np.float32)
     for c in range(width):
         gap = FAR
         for r in range(height):
@@ -27,6 +26,15 @@ def euclidean(mask: NDArray[np.bool_]) -> NDArray[np.float32]:  # pragma: no cov
         for r in range(height - 1, -1, -1):
             gap = 0.0 if mask[r, c] else gap + 1.0
             column[r, c] = min(column[r, c], gap)
+    return column
+
+
+@njit(cache=True, nogil=True)
+def euclidean(mask: NDArray[np.bool_]) -> NDArray[np.float32]:  # pragma: no cover - compiled
+    """Return the distance of every cell to the nearest true cell, in cells (Felzenszwalb and Huttenlocher 2012)."""
+    height, width = mask.shape
+    column = _along_columns(mask)
+    out = np.empty((height, width), dtype=np.float32)
     apex = np.empty(width, dtype=np.int64)
     bound = np.empty(width + 1, dtype=np.float64)
     for r in range(height):

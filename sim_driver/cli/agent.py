@@ -15,7 +15,7 @@ from rich.status import Status
 from mrslam.agent import Agent, Body, Event, Keeper, ProcessShell, Runner, SensorBody, Settings, WallClock
 from mrslam.comms import load_keys
 from mrslam.comms.zenoh import ZenohSensors
-from mrslam.sim_driver.cli.agent_told import DoubtTeller, begin
+from mrslam.sim_driver.cli.agent_messages import DoubtTeller, begin
 from mrslam.sim_driver.cli.console import console, say
 from mrslam.sim_driver.cli.progress import Lines
 from mrslam.sim_driver.cli.signals import signals_heard

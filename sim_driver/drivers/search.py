@@ -44,6 +44,28 @@ def _pop(keys: NDArray[np.float32], cells: NDArray[np.int32], size: int) -> None
 
 
 @njit(cache=True, nogil=True)
+def _step_cost(weight: NDArray[np.float32], r: int, c: int, nr: int, nc: int) -> float:  # pragma: no cover - compiled
+    """Return the cost of a step between neighbours; inf where that leads out, or past a blocked cell."""
+    if nr < 0 or nc < 0 or nr >= weight.shape[0] or nc >= weight.shape[1] or not math.isfinite(weight[nr, nc]):
+        return math.inf
+    length = 1.0
+    if nr != r and nc != c:
+        if not (math.isfinite(weight[r, nc]) and math.isfinite(weight[nr, c])):
+            return math.inf
+        length = DIAGONAL
+    return length * 0.5 * (weight[r, c] + weight[nr, nc])
+
+
+@njit(cache=True, nogil=True)
+def _least_rest(r: int, c: int, goal_row: int, goal_col: int) -> float:  # pragma: no cover - compiled
+    """Return the least cost from a cell to the goal; 0 without one."""
+    if goal_row < 0:
+        return 0.0
+    a, b = abs(goal_row - r), abs(goal_col - c)
+    return max(a, b) + (DIAGONAL - 1.0) * min(a, b)
+
+
+@njit(cache=True, nogil=True)
 def travel(
     weight: NDArray[np.float32], rows: NDArray[np.int32], cols: NDArray[np.int32], goal_row: int, goal_col: int
 ) -> tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.int32]]:  # pragma: no cover - compiled
@@ -58,15 +80,12 @@ def travel(
     before = np.full((height, width), -1, dtype=np.int32)
     source = np.full((height, width), -1, dtype=np.int32)
     done = np.zeros((height, width), dtype=np.bool_)
-    capacity = 8 * height * width + rows.size + 1
-    keys = np.empty(capacity, dtype=np.float32)
-    cells = np.empty(capacity, dtype=np.int32)
-    size = 0
+    capacity = 8 * height * width + rows.size + 1  # every cell is pushed by each neighbour at most
+    keys, cells, size = np.empty(capacity, dtype=np.float32), np.empty(capacity, dtype=np.int32), 0
     for i in range(rows.size):
         r, c = rows[i], cols[i]
         if math.isfinite(weight[r, c]) and cost[r, c] > 0.0:
-            cost[r, c] = 0.0
-            source[r, c] = i
+            cost[r, c], source[r, c] = 0.0, i
             _push(keys, cells, size, 0.0, r * width + c)
             size += 1
     while size > 0:
@@ -80,27 +99,14 @@ def travel(
         if r == goal_row and c == goal_col:
             break
         for k in range(9):
-            dr, dc = k // 3 - 1, k % 3 - 1
-            nr, nc = r + dr, c + dc
-            if (dr == 0 and dc == 0) or nr < 0 or nc < 0 or nr >= height or nc >= width:
+            nr, nc = r + k // 3 - 1, c + k % 3 - 1
+            step = _step_cost(weight, r, c, nr, nc)
+            if k == 4 or not math.isfinite(step) or done[nr, nc]:
                 continue
-            if done[nr, nc] or not math.isfinite(weight[nr, nc]):
-                continue
-            length = 1.0
-            if dr != 0 and dc != 0:
-                if not (math.isfinite(weight[r, nc]) and math.isfinite(weight[nr, c])):
-                    continue
-                length = DIAGONAL
-            new = np.float32(cost[r, c] + length * 0.5 * (weight[r, c] + weight[nr, nc]))
+            new = np.float32(cost[r, c] + step)
             if new < cost[nr, nc]:
-                cost[nr, nc] = new
-                before[nr, nc] = cell
-                source[nr, nc] = source[r, c]
-                rest = 0.0
-                if goal_row >= 0:
-                    a, b = abs(goal_row - nr), abs(goal_col - nc)
-                    rest = max(a, b) + (DIAGONAL - 1.0) * min(a, b)
-                _push(keys, cells, size, float(new) + rest, nr * width + nc)
+                cost[nr, nc], before[nr, nc], source[nr, nc] = new, cell, source[r, c]
+                _push(keys, cells, size, float(new) + _least_rest(nr, nc, goal_row, goal_col), nr * width + nc)
                 size += 1
     return cost, before, source
 
@@ -122,6 +128,50 @@ def trace(before: NDArray[np.int32], row: int, col: int) -> NDArray[np.int32]:  
 
 
 @njit(cache=True, nogil=True)
+def _flood(
+    candidate: NDArray[np.bool_], seen: NDArray[np.bool_], first: int, group: NDArray[np.int32]
+) -> int:  # pragma: no cover - compiled
+    """Write the cells connected with the first one to ``group``, mark them as seen, and return how many there are."""
+    height, width = candidate.shape
+    seen[first // width, first % width] = True
+    group[0], size, i = first, 1, 0
+    while i < size:
+        r, c = group[i] // width, group[i] % width
+        i += 1
+        for nr in range(max(r - 1, 0), min(r + 2, height)):
+            for nc in range(max(c - 1, 0), min(c + 2, width)):
+                if candidate[nr, nc] and not seen[nr, nc]:
+                    seen[nr, nc] = True
+                    group[size] = nr * width + nc
+                    size += 1
+    return size
+
+
+@njit(cache=True, nogil=True)
+def _viewpoint(
+    cost: NDArray[np.float32], group: NDArray[np.int32], size: int, window: int
+) -> tuple[int, int]:  # pragma: no cover - compiled
+    """Return the reached cell near a group of cells that is nearest to the group's middle; (-1, -1) for none."""
+    height, width = cost.shape
+    mean_r, mean_c = 0.0, 0.0
+    for i in range(size):
+        mean_r += group[i] // width
+        mean_c += group[i] % width
+    mean_r /= size
+    mean_c /= size
+    best, best_r, best_c = np.inf, -1, -1
+    for i in range(size):
+        r, c = group[i] // width, group[i] % width
+        away = (r - mean_r) ** 2 + (c - mean_c) ** 2
+        for nr in range(max(r - window, 0), min(r + window + 1, height)):
+            for nc in range(max(c - window, 0), min(c + window + 1, width)):
+                score = away + (nr - r) ** 2 + (nc - c) ** 2
+                if score < best and math.isfinite(cost[nr, nc]):
+                    best, best_r, best_c = score, nr, nc
+    return best_r, best_c
+
+
+@njit(cache=True, nogil=True)
 def frontiers(
     candidate: NDArray[np.bool_], cost: NDArray[np.float32], window: int
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:  # pragma: no cover - compiled
@@ -136,36 +186,10 @@ def frontiers(
     sizes = np.empty(height * width, dtype=np.int32)
     goals = np.empty((height * width, 2), dtype=np.int32)
     count = 0
-    for r0 in range(height):
-        for c0 in range(width):
-            if seen[r0, c0] or not candidate[r0, c0]:
-                continue
-            seen[r0, c0] = True
-            group[0] = r0 * width + c0
-            size, i, mean_r, mean_c = 1, 0, 0.0, 0.0
-            while i < size:
-                r, c = group[i] // width, group[i] % width
-                i += 1
-                mean_r += r
-                mean_c += c
-                for nr in range(max(r - 1, 0), min(r + 2, height)):
-                    for nc in range(max(c - 1, 0), min(c + 2, width)):
-                        if candidate[nr, nc] and not seen[nr, nc]:
-                            seen[nr, nc] = True
-                            group[size] = nr * width + nc
-                            size += 1
-            mean_r /= size
-            mean_c /= size
-            best, best_r, best_c = np.inf, -1, -1
-            for i in range(size):
-                r, c = group[i] // width, group[i] % width
-                away = (r - mean_r) ** 2 + (c - mean_c) ** 2
-                for nr in range(max(r - window, 0), min(r + window + 1, height)):
-                    for nc in range(max(c - window, 0), min(c + window + 1, width)):
-                        score = away + (nr - r) ** 2 + (nc - c) ** 2
-                        if score < best and math.isfinite(cost[nr, nc]):
-                            best, best_r, best_c = score, nr, nc
-            sizes[count] = size
-            goals[count, 0], goals[count, 1] = best_r, best_c
-            count += 1
+    for r in range(height):
+        for c in range(width):
+            if candidate[r, c] and not seen[r, c]:
+                sizes[count] = _flood(candidate, seen, r * width + c, group)
+                goals[count, 0], goals[count, 1] = _viewpoint(cost, group, sizes[count], window)
+                count += 1
     return sizes[:count].copy(), goals[:count].copy()

@@ -29,6 +29,11 @@ from mrslam.sim_driver.worlds.radio import RadioConfig
 from mrslam.spatial import InputError
 from mrslam.spatial.errors import require
 
+LISTS = ("robots", "faults")
+"""Sections of which a mission may have several."""
+SECTIONS = ("mission", "world", "driver", "radio", "links", "truth", "sweep", *LISTS)
+"""Sections of a mission file, beside those of the packages' settings."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Mission:
@@ -47,7 +52,7 @@ class Mission:
     folder: Path
     """Where the mission's file lies: names in it are looked for there first."""
     replay: Path | None = None
-    """Folder of the run whose drive and radio are played again; its simulated robots do not drive anew."""
+    """Folder of the run whose drive and radio are played again; its simulated robots do not drive again."""
     view: ViewOptions = field(default_factory=ViewOptions)
     """Who looks on; changes nothing of what happens."""
 
@@ -73,51 +78,73 @@ def load_mission(path: Path, assignments: Sequence[str] = ()) -> Mission:
 
 def make_mission(tables: dict[str, Any], path: Path) -> Mission:
     """Return the mission that these tables describe; ``path`` is named in errors."""
-    sections = {section.name: section.type for section in fields(Settings)}
-    named = ["mission", "robots", "world", "driver", "radio", "links", "truth", "faults", "sweep", *sections]
-    check_keys(tables, named, str(path))
-    build(SweepConfig, tables.get("sweep", {}), f"{path}: sweep")
-    for name, table in tables.items():
-        if name not in ("robots", "faults") and not isinstance(table, dict):
-            raise InputError(f"{path}: [{name}] must be a section, got {table!r}")
-    raw_robots = tables.get("robots", [])
-    if not isinstance(raw_robots, list) or not raw_robots or not all(isinstance(robot, dict) for robot in raw_robots):
-        raise InputError(f"{path}: a mission needs at least one [[robots]] section")
-    robots = tuple(build(RobotConfig, robot, f"{path}: robots[{i}]") for i, robot in enumerate(raw_robots))
-    ids = [robot.id for robot in robots]
-    if len(set(ids)) != len(ids):
-        raise InputError(f"{path}: two robots have one id among {', '.join(ids)}")
-    world = build(WorldConfig, tables["world"], f"{path}: world") if "world" in tables else None
-    mission = build(MissionConfig, {"name": path.stem, **tables.get("mission", {})}, f"{path}: mission")
-    for robot in robots:
-        if robot.log is None and world is None and robot.mode != "central" and mission.shell != "agents":
-            raise InputError(f"{path}: robot {robot.id} has no log, and the mission has no [world] to simulate it in")
-    raw_faults = tables.get("faults", [])
-    if not isinstance(raw_faults, list) or not all(isinstance(fault, dict) for fault in raw_faults):
-        raise InputError(f"{path}: faults are [[faults]] sections")
-    faults = tuple(build(FaultConfig, fault, f"{path}: faults[{i}]") for i, fault in enumerate(raw_faults))
-    for fault in faults:
-        require(fault.robot in ids, f"{path}: faults.robot", f"one of {', '.join(ids)}", fault.robot)
-        if fault.kind == "kidnapped" and any(robot.id == fault.robot and robot.log is not None for robot in robots):
-            raise InputError(f"{path}: faults: {fault.robot} plays a log, so nobody can carry it off")
-        if mission.duration_s is not None and fault.at_s >= mission.duration_s:
-            never = f"{fault.kind} of {fault.robot} at {fault.at_s:g} s never happens"
-            raise InputError(f"{path}: faults: the mission ends after {mission.duration_s:g} s, so {never}")
-    links = build(LinksConfig, tables.get("links", {}), f"{path}: links")
+    where = str(path)
+    _check_sections(tables, where)
+    robots = _robots(tables, where)
+    world = build(WorldConfig, tables["world"], f"{where}: world") if "world" in tables else None
+    mission = build(MissionConfig, {"name": path.stem, **tables.get("mission", {})}, f"{where}: mission")
+    _check_bodies(robots, mission, world, where)
+    faults = _faults(tables, robots, mission, where)
+    links = build(LinksConfig, tables.get("links", {}), f"{where}: links")
     if links.trace is not None:
         tables = {**tables, "comms": {"link_source": "trace", **tables.get("comms", {})}}
     return Mission(
         mission=mission,
         robots=robots,
-        settings=make_settings(tables, str(path)),
+        settings=make_settings(tables, where),
         links=links,
-        truth=build(TruthConfig, tables.get("truth", {}), f"{path}: truth"),
+        truth=build(TruthConfig, tables.get("truth", {}), f"{where}: truth"),
         world=world,
-        driver=build(DriverConfig, tables.get("driver", {}), f"{path}: driver"),
-        radio=build(RadioConfig, tables.get("radio", {}), f"{path}: radio"),
+        driver=build(DriverConfig, tables.get("driver", {}), f"{where}: driver"),
+        radio=build(RadioConfig, tables.get("radio", {}), f"{where}: radio"),
         faults=faults,
         folder=path.resolve().parent,
     )
+
+
+def _check_sections(tables: dict[str, Any], where: str) -> None:
+    """Refuse sections that no mission has, and what stands where a section should."""
+    check_keys(tables, [*SECTIONS, *(section.name for section in fields(Settings))], where)
+    for name, table in tables.items():
+        if name not in LISTS and not isinstance(table, dict):
+            raise InputError(f"{where}: [{name}] must be a section, got {table!r}")
+    build(SweepConfig, tables.get("sweep", {}), f"{where}: sweep")
+
+
+def _robots(tables: dict[str, Any], where: str) -> tuple[RobotConfig, ...]:
+    tables_of = tables.get("robots", [])
+    if not isinstance(tables_of, list) or not tables_of or not all(isinstance(robot, dict) for robot in tables_of):
+        raise InputError(f"{where}: a mission needs at least one [[robots]] section")
+    robots = tuple(build(RobotConfig, robot, f"{where}: robots[{i}]") for i, robot in enumerate(tables_of))
+    ids = [robot.id for robot in robots]
+    if len(set(ids)) != len(ids):
+        raise InputError(f"{where}: two robots have one id among {', '.join(ids)}")
+    return robots
+
+
+def _check_bodies(robots: Sequence[RobotConfig], mission: MissionConfig, world: WorldConfig | None, where: str) -> None:
+    """Refuse a robot that would have nothing to sense."""
+    for robot in robots:
+        if robot.log is None and world is None and robot.mode != "central" and mission.shell != "agents":
+            raise InputError(f"{where}: robot {robot.id} has no log, and the mission has no [world] to simulate it in")
+
+
+def _faults(
+    tables: dict[str, Any], robots: Sequence[RobotConfig], mission: MissionConfig, where: str
+) -> tuple[FaultConfig, ...]:
+    tables_of = tables.get("faults", [])
+    if not isinstance(tables_of, list) or not all(isinstance(fault, dict) for fault in tables_of):
+        raise InputError(f"{where}: faults are [[faults]] sections")
+    faults = tuple(build(FaultConfig, fault, f"{where}: faults[{i}]") for i, fault in enumerate(tables_of))
+    logs = {robot.id: robot.log for robot in robots}
+    for fault in faults:
+        require(fault.robot in logs, f"{where}: faults.robot", f"one of {', '.join(logs)}", fault.robot)
+        if fault.kind == "kidnapped" and logs[fault.robot] is not None:
+            raise InputError(f"{where}: faults: {fault.robot} plays a log, so nobody can carry it off")
+        if mission.duration_s is not None and fault.at_s >= mission.duration_s:
+            never = f"{fault.kind} of {fault.robot} at {fault.at_s:g} s never happens"
+            raise InputError(f"{where}: faults: the mission ends after {mission.duration_s:g} s, so {never}")
+    return faults
 
 
 def make_settings(tables: dict[str, Any], where: str) -> Settings:

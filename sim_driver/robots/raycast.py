@@ -24,6 +24,47 @@ def leap_field(clearance_cells: NDArray[np.float32]) -> NDArray[np.uint8]:
 
 
 @njit(cache=True, nogil=True)
+def _cast_one(
+    leap: NDArray[np.uint8], x: float, y: float, angle_rad: float, max_range: float
+) -> float:  # pragma: no cover - compiled
+    """Return the distance along one beam to the first wall cell's edge, ``inf`` beyond ``max_range``; in cells."""
+    height, width = leap.shape
+    dx, dy = math.cos(angle_rad), math.sin(angle_rad)
+    per_x = 1.0 / dx if dx != 0.0 else math.inf
+    per_y = 1.0 / dy if dy != 0.0 else math.inf
+    step_col, step_row = (1 if dx > 0.0 else -1), (1 if dy > 0.0 else -1)
+    ahead_x, ahead_y = (1 if dx > 0.0 else 0), (1 if dy > 0.0 else 0)
+    abs_x, abs_y = abs(per_x), abs(per_y)
+    t = 0.0
+    col, row = int(math.floor(x)), int(math.floor(y))
+    while t < max_range:
+        if col < 0 or row < 0 or col >= width or row >= height:  # a start outside of the world sees nothing
+            return math.inf
+        free = leap[row, col]
+        if free == 0:
+            return t
+        if free > 2:
+            t += free
+            col, row = int(math.floor(x + t * dx)), int(math.floor(y + t * dy))
+            continue
+        t_x = (col + ahead_x - x) * per_x if dx != 0.0 else math.inf
+        t_y = (row + ahead_y - y) * per_y if dy != 0.0 else math.inf
+        # Along an edge between cells rounding may have put the beam on the far side of it: that edge lies behind.
+        while t < max_range:
+            if t_x < t_y:
+                t = max(t, t_x)
+                t_x += abs_x
+                col += step_col
+            else:
+                t = max(t, t_y)
+                t_y += abs_y
+                row += step_row
+            if leap[row, col] != 1 and leap[row, col] != 2:
+                break
+    return math.inf
+
+
+@njit(cache=True, nogil=True)
 def cast(
     leap: NDArray[np.uint8],
     x: float,
@@ -39,45 +80,8 @@ def cast(
     ``leap`` : ``(H, W) uint8`` of :func:`leap_field`, closed by a ring of wall. The start is from the grid's corner.
     Steps from cell to cell (Amanatides and Woo 1987) beside walls, and leaps (sphere tracing) where none is near.
     """
-    height, width = leap.shape
     for i in range(out.size):
-        angle = heading_rad + angle_min_rad + i * angle_increment_rad
-        dx, dy = math.cos(angle), math.sin(angle)
-        per_x = 1.0 / dx if dx != 0.0 else math.inf
-        per_y = 1.0 / dy if dy != 0.0 else math.inf
-        step_col, step_row = (1 if dx > 0.0 else -1), (1 if dy > 0.0 else -1)
-        ahead_x, ahead_y = (1 if dx > 0.0 else 0), (1 if dy > 0.0 else 0)
-        abs_x, abs_y = abs(per_x), abs(per_y)
-        t = 0.0
-        col, row = int(math.floor(x)), int(math.floor(y))
-        hit = False
-        while t < max_range:
-            # A start outside the world sees nothing: -1 wraps to a huge number.
-            if col < 0 or row < 0 or col >= width or row >= height:
-                break
-            free = leap[row, col]
-            if free == 0:
-                hit = True
-                break
-            if free > 2:
-                t += free
-                col, row = int(math.floor(x + t * dx)), int(math.floor(y + t * dy))
-                continue
-            t_x = (col + ahead_x - x) * per_x if dx != 0.0 else math.inf
-            t_y = (row + ahead_y - y) * per_y if dy != 0.0 else math.inf
-            # Along an edge between cells rounding may have put the beam on the far side of it: that edge lies behind.
-            while t < max_range:
-                if t_x < t_y:
-                    t = max(t, t_x)
-                    t_x += abs_x
-                    col += step_col
-                else:
-                    t = max(t, t_y)
-                    t_y += abs_y
-                    row += step_row
-                if leap[row, col] != 1 and leap[row, col] != 2:
-                    break
-        out[i] = t if hit and t < max_range else math.inf
+        out[i] = _cast_one(leap, x, y, heading_rad + angle_min_rad + i * angle_increment_rad, max_range)
 
 
 @njit(cache=True, nogil=True)

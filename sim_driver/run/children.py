@@ -1,4 +1,4 @@
-"""Robots' processes, as the parent sees them: started, told things, started again when they die, and ended."""
+"""Robots' processes, as the parent sees them: started, started again when they die, and ended."""
 
 from __future__ import annotations
 
@@ -39,17 +39,17 @@ class Child:
     """Whether it has come up."""
     restarts: int = 0
     """How often it was started again."""
-    mourned: bool = False
-    """Whether it was told that it died."""
+    death_reported: bool = False
+    """Whether its death was reported."""
     duration_s: float = 0.0
     status: Status = field(default_factory=Status)
     sent: int = 0
     taken: int = 0
-    """News of the simulation sent to it, and taken by it."""
+    """Messages of the simulation sent to it, and taken by it."""
     scans_lost: int = 0
     """Simulated scans it was too slow to take, or not there to take."""
     placed: set[str] = field(default_factory=set)
-    """Teammates whose maps it was told to have placed."""
+    """Teammates whose maps it was reported to have placed."""
 
     @property
     def robot_id(self) -> str:
@@ -125,7 +125,7 @@ class Launcher:
         return Child(task, process, here, sim_here)
 
     def revive(self, child: Child) -> Child:
-        """Return a process that goes on for a dead one, from its checkpoint; it comes up in its own time."""
+        """Return a process that continues for a dead one, from its checkpoint; it comes up in its own time."""
         child.pipe.close()
         child.simulator.close()
         others = [address for address in self._addresses if address != child.task.listen]

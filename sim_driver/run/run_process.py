@@ -32,7 +32,7 @@ def run_processes(mission: Mission, out: Path, progress: Any, say: Callable[[str
     launcher = Launcher(mission, out)
     children = launcher.start_all()
     try:
-        mission_s, interrupted = _watch(mission, launcher, children, simulation, progress, say), False
+        mission_s, interrupted = _Watch(mission, launcher, children, simulation, say).run(progress), False
     except KeyboardInterrupt:  # what the robots have by now is worth keeping
         mission_s, interrupted = launcher.now.value / 1e9, True
     finally:
@@ -49,48 +49,74 @@ def run_processes(mission: Mission, out: Path, progress: Any, say: Callable[[str
     }
 
 
-def _watch(
-    mission: Mission,
-    launcher: Launcher,
-    children: list[Child],
-    simulation: Simulation | None,
-    progress: Any,
-    say: Callable[[str], None],
-) -> float:
-    """Move the simulated world on and follow the robots to the end; return how long it was, mission seconds."""
-    now = launcher.now
-    limit_s = mission.mission.duration_s
-    played_s = max(child.duration_s for child in children) if simulation is None else None
-    total_s = limit_s or (None if played_s is None else played_s + mission.mission.linger_s)
-    idle_since_s: float | None = None
-    pace = Pace(mission.mission.speed)
-    while True:
-        for i, child in enumerate(children):
+class _Watch:
+    """Moves mission time and the simulated world on, and follows the robots' processes to the end."""
+
+    def __init__(
+        self,
+        mission: Mission,
+        launcher: Launcher,
+        children: list[Child],
+        simulation: Simulation | None,
+        say: Callable[[str], None],
+    ) -> None:
+        self._launcher, self._children, self._simulation, self._say = launcher, children, simulation, say
+        self._mission = mission.mission
+        self._pace = Pace(self._mission.speed)
+        self._idle_since_s: float | None = None
+
+    def run(self, progress: Any) -> float:
+        """Watch until the mission is over; return how long it was, mission seconds."""
+        total_s, step_s = self._total_s(), WATCH_S if self._simulation is None else STEP_NS / 4e9 / self._mission.speed
+        while True:
+            self._look_after_children()
+            now_s = self._advance()
+            progress(now_s, total_s, _words(self._children))
+            if self._mission.duration_s is not None and now_s >= self._mission.duration_s:
+                return self._mission.duration_s
+            if self._is_over(now_s):
+                return now_s
+            time.sleep(step_s)
+
+    def _total_s(self) -> float | None:
+        """Return how long the mission will take, mission seconds; None where that is not known."""
+        if self._mission.duration_s is not None or self._simulation is not None:
+            return self._mission.duration_s
+        return max(child.duration_s for child in self._children) + self._mission.linger_s
+
+    def _look_after_children(self) -> None:
+        """Read what the robots report; report those that died, and start them again where the mission says so."""
+        now_s = self._launcher.now.value / 1e9
+        for i, child in enumerate(self._children):
             child.read_status()
             for other in child.newly_placed():
-                say(f"{now.value / 1e9:.0f} s: {child.robot_id} knows where the map of {other} lies")
-            if child.alive or child.mourned:
+                self._say(f"{now_s:.0f} s: {child.robot_id} knows where the map of {other} lies")
+            if child.alive or child.death_reported:
                 continue
-            child.mourned = True
-            again = mission.mission.restart and child.restarts < MOST_RESTARTS
-            say(f"{now.value / 1e9:.0f} s: {_death(child)}" + ("; it is started again" if again else ""))
+            child.death_reported = True
+            again = self._mission.restart and child.restarts < MOST_RESTARTS
+            self._say(f"{now_s:.0f} s: {_death(child)}" + ("; it is started again" if again else ""))
             if again:
-                children[i] = launcher.revive(child)
-        now.value += pace.step_ns([child for child in children if _is_behind(child)])
-        if simulation is not None:
-            _simulate(simulation, children, now.value)
-        now_s = now.value / 1e9
-        progress(now_s, total_s, _words(children))
-        if limit_s is not None and now_s >= limit_s:
-            return limit_s
-        busy = [child for child in children if child.alive and not child.status.finished]
-        if busy:
-            idle_since_s = None
-        elif idle_since_s is None:
-            idle_since_s = now_s
-        elif now_s - idle_since_s >= mission.mission.linger_s or not any(child.alive for child in children):
-            return now_s
-        time.sleep(WATCH_S if simulation is None else STEP_NS / 4e9 / mission.mission.speed)
+                self._children[i] = self._launcher.revive(child)
+
+    def _advance(self) -> float:
+        """Move mission time and the simulated world on; return mission time, seconds."""
+        now = self._launcher.now
+        now.value += self._pace.step_ns([child for child in self._children if _is_behind(child)])
+        if self._simulation is not None:
+            _simulate(self._simulation, self._children, now.value)
+        return now.value / 1e9
+
+    def _is_over(self, now_s: float) -> bool:
+        """Return whether all robots have finished and the time to linger is over, or none is alive."""
+        if any(child.alive and not child.status.finished for child in self._children):
+            self._idle_since_s = None
+            return False
+        if self._idle_since_s is None:
+            self._idle_since_s = now_s
+            return False
+        has_lingered = now_s - self._idle_since_s >= self._mission.linger_s
+        return has_lingered or not any(child.alive for child in self._children)
 
 
 def _death(child: Child) -> str:

@@ -40,7 +40,7 @@ BOOTS_APART = 1000
 """Between the boot ids of two lives of a robot, as between start times in ms: its maps are counted on from one."""
 
 
-class Hands:
+class Kidnapper:
     """Carries kidnapped robots to where they do not know they are."""
 
     def __init__(self, mission: Mission) -> None:
@@ -48,8 +48,8 @@ class Hands:
         self._waiting = sorted(_of_kind(mission, "kidnapped"), key=lambda fault: fault.at_s)
         self._rng = np.random.default_rng(seed_for(mission, "kidnapped"))
 
-    def reach_in(self, simulation: Simulation, now_ns: int) -> None:
-        """Do what is due."""
+    def inject_fault(self, simulation: Simulation, now_ns: int) -> None:
+        """Carry away the robots whose kidnapping is due."""
         while self._waiting and self._waiting[0].at_s * 1e9 <= now_ns:
             fault = self._waiting.pop(0)
             simulation.kidnap(fault.robot, fault.amount, self._rng)
@@ -58,14 +58,14 @@ class Hands:
 class VirtualWorld:
     """Network and simulated world, moved on together."""
 
-    def __init__(self, network: MemoryNetwork, simulation: Simulation | None, hands: Hands) -> None:
+    def __init__(self, network: MemoryNetwork, simulation: Simulation | None, kidnapper: Kidnapper) -> None:
         """Take both, and who carries robots about; a mission of recorded robots has no world."""
-        self._network, self._simulation, self._hands = network, simulation, hands
+        self._network, self._simulation, self._kidnapper = network, simulation, kidnapper
 
     def advance(self, now_ns: int) -> None:
         """Move virtual time on."""
         if self._simulation is not None:
-            self._hands.reach_in(self._simulation, now_ns)
+            self._kidnapper.inject_fault(self._simulation, now_ns)
             self._simulation.advance(now_ns)
         self._network.advance(now_ns)
 
@@ -189,7 +189,7 @@ def run_in_virtual_time(
 
     mission_ns = run_virtual(
         team.robots,
-        VirtualWorld(team.network, team.simulation, Hands(mission)),
+        VirtualWorld(team.network, team.simulation, Kidnapper(mission)),
         step_ns=round(mission.settings.agent.tick_s * 1e9),
         duration_ns=None if limit_s is None else round(limit_s * 1e9),
         linger_ns=round(mission.mission.linger_s * 1e9),

@@ -11,8 +11,8 @@ import pytest
 
 from mrslam.agent import Agent, Event, Settings, checkpoint
 from mrslam.rbpf import MapperConfig
-from mrslam.sim_driver.cli import agent_told
-from mrslam.sim_driver.cli.agent_told import WORDS, DoubtTeller, begin
+from mrslam.sim_driver.cli import agent_messages
+from mrslam.sim_driver.cli.agent_messages import WORDS, DoubtTeller, begin
 from mrslam.spatial import Scan
 
 
@@ -23,7 +23,7 @@ def robot(particles: int = 3) -> Agent:
 @pytest.fixture
 def said(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     lines: list[str] = []
-    monkeypatch.setattr(agent_told, "say", lines.append)
+    monkeypatch.setattr(agent_messages, "say", lines.append)
     return lines
 
 
