@@ -9,7 +9,17 @@ from mrslam.comms import CommsConfig
 from mrslam.merge import MergeConfig
 from mrslam.mutual_detection import MutualDetectionConfig
 from mrslam.rbpf import MapperConfig
-from mrslam.spatial.errors import require
+from mrslam.spatial.errors import require, require_bounds
+
+LONGEST_S = 1e9
+"""Longest interval, seconds: 30 years, which means never."""
+BOUNDS = {
+    "publish_interval_s": (0.01, LONGEST_S), "align_interval_s": (0.01, LONGEST_S), "align_growth": (0.001, 1e6),
+    "realign_growth": (0.001, 1e6), "realign_interval_s": (0.01, LONGEST_S),
+    "checkpoint_interval_s": (0.01, LONGEST_S), "min_health": (0.0, 1.0), "give_up_s": (0.1, LONGEST_S),
+    "tick_s": (0.001, 10.0),
+}  # fmt: skip
+"""Least and largest value of every number."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,10 +49,7 @@ class AgentConfig:
 
     def __post_init__(self) -> None:
         require(self.align_method in ALIGNERS, "agent.align_method", f"one of {', '.join(ALIGNERS)}", self.align_method)
-        for name, value in vars(self).items():
-            if name not in ("align_method", "min_health"):
-                require(value > 0, f"agent.{name}", "> 0", value)
-        require(0 <= self.min_health <= 1, "agent.min_health", "0..1", self.min_health)
+        require_bounds("agent", self, BOUNDS)
 
 
 @dataclass(frozen=True, kw_only=True)

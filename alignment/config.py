@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mrslam.spatial.errors import require
+from mrslam.spatial.errors import SEEDS, require_bounds
+
+BOUNDS = {
+    "seed": SEEDS, "resolution_m": (0.001, 10.0), "max_cells": (10_000, 1 << 28), "tolerance_m": (0.001, 100.0),
+    "min_score_m": (0.0, 1e6), "min_walls": (0, 100_000), "max_contradiction": (0.0, 1e3),
+    "max_deep_contradiction": (0.0, 1e3), "forgiveness": (0.0, 1e3), "min_crosswise_wall_m": (0.0, 1e6),
+    "min_crosswise": (0.0, 1.0), "min_margin": (0.0, 1.0), "margin_per_contradiction": (0.0, 1e3),
+    "min_confidence": (0.0, 1.0), "orb_features": (10, 1_000_000), "ransac_draws": (1, 10_000_000),
+    "ransac_inlier_m": (0.001, 100.0), "evaluations": (1, 10_000_000), "max_candidates": (1, 10_000),
+}  # fmt: skip
+"""Least and largest value of every setting."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,22 +61,4 @@ class AlignmentConfig:
     """Proposals that are refined and verified in full (>= 1); more find more and take longer."""
 
     def __post_init__(self) -> None:
-        require(self.seed >= 0, "alignment.seed", ">= 0", self.seed)
-        for name in ("resolution_m", "tolerance_m", "ransac_inlier_m"):
-            require(getattr(self, name) > 0, f"alignment.{name}", "> 0 m", getattr(self, name))
-        for name in (
-            "min_score_m",
-            "min_walls",
-            "max_contradiction",
-            "max_deep_contradiction",
-            "forgiveness",
-            "min_crosswise_wall_m",
-            "margin_per_contradiction",
-        ):
-            require(getattr(self, name) >= 0, f"alignment.{name}", ">= 0", getattr(self, name))
-        for name in ("min_crosswise", "min_margin", "min_confidence"):
-            require(0 <= getattr(self, name) <= 1, f"alignment.{name}", "in 0..1", getattr(self, name))
-        for name, least in (("max_cells", 10_000), ("orb_features", 10), ("ransac_draws", 1)):
-            require(getattr(self, name) >= least, f"alignment.{name}", f">= {least}", getattr(self, name))
-        for name in ("evaluations", "max_candidates"):
-            require(getattr(self, name) >= 1, f"alignment.{name}", ">= 1", getattr(self, name))
+        require_bounds("alignment", self, BOUNDS)

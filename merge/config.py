@@ -4,12 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mrslam.spatial.errors import require
+from mrslam.spatial.errors import require, require_bounds
 
 FUSIONS = ("log-odds", "max", "mean")
 """Ways to fuse known with known."""
 COMPONENTS = ("count", "area")
 """What makes one component of the team graph the largest."""
+
+
+BOUNDS = {
+    "resolution_m": (0.001, 10.0), "min_confidence": (0.0, 1e3), "loop_tolerance_m": (1e-4, 1e4),
+    "loop_tolerance_rad": (1e-5, 10.0), "loop_tolerance_share": (0.0, 0.99), "covariance_scale": (1e-4, 1e6),
+    "robust_sigmas": (0.01, 1e3), "known_pose_sigma_m": (1e-4, 1e4), "known_pose_sigma_rad": (1e-5, 10.0),
+    "contradiction_share": (0.001, 1.0), "contradiction_min_m": (0.001, 1e6),
+    "contradiction_tolerance_m": (1e-4, 100.0),
+}  # fmt: skip
+"""Least and largest value of every number."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,20 +58,4 @@ class MergeConfig:
     def __post_init__(self) -> None:
         require(self.fusion in FUSIONS, "merge.fusion", f"one of {', '.join(FUSIONS)}", self.fusion)
         require(self.component in COMPONENTS, "merge.component", f"one of {', '.join(COMPONENTS)}", self.component)
-        if self.resolution_m is not None:
-            require(0 < self.resolution_m < 10, "merge.resolution_m", "> 0 and < 10 m", self.resolution_m)
-        require(self.min_confidence >= 0, "merge.min_confidence", ">= 0", self.min_confidence)
-        require(0 <= self.loop_tolerance_share < 1, "merge.loop_tolerance_share", "in 0..1", self.loop_tolerance_share)
-        require(0 < self.contradiction_share <= 1, "merge.contradiction_share", "in 0..1", self.contradiction_share)
-        for name in (
-            "loop_tolerance_m",
-            "loop_tolerance_rad",
-            "covariance_scale",
-            "robust_sigmas",
-            "known_pose_sigma_m",
-            "known_pose_sigma_rad",
-            "contradiction_min_m",
-            "contradiction_tolerance_m",
-        ):
-            value = getattr(self, name)
-            require(0 < value < float("inf"), f"merge.{name}", "> 0", value)
+        require_bounds("merge", self, BOUNDS)

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mrslam.spatial.errors import require
+from mrslam.spatial.errors import require_bounds
+
+BOUNDS = {
+    "robot_radius_m": (0.001, 10.0), "margin_m": (0.0, 10.0), "sigmas": (0.0, 100.0), "max_radius_m": (0.001, 100.0),
+    "acceleration_m_s2": (1e-4, 1e3), "position_sigma_m": (1e-4, 100.0), "gate_sigmas": (0.01, 1e3),
+    "forget_after_s": (0.01, 1e6),
+}  # fmt: skip
+"""Least and largest value of every number."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,9 +38,4 @@ class MutualDetectionConfig:
     """Teammates not heard of for so long are no longer filtered out, seconds, > 0."""
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if name == "enabled":
-                continue
-            least_ok = value >= 0 if name in ("margin_m", "sigmas") else value > 0
-            rule = ">= 0" if name in ("margin_m", "sigmas") else "> 0"
-            require(least_ok, f"mutual_detection.{name}", rule, value)
+        require_bounds("mutual_detection", self, BOUNDS)

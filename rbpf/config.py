@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-from mrslam.spatial.errors import require
+from mrslam.spatial.errors import require_bounds
 
 NOISES = ("noise_m_per_m", "noise_rad_per_m", "noise_m_per_rad", "noise_rad_per_rad", "odometry_noise")
+BOUNDS = {
+    "particles": (1, 1000), "resolution_m": (0.01, 1.0), "linear_update_m": (0.001, 1e3),
+    "angular_update_rad": (0.001, 1e3), "temporal_update_s": (0.0, 1e9), "usable_range_m": (0.1, 1e3),
+    "clear_range_m": (0.0, 1e3), **dict.fromkeys(NOISES, (0.0, 10.0)),
+    "sigma_m": (0.001, 1.0), "beams_match": (10, 100_000),
+    "beams_filter": (10, 100_000), "evidence_beams": (0.01, 1e5), "neff_fraction": (0.0, 1.0), "threads": (0, 256),
+}  # fmt: skip
+"""Least and largest value of every number."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,22 +67,4 @@ class MapperConfig:
 
     def __post_init__(self) -> None:
         """Check every bound; raise ``InputError`` naming the setting."""
-
-        def bound(name: str, ok: bool, rule: str) -> None:
-            require(ok, f"rbpf.{name}", rule, getattr(self, name))
-
-        bound("particles", isinstance(self.particles, int) and 1 <= self.particles <= 1000, "a whole number in 1..1000")
-        bound("resolution_m", 0.01 <= self.resolution_m <= 1.0, "in 0.01..1 m")
-        bound("linear_update_m", 0.0 < self.linear_update_m < math.inf, "> 0 m")
-        bound("angular_update_rad", 0.0 < self.angular_update_rad < math.inf, "> 0 rad")
-        bound("temporal_update_s", 0.0 <= self.temporal_update_s < math.inf, ">= 0 s")
-        bound("usable_range_m", 0.1 <= self.usable_range_m <= 1000.0, "in 0.1..1000 m")
-        bound("clear_range_m", 0.0 <= self.clear_range_m <= 1000.0, "in 0..1000 m")
-        for name in NOISES:
-            bound(name, 0.0 <= getattr(self, name) < math.inf, ">= 0")
-        bound("sigma_m", 0.001 <= self.sigma_m <= 1.0, "in 0.001..1 m")
-        bound("beams_match", isinstance(self.beams_match, int) and self.beams_match >= 10, "a whole number >= 10")
-        bound("beams_filter", isinstance(self.beams_filter, int) and self.beams_filter >= 10, "a whole number >= 10")
-        bound("evidence_beams", 0.0 < self.evidence_beams < math.inf, "> 0")
-        bound("neff_fraction", 0.0 <= self.neff_fraction <= 1.0, "in 0..1")
-        bound("threads", isinstance(self.threads, int) and 0 <= self.threads <= 256, "a whole number in 0..256")
+        require_bounds("rbpf", self, BOUNDS)

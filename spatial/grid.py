@@ -16,6 +16,11 @@ FREE_MAX = 35
 OCCUPIED_MIN = 65
 """Cells in OCCUPIED_MIN..100 percent count as occupied."""
 
+RESOLUTIONS_M = (0.001, 100.0)
+"""Least and largest edge of a cell, metres: finer than any laser, and coarser than any room."""
+FARTHEST_M = 1e8
+"""Largest coordinate of a grid's origin, metres: beyond all map projections, and cells are still counted exactly."""
+
 
 @dataclass(frozen=True, eq=False)
 class OccupancyGrid:
@@ -40,11 +45,12 @@ class OccupancyGrid:
             raise InputError(f"grid cells must be int8, got {cells.dtype}")
         if cells.size and (int(cells.min()) < UNKNOWN or int(cells.max()) > 100):
             raise InputError(f"grid cells must be -1..100, got {int(cells.min())}..{int(cells.max())}")
-        if not (np.isfinite(self.resolution_m) and self.resolution_m > 0):
-            raise InputError(f"grid resolution must be > 0 m, got {self.resolution_m!r}")
+        least_m, largest_m = RESOLUTIONS_M
+        if not least_m <= self.resolution_m <= largest_m:
+            raise InputError(f"grid resolution must be in {least_m:g}..{largest_m:g} m, got {self.resolution_m!r}")
         x, y = (float(v) for v in self.origin_m)
-        if not (np.isfinite(x) and np.isfinite(y)):
-            raise InputError(f"grid origin must be finite, got {self.origin_m!r}")
+        if not (abs(x) <= FARTHEST_M and abs(y) <= FARTHEST_M):
+            raise InputError(f"grid origin must be finite and within {FARTHEST_M:g} m, got {self.origin_m!r}")
         object.__setattr__(self, "cells", cells)
         object.__setattr__(self, "origin_m", (x, y))
 

@@ -4,7 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mrslam.spatial.errors import require
+from mrslam.spatial.errors import require_bounds
+
+LONGEST_S, FARTHEST_M = 1e6, 1e6
+"""Bounds of times (11 days) and distances: larger ones mean never and nowhere, and no sum with them loses a second."""
+BOUNDS = {
+    "robot_radius_m": (0.01, 10.0), "margin_m": (0.0, 10.0), "comfort_m": (0.001, 100.0), "speed_m_s": (0.001, 100.0),
+    "turn_rad_s": (0.001, 100.0), "look_ahead_m": (0.01, 100.0), "plan_resolution_m": (0.005, 10.0),
+    "max_plan_cells": (100, 100_000_000), "plan_interval_s": (0.05, LONGEST_S), "min_frontier_m": (0.001, FARTHEST_M),
+    "path_scale": (0.001, 1e3), "gain_scale": (0.0, 1e3), "turn_scale": (0.0, 1e3), "keep_goal_m": (0.0, FARTHEST_M),
+    "progress_timeout_s": (0.1, LONGEST_S), "blacklist_radius_m": (0.001, FARTHEST_M), "blacklist_forgiven": (0, 1000),
+    "stuck_after_s": (0.1, LONGEST_S), "finish_after_s": (0.1, LONGEST_S), "arrive_m": (0.01, 100.0),
+}  # fmt: skip
+"""Least and largest value of every setting."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +65,4 @@ class DriverConfig:
     """A waypoint this near is reached, metres, > 0."""
 
     def __post_init__(self) -> None:
-        may_be_zero = ("margin_m", "gain_scale", "turn_scale", "keep_goal_m", "blacklist_forgiven")
-        for name, value in vars(self).items():
-            least_ok = value >= 0 if name in may_be_zero else value > 0
-            require(least_ok, f"driver.{name}", ">= 0" if name in may_be_zero else "> 0", value)
+        require_bounds("driver", self, BOUNDS)

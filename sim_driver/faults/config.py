@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mrslam.spatial.errors import require
+from mrslam.spatial.errors import require, require_bounds
 
 KINDS = {
     "crash": "the robot's computer dies, and starts again after `for_s` from its checkpoint",
@@ -25,6 +25,8 @@ KINDS = {
 }
 """What can go wrong, in a sentence each."""
 
+BOUNDS = {"at_s": (0.0, 1e7), "for_s": (0.001, 1e7), "amount": (-1e6, 1e6)}
+"""Least and largest value of every number."""
 ONCE = ("odometry_jump", "kidnapped")
 """Faults that happen at one moment; the others last."""
 
@@ -46,8 +48,7 @@ class FaultConfig:
 
     def __post_init__(self) -> None:
         require(self.kind in KINDS, "faults.kind", f"one of {', '.join(KINDS)}", self.kind)
-        require(self.at_s >= 0, "faults.at_s", ">= 0 s", self.at_s)
-        require(self.for_s > 0, "faults.for_s", "> 0 s", self.for_s)
+        require_bounds("faults", self, BOUNDS)
         require(
             self.kind != "liar" or self.at_s == 0, "faults.at_s of liar", "0 s: it lies from start to end", self.at_s
         )

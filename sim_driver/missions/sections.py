@@ -5,10 +5,19 @@ What the packages and the simulator's parts want to know they define themselves.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 
-from mrslam.spatial.errors import require
+from mrslam.spatial.errors import SEEDS, require, require_bounds
+from mrslam.spatial.grid import RESOLUTIONS_M
+
+LONGEST_S = 1e7
+"""Longest mission, seconds: 116 days."""
+FARTHEST_M = 1e6
+"""Largest coordinate in a world, metres."""
+MISSION_BOUNDS = {
+    "seed": SEEDS, "duration_s": (0.1, LONGEST_S), "linger_s": (0.0, LONGEST_S), "speed": (0.01, 1e3),
+}  # fmt: skip
+"""Least and largest value of the numbers in ``[mission]``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,10 +42,7 @@ class MissionConfig:
     """Whether a robot whose process dies is started again, from its checkpoint; real processes only."""
 
     def __post_init__(self) -> None:
-        require(self.seed >= 0, "mission.seed", ">= 0", self.seed)
-        require(self.duration_s is None or self.duration_s > 0, "mission.duration_s", "> 0 s", self.duration_s)
-        require(self.linger_s >= 0, "mission.linger_s", ">= 0 s", self.linger_s)
-        require(self.speed > 0, "mission.speed", "> 0", self.speed)
+        require_bounds("mission", self, MISSION_BOUNDS)
         known = ("process", "virtual", "agents")  # the last: agents ran on their own, and were gathered
         require(self.shell in known, "mission.shell", "'process' or 'virtual'", self.shell)
 
@@ -84,11 +90,14 @@ class RobotConfig:
             [self.first, self.last],
         )
         require(
-            self.start is None or (len(self.start) == 3 and all(map(math.isfinite, self.start))),
+            self.start is None or (len(self.start) == 3 and all(abs(value) <= FARTHEST_M for value in self.start)),
             f"robots.{self.id}.start",
-            "[x_m, y_m, theta_rad]",
+            f"[x_m, y_m, theta_rad], none beyond {FARTHEST_M:g}",
             self.start,
         )
+        for point in self.waypoints:
+            ok = len(point) == 2 and all(abs(value) <= FARTHEST_M for value in point)
+            require(ok, f"robots.{self.id}.waypoints", f"[x_m, y_m] each, none beyond {FARTHEST_M:g}", point)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,6 +127,9 @@ class WorldConfig:
     scale_m: float | None = None
     """Metres a pixel of a bitmap."""
 
+    def __post_init__(self) -> None:
+        require_bounds("world", self, {"scale_m": RESOLUTIONS_M})
+
 
 @dataclass(frozen=True, kw_only=True)
 class SweepConfig:
@@ -129,4 +141,4 @@ class SweepConfig:
     """Runs of every setting, each with its own seed, >= 1."""
 
     def __post_init__(self) -> None:
-        require(self.seeds >= 1, "sweep.seeds", ">= 1", self.seeds)
+        require_bounds("sweep", self, {"seeds": (1, 100_000)})

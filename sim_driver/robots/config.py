@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mrslam.spatial.errors import require
+from mrslam.spatial.errors import require_bounds
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,8 +28,7 @@ class OdometryConfig:
     """Spread over robots of the constant error of turns (wheel base), one sigma, >= 0."""
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            require(value >= 0, f"odometry.{name}", ">= 0", value)
+        require_bounds("odometry", self, dict.fromkeys(vars(self), (0.0, 10.0)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,5 +47,4 @@ class ChassisConfig:
     """Fastest change of turning rate, radians a second squared, > 0."""
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            require(value > 0, f"robot.{name}", "> 0", value)
+        require_bounds("robot", self, dict.fromkeys(vars(self), (0.001, 1e9)))

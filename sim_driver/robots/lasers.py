@@ -9,7 +9,16 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from mrslam.spatial.errors import require
+from mrslam.spatial.errors import require, require_bounds
+
+FARTHEST_M = 100.0
+"""Farthest that a laser is mounted from its robot's centre, metres."""
+BOUNDS = {
+    "beams": (1, 100_000), "angle_min_rad": (-10.0, 10.0), "angle_increment_rad": (-10.0, 10.0),
+    "range_min_m": (0.0, 1e3), "range_max_m": (0.001, 1e5), "noise_m": (0.0, 10.0), "noise_per_m": (0.0, 10.0),
+    "dropout": (0.0, 1.0), "rate_hz": (0.01, 1e4),
+}  # fmt: skip
+"""Least and largest value of every number."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,11 +47,10 @@ class LaserModel:
     """Where it is mounted: metres, metres, radians."""
 
     def __post_init__(self) -> None:
-        require(self.beams > 0, "laser.beams", "> 0", self.beams)
+        require_bounds("laser", self, BOUNDS)
+        mounted = len(self.T_base_laser) == 3 and all(abs(value) <= FARTHEST_M for value in self.T_base_laser)
+        require(mounted, "laser.T_base_laser", f"(x_m, y_m, theta_rad), none beyond {FARTHEST_M:g}", self.T_base_laser)
         require(0 <= self.range_min_m < self.range_max_m, "laser.range_max_m", "> range_min_m >= 0", self.range_max_m)
-        require(self.noise_m >= 0 and self.noise_per_m >= 0, "laser.noise_m", ">= 0", self.noise_m)
-        require(0 <= self.dropout <= 1, "laser.dropout", "in 0..1", self.dropout)
-        require(self.rate_hz > 0, "laser.rate_hz", "> 0 Hz", self.rate_hz)
 
     def measure(self, true_ranges_m: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
         """Return what the laser reports for true ranges ``(B,)``: inf = no return, NaN = dropped beam."""

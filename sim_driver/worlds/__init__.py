@@ -10,6 +10,7 @@ from mrslam.sim_driver.worlds.world import World
 from mrslam.spatial import InputError, OccupancyGrid, read_map
 from mrslam.spatial.files.atomic import is_file
 from mrslam.spatial.files.images import read_image
+from mrslam.spatial.grid import RESOLUTIONS_M
 
 DARK_BELOW = 128
 """Grey value below which a bitmap's pixel is wall."""
@@ -21,14 +22,15 @@ def load_world(name_or_path: str | Path, scale_m: float | None = None) -> World:
     ``scale_m`` : metres a pixel of a bitmap, default 0.05. Raises ``InputError`` on unknown names and unreadable files.
     """
     name = str(name_or_path)
-    if scale_m is not None and not scale_m > 0:
-        raise InputError(f"world scale must be > 0 m per pixel, got {scale_m!r}")
+    least_m, largest_m = RESOLUTIONS_M
+    if scale_m is not None and not least_m <= scale_m <= largest_m:
+        raise InputError(f"world scale must be in {least_m:g}..{largest_m:g} m per pixel, got {scale_m!r}")
     if name in BUILT_IN:
         return World(name, BUILT_IN[name]())
     if name.startswith("office:"):
         seed = name.partition(":")[2]
-        if not seed.isdecimal():
-            raise InputError(f"world {name!r}: the seed after office: must be a whole number >= 0")
+        if not (seed.isdecimal() and seed.isascii() and len(seed) <= 18):
+            raise InputError(f"world {name[:60]!r}: the seed after office: must be a whole number >= 0 and < 1e18")
         return World(name, office(int(seed)))
     path = Path(name)
     if not is_file(path):

@@ -14,11 +14,20 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from mrslam.sim_driver.worlds import World
-from mrslam.spatial.errors import require
+from mrslam.spatial.errors import require_bounds
 from mrslam.spatial.traversal import traverse
 
 WAVES = 96
 """Waves whose sum is the shadowing field."""
+
+
+BOUNDS = {
+    "power_dbm": (-200.0, 200.0), "loss_1m_db": (0.0, 200.0), "path_loss_exponent": (0.1, 10.0),
+    "wall_loss_db": (0.0, 1e3), "shadowing_db": (0.0, 100.0), "shadowing_distance_m": (0.01, 1e4),
+    "sensitivity_dbm": (-200.0, 200.0), "steepness_per_db": (0.001, 1e3), "bandwidth_bit_s": (1.0, 1e12),
+    "latency_s": (0.0, 1e3), "range_m": (0.01, 1e6),
+}  # fmt: skip
+"""Least and largest value of every setting."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,10 +58,7 @@ class RadioConfig:
     """Nothing is heard beyond, metres, > 0: for missions that want a plain radius."""
 
     def __post_init__(self) -> None:
-        for name in ("path_loss_exponent", "shadowing_distance_m", "steepness_per_db", "bandwidth_bit_s", "range_m"):
-            require(getattr(self, name) > 0, f"radio.{name}", "> 0", getattr(self, name))
-        for name in ("wall_loss_db", "shadowing_db", "latency_s"):
-            require(getattr(self, name) >= 0, f"radio.{name}", ">= 0", getattr(self, name))
+        require_bounds("radio", self, BOUNDS)
 
 
 @dataclass(frozen=True)

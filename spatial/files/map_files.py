@@ -117,7 +117,7 @@ def _read_yaml(path: Path) -> OccupancyGrid:
         x, y, yaw = (float(v) for v in meta["origin"])
         occupied, free = float(meta.get("occupied_thresh", 0.65)), float(meta.get("free_thresh", 0.196))
         negate, mode = bool(int(meta.get("negate", 0))), str(meta.get("mode", "trinary"))
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{path}: resolution, origin [x, y, yaw] and thresholds must be numbers ({error})") from error
     try:
         meaning = Pixels(mode, negate, occupied, free)

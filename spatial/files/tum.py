@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from mrslam.spatial.errors import InputError
 from mrslam.spatial.files.atomic import write_text
 
+LARGEST = 9e9
+"""Largest number in a file: nanoseconds of later times do not fit into 64 bits."""
+
 
 def write_tum(path: Path | str, stamps_ns: NDArray[np.int64], poses: NDArray[np.float64]) -> None:
     """Write ``(N,)`` stamps and ``(N, 3)`` poses in the order given."""
@@ -38,6 +41,8 @@ def read_tum(path: Path | str) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
             raise InputError(f"{path}, line {number}: not a number ({error})") from error
         if len(row) < 8 or not np.isfinite(row[:8]).all():
             raise InputError(f"{path}, line {number}: needs 8 finite numbers t x y z qx qy qz qw, got {len(row)}")
+        if max(map(abs, row[:8])) > LARGEST:
+            raise InputError(f"{path}, line {number}: times (s) and poses (m) must be within {LARGEST:g}")
         rows.append(row[:8])
     values = np.array(rows, dtype=np.float64).reshape(-1, 8)
     qx, qy, qz, qw = values[:, 4:].T

@@ -14,12 +14,12 @@ from mrslam.spatial import InputError
         ("link_threshold", 1.5, "comms.link_threshold must be in 0..1, got 1.5"),
         ("link_threshold", float("nan"), "comms.link_threshold must be in 0..1"),
         ("link_source", "guess", "one of measured, model, trace"),
-        ("link_smoothing", 0, "above 0"),
-        ("beacon_period_s", 0, "> 0 s"),
+        ("link_smoothing", 0, "in 0.001..1"),
+        ("beacon_period_s", 0, "in 0.001..1e6 s"),
         ("backoff_max_s", 1, ">= comms.backoff_s"),
         ("chunk_bytes", 10, "in 1000..200000"),
         ("max_message_bytes", 1024, "chunk_bytes must be below"),
-        ("exchange_budget_bytes", -1, ">= 0 bytes"),
+        ("exchange_budget_bytes", -1, r"in 0..2\^40 bytes"),
     ],
 )
 def test_values_out_of_range_say_the_bound(setting, value, words):

@@ -11,13 +11,13 @@ from mrslam.spatial import InputError
     [
         ("fusion", "median", "one of log-odds, max, mean, got 'median'"),
         ("component", "luck", "one of count, area"),
-        ("resolution_m", 0.0, "> 0 and < 10 m"),
-        ("min_confidence", -0.1, ">= 0"),
-        ("loop_tolerance_m", 0.0, "> 0"),
-        ("loop_tolerance_share", 1.0, "in 0..1"),
-        ("contradiction_share", 0.0, "in 0..1"),
-        ("robust_sigmas", float("nan"), "> 0"),
-        ("known_pose_sigma_m", float("inf"), "> 0"),
+        ("resolution_m", 0.0, r"in 0\.001\.\.10 m"),
+        ("min_confidence", -0.1, r"in 0\.\.1000"),
+        ("loop_tolerance_m", 0.0, r"in 0\.0001\.\.10000 m"),
+        ("loop_tolerance_share", 1.0, r"in 0\.\.0\.99"),
+        ("contradiction_share", 0.0, r"in 0\.001\.\.1"),
+        ("robust_sigmas", float("nan"), r"in 0\.01\.\.1000"),
+        ("known_pose_sigma_m", float("inf"), r"in 0\.0001\.\.10000 m"),
     ],
 )
 def test_values_out_of_range_name_setting_and_bound(field, value, message):

@@ -86,7 +86,7 @@ def test_a_poor_transform_widens_the_circle():
 
 
 def test_settings_are_checked():
-    with pytest.raises(InputError, match=r"mutual_detection.forget_after_s must be > 0, got -1"):
+    with pytest.raises(InputError, match=r"mutual_detection.forget_after_s must be in 0.01..1e\+06 s, got -1"):
         MutualDetectionConfig(forget_after_s=-1)
 
 

@@ -105,7 +105,10 @@ def test_output_that_cannot_be_written_is_one_clear_line(tmp_path: Path) -> None
         (("view", "nothing.rrd"), "no such folder of a run, and no such recording"),
         (("eval", "nothing"), "no such folder; name the one that a run left"),
         (("run", "office", "--set", "world.name=nowhere"), "no built-in world; those are arena1"),
-        (("run", "office", "--set", "mission.seed=-1"), "mission.seed must be >= 0, got -1"),
+        (
+            ("run", "office", "--set", "mission.seed=-1"),
+            "mission.seed must be a whole number in 0..9223372036854775807, got -1",
+        ),
         (("agent", "r1", "--sensors", "nowhere"), "endpoint must look like tcp/"),
     ],
 )

@@ -23,15 +23,17 @@ def test_cells_that_are_no_occupancy_are_refused(cells, message):
         OccupancyGrid(cells, 0.05)
 
 
-@pytest.mark.parametrize("resolution", [0.0, -0.05, np.nan, np.inf])
-def test_resolutions_must_be_positive(resolution):
-    with pytest.raises(InputError, match="resolution must be > 0 m"):
+@pytest.mark.parametrize("resolution", [0.0, -0.05, 1e-300, 1e300, np.nan, np.inf])
+def test_resolutions_must_be_within_bounds(resolution):
+    with pytest.raises(InputError, match=r"resolution must be in 0.001..100 m"):
         OccupancyGrid(np.zeros((1, 1), dtype=np.int8), resolution)
 
 
 def test_origins_must_be_finite():
     with pytest.raises(InputError, match="origin must be finite"):
         OccupancyGrid(np.zeros((1, 1), dtype=np.int8), 0.05, (0.0, np.nan))
+    with pytest.raises(InputError, match=r"within 1e\+08 m"):
+        OccupancyGrid(np.zeros((1, 1), dtype=np.int8), 0.05, (-1e300, 0.0))
 
 
 @given(cells_strategy)

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mrslam.spatial import InputError, OccupancyGrid, read_map, write_map
+from mrslam.spatial import InputError, OccupancyGrid, TiledMap, read_map, write_map
 from mrslam.spatial.files.images import read_image, write_image
 
 trinary = arrays(np.int8, st.tuples(st.integers(1, 12), st.integers(1, 12)), elements=st.sampled_from([-1, 0, 100]))
@@ -185,7 +185,7 @@ GOOD = {"image": "m.png", "resolution": 0.05, "origin": [0.0, 0.0, 0.0]}
         ({"image": "."}, "is not a file"),
         ({"resolution": None}, "needs the keys"),
         ({"resolution": "coarse"}, "must be numbers"),
-        ({"resolution": -0.05}, "resolution must be > 0 m"),
+        ({"resolution": -0.05}, "resolution must be in 0.001..100 m"),
         ({"resolution": [1]}, "must be numbers"),
         ({"origin": [0.0]}, "must be numbers"),
         ({"origin": 3}, "must be numbers"),
@@ -206,6 +206,26 @@ def test_broken_yaml_files_are_named_with_what_is_wrong(tmp_path, change, messag
         read_map(tmp_path / "m.yaml")
     assert "m.yaml" in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "number",
+    [1e300, -1e300, 1e-300, float("nan"), float("inf"), float("-inf"), 0, -1, 10**400],
+    ids=lambda number: f"{number:.3}"[:9] if isinstance(number, float) else str(number)[:9],
+)
+@pytest.mark.parametrize("key", ["resolution", "x", "y", "yaw", "negate", "occupied_thresh", "free_thresh"])
+def test_every_number_of_a_map_is_refused_or_works(tmp_path, key, number):
+    write_image(tmp_path / "m.png", np.zeros((2, 2), dtype=np.uint8))
+    origin = [number if key == axis else 0.0 for axis in ("x", "y", "yaw")]
+    change = {"origin": origin} if key in ("x", "y", "yaw") else {key: number}
+    (tmp_path / "m.yaml").write_text(yaml.safe_dump(GOOD | change))
+    try:
+        grid = read_map(tmp_path / "m.yaml")
+    except InputError as error:
+        assert "m.yaml" in str(error) and "\n" not in str(error)
+        return
+    assert abs(number) <= 1 or key == "negate"  # nothing else takes a larger one
+    assert grid.known_area_m2() >= 0.0 and TiledMap.from_grid(grid).to_grid().resolution_m == grid.resolution_m
 
 
 @pytest.mark.parametrize(

@@ -38,6 +38,16 @@ def test_bad_lines_are_named(tmp_path, text, message):
         read_tum(tmp_path / "t.tum")
 
 
+@pytest.mark.parametrize("column", range(8))
+@pytest.mark.parametrize("number", ["1e300", "-1e300", "1e10"])
+def test_numbers_beyond_all_bounds_are_refused(tmp_path, column, number):
+    words = ["0"] * 8
+    words[column] = number
+    (tmp_path / "t.tum").write_text("0 0 0 0 0 0 0 1\n" + " ".join(words) + "\n")
+    with pytest.raises(InputError, match=r"t\.tum, line 2: times \(s\) and poses \(m\) must be within 9e\+09"):
+        read_tum(tmp_path / "t.tum")
+
+
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(InputError, match="cannot be read"):
         read_tum(tmp_path / "gone.tum")

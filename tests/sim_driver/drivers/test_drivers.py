@@ -77,8 +77,8 @@ def test_a_trajectory_is_followed_in_time():
         (lambda: WaypointDriver([[1.0, np.nan]]), "waypoints must be a list of"),
         (lambda: TrajectoryDriver([0, 1], [[0, 0, 0]]), "needs N stamps"),
         (lambda: TrajectoryDriver([1, 0], [[0, 0, 0]] * 2), "must not run backward"),
-        (lambda: DriverConfig(speed_m_s=0), r"driver\.speed_m_s must be > 0, got 0"),
-        (lambda: DriverConfig(margin_m=-1), r"driver\.margin_m must be >= 0, got -1"),
+        (lambda: DriverConfig(speed_m_s=0), r"driver\.speed_m_s must be in 0\.001\.\.100 m/s, got 0"),
+        (lambda: DriverConfig(margin_m=-1), r"driver\.margin_m must be in 0\.\.10 m, got -1"),
     ],
 )
 def test_bad_input(make, text):

@@ -38,7 +38,7 @@ def test_a_trace_makes_the_links_traced() -> None:
         ({"robots": [{"id": "r1", "log": "x", "first": 0.5, "last": 0.2}]}, "0 <= first < last <= 1"),
         ({"robots": [{"id": "r1", "log": "x", "start": [float("nan"), 0, 0]}]}, r"robots\.r1\.start must be"),
         ({"mision": {}}, "unknown key 'mision'; did you mean 'mission'"),
-        ({"mission": {"speed": 0}}, r"mission\.speed must be > 0"),
+        ({"mission": {"speed": 0}}, r"mission\.speed must be in 0\.01\.\.1000, got 0"),
         ({"mission": {"shell": "thread"}}, "'process' or 'virtual'"),
         ({"comms": {"exchange_timeout": 3}}, "did you mean 'exchange_timeout_s'"),
         ({"faults": [{"kind": "kidnapped", "robot": "r1", "at_s": 3}]}, "r1 plays a log, so nobody can carry it off"),

@@ -167,7 +167,7 @@ def test_one_seed_one_run():
 @pytest.mark.parametrize(
     ("values", "text"),
     [
-        ({"beams": 0}, "laser.beams must be > 0, got 0"),
+        ({"beams": 0}, "laser.beams must be a whole number in 1..100000, got 0"),
         ({"range_max_m": 0.01}, "laser.range_max_m must be > range_min_m"),
         ({"dropout": 1.5}, r"laser.dropout must be in 0..1, got 1.5"),
     ],
@@ -179,7 +179,7 @@ def test_lasers_are_checked(values, text):
 
 
 def test_settings_are_checked():
-    with pytest.raises(InputError, match=r"robot\.radius_m must be > 0, got 0"):
+    with pytest.raises(InputError, match=r"robot\.radius_m must be in 0\.001\.\.1e\+09 m, got 0"):
         ChassisConfig(radius_m=0)
-    with pytest.raises(InputError, match=r"odometry\.scale_misfit must be >= 0"):
+    with pytest.raises(InputError, match=r"odometry\.scale_misfit must be in 0\.\.10, got -0\.1"):
         OdometryConfig(scale_misfit=-0.1)

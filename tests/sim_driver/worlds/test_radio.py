@@ -98,5 +98,5 @@ def test_robots_side_by_side_always_hear_each_other():
 
 
 def test_settings_are_checked():
-    with pytest.raises(InputError, match=r"radio\.wall_loss_db must be >= 0, got -3"):
+    with pytest.raises(InputError, match=r"radio\.wall_loss_db must be in 0\.\.1000 dB, got -3"):
         RadioConfig(wall_loss_db=-3)

@@ -100,7 +100,7 @@ def test_errors_name_the_choices(tmp_path):
         load_world("nowhere")
     with pytest.raises(InputError, match="whole number >= 0"):
         load_world("office:x")
-    with pytest.raises(InputError, match="scale must be > 0"):
+    with pytest.raises(InputError, match=r"scale must be in 0.001..100 m per pixel"):
         load_world("office", -1.0)
     (tmp_path / "a.png").write_bytes(b"no image")
     with pytest.raises(InputError, match="not a readable image"):
