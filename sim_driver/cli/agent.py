@@ -1,4 +1,4 @@
-"""``mrslam agent``: one robot's agent on the robot itself, fed by its drivers or by a log, until it is told to stop."""
+"""``mrslam agent``: one robot's agent on the robot itself, fed by its drivers or by a log, until it is stopped."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rich.status import Status
 from mrslam.agent import Agent, Body, Event, Keeper, ProcessShell, Runner, SensorBody, Settings, WallClock
 from mrslam.comms import load_keys
 from mrslam.comms.zenoh import ZenohSensors
-from mrslam.sim_driver.cli.agent_messages import DoubtTeller, begin
+from mrslam.sim_driver.cli.agent_messages import DoubtMessages, begin
 from mrslam.sim_driver.cli.console import console, say
 from mrslam.sim_driver.cli.progress import Lines
 from mrslam.sim_driver.cli.signals import signals_heard
@@ -27,6 +27,7 @@ from mrslam.sim_driver.missions.mission import make_settings
 from mrslam.sim_driver.missions.run_files import CHECKPOINT
 from mrslam.sim_driver.missions.settings import as_table, check_keys, read_toml, with_overrides
 from mrslam.sim_driver.missions.usage import write_usage
+from mrslam.sim_driver.run.known_area import KnownArea
 from mrslam.sim_driver.run.team import NoBody, go_online
 from mrslam.sim_driver.simulation.recorded import RecordedBody
 from mrslam.spatial import InputError
@@ -35,7 +36,7 @@ from mrslam.spatial.files.atomic import held
 SHOW_S = 1.0
 """How often the line of status is renewed, seconds."""
 LOG_S = 60.0
-"""How often it is told where there is no terminal, as in a service's log, seconds."""
+"""How often it is printed where there is no terminal, as in a service's log, seconds."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,10 +70,11 @@ def run_agent(options: AgentOptions) -> None:
     boot_id = time.time_ns() // 1_000_000
     name = {"team": options.team, "mode": options.mode}
     agent = Agent(options.robot, settings, **name, seed=options.seed, boot_id=boot_id)
+    known = KnownArea()
     with (
         held(options.out),
         _body(options, log, clock) as (body, words),
-        _until_told(options, agent, words) as over,
+        _until_stopped(options, lambda: _status(agent, known, words())) as over,
         closing(
             go_online(agent, listen=options.listen, connect=options.connect, multicast=options.multicast, keys=keys)
         ) as transport,
@@ -83,7 +85,7 @@ def run_agent(options: AgentOptions) -> None:
         record = _record(options, settings, log, past, clock.now_ns() / 1e9)
         record.write(options.out)
         keeper = Keeper(options.out / CHECKPOINT, settings.agent.checkpoint_interval_s)
-        runner = Runner(agent, body, transport, options.out, watchers=[DoubtTeller()], keeper=keeper)
+        runner = Runner(agent, body, transport, options.out, watchers=[DoubtMessages(), known], keeper=keeper)
         runner.perform(past)
         say(f"{options.robot} of team {options.team} is up; Ctrl-C ends it")
         shell = ProcessShell(runner, clock)
@@ -94,7 +96,7 @@ def run_agent(options: AgentOptions) -> None:
 
 
 def _skip_played(body: RecordedBody, agent: Agent) -> str | None:
-    """Let the log go on where a robot that goes on has come to in it; say so, None where it begins at its beginning."""
+    """Continue a log after the last scan that a resumed robot has mapped; return a line on it, None for a fresh one."""
     seen_ns = agent.mapper.online_trajectory().stamps_ns
     if not seen_ns.size or not body.go_on_after(int(seen_ns[-1])):
         return None
@@ -147,9 +149,9 @@ def _body(options: AgentOptions, log: Path | None, clock: WallClock) -> Iterator
 
 
 @contextmanager
-def _until_told(options: AgentOptions, agent: Agent, words: Callable[[], str]) -> Iterator[Callable[[], bool]]:
-    """Yield what says whether it is over: a signal came, or the time is up; meanwhile it shows how things go."""
-    told = signals_heard(signal.SIGINT, signal.SIGTERM)
+def _until_stopped(options: AgentOptions, status: Callable[[], str]) -> Iterator[Callable[[], bool]]:
+    """Yield what says whether it is over: a signal came, or the time is up; meanwhile it shows the status."""
+    received = signals_heard(signal.SIGINT, signal.SIGTERM)
     end_s = math.inf if options.duration_s is None else time.monotonic() + options.duration_s
     shown_s = 0.0
     lines = Lines(say, LOG_S)
@@ -160,24 +162,19 @@ def _until_told(options: AgentOptions, agent: Agent, words: Callable[[], str]) -
             now_s = time.monotonic()
             if now_s - shown_s > SHOW_S:
                 shown_s = now_s
-                line.update(_words(agent, words()))
+                line.update(status())
                 if not console.is_terminal:
-                    lines.tell(_words(agent, words()))
-            return bool(told) or now_s >= end_s
+                    lines.tell(status())
+            return bool(received) or now_s >= end_s
 
         yield over
 
 
-def _words(agent: Agent, more: str) -> str:
-    others = sorted(agent.T_team_map.keys() - {agent.robot_id})
-    match agent.mode:
-        case "mapper":
-            merged = "merges nothing itself"
-        case "central":
-            merged = f"merged {', '.join(others)}" if len(others) > 1 else "merged nothing yet"
-        case _:
-            merged = f"merged with {', '.join(others) or 'nobody yet'}"
-    return (
-        f"{agent.mapper.stats.scans} scans, {agent.known_area_m2():.0f} m2; "
-        f"{len(agent.node.peers)} teammates here, {merged}; {more}"
-    )
+def _status(agent: Agent, known: KnownArea, more: str) -> str:
+    """Return the line of status: scans, area and whose maps it is of, teammates, and where scans come from."""
+    merged = ""
+    if agent.mode == "mapper":
+        merged = ", merges nothing itself"
+    elif not known.placed:
+        merged = ", merged nothing yet"
+    return f"{agent.mapper.stats.scans} scans, {known.words}; {len(agent.node.peers)} teammates here{merged}; {more}"

@@ -1,4 +1,4 @@
-"""What a robot's agent says in its terminal beside the line of status: where it began, when it is blind or in doubt."""
+"""Messages of a robot's agent beside its line of status: where it resumed, when it is blind or in doubt."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from mrslam.sim_driver.missions.run_files import CHECKPOINT
 from mrslam.sim_driver.run.team import take_up
 
 KEPT = f"{CHECKPOINT}.old"
-"""What a checkpoint is called that an agent did not go on from: nobody shall lose a map by an option or a setting."""
+"""Name of a checkpoint that an agent did not resume from: no option or setting makes anybody lose a map."""
 WORDS = {
-    "blind": "cannot use what its laser gives: {reason}; it goes on by its wheels",
+    "blind": "cannot use what its laser gives: {reason}; it continues by odometry",
     "sees": "sees again, after {blind_s} s",
     "doubtful": "doubts where it is; teammates get no new map of it until it knows",
     "recovered": "knows again where it is",
@@ -23,7 +23,7 @@ WORDS = {
 
 
 def begin(agent: Agent, folder: Path, fresh: bool, now_ns: int) -> list[Event]:
-    """Let an agent go on from the checkpoint in its folder and say so; else keep that under another name."""
+    """Resume an agent from the checkpoint in its folder and say so; else keep that under another name."""
     path, kept = folder / CHECKPOINT, folder / KEPT
     if not path.exists():
         return []
@@ -45,14 +45,14 @@ def begin(agent: Agent, folder: Path, fresh: bool, now_ns: int) -> list[Event]:
     return [event]
 
 
-class DoubtTeller:
-    """Says when a robot sees nothing or doubts where it is, and what becomes of it."""
+class DoubtMessages:
+    """Prints when a robot is blind or doubts its pose, and how that ends."""
 
     def on_scan(self, agent: Agent, sensed: Sensed, now_ns: int) -> None:
-        """Scans are told by the line of status."""
+        """Scans are counted in the line of status."""
 
     def on_event(self, agent: Agent, event: Event) -> None:
-        """Say what matters to whoever stands by; the agent's clock shows the world's time."""
+        """Print the events of ``WORDS``; the agent's clock shows the world's time."""
         if event.kind in WORDS:
             words = WORDS[event.kind].format(**event.fields)
             say(f"{datetime.fromtimestamp(event.t_ns / 1e9):%H:%M:%S} {agent.robot_id} {words}")

@@ -17,6 +17,7 @@ from mrslam.sim_driver.missions.run_files import CHECKPOINT
 from mrslam.sim_driver.missions.sections import RobotConfig
 from mrslam.sim_driver.missions.seeds import seed_for
 from mrslam.sim_driver.missions.usage import write_usage
+from mrslam.sim_driver.run.known_area import KnownArea
 from mrslam.sim_driver.run.shaping import ShapedTransport
 from mrslam.sim_driver.run.team import (
     go_online,
@@ -75,7 +76,8 @@ class Status:
     finished: bool = False
     placed: tuple[str, ...] = ()
     """Teammates whose maps lie beside its own."""
-    area_m2: float = 0.0
+    known: str = ""
+    """The area it knows and whose maps that is, in words."""
     behind_s: float = 0.0
     """How long the next scan has been due, seconds of mission time."""
 
@@ -131,8 +133,9 @@ class PipePort:
 
 def run_robot(task: RobotTask, pipe: Connection, simulator: Connection, stop: StopEvent, now: Counter) -> None:
     """Map, meet and merge until told to stop, then write the robot's files."""
+    known = KnownArea()
     try:
-        shell, body = _come_up(task, pipe, simulator, now)
+        shell, body = _come_up(task, pipe, simulator, now, known)
     except InputError as error:
         pipe.send(Failed(str(error)))
         return
@@ -144,14 +147,16 @@ def run_robot(task: RobotTask, pipe: Connection, simulator: Connection, stop: St
             told_s = time.monotonic()
             behind_s = 0.0 if body.next_ns is None else max(now.value - body.next_ns, 0) / 1e9
             placed = tuple(robot for robot in agent.T_team_map if robot != agent.robot_id)
-            pipe.send(Status(body.finished, placed, agent.known_area_m2(), behind_s))
+            pipe.send(Status(body.finished, placed, known.words, behind_s))
         return stop.is_set()
 
     shell.run(stopped)
     write_usage(shell, task.out / task.robot.id)
 
 
-def _come_up(task: RobotTask, pipe: Connection, simulator: Connection, now: Counter) -> tuple[ProcessShell, Body]:
+def _come_up(
+    task: RobotTask, pipe: Connection, simulator: Connection, now: Counter, known: KnownArea
+) -> tuple[ProcessShell, Body]:
     """Load everything, say so, and wait for the common start."""
     mission, robot = task.mission, task.robot
     load_kernels()  # from disk, before the clock runs
@@ -171,7 +176,7 @@ def _come_up(task: RobotTask, pipe: Connection, simulator: Connection, now: Coun
     radio = radio_of(mission, robot, read_trace(mission), port)
     if radio is not None:
         transport = ShapedTransport(transport, radio, clock, seed_for(mission, f"radio/{robot.id}"))
-    watchers = watchers_of(mission, robot, out)
+    watchers = [*watchers_of(mission, robot, out), known]
     keeper = Keeper(out / CHECKPOINT, mission.settings.agent.checkpoint_interval_s)
     runner = Runner(agent, body, transport, out, told_links(mission, radio), watchers, keeper)
     runner.perform(past)

@@ -180,10 +180,4 @@ def _simulate(simulation: Simulation, children: Sequence[Child], now_ns: int) ->
 
 
 def _words(children: Sequence[Child]) -> str:
-    parts = []
-    for child in children:
-        merged = f"+{len(child.status.placed)}" if child.status.placed else ""
-        parts.append(
-            f"{child.robot_id}{merged} {child.status.area_m2:.0f} m2" if child.alive else f"{child.robot_id} ended"
-        )
-    return "  ".join(parts)
+    return "  ".join(f"{child.robot_id} {child.status.known if child.alive else 'ended'}".strip() for child in children)

@@ -12,7 +12,7 @@ import pytest
 from mrslam.agent import Agent, Event, Settings, checkpoint
 from mrslam.rbpf import MapperConfig
 from mrslam.sim_driver.cli import agent_messages
-from mrslam.sim_driver.cli.agent_messages import WORDS, DoubtTeller, begin
+from mrslam.sim_driver.cli.agent_messages import WORDS, DoubtMessages, begin
 from mrslam.spatial import Scan
 
 
@@ -75,7 +75,7 @@ def test_a_checkpoint_that_does_not_fit_is_kept_and_told(folder: Path, said: lis
 
 
 def test_doubts_are_told_and_nothing_else(said: list[str]) -> None:
-    agent, teller = robot(), DoubtTeller()
+    agent, teller = robot(), DoubtMessages()
     t_ns = round(datetime(2026, 3, 1, 12, 30, 5).timestamp()) * 1_000_000_000
     fields = {"reason": "the scan shows no surfaces", "blind_s": 8.1}
     for kind in (*WORDS, "mapped", "link_changed"):
