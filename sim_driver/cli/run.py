@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,43 +26,58 @@ from mrslam.sim_driver.view.files import join_recordings, start_viewer
 from mrslam.spatial.files.atomic import make_folder
 
 
-def run_file(
-    path: Path | None,
-    recorded: Path | None,
-    out: Path,
-    shell: str | None,
-    speed: float | None,
-    seed: int | None,
-    assignments: list[str],
-    as_json: bool,
-    rrd: Path | None,
-    view: bool,
-) -> None:
-    """Run the mission file, command-line options above what it says; or play a recorded run again."""
-    if (path is None) == (recorded is None):
-        raise typer.BadParameter("name either a mission file, or --from the folder of a run to play again")
-    if recorded is not None and (shell, speed) != (None, None):
-        raise typer.BadParameter("--from plays in virtual time; --shell and --speed have no meaning with it")
-    if recorded is not None and out.resolve() == recorded.resolve():
-        raise typer.BadParameter("--out must be another folder than --from")
-    options = {"shell": shell, "speed": speed, "seed": seed}
-    overrides = [f"mission.{key}={json.dumps(value)}" for key, value in options.items() if value is not None]
+@dataclass(frozen=True, kw_only=True)
+class RunOptions:
+    """What the command line says; what it does not say is None."""
+
+    mission: Path | None
+    recorded: Path | None
+    """Folder of a run to replay, in place of a mission."""
+    out: Path
+    shell: str | None
+    speed: float | None
+    seed: int | None
+    assignments: list[str]
+    rrd: Path | None
+    view: bool
+    as_json: bool
+
+    @property
+    def overrides(self) -> list[str]:
+        """All settings that the command line lays over the mission's, ``section.key=value``."""
+        named = {"shell": self.shell, "speed": self.speed, "seed": self.seed}
+        return [f"mission.{key}={json.dumps(value)}" for key, value in named.items() if value is not None] + [
+            *self.assignments
+        ]
+
+
+def run_file(options: RunOptions) -> None:
+    """Run a mission file, or replay a recorded run."""
     start = time.monotonic()
-    if path is not None:
-        mission = load_mission(path, [*overrides, *assignments])
-    else:
-        assert recorded is not None
-        mission = replay_mission(recorded, [*overrides, *assignments])
-    _tell_scale(mission)
-    metrics = run_with_progress(mission, out, rrd, view)
-    if as_json:
+    mission = _mission(options)
+    _say_scale(mission)
+    metrics = run_with_progress(mission, options.out, options.rrd, options.view)
+    if options.as_json:
         print(json.dumps(metrics))
     else:
-        report(metrics, out, time.monotonic() - start)
+        report(metrics, options.out, time.monotonic() - start)
     end_as_interrupted(metrics)
 
 
-def _tell_scale(mission: Mission) -> None:
+def _mission(options: RunOptions) -> Mission:
+    """Return the mission; raise ``typer.BadParameter`` for options that contradict each other."""
+    if options.mission is not None and options.recorded is None:
+        return load_mission(options.mission, options.overrides)
+    if options.recorded is None or options.mission is not None:
+        raise typer.BadParameter("name either a mission file, or --from the folder of a run to play again")
+    if (options.shell, options.speed) != (None, None):
+        raise typer.BadParameter("--from plays in virtual time; --shell and --speed have no meaning with it")
+    if options.out.resolve() == options.recorded.resolve():
+        raise typer.BadParameter("--out must be another folder than --from")
+    return replay_mission(options.recorded, options.overrides)
+
+
+def _say_scale(mission: Mission) -> None:
     """Say how large a bitmap is taken to be where the mission does not."""
     world = mission.world
     if world is None or world.scale_m is not None or Path(world.name).suffix.lower() in ("", ".yaml", ".yml"):
@@ -94,7 +109,7 @@ def run_with_progress(mission: Mission, out: Path, rrd: Path | None = None, view
 
 
 def report(metrics: dict[str, Any], out: Path, wall_s: float) -> None:
-    """Say in plain words what came of the mission."""
+    """Print the outcome of a mission: its pairs, links, and robots that were lost."""
     for pair in metrics["pairs"]:
         if pair["status"] != "accepted":
             say(f"{pair['a']} and {pair['b']} not merged: {pair['reason']}")

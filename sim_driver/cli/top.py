@@ -7,6 +7,7 @@ import signal
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,20 @@ REFRESH_S = 0.5
 GATHER_S = 1.2
 """One snapshot waits for so long at least: each robot tells its status once a second."""
 LOOKING = "looking for robots ..."
+
+
+@dataclass(frozen=True, kw_only=True)
+class TopOptions:
+    """What the command line says."""
+
+    team: str | None
+    listen: list[str]
+    connect: list[str]
+    keys: Path | None
+    multicast: bool
+    once: bool
+    wait_s: float
+    as_json: bool
 
 
 class Watch:
@@ -87,22 +102,13 @@ def _watch(*args: Any) -> Iterator[Watch]:
         watch.close()
 
 
-def top(
-    team: str | None,
-    listen: list[str],
-    connect: list[str],
-    keys: Path | None,
-    multicast: bool,
-    once: bool,
-    as_json: bool,
-    wait_s: float,
-) -> None:
+def top(options: TopOptions) -> None:
     """Show the robots until interrupted, or once; an empty place ends a single look with exit code 1."""
-    with _watch(team, listen, connect, keys, multicast) as watch:
-        if once or as_json:
-            _show_once(watch, wait_s, as_json)
+    with _watch(options.team, options.listen, options.connect, options.keys, options.multicast) as watch:
+        if options.once or options.as_json:
+            _show_once(watch, options.wait_s, options.as_json)
         else:
-            _show_live(watch, wait_s)
+            _show_live(watch, options.wait_s)
 
 
 def _show_once(watch: Watch, wait_s: float, as_json: bool) -> None:

@@ -19,7 +19,9 @@ from mrslam.sim_driver.replay.again import REPLAYABLE
 from mrslam.spatial import InputError
 
 DRIVES = ("auto", "recorded", "anew")
+"""Whether the points of a seed replay one recorded drive; "auto": where what is varied allows it."""
 MOST_POINTS = 100_000
+"""Most runs of a sweep: at a minute each on eight cores they take nine days."""
 
 
 @dataclass(frozen=True)
@@ -100,42 +102,62 @@ def make_plan(
 ) -> Plan:
     """Return the plan of a sweep; every combination is checked now, so that no run fails over a value hours later.
 
-    Knobs and seeds that are not given are those of the mission's section ``[sweep]``.
+    Settings to vary and seeds that are not given are those of the mission's section ``[sweep]``.
     """
     path = find_mission(path)
     tables = with_overrides(read_toml(path), ['mission.shell="virtual"', *assignments])
     planned = build(SweepConfig, tables.pop("sweep", {}), f"{path}: sweep")
-    knobs, seeds = knobs or [parse_knob(text) for text in planned.vary], seeds or planned.seeds
-    if drive not in DRIVES:
-        raise InputError(f"--drive must be one of {', '.join(DRIVES)}, got {drive!r}")
+    knobs = tuple(knobs or [parse_knob(text) for text in planned.vary])
+    _check_knobs(knobs)
+    tables.setdefault("rbpf", {}).setdefault("threads", 1)  # points run side by side
+    first, count = make_mission(tables, path).mission.seed, seeds or planned.seeds
+    recorded = _is_recorded(drive, knobs, tables)
+    combinations = _combinations(path, tables, knobs, count)
+    seed_list = tuple(range(first, first + count))
+    points = tuple(
+        Point(settings, seed, chosen, _digest(tables, *chosen, str(seed), "recorded" if recorded else "anew"))
+        for settings, chosen in combinations
+        for seed in seed_list
+    )
+    return Plan(path.resolve(), tables, knobs, seed_list, recorded, points)
+
+
+def _check_knobs(knobs: Sequence[Knob]) -> None:
+    """Raise where there is nothing to vary, or one setting is varied twice."""
     if not knobs:
         raise InputError("a sweep needs something to vary: --vary section.key=value,value,...")
     keys = [knob.key for knob in knobs]
     if len(set(keys)) != len(keys):
         raise InputError(f"one setting is varied twice among {', '.join(keys)}")
-    tables.setdefault("rbpf", {}).setdefault("threads", 1)  # points run side by side
-    first = make_mission(tables, path).mission.seed
-    sections = {key.split(".")[0] for key in keys}
-    needs_drive = sorted(sections - set(REPLAYABLE))
+    for key in keys:
+        parse_assignment(f"{key}=0")
+
+
+def _is_recorded(drive: str, knobs: Sequence[Knob], tables: dict[str, Any]) -> bool:
+    """Return whether each seed's drive is recorded once and replayed: what is varied must not change the drive."""
+    if drive not in DRIVES:
+        raise InputError(f"--drive must be one of {', '.join(DRIVES)}, got {drive!r}")
+    needs_drive = sorted({knob.key.split(".")[0] for knob in knobs} - set(REPLAYABLE))
     if tables.get("faults"):
         needs_drive.append("faults")  # what a dead robot did not sense cannot be played again
     if drive == "recorded" and needs_drive:
         raise InputError(f"--drive recorded: {', '.join(needs_drive)} changes where robots drive or what they hear")
-    recorded = drive != "anew" and not needs_drive
+    return drive != "anew" and not needs_drive
+
+
+def _combinations(
+    path: Path, tables: dict[str, Any], knobs: Sequence[Knob], seeds: int
+) -> list[tuple[tuple[str, ...], tuple[str, ...]]]:
+    """Return all combinations of values, each with its ``section.key=value`` assignments; each makes a mission."""
+    found = []
     combinations = list(product(*(knob.values for knob in knobs)))
     if len(combinations) * seeds > MOST_POINTS:
         raise InputError(f"{len(combinations)} settings x {seeds} seeds are more than {MOST_POINTS} runs")
-    seed_list = tuple(range(first, first + seeds))
-    points = []
     for settings in combinations:
-        chosen = tuple(f"{key}={value}" for key, value in zip(keys, settings, strict=True))
+        chosen = tuple(f"{knob.key}={value}" for knob, value in zip(knobs, settings, strict=True))
         make_mission(with_overrides(tables, chosen), path)
-        for seed in seed_list:
-            name = _digest(tables, *chosen, str(seed), "recorded" if recorded else "anew")
-            points.append(Point(settings, seed, chosen, name))
-    for key in keys:
-        parse_assignment(f"{key}=0")
-    return Plan(path.resolve(), tables, tuple(knobs), seed_list, recorded, tuple(points))
+        found.append((settings, chosen))
+    return found
 
 
 def _digest(tables: dict[str, Any], *parts: str) -> str:

@@ -34,9 +34,13 @@ def map_(
     mrslam map slam/intel.clf.gz --particles 30 --seed 1 --out out/intel
     mrslam map monday.bag --no-odometry --out out/monday
     """
-    from mrslam.sim_driver.cli.map_log import map_log
+    from mrslam.sim_driver.cli.map_log import MapOptions, map_log
 
-    map_log(log, particles, seed, out, no_odometry, set_ or [], json, rrd, view, relations, salvage)
+    options = MapOptions(
+        log=log, particles=particles, seed=seed, out=out, no_odometry=no_odometry, relations=relations, salvage=salvage,
+        assignments=set_ or [], rrd=rrd, view=view, as_json=json,
+    )  # fmt: skip
+    map_log(options)
 
 
 def feed(

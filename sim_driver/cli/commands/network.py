@@ -37,13 +37,13 @@ def agent(
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Begin a new map; a checkpoint is kept as checkpoint.old.")
     ] = False,
-    duration: Annotated[float | None, typer.Option("--duration", help="Stop after so many seconds.", min=0.0)] = None,
+    duration: Annotated[float | None, typer.Option("--duration", help="Stop after this many seconds.", min=0.0)] = None,
     seed: Annotated[int, typer.Option("--seed", help="Of the particle filter.", min=0)] = 0,
     set_: Set = None,
 ) -> None:
     """Run one robot's agent, on the robot, until Ctrl-C.
 
-    It maps, meets teammates and merges; started again, it goes on from its checkpoint.
+    It maps, meets teammates and merges; started again, it resumes from its checkpoint.
 
     mrslam agent r1 --team depot --listen tcp/0.0.0.0:7447 --connect tcp/10.0.0.2:7447
     mrslam agent r1 --team desk --log slam/intel.clf.gz    play a log as if it were the laser
@@ -78,9 +78,14 @@ def top(
     mrslam top                   in a second terminal, while mrslam demo runs
     mrslam top --once --json     for scripts; exit code 1 where nobody is here
     """
+    from mrslam.sim_driver.cli.top import TopOptions
     from mrslam.sim_driver.cli.top import top as show_top
 
-    show_top(team, listen or [], connect or [], keys, multicast, once, json, wait)
+    options = TopOptions(
+        team=team, listen=listen or [], connect=connect or [], keys=keys, multicast=multicast, once=once, wait_s=wait,
+        as_json=json,
+    )  # fmt: skip
+    show_top(options)
 
 
 def doctor(

@@ -54,9 +54,13 @@ def run(
     mrslam run missions/intel-two.toml --out out/intel-two --set comms.exchange_timeout_s=10
     mrslam run --from out/intel-two --out out/again --set comms.link_threshold=0.5
     """
-    from mrslam.sim_driver.cli.run import run_file
+    from mrslam.sim_driver.cli.run import RunOptions, run_file
 
-    run_file(mission, from_, out, shell, speed, seed, set_ or [], json, rrd, view)
+    options = RunOptions(
+        mission=mission, recorded=from_, out=out, shell=shell, speed=speed, seed=seed, assignments=set_ or [], rrd=rrd,
+        view=view, as_json=json,
+    )  # fmt: skip
+    run_file(options)
 
 
 def sweep(
@@ -73,8 +77,8 @@ def sweep(
         str,
         typer.Option(
             "--drive",
-            help="recorded: all settings of a seed meet one drive; anew: robots drive by what they know; "
-            "auto: recorded where the knobs allow it.",
+            help="recorded: all settings of a seed replay one drive; anew: robots drive by what they know; "
+            "auto: recorded where the settings varied allow it.",
         ),
     ] = "auto",
     workers: Annotated[
@@ -88,14 +92,19 @@ def sweep(
 ) -> None:
     """Run a mission under every combination of settings.
 
-    A sweep that was stopped goes on where it was, by the same command.
+    The same command resumes a sweep that was stopped.
 
     mrslam sweep missions/office-two.toml
     mrslam sweep office --vary comms.link_threshold=0.2,0.5,0.8 --vary comms.exchange_timeout_s=5,30 --seeds 3
     """
+    from mrslam.sim_driver.cli.sweep import SweepOptions
     from mrslam.sim_driver.cli.sweep import sweep as run_sweep
 
-    run_sweep(mission, vary or [], seeds, out, drive, workers, scheduler, set_ or [], json)
+    options = SweepOptions(
+        mission=mission, vary=vary or [], seeds=seeds, out=out, drive=drive, workers=workers, scheduler=scheduler,
+        assignments=set_ or [], as_json=json,
+    )  # fmt: skip
+    run_sweep(options)
 
 
 def eval_(
@@ -143,7 +152,7 @@ def report(
     run: Annotated[Path, typer.Argument(help="Folder of a finished run.")],
     out: Annotated[Path | None, typer.Option("--out", help="The page; report.html in the folder unless given.")] = None,
 ) -> None:
-    """Make a run's report.html anew.
+    """Make a run's report.html again.
 
     One page with everything that happened, for any browser, without a network.
 
