@@ -11,47 +11,13 @@ import numpy as np
 import pytest
 
 from mrslam.agent import Agent, Inline, Keeper, Settings, resume
-from mrslam.agent.checkpoint import REVISIONS_LOST, freeze, restore, write
-from mrslam.agent.effects import Effect, Event
+from mrslam.agent.checkpoint import KIND, REVISIONS_LOST, VERSION, freeze, restore, write
+from mrslam.agent.effects import Event
 from mrslam.alignment import Alignment, Evidence
-from mrslam.comms import CommsConfig, Send
 from mrslam.rbpf import MapperConfig
-from mrslam.spatial import InputError, Scan
-
-S = 1_000_000_000
-SETTINGS = Settings(rbpf=MapperConfig(particles=3), comms=CommsConfig(link_source="model", exchange_timeout_s=1.0))
-
-
-def scan(k: int) -> Scan:
-    """What a robot sees that stands in a corner of a room and turns a little with every scan."""
-    angles = np.linspace(-2.0, 2.0, 181) + 0.02 * k
-    walls = np.stack([4.0 / np.abs(np.cos(angles)), 3.0 / np.abs(np.sin(angles) + 1e-9)]).min(axis=0)
-    return Scan(
-        stamp_ns=k * S // 10, ranges_m=walls.astype(np.float32), angle_min_rad=-2.0, angle_increment_rad=4.0 / 180,
-        range_max_m=30.0,
-    )  # fmt: skip
-
-
-def robot(name: str, boot_id: int) -> Agent:
-    return Agent(name, SETTINGS, boot_id=boot_id)
-
-
-def live(agents: list[Agent], first: int, last: int) -> None:
-    """Let the agents map and talk over a perfect link."""
-    for k in range(first, last):
-        now_ns = k * S // 10
-        post: list[tuple[Agent, Effect]] = []
-        for agent in agents:
-            post += [(agent, effect) for effect in agent.on_scan(scan(k), np.array([0.0, 0.0, 0.02 * k]), now_ns)]
-            for other in agents:
-                agent.set_link_quality(other.robot_id, 1.0, now_ns)
-            post += [(agent, effect) for effect in agent.on_tick(now_ns)]
-        while post:
-            sender, effect = post.pop(0)
-            if isinstance(effect, Send):
-                for other in agents:
-                    if other is not sender and effect.to in (None, other.robot_id):
-                        post += [(other, back) for back in other.on_message(effect.payload, sender.robot_id, now_ns)]
+from mrslam.spatial import InputError
+from mrslam.spatial.files.state_file import pack, read_state, write_state
+from tests.agent.duo import S, live, robot, scan
 
 
 def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
@@ -147,6 +113,32 @@ def test_what_does_not_fit_is_refused(tmp_path: Path) -> None:
     other = Agent("r1", Settings(rbpf=MapperConfig(particles=4)))
     with pytest.raises(InputError, match=r"rbpf.particles 3 \(now 4\)"):
         resume(other, tmp_path / "state")
+
+
+def test_a_checkpoint_of_another_version_is_refused_in_one_line(tmp_path: Path) -> None:
+    """The version is in the file's head, so that nothing of an older layout is even looked at."""
+    write_state(tmp_path / "state", KIND, VERSION - 1, pack({"robot": "r1"}))
+    with pytest.raises(InputError) as refused:
+        resume(robot("r1", 2), tmp_path / "state")
+    assert f"checkpoint version {VERSION - 1}, this program reads {VERSION}" in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("missing", ["pairs", "mapper", "store", "self_doubt", "links"])
+def test_a_checkpoint_that_lacks_something_is_refused_in_one_line_and_leaves_the_robot_as_it_was(
+    missing: str, tmp_path: Path
+) -> None:
+    one = robot("r1", 1)
+    live([one], 0, 20)
+    write(freeze(one), tmp_path / "state")
+    state = read_state(tmp_path / "state", KIND, VERSION)
+    del state[missing]
+    write_state(tmp_path / "state", KIND, VERSION, pack(state))
+    again = robot("r1", 2)
+    with pytest.raises(InputError, match="does not fit this program") as refused:
+        resume(again, tmp_path / "state")
+    assert "\n" not in str(refused.value)
+    assert not again.team.maps and not again.mapper.stats.scans
 
 
 def test_a_keeper_saves_in_time_and_tells_trouble_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

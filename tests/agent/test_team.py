@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mrslam.agent import Agent, Settings, checkpoint, resume
-from mrslam.agent.effects import AlignJob
+from mrslam.agent.effects import AlignJob, Event
 from mrslam.agent.known_map import KnownMap
 from mrslam.alignment import Alignment, Evidence, WallEvidence
 from mrslam.comms.maps.snapshots import published
@@ -76,3 +76,18 @@ def test_a_map_that_was_doubted_is_doubted_after_a_restart(robot: str, tmp_path:
     resume(again, tmp_path / "a.state")
     assert again.team.doubted == agent.team.doubted and list(again.team.doubted) == [robot]
     assert again.next_alignment(0) is None and not again.team.beliefs
+
+
+def test_a_merge_that_grown_maps_contradict_is_taken_back_on_a_tick() -> None:
+    agent = Agent("a", Settings())
+    arrives(agent, "a", room())
+    arrives(agent, "b", room())
+    now_ns = merged(agent)
+    arrives(agent, "b", room(2, walled=True))
+    effects = agent.on_tick(now_ns + 3 * SECOND)
+    events = [effect for effect in effects if isinstance(effect, Event) and effect.kind == "unmerged"]
+    assert len(events) == 1 and "free space" in events[0].fields["reason"]
+    assert list(agent.T_team_map) == ["a"]
+    belief = agent.team.beliefs["a", "b"]
+    assert belief.alignment is None and belief.status == "revoked"
+    assert agent.team_map().unplaced == {"b": f"no accepted alignment (a-b: {belief.reason})"}

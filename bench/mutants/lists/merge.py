@@ -7,8 +7,8 @@ GRAPH, CONSISTENCY, SOLVE = (f"merge/graph/{name}.py" for name in ("team_graph",
 MUTANTS = (
     Mutant(
         GRAPH,
-        "tree = consistency.spanning_tree(inside, lambda edge: edge.confidence)",
-        "tree = consistency.spanning_tree(inside, lambda edge: -edge.confidence)",
+        "tree = spanning_tree(inside, lambda edge: edge.confidence)",
+        "tree = spanning_tree(inside, lambda edge: -edge.confidence)",
         "maps are placed along the worst alignments: a minimum spanning tree",
     ),
     Mutant(
@@ -19,45 +19,45 @@ MUTANTS = (
     ),
     Mutant(
         GRAPH,
-        "            against = conflict(*pair, edge.T_a_b, 1) if conflict else None",
-        "            against = None",
+        "            elif conflict is not None and (reason := conflict(*pair, edge.T_a_b, 1)):\n",
+        "            elif reason := None:\n",
         "walls on free floor do not take a merge back",
     ),
     Mutant(
         GRAPH,
-        "                    if against and loose:",
-        "                    if False:",
+        "            if reason and loose:",
+        "            if False:",
         "two maps placed through a third may contradict each other",
     ),
     Mutant(
         GRAPH,
-        "            for check in (consistency.drop_broken_triangles, consistency.drop_broken_loops):",
-        "            for check in (consistency.drop_broken_loops,):",
+        "            for drop_broken in (drop_broken_triangles, drop_broken_loops):",
+        "            for drop_broken in (drop_broken_loops,):",
         "one wrong alignment among three is not found out by the two others",
     ),
     Mutant(
         GRAPH,
-        "        return max(groups, key=size)  # the first of equals",
-        "        return min(groups, key=size)",
+        "        return max(groups, key=size, default=[])  # the first of equals",
+        "        return min(groups, key=size, default=[])",
         "without an anchor the smallest group of maps is shown",
     ),
     Mutant(
         GRAPH,
-        "        self._edges = {pair: edge for pair, edge in self._edges.items() if robot_id not in pair}\n",
-        "",
-        "a robot that begins a new map is placed by the old one's alignments",
+        "            if pair[0] not in self._nodes or pair[1] not in self._nodes:\n                continue",
+        "            if False:\n                continue",
+        "an alignment with a robot whose map is not known stops the team map",
     ),
     Mutant(
         CONSISTENCY,
-        "support[pair] += weaker if closes else -weaker",
-        "support[pair] += weaker",
+        "support[pair] += weakest if loop.closes else -weakest",
+        "support[pair] += weakest",
         "of a broken loop the good alignment goes",
     ),
     Mutant(
         CONSISTENCY,
-        "    limit_m, limit_rad = tolerance(config, (nodes[x] for x in triangle), 3)\n",
+        "    limit_m, limit_rad = tolerance(config, (nodes[x] for x in ids), len(pairs))\n",
         "    limit_m, limit_rad = math.inf, math.inf\n",
-        "loops of three need not close",
+        "loops of alignments need not close",
     ),
     Mutant(
         SOLVE,
@@ -85,8 +85,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/grids/agreement.py",
-        "        elif 0 <= cells[r, c] <= KNOWN_FREE_MAX:\n            against += 1",
-        "        elif 0 <= cells[r, c] <= KNOWN_FREE_MAX:\n            agree += 1",
+        "        elif 0 <= cells[r, c] <= FREE_MAX:\n            against += 1",
+        "        elif 0 <= cells[r, c] <= FREE_MAX:\n            agree += 1",
         "contradicting maps seem to agree",
     ),
     Mutant(
@@ -115,7 +115,7 @@ MUTANTS = (
     ),
     Mutant(
         "merge/grids/warp_kernels.py",
-        "    if value >= OCCUPIED and draws_thin and not _is_thick(cells, r, c):\n"
+        "    if value >= OCCUPIED and draws_thin and not is_thick(cells, r, c):\n"
         "        return _beside(cells, r, c, sx - c - 0.5, sy - r - 0.5)\n",
         "",
         "thin walls get thick in the team map",

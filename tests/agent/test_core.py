@@ -1,0 +1,124 @@
+"""The loop of one robot: teammates are masked, maps go out and come in, and doubt keeps a map at home."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mrslam.agent import Agent
+from mrslam.agent.effects import Effect, Event
+from mrslam.spatial import Scan
+from tests.agent.duo import TURN_RAD, S, live, merge, odometry, robot, scan, talk
+
+AHEAD_M = 2.0
+DOUBT = ("doubtful", "recovered", "given_up")
+
+
+def pair() -> tuple[Agent, Agent]:
+    """Return two robots that have met; r2 stands two metres ahead of r1, as r1 knows."""
+    one, two = robot("r1", 1), robot("r2", 1)
+    live([one, two], 0, 60)
+    merge(one, [AHEAD_M, 0.0, 0.0])
+    live([one, two], 60, 70)
+    return one, two
+
+
+def with_body(k: int) -> tuple[Scan, np.ndarray]:
+    """Return a scan in which a body stands ahead of where the robot looked at first, and the beams that end at it."""
+    clear = scan(k)
+    direction = clear.angles_rad + TURN_RAD * k
+    at_body = np.abs(np.arctan2(np.sin(direction), np.cos(direction))) < 0.08
+    assert at_body.sum() >= 3
+    return replace(clear, ranges_m=np.where(at_body, np.float32(AHEAD_M - 0.1), clear.ranges_m)), at_body
+
+
+def kinds(effects: list[Effect]) -> list[str]:
+    return [effect.kind for effect in effects if isinstance(effect, Event)]
+
+
+def test_beams_that_end_at_a_teammate_are_left_out() -> None:
+    one, _ = pair()
+    seen, at_body = with_body(70)
+    effects = one.on_scan(seen, odometry(70), 7 * S)
+    assert one.scan is not None
+    np.testing.assert_array_equal(np.isnan(one.scan.ranges_m), at_body)
+    assert "masked" in kinds(effects) and one.masked_beams == at_body.sum()
+
+
+def test_a_robot_that_turned_a_lot_since_its_last_scan_masks_in_the_right_direction() -> None:
+    one, _ = pair()
+    seen, at_body = with_body(90)  # 0.4 rad in one step
+    one.on_scan(seen, odometry(90), 7 * S + S // 10)
+    assert one.scan is not None
+    np.testing.assert_array_equal(np.isnan(one.scan.ranges_m), at_body)
+
+
+def test_a_teammate_whose_map_is_placed_no_more_is_not_masked() -> None:
+    one, _ = pair()
+    one.team.displace("r2")
+    one.on_scan(with_body(70)[0], odometry(70), 7 * S)
+    assert one.masked_beams == 0
+
+
+def test_teammates_are_where_their_reports_say_in_the_own_map_and_for_a_while_only() -> None:
+    one, two = pair()
+    T_own_two = one.teammates(7 * S)["r2"]
+    np.testing.assert_allclose(T_own_two[:2], two.mapper.T_map_base[:2] + np.array([AHEAD_M, 0.0]), atol=0.02)
+    assert one.teammates(30 * S) == {}
+
+
+def test_a_place_on_a_map_that_is_not_known_yet_says_nothing() -> None:
+    one, two = pair()
+    before = one.teammates(7 * S)["r2"]
+    two.node.begin_map()
+    two.node.set_own_pose(np.array([5.0, 5.0, 0.0]), 7 * S)
+    for k in range(70, 90):
+        talk([one, two], k, quality=0.0)  # beacons only
+    np.testing.assert_array_equal(one.teammates(9 * S)["r2"], before)
+
+
+def test_maps_are_published_as_they_grow() -> None:
+    one = robot("r1", 1)
+    live([one], 0, 30)
+    first = one.node.store.version("r1")
+    live([one], 30, 60)
+    assert one.node.store.version("r1") > first > (0, 0)
+
+
+def elsewhere(k: int) -> Scan:
+    """Return what a robot sees that was carried into a smaller room."""
+    return replace(scan(k), ranges_m=(0.3 * scan(k).ranges_m + 0.4).astype(np.float32))
+
+
+def test_a_doubtful_robot_publishes_neither_map_nor_place_and_begins_a_new_map_at_last() -> None:
+    one, two = pair()
+    version, place = one.node.store.version("r1"), two.team.maps["r1"].version
+    told: list[str] = []
+    for k in range(70, 110):
+        told += [kind for kind in kinds(one.on_scan(elsewhere(k), odometry(k), k * S // 10)) if kind in DOUBT]
+        if "given_up" in told:
+            break
+        assert one.node.store.version("r1") == version, "a doubtful robot has published"
+    assert told == ["doubtful", "given_up"]
+    assert place[0] == version[0]
+    assert list(one.T_team_map) == ["r1"]  # its frame was everyone's
+    live([one, two], k + 1, k + 40)
+    assert one.node.store.version("r1")[0] > version[0]  # another map, not the old one grown
+    assert two.team.maps["r1"].epoch == one.node.store.version("r1")[0]
+
+
+def test_a_robot_plans_on_the_teams_map_once_a_teammate_is_placed() -> None:
+    one, _ = pair()
+    assert one.planning_grid().known_area_m2() > 1.2 * one.own_map().known_area_m2()
+    one.team.displace("r2")
+    assert one.planning_grid().known_area_m2() == pytest.approx(one.own_map().known_area_m2())
+
+
+def test_the_trajectory_is_the_lasers() -> None:
+    one = robot("r1", 1)
+    for k in range(10):
+        one.on_scan(replace(scan(k), T_base_laser=np.array([0.2, 0.0, 0.0])), odometry(k), k * S // 10)
+    base, laser = one.mapper.trajectory(), one.trajectory_laser()
+    np.testing.assert_allclose(np.hypot(*(laser.T_map_base - base.T_map_base)[:, :2].T), 0.2)
