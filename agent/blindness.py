@@ -5,7 +5,7 @@ from __future__ import annotations
 from mrslam.agent.effects import Event
 
 BLIND_NS = 1_000_000_000
-"""Where no scan could be used for so long though scans came, the robot is blind, nanoseconds."""
+"""Time without a usable scan, though scans come, from which a robot is blind, nanoseconds: ten scans at 10 Hz."""
 
 
 class Blindness:

@@ -19,12 +19,13 @@ from mrslam.spatial import InputError
 from mrslam.spatial.files.state_file import MISFIT, Packed, pack, read_state, write_state
 
 KIND = "mrslam-agent"
+"""Names the kind of file in its head."""
 VERSION = 2
+"""Of the state's layout; a file of another version is refused."""
 FREE = ("threads",)
 """Mapper settings that change no result."""
 REVISIONS_LOST = 1000
-"""More map revisions than a robot publishes between two checkpoints; a resumed one skips as many, so that no revision
-ever stands for two contents."""
+"""Revisions a resumed map skips: more than a robot publishes between two checkpoints, so none names two contents."""
 
 
 def freeze(agent: Agent) -> Packed:

@@ -1,4 +1,4 @@
-"""Settings of one robot: those of every room it wires, and a few of its own."""
+"""Settings of one robot: those of every package it wires, and some of its own."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ BOUNDS = {
 
 @dataclass(frozen=True, kw_only=True)
 class AgentConfig:
-    """What is decided between the rooms."""
+    """What is decided between the packages."""
 
     publish_interval_s: float = 2.0
     """How often the own map is made ready for teammates, seconds, > 0. Shorter: fresher maps, more CPU."""
@@ -33,19 +33,19 @@ class AgentConfig:
     align_interval_s: float = 10.0
     """Earliest next alignment of a pair that was tried already, seconds, > 0."""
     align_growth: float = 0.10
-    """A pair not merged is tried again when the known area of either map has grown by this share since, > 0."""
+    """Expert: a pair not merged is tried again when the known area of either map has grown by this share, > 0."""
     realign_growth: float = 0.25
-    """A merged pair is aligned anew, to follow its maps, when the area of either has grown by this share, > 0."""
+    """Expert: a merged pair is aligned again, to follow its maps, when the area of either grew by this share, > 0."""
     realign_interval_s: float = 30.0
-    """... and after this time in any case where either has changed at all: maps are corrected, too. Seconds, > 0."""
+    """Expert: ... and after this time where either has changed at all, for maps are corrected, too; seconds, > 0."""
     checkpoint_interval_s: float = 5.0
     """How old a robot's state on disk may get where it is kept (process shell), seconds, > 0."""
     min_health: float = 0.4
-    """Below this health of its mapper a robot keeps its map to itself until it has recovered, 0..1."""
+    """Expert: below this health of its mapper a robot does not publish its map until it has recovered, 0..1."""
     give_up_s: float = 30.0
-    """A robot that has doubted its place for so long starts a new map, seconds, > 0."""
+    """A robot that has doubted its place for this time starts a new map, seconds, > 0."""
     tick_s: float = 0.1
-    """How often beacons, rendezvous and exchanges are looked after, seconds, > 0."""
+    """Expert: time between two rounds of beacons, rendezvous and exchanges, seconds, > 0."""
 
     def __post_init__(self) -> None:
         require(self.align_method in ALIGNERS, "agent.align_method", f"one of {', '.join(ALIGNERS)}", self.align_method)

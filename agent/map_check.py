@@ -7,9 +7,9 @@ import numpy as np
 from mrslam.spatial import TILE_CELLS, LocalMap
 
 PLACES_LEAST = 5
-"""So many places of a trajectory say something about a map."""
+"""Keyframes from which a map is checked: fewer may all lie at its edge."""
 ON_FREE = 0.8
-"""Share of the places where a robot says it has been that its own map must know to be free."""
+"""Least share of a robot's own keyframes in free cells of its own map; not all, for teammates leave ghosts there."""
 
 
 def contradicts_itself(local: LocalMap) -> str | None:

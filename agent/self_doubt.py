@@ -12,17 +12,21 @@ from mrslam.spatial import OccupancyGrid, Scan, se2
 from mrslam.spatial.se2 import Transform
 
 CERTAIN = 0.1
-"""Health must pass the threshold by this much before a robot that was lost trusts itself again."""
-SCANS_LEAST, USUAL_MEMORY = 20, 0.05
-"""After so many scans it is known how well scans usually fit; each later one counts by so much."""
+"""Hysteresis: health must exceed ``agent.min_health`` by this much (of 0..1) until a lost robot has recovered."""
+USUAL_MEMORY = 0.05
+"""Weight of each scan in the usual match score: averages over about 20 scans."""
+SCANS_LEAST = round(1 / USUAL_MEMORY)
+"""Scans after which the usual match score is known."""
 TORN = 0.5
-"""A scan that fits the ones before by less than this share of what is usual was taken elsewhere."""
+"""A scan whose match score is below this share of the usual one was taken elsewhere."""
 FITTING_LEAST = 5
-"""So many scans in a row must fit the map of before."""
-KNOWN_LEAST, FITS = 0.3, 0.7
-"""Of what a scan hits the map must know this share, and this share of that must be walls."""
+"""Scans in a row that must fit the last published map: one may do so by chance."""
+KNOWN_LEAST = 0.3
+"""Least share of a scan's end points in known cells for the map to say anything about the scan."""
+FITS = 0.7
+"""Least share of those end points at walls for the scan to fit; the rest are people, doors and noise."""
 SAVED = ("doubtful", "torn", "_usual", "_seen", "_fitting", "_doubted_ns")
-"""What a robot's doubt is, beside its limits."""
+"""The fields a checkpoint keeps: the state without the limits."""
 
 
 @dataclass

@@ -33,27 +33,27 @@ class MergeConfig:
     resolution_m: float | None = None
     """Cell edge of the team map, metres, > 0; None takes the finest of the maps placed."""
     min_confidence: float = 0.0
-    """Edges of lower confidence are not used, >= 0; alignment decides already, so 0 uses all it accepted."""
+    """Expert: edges of lower confidence are not used, >= 0; alignment decides already, so 0 uses all it accepted."""
     loop_tolerance_m: float = 0.5
-    """A loop of three alignments may fail to close by this much at the middle of a map, metres, > 0."""
+    """Expert: a loop of three alignments may fail to close by this much at the middle of a map, metres, > 0."""
     loop_tolerance_rad: float = 0.06
-    """A loop of three alignments may fail to close by this angle, radians, > 0."""
+    """Expert: a loop of three alignments may fail to close by this angle, radians, > 0."""
     loop_tolerance_share: float = 0.015
-    """Loops may also fail by this share of the map's diameter, >= 0: maps of long runs are bent."""
+    """Expert: loops may also fail by this share of the map's diameter, >= 0: maps of long runs are bent."""
     covariance_scale: float = 4.0
-    """Alignments' covariances are multiplied by this in the joint solution, > 0: Hessians promise too much."""
+    """Expert: alignments' covariances are multiplied by this in the joint solution, > 0: Hessians promise too much."""
     robust_sigmas: float = 3.0
-    """Residuals beyond this many standard deviations lose weight in the joint solution (Cauchy), > 0."""
+    """Expert: residuals beyond this many standard deviations lose weight in the joint solution (Cauchy), > 0."""
     known_pose_sigma_m: float = 0.10
     """Standard deviation of given starting positions, metres, > 0; alignments correct them within it."""
     known_pose_sigma_rad: float = 0.03
     """Standard deviation of given starting headings, radians, > 0."""
     contradiction_share: float = 0.3
-    """Two placed maps contradict where more than this share of the walls both must see is on free space, 0..1."""
+    """Expert: two placed maps contradict where more of the walls that both must see is on free space, share 0..1."""
     contradiction_min_m: float = 8.0
-    """... and at least this length of wall does so, metres, > 0."""
+    """Expert: ... and at least this length of wall does so, metres, > 0."""
     contradiction_tolerance_m: float = 0.3
-    """Walls nearer than this agree, metres, > 0: noise, and maps that are bent."""
+    """Expert: walls nearer than this agree, metres, > 0: noise, and maps that are bent."""
 
     def __post_init__(self) -> None:
         require(self.fusion in FUSIONS, "merge.fusion", f"one of {', '.join(FUSIONS)}", self.fusion)

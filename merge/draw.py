@@ -25,13 +25,17 @@ PALETTE = (
 )
 """RGB of the robots, in the order of their ids; from the eleventh on they repeat."""
 PAPER = (243, 243, 240)
+"""RGB of unknown space and of the margin."""
 INK = (40, 40, 44)
+"""RGB of text, and of walls that no layer shows."""
 FREE_TINT = 0.22
-"""How much of a robot's colour its free space bears."""
+"""Share of a robot's colour in its free space, 0..1."""
 WALL_SHADE = 0.75
-"""How much darker than its robot's colour a wall is drawn."""
+"""Brightness of a wall relative to its robot's colour, 0..1."""
 BAND_ROWS = 256
+"""Rows painted at once: bounds the memory of colours as float32."""
 PAD_PX = 24
+"""Margin around the picture, pixels."""
 
 
 def colours(ids: Sequence[str]) -> dict[str, tuple[int, int, int]]:

@@ -19,7 +19,7 @@ from mrslam.spatial.tiles import MOST_CELLS, TileIndex, box_cells
 
 _Compared = tuple[OccupancyGrid, OccupancyGrid, str | None]
 REMEMBERED = 4
-"""Comparisons kept for each pair of robots."""
+"""Comparisons kept for each pair of robots: by alignment and by placement, now and before the last change."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

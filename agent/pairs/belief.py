@@ -7,12 +7,14 @@ from typing import Any, Literal
 
 from mrslam.agent.effects import AlignJob
 from mrslam.agent.known_map import Version
-from mrslam.agent.pairs.second_look import doubt, is_echo, refuted
+from mrslam.agent.pairs.second_look import is_echo, lies_elsewhere, refuted
 from mrslam.alignment import Alignment, Rejection, StabilityCheck
 
 Status = Literal["untried", "accepted", "rejected", "revoked"]
 UNCONFIRMED = "found once; a second alignment that agrees is awaited"
+"""Reason of a pair that is tried again as soon as may be."""
 WEAK = "found again, but on weak evidence that has not grown since"
+"""Reason of a pair whose second alignment repeats a weak first one."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +127,7 @@ class PairBelief:
         """Return why the pair, if merged, must not be any more; only a search everywhere can find another place."""
         if self.alignment is None:
             return None
-        reason = doubt(self.alignment, outcome) if searched else None
+        reason = lies_elsewhere(self.alignment, outcome) if searched else None
         return reason or refuted(self.alignment, outcome)
 
     def _rejected(self, reason: str, outcome: Alignment | Rejection) -> Verdict:

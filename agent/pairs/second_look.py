@@ -1,66 +1,77 @@
-"""What looking again at a pair of maps is worth: whether it confirms what was found, or takes a merge apart."""
+"""What a further alignment of a pair says of an earlier one: whether it confirms it, or refutes it.
+
+An alignment can be wrong in two ways that it does not show itself: by chance, where little wall agrees, and because the
+building repeats, where another place fits as well. Both show as the maps grow: at a wrong place, new walls contradict.
+"""
 
 from __future__ import annotations
 
 from mrslam.alignment import Alignment, Rejection, StabilityCheck
 
-THEREABOUTS = StabilityCheck(max_dx_m=2.0, max_dy_m=2.0, max_dtheta_rad=0.4)
-"""A transform that differs by less is the one believed, corrected; one that differs by more is another place."""
-CONFIDENT, MORE_WALL = 0.65, 1.2
-"""What is found with less confidence is confirmed only by so many times as much agreeing wall."""
-CLEAN, PLENTY_M = 0.1, 40.0
-"""So is what agrees along less than so many metres and contradicts by more per agreeing metre; and what came to it must
-be clean. Chance fits and lies in small worlds agree along 20 m and contradict by 0.14 or more; of right alignments of
-simulated maps in the making 1 % are so stained. Real maps that are bent yet contradict so along 50 to 100 m."""
-AMBIGUOUS = 0.25
-"""A merged pair's maps must have come to fit elsewhere with no greater lead than this before it is unmerged: far less
-than what merging asks for, so that nothing is merged and unmerged by turns."""
-REFUTED = 0.4
-"""A merged pair is unmerged where its maps contradict each other by more per metre of agreeing wall: a third more than
-any pair is forgiven when it is merged, so that maps which are bent are not merged and unmerged by turns."""
+SAME_PLACE = StabilityCheck(max_dx_m=2.0, max_dy_m=2.0, max_dtheta_rad=0.4)
+"""Two transforms that differ by less are one place, corrected; by more, two places. Four times the limits within which
+two estimates confirm each other: bent maps move by that much when they are corrected."""
+STRONG_CONFIDENCE = 0.65
+"""From this confidence on an alignment is confirmed by a second one of the same evidence."""
+WALL_GROWTH = 1.2
+"""One of less confidence is confirmed only by this many times as much agreeing wall."""
+MUCH_WALL_M = 40.0
+"""Wall that agrees from which contradiction is forgiven, metres. Chance fits and false maps in small worlds agree along
+20 m; real maps that are bent contradict as much as those along 50 to 100 m."""
+CLEAN_PER_M = 0.1
+"""Contradiction per agreeing metre from which less wall than that needs a second look. Measured: chance fits and false
+maps in small worlds have 0.14 or more; of right alignments of simulated maps still growing, 1 % have more than 0.1."""
+AMBIGUOUS_MARGIN = 0.25
+"""A merged pair is unmerged where a search everywhere finds another place with a smaller lead than this, 0..1: far less
+than what merging asks for, so that no pair is merged and unmerged by turns."""
+REFUTED_PER_M = 0.4
+"""A merged pair is unmerged where its maps contradict each other by more per agreeing metre: a third more than any pair
+is forgiven when it is merged, for the same reason."""
 
 
 def is_echo(stability: StabilityCheck, second: Alignment) -> bool:
-    """Return whether a weak alignment only says once more what the maps said the first time.
+    """Return whether a second alignment only repeats the evidence of the first, and that evidence is weak.
 
-    The same chance, or the same lie, looked at twice agrees with itself. What chose the first place cannot speak for
-    it; what the maps have shown since can, and at a wrong place it contradicts.
+    The same chance, or the same false map, agrees with itself. The evidence that chose the first place cannot confirm
+    it; what the maps have shown since can.
     """
     first = stability.previous
-    if first is None or not stability.agrees(second, first):
+    if first is None or not stability.agrees(second, first) or not _is_weak(second):
         return False
-    wall_m = second.evidence.matched_m
-    is_small = wall_m < PLENTY_M
-    if second.confidence >= CONFIDENT and not (is_small and second.evidence.contradicted_per_m > CLEAN):
-        return False
-    if wall_m < MORE_WALL * first.evidence.matched_m:
+    before, now = first.evidence, second.evidence
+    if now.matched_m < WALL_GROWTH * before.matched_m:
         return True
-    return is_small and any(
-        new.contradicted_m - old.contradicted_m > CLEAN * (new.matched_m - old.matched_m)
-        for old, new in ((first.evidence.a, second.evidence.a), (first.evidence.b, second.evidence.b))
+    return now.matched_m < MUCH_WALL_M and any(
+        new.contradicted_m - old.contradicted_m > CLEAN_PER_M * (new.matched_m - old.matched_m)
+        for old, new in ((before.a, now.a), (before.b, now.b))
     )
 
 
-def doubt(believed: Alignment, outcome: Alignment | Rejection) -> str | None:
-    """Return why a merged pair may lie elsewhere, now that its maps show more and all places were tried, or None.
+def _is_weak(found: Alignment) -> bool:
+    """Return whether an alignment could be a chance fit: little confidence, or little wall with contradiction."""
+    wall = found.evidence
+    is_stained = wall.matched_m < MUCH_WALL_M and wall.contradicted_per_m > CLEAN_PER_M
+    return found.confidence < STRONG_CONFIDENCE or is_stained
 
-    A house that looks the same turned around: who has seen one half of it cannot know which, and merges; who has seen
-    both knows that there are two places.
+
+def lies_elsewhere(believed: Alignment, searched: Alignment | Rejection) -> str | None:
+    """Return why a merged pair may lie elsewhere, by a search everywhere after its maps have grown, or None.
+
+    In a house that looks the same turned around, a robot that has seen one half merges; after both halves it finds that
+    there are two places.
     """
-    if isinstance(outcome, Alignment):
-        return None if THEREABOUTS.agrees(outcome, believed) else "the maps have grown, and fit better elsewhere"
-    if outcome.evidence is None or outcome.evidence.margin >= AMBIGUOUS:
+    if isinstance(searched, Alignment):
+        return None if SAME_PLACE.agrees(searched, believed) else "the maps have grown, and fit better elsewhere"
+    if searched.evidence is None or searched.evidence.margin >= AMBIGUOUS_MARGIN:
         return None
-    return f"the maps have grown, and another place fits {1.0 - outcome.evidence.margin:.0%} as well"
+    return f"the maps have grown, and another place fits {1.0 - searched.evidence.margin:.0%} as well"
 
 
 def refuted(believed: Alignment, outcome: Alignment | Rejection) -> str | None:
-    """Return why a merged pair's maps cannot lie as they were merged, now that they show more, or None."""
-    if outcome.T_a_b is None or not THEREABOUTS.is_near(outcome.T_a_b, believed.T_a_b):
-        return None
-    if isinstance(outcome, Alignment) or outcome.evidence is None:
+    """Return why a merged pair's maps cannot lie as they were merged, by a rejection at that place, or None."""
+    if isinstance(outcome, Alignment) or outcome.T_a_b is None or outcome.evidence is None:
         return None
     share = outcome.evidence.contradicted_per_m
-    if share <= REFUTED:
+    if share <= REFUTED_PER_M or not SAME_PLACE.is_near(outcome.T_a_b, believed.T_a_b):
         return None
     return f"the maps have grown, and {share / (1.0 + share):.0%} of the walls compared lie where the other map is free"

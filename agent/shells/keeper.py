@@ -12,7 +12,7 @@ from mrslam.agent.core import Agent
 from mrslam.agent.effects import Event
 
 FIRST_SHARE = 0.2
-"""Of the usual time, until a robot is saved first: one that dies again and again gets on all the same."""
+"""Share of ``checkpoint_interval_s`` until a robot is saved first, so that one that dies again and again advances."""
 
 
 class Inline(Executor):

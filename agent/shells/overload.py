@@ -5,17 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 LATE_S = 0.2
-"""A scan that is mapped later than this after it was taken is late, seconds."""
+"""A scan mapped later than this after it was taken is late, seconds: two periods of a 10 Hz laser."""
 MEMORY = 0.05
-"""Each scan counts by so much in the share of late ones: about the last two seconds of a usual laser."""
+"""Weight of each scan in the share of late ones: averages over about 20 scans, two seconds of a 10 Hz laser."""
 OFTEN = 0.5
-"""A larger share of late scans is no hiccup."""
+"""Share of late scans from which the mapper is overloaded; a single delay stays below it."""
 SETTLE_S = 3.0
-"""Fewer particles need so long to show whether they are few enough."""
+"""Least time between two reductions, seconds: the share of late scans needs two seconds to follow a change."""
 CALM_S, CALM_MOST_S = 30.0, 600.0
-"""Without a late scan for so long a robot tries more particles again; twice as long each time that was too early."""
+"""Time without a late scan after which the number of particles is raised, seconds; doubled up to the second value
+each time a reduction follows."""
 FLOOR = 8
-"""Fewer particles than this close no loops; from there on scans are left out instead."""
+"""Least particles, as fewer hardly keep hypotheses for closing loops; below, scans are dropped instead."""
 
 
 @dataclass

@@ -27,13 +27,14 @@ from mrslam.agent.shells.status import status_of
 from mrslam.alignment import Alignment, Rejection
 
 IDLE_S = 0.02
-"""Longest wait for the network when nothing else is due, seconds of wall time."""
+"""Longest wait for the network when nothing else is due, seconds of wall time: a fifth of a tick."""
 STATUS_NS = 1_000_000_000
-"""Mission time between two statuses for those who watch, nanoseconds."""
+"""Mission time between two status messages, nanoseconds: what a person watching can follow."""
 GIL_S = 0.001
-"""How soon a thread that computes in Python lets the scans' thread go on, seconds."""
+"""After this time a thread that computes in Python hands over to the scans' thread, seconds. The interpreter's 5 ms
+would add up over the hand-overs in one scan."""
 STEP_BACK = 5
-"""By how much alignment is nicer than the scans' thread."""
+"""Niceness of the alignment thread above that of the scans' thread: about a third of its share of a busy processor."""
 
 
 def _step_back() -> None:

@@ -18,7 +18,7 @@ from mrslam.comms import Incoming, PeerJoined, PeerLeft, Transport
 from mrslam.spatial.runtime.heap import give_back, trim
 
 TRIM_NS = 60_000_000_000
-"""Mission time between two times that free pages go back to the system, nanoseconds."""
+"""Mission time between two releases of free memory to the system, nanoseconds: rare, for each takes milliseconds."""
 
 
 class LinkSource(Protocol):

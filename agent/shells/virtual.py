@@ -19,7 +19,7 @@ from mrslam.alignment import Alignment, Rejection
 from mrslam.comms import Incoming, PeerJoined, PeerLeft, Send, Transport
 
 ALIGN_NS = 500_000_000
-"""How long an alignment takes in virtual time, nanoseconds."""
+"""Virtual time an alignment takes, nanoseconds: the order of what it takes on a processor (docs/performance.md)."""
 
 
 class Network(Protocol):

@@ -24,17 +24,17 @@ from mrslam.merge.team import TeamMap
 from mrslam.spatial import se2
 
 PARTNERS = 2
-"""Members of a cluster that a map which joins it is aligned with."""
+"""Members of a cluster that a joining map is aligned with: two close a loop that checks both."""
 NEIGHBOURS = 4
-"""Members of a finished cluster that each is aligned with."""
+"""Members of a finished cluster that each member is aligned with: bounds the alignments to four a map."""
 DENSE_ROUNDS = 2
-"""How often; the second time the maps lie better, and overlaps are seen that were not."""
+"""How often: the second time the maps lie better, which shows further overlaps."""
 GROWTH = 1.1
-"""Two clusters are tried again when their known area together has grown by this factor."""
+"""Two clusters are tried again when their joint known area has grown by this factor, as ``agent.align_growth``."""
 LEAST_WALL_M = 4.0
-"""Less wall in common is no reason to align two members."""
+"""Least common wall for aligning two members, metres: below, alignment would reject them for too little wall."""
 FOLLOW = np.diag([0.4**2, 0.4**2, 0.06**2])
-"""How far a member's place in the fused map may be off, m^2 and rad^2."""
+"""Covariance of a member's place in the fused map, m^2 and rad^2: about ``loop_tolerance_m`` and ``_rad``."""
 
 
 @dataclass

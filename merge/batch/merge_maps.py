@@ -21,7 +21,7 @@ from mrslam.merge.team import TeamMap, TeamMapper
 from mrslam.spatial import InputError, OccupancyGrid
 
 ALL_PAIRS_UP_TO = 9
-"""Up to so many maps every pair is tried."""
+"""Most maps of which every pair is tried (36 pairs); above, the number of alignments would grow with the square."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -15,7 +15,7 @@ from mrslam.merge.team import TeamMap
 from mrslam.spatial import se2
 
 SURE = 0.75
-"""An alignment of such confidence stands where the merged maps on both sides fit best there too, though not clearly."""
+"""Confidence from which an alignment stands although the merged maps on both sides fit there without a clear lead."""
 
 
 def vet(pairs: PairAligner, cluster: TeamMap) -> None:

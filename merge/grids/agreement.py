@@ -9,17 +9,17 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mrslam.spatial import OccupancyGrid, se2
+from mrslam.spatial import FREE_MAX, OccupancyGrid, se2
 from mrslam.spatial.distance import euclidean
 
-KNOWN_FREE_MAX = 35
-"""Equals ``mrslam.spatial.FREE_MAX``."""
-BLOCK, FAR_M = 64, 2.0
-"""Distances to walls are kept in squares of so many cells (and at least so many metres), where any is shorter."""
-MOST = 65535
-"""Squared distances end here; what is so far is far."""
+BLOCK = 64
+"""Distances to walls are kept in squares of this number of cells, where any distance is shorter than the edge."""
+FAR_M = 2.0
+"""Least edge of such a square, metres: more than ``contradiction_tolerance_m`` over any path of alignments."""
+MOST = np.iinfo(np.uint16).max
+"""Largest squared distance kept, cells^2; farther counts as this far."""
 STRIP = 4
-"""Rows of blocks whose distances are computed at once."""
+"""Rows of blocks whose distances are computed at once: bounds memory to this and a block on either side."""
 
 
 @njit(cache=True, nogil=True)
@@ -45,7 +45,7 @@ def count_walls(
         block = block_at[r // edge, c // edge]
         if block >= 0 and distance2[block, r % edge, c % edge] <= limit:
             agree += 1
-        elif 0 <= cells[r, c] <= KNOWN_FREE_MAX:
+        elif 0 <= cells[r, c] <= FREE_MAX:
             against += 1
     return agree, against
 

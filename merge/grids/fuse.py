@@ -12,9 +12,9 @@ from mrslam.merge.grids.fuse_kernels import NOTHING, combine
 from mrslam.spatial import UNKNOWN, InputError, OccupancyGrid
 
 SCALE = 256.0
-"""Log-odds are kept in whole numbers of 1/256."""
+"""Log-odds are kept in whole numbers of 1/256, which is finer than a percent anywhere within the clamp."""
 CLAMP = 3
-"""One cell says at most 3 or 97 percent, in and out, so that nothing is ever beyond doubt."""
+"""Percent: one map counts as at least this and at most 100 less this, so that no evidence is beyond later evidence."""
 
 
 def _log_odds_of_percent() -> NDArray[np.int32]:

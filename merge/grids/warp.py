@@ -11,7 +11,7 @@ from mrslam.merge.grids.warp_kernels import warp_window
 from mrslam.spatial import UNKNOWN, InputError, OccupancyGrid, se2
 
 MAX_CELLS = 20_000 * 20_000
-"""Larger grids than this are refused instead of allocated."""
+"""Larger grids are refused: 1 x 1 km at 5 cm, 400 MB."""
 
 
 def warp(grid: OccupancyGrid, T_target_grid: ArrayLike, resolution_m: float | None = None) -> OccupancyGrid:

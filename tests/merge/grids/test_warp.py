@@ -8,8 +8,8 @@ from hypothesis.extra.numpy import arrays
 from scipy import ndimage
 
 from mrslam.merge import warp
+from mrslam.merge.grids.wall_kernels import LINKS
 from mrslam.merge.grids.warp import warp_tile
-from mrslam.merge.grids.warp_kernels import LINKS
 from mrslam.spatial import UNKNOWN, InputError, OccupancyGrid, se2
 
 EIGHT = np.ones((3, 3))

@@ -5,7 +5,7 @@ import pytest
 
 from mrslam import alignment
 from mrslam.merge import MergeConfig, merge_maps
-from mrslam.merge.graph.team_graph import node_of
+from mrslam.merge.graph.nodes import node_of
 from mrslam.spatial import InputError, OccupancyGrid, read_map, se2
 from tests.merge.plans import building, part
 

@@ -156,6 +156,16 @@ def test_content_that_contradicts_drops_the_weakest_edge_between():
     assert direct.dropped == {("a", "b"): "contradicted: no"}
 
 
+def test_maps_are_placed_and_judged_along_the_surest_alignments():
+    """a and d contradict each other: an edge of the way a-b-c-d is wrong, not one of the way over the weak a-c."""
+    graph, poses = graph_of({"a": 5, "b": 5, "c": 5, "d": 5})
+    for a, b, confidence in (("a", "b", 0.9), ("b", "c", 0.8), ("a", "c", 0.6), ("c", "d", 0.7)):
+        join(graph, poses, a, b, confidence)
+    placement = graph.place(conflict=lambda a, b, T, hops: "walls on free space" if (a, b) == ("a", "d") else None)
+    assert list(placement.dropped) == [("c", "d")]
+    assert list(placement.T_team_map) == ["a", "b", "c"]
+
+
 def test_nonsense_is_refused_in_words():
     graph = TeamGraph()
     with pytest.raises(InputError, match="id must not be empty"):
