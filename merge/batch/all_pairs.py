@@ -10,9 +10,13 @@ import numpy as np
 from mrslam.alignment import Prior
 from mrslam.merge.batch.pair_aligner import PairAligner
 from mrslam.merge.batch.vetting import vet
+from mrslam.merge.graph.carried import between, sigma_at
 from mrslam.merge.graph.nodes import node_of
 from mrslam.merge.graph.tree import components
 from mrslam.spatial import se2
+
+CAUTION = 2.0
+"""Known poses' covariances are multiplied by this where they narrow a search, which must not miss the right place."""
 
 
 def try_every_pair(pairs: PairAligner, T_team_map: Mapping[str, se2.Transform]) -> None:
@@ -29,18 +33,18 @@ def try_every_pair(pairs: PairAligner, T_team_map: Mapping[str, se2.Transform]) 
 
 
 def _prior(pairs: PairAligner, a: str, b: str, T_team_map: Mapping[str, se2.Transform]) -> Prior | None:
-    """Return what known starting poses say of a pair."""
+    """Return what known starting poses say of a pair: poses may be off, and maps bent by as much over their size."""
     if a not in T_team_map or b not in T_team_map:
         return None
-    sigma_m, sigma_rad = 2.0 * pairs.config.known_pose_sigma_m, 2.0 * pairs.config.known_pose_sigma_rad
-    reach_m = node_of(pairs.grids[b]).diameter_m * sigma_rad
-    covariance = np.diag([sigma_m**2 + reach_m**2, sigma_m**2 + reach_m**2, sigma_rad**2])
-    return Prior(se2.between(np.asarray(T_team_map[a]), np.asarray(T_team_map[b])), covariance)
+    sigma_m, sigma_rad = pairs.config.known_pose_sigma_m, pairs.config.known_pose_sigma_rad
+    known = between(T_team_map[a], T_team_map[b], CAUTION * np.diag([sigma_m**2, sigma_m**2, sigma_rad**2]))
+    bent_m2 = 2.0 * CAUTION * (node_of(pairs.grids[b]).diameter_m * sigma_rad) ** 2
+    return Prior(known.T_a_b, known.covariance + np.diag([bent_m2, bent_m2, 0.0]))
 
 
 def _may_touch(pairs: PairAligner, a: str, b: str, prior: Prior) -> bool:
     """Whether two maps can overlap at all, given their circles."""
     one, two = node_of(pairs.grids[a]), node_of(pairs.grids[b])
     apart = float(np.hypot(*(one.centre_m - se2.apply(prior.T_a_b, two.centre_m))))
-    slack = 3.0 * float(np.sqrt(prior.covariance[0, 0]))
+    slack = 3.0 * sigma_at(prior, two.centre_m)
     return apart <= 0.5 * (one.diameter_m + two.diameter_m) + slack

@@ -47,7 +47,7 @@ def drop_broken_triangles(
     nodes: Mapping[str, Node], edges: Mapping[Pair, Edge], config: MergeConfig, fixed: str | None
 ) -> tuple[dict[Pair, Edge], dict[Pair, str]]:
     """Return the edges kept, and why the others went, by loops of three; edges at the node ``fixed`` never go."""
-    triangles = [_triangle(nodes, edges, ids, config) for ids in _triangles(edges)]
+    triangles = [_triangle(nodes, edges, ids, config, fixed) for ids in _triangles(edges)]
 
     def remaining(kept: Mapping[Pair, Edge]) -> list[Loop]:
         return [loop for loop in triangles if all(pair in kept for pair in loop.pairs)]
@@ -62,7 +62,7 @@ def drop_broken_loops(
 
     def fundamental(kept: Mapping[Pair, Edge]) -> list[Loop]:
         tree = spanning_tree(kept, lambda edge: edge.confidence)
-        return [_over_tree(nodes, tree, kept[pair], config) for pair in sorted(kept.keys() - tree.keys())]
+        return [_over_tree(nodes, tree, kept[pair], config, fixed) for pair in sorted(kept.keys() - tree.keys())]
 
     return _drop_broken(edges, fundamental, fixed)
 
@@ -112,19 +112,25 @@ def _triangles(edges: Mapping[Pair, Edge]) -> list[tuple[str, str, str]]:
 
 
 def _triangle(
-    nodes: Mapping[str, Node], edges: Mapping[Pair, Edge], ids: tuple[str, str, str], config: MergeConfig
+    nodes: Mapping[str, Node],
+    edges: Mapping[Pair, Edge],
+    ids: tuple[str, str, str],
+    config: MergeConfig,
+    fixed: str | None,
 ) -> Loop:
     a, b, c = ids
     T_a_c = se2.compose(edges[a, b].T_a_b, edges[b, c].T_a_b)
     name = "the loop " + "-".join(robot_id or "known poses" for robot_id in ids)
-    return _loop(name, ((a, b), (b, c), (a, c)), T_a_c, edges[a, c], nodes, config)
+    return _loop(name, ((a, b), (b, c), (a, c)), T_a_c, edges[a, c], nodes, config, fixed)
 
 
-def _over_tree(nodes: Mapping[str, Node], tree: Mapping[Pair, Edge], edge: Edge, config: MergeConfig) -> Loop:
+def _over_tree(
+    nodes: Mapping[str, Node], tree: Mapping[Pair, Edge], edge: Edge, config: MergeConfig, fixed: str | None
+) -> Loop:
     between = path(tree, *edge.pair)
     T_a_b = chain({pair: tree[pair] for pair in between}, edge.a)[edge.b]
     pairs = (edge.pair, *between)
-    return _loop(f"a loop of {len(pairs)} alignments", pairs, T_a_b, edge, nodes, config)
+    return _loop(f"a loop of {len(pairs)} alignments", pairs, T_a_b, edge, nodes, config, fixed)
 
 
 def _loop(
@@ -134,10 +140,18 @@ def _loop(
     direct: Edge,
     nodes: Mapping[str, Node],
     config: MergeConfig,
+    fixed: str | None,
 ) -> Loop:
     """Return the loop of an edge and a path beside it; ``T_a_b`` : the same transform by the path."""
     gap_m, gap_rad = apart(T_a_b, direct.T_a_b, nodes[direct.b].centre_m)
     ids = {robot_id for pair in pairs for robot_id in pair}
     limit_m, limit_rad = tolerance(config, (nodes[x] for x in ids), len(pairs))
+    limit_m += limit_rad * _lever_m(pairs, nodes, fixed)
     closes = gap_m <= limit_m and gap_rad <= limit_rad
     return Loop(pairs, closes, f"{name} fails to close by {gap_m:.2f} m and {math.degrees(gap_rad):.1f} deg")
+
+
+def _lever_m(pairs: Iterable[Pair], nodes: Mapping[str, Node], fixed: str | None) -> float:
+    """Return how far from its map's content the farthest known pose of a loop lies: a wrong heading swings it there."""
+    known = [a if b == fixed else b for a, b in pairs if fixed in (a, b)]
+    return max([0.0, *(float(np.hypot(*nodes[x].centre_m)) - nodes[x].diameter_m / 2.0 for x in known)])

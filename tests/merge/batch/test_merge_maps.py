@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mrslam import alignment
-from mrslam.merge import MergeConfig, merge_maps
+from mrslam.merge import MergeConfig, merge_maps, warp
 from mrslam.merge.graph.nodes import node_of
 from mrslam.spatial import InputError, OccupancyGrid, read_map, se2
 from tests.merge.plans import building, part
@@ -99,6 +99,21 @@ def test_known_poses_a_little_off_are_corrected_where_maps_overlap():
     centre = node_of(maps["m1"]).centre_m
     true = se2.apply(se2.between(poses["m0"], poses["m1"]), centre)
     assert np.hypot(*(se2.apply(se2.between(found["m0"], found["m1"]), centre) - true)) < 0.05
+
+
+@pytest.mark.parametrize("far", ["m0", "m1"])
+def test_a_known_pose_far_from_its_maps_content_has_a_lever_arm(far):
+    """A heading that is wrong by 0.05 rad, which known poses may be, lays a map 200 m from its origin 10 m off."""
+    maps, poses = team(2, seed=3, share=0.7)
+    T_far_map = se2.transform(200.0, 0.0, 0.0)
+    maps[far] = warp(maps[far], T_far_map)
+    poses[far] = se2.compose(poses[far], se2.inverse(T_far_map))
+    given = poses | {far: poses[far] + np.array([0.0, 0.0, 0.05])}
+    result = merge_maps(maps, known_poses=given)
+    assert [edge.pair for edge in result.team_map.edges] == [("m0", "m1")]
+    found, centre = result.team_map.T_team_map, node_of(maps["m1"]).centre_m
+    true = se2.apply(se2.between(poses["m0"], poses["m1"]), centre)
+    assert np.hypot(*(se2.apply(se2.between(found["m0"], found["m1"]), centre) - true)) < 0.1
 
 
 def test_many_maps_are_clustered_without_trying_every_pair():
