@@ -72,6 +72,13 @@ class PreparedMap:
         extent = wall_kernels.extents(rows, cols, DOTS, self._walls[0])  # far walls are dotted lines
         return np.asarray(extent * self.res > SPECK_M, dtype=np.bool_)
 
+    @cached_property
+    def wall_map(self) -> wall_kernels.WallMap:
+        """All of it as kernels take it."""
+        return wall_kernels.WallMap(
+            self.state, self.label, self.points, self.normals, self.solid, self.x0, self.y0, self.res
+        )
+
     @property
     def wall_m(self) -> float:
         """Length of all walls, metres: cells of surface times the cell."""

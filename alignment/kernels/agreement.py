@@ -8,10 +8,17 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mrslam.alignment.kernels.walls import FREE, NOTHING, UNKNOWN
+from mrslam.alignment.kernels.walls import FREE, NOTHING, UNKNOWN, WallMap
 
 F64 = NDArray[np.float64]
 U8 = NDArray[np.uint8]
+
+UNSEEN, MATCHED, OPPOSED, CONTRADICTED = 0, 1, 2, 3
+"""Verdicts on a wall point laid on another map."""
+SAME_FACING = 0.7
+"""Least cosine between the normals of walls that face the same way: 45 degrees, half of the way to a crossing wall."""
+MIN_FREE = 6
+"""Free cells of the nine about a point from which the map is free there: a straight edge of free space leaves 6."""
 
 
 @njit(cache=True, nogil=True)
@@ -24,73 +31,71 @@ def quadrant(nx: float, ny: float) -> int:  # pragma: no cover - compiled
 
 @njit(cache=True, nogil=True)
 def agreement(
-    points_s: F64,
-    normals_s: F64,
-    solid_s: NDArray[np.bool_],
-    step: int,
-    T_t_s: F64,
-    state_t: U8,
-    label_t: NDArray[np.uint16],
-    points_t: F64,
-    normals_t: F64,
-    x0: float,
-    y0: float,
-    res: float,
-    tolerance_m: float,
-    verdict: U8,
+    source: WallMap, target: WallMap, T_t_s: F64, step: int, tolerance_m: float, verdict: U8
 ) -> tuple[int, int, int, int]:  # pragma: no cover - compiled
     """Judge source wall points in the target map; return how many match, are opposed, contradict, are unseen.
 
     matched: a wall that faces the same way within the tolerance. opposed: a wall there, but facing otherwise.
-    contradicted: the target is free there, and the source point is part of something ``solid_s``; specks come and go.
-    unseen: neither.
-    ``verdict`` receives 1, 2, 3, 0 per point used (every ``step``-th).
+    contradicted: the target is free there, and the source point is part of something ``solid``; specks come and go.
+    unseen: neither. ``verdict`` ``(N,)`` receives MATCHED, OPPOSED, CONTRADICTED or UNSEEN of every ``step``-th point.
     """
-    height, width = state_t.shape
+    state = target.state
+    height, width = state.shape
     cos, sin = math.cos(T_t_s[2]), math.sin(T_t_s[2])
     matched = opposed = against = unseen = 0
-    limit = tolerance_m * tolerance_m
-    for i in range(0, points_s.shape[0], step):
-        x = T_t_s[0] + cos * points_s[i, 0] - sin * points_s[i, 1]
-        y = T_t_s[1] + sin * points_s[i, 0] + cos * points_s[i, 1]
-        c, r = int(math.floor((x - x0) / res)), int(math.floor((y - y0) / res))
-        verdict[i] = 0
-        if not (0 < r < height - 1 and 0 < c < width - 1):
-            unseen += 1
-            continue
-        nx = cos * normals_s[i, 0] - sin * normals_s[i, 1]
-        ny = sin * normals_s[i, 0] + cos * normals_s[i, 1]
-        speck = nx == 0.0 and ny == 0.0
-        own = quadrant(nx, ny)
-        found = 0
-        for k in range(4):
-            q = (own + k) % 4
-            j = label_t[q, r, c]
-            if j == NOTHING or (points_t[j, 0] - x) ** 2 + (points_t[j, 1] - y) ** 2 > limit:
-                continue
-            found = 2
-            plain = speck or (normals_t[j, 0] == 0.0 and normals_t[j, 1] == 0.0)
-            if plain or (k == 0 and nx * normals_t[j, 0] + ny * normals_t[j, 1] > 0.7):
-                found = 1
-            if found == 1:
-                break
-        if found == 1:
-            matched += 1
-        elif found == 2:
-            opposed += 1
-        else:
-            free = 0
-            for dr in range(-1, 2):
-                for dc in range(-1, 2):
-                    if state_t[r + dr, c + dc] == FREE:
-                        free += 1
-            if free >= 6 and solid_s[i]:
-                against += 1
-                found = 3
-            else:
-                unseen += 1
+    for i in range(0, source.points.shape[0], step):
+        px, py = source.points[i, 0], source.points[i, 1]
+        x = T_t_s[0] + cos * px - sin * py
+        y = T_t_s[1] + sin * px + cos * py
+        c, r = int(math.floor((x - target.x0) / target.res)), int(math.floor((y - target.y0) / target.res))
+        found = UNSEEN
+        if 0 < r < height - 1 and 0 < c < width - 1:
+            nx = cos * source.normals[i, 0] - sin * source.normals[i, 1]
+            ny = sin * source.normals[i, 0] + cos * source.normals[i, 1]
+            found = on_wall(target.label[:, r, c], target.points, target.normals, x, y, nx, ny, tolerance_m)
+            if found == UNSEEN and source.solid[i] and free_around(state, r, c) >= MIN_FREE:
+                found = CONTRADICTED
+        matched += found == MATCHED
+        opposed += found == OPPOSED
+        against += found == CONTRADICTED
+        unseen += found == UNSEEN
         verdict[i] = found
     return matched, opposed, against, unseen
+
+
+@njit(cache=True, nogil=True)
+def on_wall(
+    labels: NDArray[np.uint16], points: F64, normals: F64, x: float, y: float, nx: float, ny: float, tolerance_m: float
+) -> int:  # pragma: no cover - compiled
+    """Return MATCHED, OPPOSED or UNSEEN: whether a point lies on a wall of a map, and whether that faces as it does.
+
+    ``labels (4,)``: nearest points of the map by quadrant of facing. Specks face every way.
+    """
+    limit = tolerance_m * tolerance_m
+    speck = nx == 0.0 and ny == 0.0
+    own = quadrant(nx, ny)
+    found = UNSEEN
+    for k in range(4):
+        j = labels[(own + k) % 4]
+        if j == NOTHING or (points[j, 0] - x) ** 2 + (points[j, 1] - y) ** 2 > limit:
+            continue
+        if speck or (normals[j, 0] == 0.0 and normals[j, 1] == 0.0):
+            return MATCHED
+        if k == 0 and nx * normals[j, 0] + ny * normals[j, 1] > SAME_FACING:
+            return MATCHED
+        found = OPPOSED
+    return found
+
+
+@njit(cache=True, nogil=True)
+def free_around(state: U8, r: int, c: int) -> int:  # pragma: no cover - compiled
+    """Return how many of the nine cells about (r, c) are free."""
+    free = 0
+    for dr in range(-1, 2):
+        for dc in range(-1, 2):
+            if state[r + dr, c + dc] == FREE:
+                free += 1
+    return free
 
 
 @njit(cache=True, nogil=True)

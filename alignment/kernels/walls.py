@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -21,11 +22,41 @@ I64 = NDArray[np.int64]
 U8 = NDArray[np.uint8]
 
 
+class WallMap(NamedTuple):
+    """A prepared map as kernels take it; metres in the map's own frame."""
+
+    state: U8
+    """``(H, W)``: UNKNOWN, FREE or OCCUPIED."""
+    label: NDArray[np.uint16]
+    """``(4, H, W)``: see :func:`nearest_labels`."""
+    points: F64
+    """``(N, 2)`` wall surface points."""
+    normals: F64
+    """``(N, 2)`` unit normals towards the free side, (0, 0) for specks."""
+    solid: NDArray[np.bool_]
+    """``(N,)``: whether a point is part of something large enough not to come and go."""
+    x0: float
+    """Left edge of ``state``."""
+    y0: float
+    """Lower edge of ``state``."""
+    res: float
+    """Edge of a cell."""
+
+
+ONE_SIDED = 8.0
+"""Length of the sum of the vectors to the free cells of a window, cells, above which a wall is free on one side only.
+A straight wall's free side sums to 26 (7 x 1 + 5 x 2 + 3 x 3 cells); two free sides cancel."""
+STRAIGHT = 0.6
+"""Share (0..1) of the occupied cells' variance in a window by which its axes must differ to give a direction."""
+MIN_STRAIGHT_CELLS = 4.0
+"""Fewer occupied cells in a window give no direction."""
+
+
 @njit(cache=True, nogil=True)
 def wall_points(state: U8) -> tuple[I32, F64]:  # pragma: no cover - compiled
     """Return (row, col) of the walls' surfaces and their unit normals (x, y) towards the free side.
 
-    A surface cell is occupied with a free cell among its eight neighbours. A wall free on both sides is given twice,
+    A surface cell is occupied with a free cell among its eight neighbours. A wall free on both sides is returned twice,
     once per side; a speck that has no direction gets the normal (0, 0). ``state`` has a border of REACH unknown cells.
     """
     height, width = state.shape
@@ -39,61 +70,62 @@ def wall_points(state: U8) -> tuple[I32, F64]:  # pragma: no cover - compiled
     n = 0
     for r in range(REACH, height - REACH):
         for c in range(REACH, width - REACH):
-            if state[r, c] != OCCUPIED:
+            if state[r, c] != OCCUPIED or not touches_free(state, r, c):
                 continue
-            touches = False
-            for dr in range(-1, 2):
-                for dc in range(-1, 2):
-                    if state[r + dr, c + dc] == FREE:
-                        touches = True
-            if not touches:
-                continue
-            fx = fy = free = 0.0
-            ox = oy = oxx = oxy = oyy = occ = 0.0
-            for dr in range(-REACH, REACH + 1):
-                for dc in range(-REACH, REACH + 1):
-                    if dr * dr + dc * dc > REACH * REACH + 1:
-                        continue
-                    s = state[r + dr, c + dc]
-                    if s == FREE:
-                        fx += dc
-                        fy += dr
-                        free += 1.0
-                    elif s == OCCUPIED:
-                        ox += dc
-                        oy += dr
-                        oxx += dc * dc
-                        oxy += dc * dr
-                        oyy += dr * dr
-                        occ += 1.0
-            cells[n, 0] = r
-            cells[n, 1] = c
-            strength = math.sqrt(fx * fx + fy * fy)
-            # One clean side gives about 21 of 37 / 2 free cells at a mean distance of 1.4 cells.
-            if strength > 8.0:
-                normals[n, 0] = fx / strength
-                normals[n, 1] = fy / strength
+            sides, nx, ny = facing(state, r, c)
+            for _ in range(sides):
+                cells[n, 0], cells[n, 1] = r, c
+                normals[n, 0], normals[n, 1] = nx, ny
+                nx, ny = -nx, -ny
                 n += 1
-                continue
-            cxx = oxx - ox * ox / occ
-            cyy = oyy - oy * oy / occ
-            cxy = oxy - ox * oy / occ
-            spread = math.sqrt((cxx - cyy) ** 2 + 4.0 * cxy * cxy)
-            if occ < 4.0 or spread < 0.6 * (cxx + cyy):
-                normals[n, 0] = 0.0
-                normals[n, 1] = 0.0
-                n += 1
-                continue
-            along = 0.5 * math.atan2(2.0 * cxy, cxx - cyy)
-            nx, ny = -math.sin(along), math.cos(along)
-            normals[n, 0] = nx
-            normals[n, 1] = ny
-            cells[n + 1, 0] = r
-            cells[n + 1, 1] = c
-            normals[n + 1, 0] = -nx
-            normals[n + 1, 1] = -ny
-            n += 2
     return cells[:n].copy(), normals[:n].copy()
+
+
+@njit(cache=True, nogil=True)
+def touches_free(state: U8, r: int, c: int) -> bool:  # pragma: no cover - compiled
+    """Return whether one of a cell's eight neighbours is free."""
+    for dr in range(-1, 2):
+        for dc in range(-1, 2):
+            if state[r + dr, c + dc] == FREE:
+                return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def facing(state: U8, r: int, c: int) -> tuple[int, float, float]:  # pragma: no cover - compiled
+    """Return how many sides of the wall at a surface cell are free (1 or 2), and the normal (x, y) of the first.
+
+    The normal points to the free cells of the window; where these lie on both sides, it is the least axis of the
+    occupied cells' covariance; (0, 0) where that has no direction.
+    """
+    fx = fy = 0.0
+    ox = oy = oxx = oxy = oyy = occupied = 0.0
+    for dr in range(-REACH, REACH + 1):
+        for dc in range(-REACH, REACH + 1):
+            if dr * dr + dc * dc > REACH * REACH + 1:
+                continue
+            s = state[r + dr, c + dc]
+            if s == FREE:
+                fx += dc
+                fy += dr
+            elif s == OCCUPIED:
+                ox += dc
+                oy += dr
+                oxx += dc * dc
+                oxy += dc * dr
+                oyy += dr * dr
+                occupied += 1.0
+    strength = math.sqrt(fx * fx + fy * fy)
+    if strength > ONE_SIDED:
+        return 1, fx / strength, fy / strength
+    cxx = oxx - ox * ox / occupied
+    cyy = oyy - oy * oy / occupied
+    cxy = oxy - ox * oy / occupied
+    spread = math.sqrt((cxx - cyy) ** 2 + 4.0 * cxy * cxy)
+    if occupied < MIN_STRAIGHT_CELLS or spread < STRAIGHT * (cxx + cyy):
+        return 1, 0.0, 0.0
+    along = 0.5 * math.atan2(2.0 * cxy, cxx - cyy)
+    return 2, -math.sin(along), math.cos(along)
 
 
 @njit(cache=True, nogil=True)

@@ -22,14 +22,9 @@ def equations(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], int, float]:
     """Return ``H (3, 3)``, ``g (3,)``, points used and cost of the walls' distances at ``T_a_b``, both directions."""
     H, g = np.zeros((3, 3)), np.zeros(3)
-    n1, cost1 = normal_equations(
-        b.points, b.normals, step, T_a_b, a.label, a.points, a.normals, a.x0, a.y0, a.res, reach_m, scale_m,
-        float(pivot[0]), float(pivot[1]), True, H, g,
-    )  # fmt: skip
-    n2, cost2 = normal_equations(
-        a.points, a.normals, step, se2.inverse(T_a_b), b.label, b.points, b.normals, b.x0, b.y0, b.res, reach_m,
-        scale_m, float(pivot[0]), float(pivot[1]), False, H, g,
-    )  # fmt: skip
+    T_b_a = se2.inverse(T_a_b)
+    n1, cost1 = normal_equations(b.wall_map, a.wall_map, T_a_b, step, reach_m, scale_m, pivot, True, H, g)
+    n2, cost2 = normal_equations(a.wall_map, b.wall_map, T_b_a, step, reach_m, scale_m, pivot, False, H, g)
     H += np.triu(H, 1).T
     return H, g, n1 + n2, cost1 + cost2
 
@@ -50,11 +45,7 @@ def refine(
     pivot = 0.5 * (a.centre + se2.apply(out, b.centre))
     steps = (-(-len(a.points) // most_points), -(-len(b.points) // most_points))
     for reach_m, scale_m, rounds in schedule:
-        enough = gauss_newton(
-            a.points, a.normals, a.label, (a.x0, a.y0, a.res), b.points, b.normals, b.label, (b.x0, b.y0, b.res),
-            out, pivot, steps, reach_m, scale_m, rounds,
-        )  # fmt: skip
-        if not enough:
+        if not gauss_newton(a.wall_map, b.wall_map, out, pivot, steps, reach_m, scale_m, rounds):
             break
     return out
 

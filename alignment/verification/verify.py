@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.alignment.evidence import Evidence, WallEvidence
-from mrslam.alignment.kernels.agreement import agreement, free_overlap
+from mrslam.alignment.kernels.agreement import MATCHED, OPPOSED, agreement, free_overlap
 from mrslam.alignment.prepared import PreparedMap
 from mrslam.alignment.verification.refine import equations
 from mrslam.alignment.verification.structure import distinct_walls
@@ -56,11 +56,7 @@ def judge_walls(
 ) -> tuple[NDArray[np.uint8], tuple[int, int, int, int]]:
     """Return a verdict per wall point of ``source`` and the counts (matched, opposed, contradicted, unseen)."""
     verdict = np.empty(len(source.points), dtype=np.uint8)
-    counts = agreement(
-        source.points, source.normals, source.solid, step, T_t_s,
-        target.state, target.label, target.points, target.normals,
-        target.x0, target.y0, target.res, tolerance_m, verdict,
-    )  # fmt: skip
+    counts = agreement(source.wall_map, target.wall_map, T_t_s, step, tolerance_m, verdict)
     return verdict, counts
 
 
@@ -78,11 +74,11 @@ def examine(a: PreparedMap, b: PreparedMap, T_a_b: Transform, tolerance_m: float
         small.state, small.x0, small.y0, FREE_STEP, T, large.state, large.x0, large.y0, res
     )
     shared_m2 = (free + occupied + differ) * (FREE_STEP * res) ** 2
-    on_a, on_b = a.points[verdict_a == 1], se2.apply(T_a_b, b.points[verdict_b == 1])
+    on_a, on_b = a.points[verdict_a == MATCHED], se2.apply(T_a_b, b.points[verdict_b == MATCHED])
     both = np.concatenate([on_a, on_b])
     pivot = both.mean(axis=0) if len(both) else a.centre
     H, _, used, cost = equations(a, b, T_a_b, pivot, tolerance_m, 0.5 * tolerance_m)
-    hit = (verdict_b == 1) | (verdict_b == 2)  # another side of the same wall is a coincidence too
+    hit = (verdict_b == MATCHED) | (verdict_b == OPPOSED)  # another side of the same wall is a coincidence too
     sizes = distinct_walls(b.points[hit], b.normals[hit], WALL_M / res, 0.3, MOST_WALLS)
     evidence = Evidence(
         a=WallEvidence(ma * res, oa * res, ca * res, da * res),
