@@ -15,11 +15,13 @@ from mrslam.alignment.verification.decide import decide
 from mrslam.spatial import InputError, OccupancyGrid, se2
 
 MIN_KNOWN_M2 = 2.0
-"""A map smaller than this is not compared."""
+"""Least known area of a map, square metres: less has no room for the walls that a fit must show."""
 MIN_WALL_M = 2.0
-"""Nor one with less wall."""
-THOROUGH = "auto"
-"""The method that leaves out no place."""
+"""Least wall of a map, metres, for the same reason."""
+EXHAUSTIVE = "auto"
+"""The method that proposes every distinct place, and so can tell how many fit."""
+PRIOR_SIGMAS = 4.0
+"""Candidates farther than this from the prior are dropped; a true one is so once in 900 (chi-square, 3 degrees)."""
 
 
 def align(
@@ -48,32 +50,37 @@ def _align(
     grids: list[OccupancyGrid], method: str, prior: Prior | None, config: AlignmentConfig
 ) -> Alignment | Rejection:
     """Align the larger map (first) and the smaller one; ``grids`` is emptied, for large maps are large."""
-    for name, grid in zip(("larger", "smaller"), grids, strict=True):
-        if grid.known_area_m2() < MIN_KNOWN_M2:
-            reason = f"the {name} map shows {grid.known_area_m2():.1f} m2, at least {MIN_KNOWN_M2:.0f} m2 are needed"
-            return Rejection(reason, 0.0, None, method)
+    lacking = _lacks("shows", "m2", [grid.known_area_m2() for grid in grids], MIN_KNOWN_M2)
+    if lacking:
+        return Rejection(lacking, 0.0, None, method)
     res = working_resolution(grids[0], grids[1], config)
     b, a = prepare(grids.pop(), res), prepare(grids.pop(), res)
-    del grid
-    for name, side in (("larger", a), ("smaller", b)):
-        if side.wall_m < MIN_WALL_M:
-            reason = f"the {name} map holds {side.wall_m:.1f} m of wall, at least {MIN_WALL_M:.0f} m are needed"
-            return Rejection(reason, 0.0, None, method)
+    lacking = _lacks("holds", "m of wall", [a.wall_m, b.wall_m], MIN_WALL_M)
+    if lacking:
+        return Rejection(lacking, 0.0, None, method)
 
     def proposed(by: str) -> list[Candidate]:
         found = ALIGNERS[by](a, b, config, prior)
         return [c for c in found if prior is None or _within(prior, c.T_a_b, a, b)]
 
-    # Where one place is found nobody knows how many there are: rivals are looked for by the exhaustive search.
-    rivals = None if method == THOROUGH else lambda: proposed(THOROUGH)
+    # The other methods propose some places only: what else fits is found by the exhaustive search.
+    rivals = None if method == EXHAUSTIVE else lambda: proposed(EXHAUSTIVE)
     return decide(a, b, proposed(method), method, config, rivals)
 
 
+def _lacks(verb: str, unit: str, amounts: list[float], least: float) -> str | None:
+    """Return why one of the two maps, the larger one first, is too small to be aligned, or None."""
+    for name, amount in zip(("larger", "smaller"), amounts, strict=True):
+        if amount < least:
+            return f"the {name} map {verb} {amount:.1f} {unit}, at least {least:.0f} {unit.split()[0]} are needed"
+    return None
+
+
 def _within(prior: Prior, T_a_b: se2.Transform, a: PreparedMap, b: PreparedMap) -> bool:
-    """Whether a candidate lies within four sigma of the prior (and a cell, for priors that are too sure)."""
+    """Whether a candidate lies within ``PRIOR_SIGMAS`` of the prior (and a cell, for priors that are too sure)."""
     apart = np.append(T_a_b[:2] - prior.T_a_b[:2], se2.wrap(T_a_b[2] - prior.T_a_b[2]))
     slack = np.diag([a.res, a.res, a.res / max(math.hypot(*np.ptp(b.points, axis=0)), a.res)]) ** 2
-    return bool(apart @ np.linalg.solve(prior.covariance + slack, apart) < 16.0)
+    return bool(apart @ np.linalg.solve(prior.covariance + slack, apart) < PRIOR_SIGMAS**2)
 
 
 def _adjoint(T_a_b: se2.Transform) -> np.ndarray:

@@ -39,55 +39,47 @@ def agreement(
     contradicted: the target is free there, and the source point is part of something ``solid``; specks come and go.
     unseen: neither. ``verdict`` ``(N,)`` receives MATCHED, OPPOSED, CONTRADICTED or UNSEEN of every ``step``-th point.
     """
-    state = target.state
-    height, width = state.shape
+    points_s, normals_s, solid_s = source.points, source.normals, source.solid
+    state_t, label_t, points_t, normals_t = target.state, target.label, target.points, target.normals
+    x0, y0, res = target.x0, target.y0, target.res
+    height, width = state_t.shape
     cos, sin = math.cos(T_t_s[2]), math.sin(T_t_s[2])
+    limit = tolerance_m * tolerance_m
     matched = opposed = against = unseen = 0
-    for i in range(0, source.points.shape[0], step):
-        px, py = source.points[i, 0], source.points[i, 1]
-        x = T_t_s[0] + cos * px - sin * py
-        y = T_t_s[1] + sin * px + cos * py
-        c, r = int(math.floor((x - target.x0) / target.res)), int(math.floor((y - target.y0) / target.res))
+    for i in range(0, points_s.shape[0], step):
+        x = T_t_s[0] + cos * points_s[i, 0] - sin * points_s[i, 1]
+        y = T_t_s[1] + sin * points_s[i, 0] + cos * points_s[i, 1]
+        c, r = int(math.floor((x - x0) / res)), int(math.floor((y - y0) / res))
         found = UNSEEN
         if 0 < r < height - 1 and 0 < c < width - 1:
-            nx = cos * source.normals[i, 0] - sin * source.normals[i, 1]
-            ny = sin * source.normals[i, 0] + cos * source.normals[i, 1]
-            found = on_wall(target.label[:, r, c], target.points, target.normals, x, y, nx, ny, tolerance_m)
-            if found == UNSEEN and source.solid[i] and free_around(state, r, c) >= MIN_FREE:
+            nx = cos * normals_s[i, 0] - sin * normals_s[i, 1]
+            ny = sin * normals_s[i, 0] + cos * normals_s[i, 1]
+            speck = nx == 0.0 and ny == 0.0
+            own = quadrant(nx, ny)
+            for k in range(4):
+                j = label_t[(own + k) % 4, r, c]
+                if j == NOTHING or (points_t[j, 0] - x) ** 2 + (points_t[j, 1] - y) ** 2 > limit:
+                    continue
+                found = OPPOSED
+                mx, my = normals_t[j, 0], normals_t[j, 1]
+                if speck or (mx == 0.0 and my == 0.0) or (k == 0 and nx * mx + ny * my > SAME_FACING):
+                    found = MATCHED
+                    break
+            if found == UNSEEN and solid_s[i] and free_around(state_t, r, c) >= MIN_FREE:
                 found = CONTRADICTED
-        matched += found == MATCHED
-        opposed += found == OPPOSED
-        against += found == CONTRADICTED
-        unseen += found == UNSEEN
         verdict[i] = found
+        if found == MATCHED:
+            matched += 1
+        elif found == OPPOSED:
+            opposed += 1
+        elif found == CONTRADICTED:
+            against += 1
+        else:
+            unseen += 1
     return matched, opposed, against, unseen
 
 
-@njit(cache=True, nogil=True)
-def on_wall(
-    labels: NDArray[np.uint16], points: F64, normals: F64, x: float, y: float, nx: float, ny: float, tolerance_m: float
-) -> int:  # pragma: no cover - compiled
-    """Return MATCHED, OPPOSED or UNSEEN: whether a point lies on a wall of a map, and whether that faces as it does.
-
-    ``labels (4,)``: nearest points of the map by quadrant of facing. Specks face every way.
-    """
-    limit = tolerance_m * tolerance_m
-    speck = nx == 0.0 and ny == 0.0
-    own = quadrant(nx, ny)
-    found = UNSEEN
-    for k in range(4):
-        j = labels[(own + k) % 4]
-        if j == NOTHING or (points[j, 0] - x) ** 2 + (points[j, 1] - y) ** 2 > limit:
-            continue
-        if speck or (normals[j, 0] == 0.0 and normals[j, 1] == 0.0):
-            return MATCHED
-        if k == 0 and nx * normals[j, 0] + ny * normals[j, 1] > SAME_FACING:
-            return MATCHED
-        found = OPPOSED
-    return found
-
-
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def free_around(state: U8, r: int, c: int) -> int:  # pragma: no cover - compiled
     """Return how many of the nine cells about (r, c) are free."""
     free = 0

@@ -44,53 +44,47 @@ def normal_equations(
     ``target_is_a`` the source is b; else the source is a and the residual's normal is turned into frame a.
     Residuals are weighed by the Geman-McClure kernel of ``scale_m``; only the upper triangle of ``H`` is filled.
     """
+    points_s, normals_s, points_t, normals_t, label_t = (
+        source.points, source.normals, target.points, target.normals, target.label
+    )  # fmt: skip
+    x0, y0, res, pivot_x, pivot_y = target.x0, target.y0, target.res, pivot[0], pivot[1]
+    height, width = label_t.shape[1], label_t.shape[2]
     cos, sin = math.cos(T_t_s[2]), math.sin(T_t_s[2])
     used = 0
     cost = 0.0
     s2 = scale_m * scale_m
-    for i in range(0, source.points.shape[0], step):
-        nx, ny = source.normals[i, 0], source.normals[i, 1]
+    for i in range(0, points_s.shape[0], step):
+        nx, ny = normals_s[i, 0], normals_s[i, 1]
         if nx == 0.0 and ny == 0.0:
             continue
-        px, py = source.points[i, 0], source.points[i, 1]
+        px, py = points_s[i, 0], points_s[i, 1]
         x = T_t_s[0] + cos * px - sin * py
         y = T_t_s[1] + sin * px + cos * py
-        j = partner(target, x, y, cos * nx - sin * ny, sin * nx + cos * ny, reach_m)
+        nx, ny = cos * nx - sin * ny, sin * nx + cos * ny
+        c, r = int(math.floor((x - x0) / res)), int(math.floor((y - y0) / res))
+        if not (0 <= r < height and 0 <= c < width):
+            continue
+        j = label_t[quadrant(nx, ny), r, c]
         if j == NOTHING:
             continue
-        mx, my = target.normals[j, 0], target.normals[j, 1]
-        residual = (x - target.points[j, 0]) * mx + (y - target.points[j, 1]) * my
+        dx, dy = x - points_t[j, 0], y - points_t[j, 1]
+        mx, my = normals_t[j, 0], normals_t[j, 1]
+        if dx * dx + dy * dy > reach_m * reach_m or mx * nx + my * ny < FACES_LIKE:
+            continue
+        residual = dx * mx + dy * my
         if target_is_a:
             ax, ay = mx, my
             px, py = x, y
         else:
             # p_b - q_b turned into frame a: the moving point is q, and the residual falls as it moves along the normal.
             ax, ay = -(cos * mx + sin * my), -(-sin * mx + cos * my)
-        add_residual(H, g, ax, ay, ax * -(py - pivot[1]) + ay * (px - pivot[0]), residual, s2)
+        add_residual(H, g, ax, ay, ax * -(py - pivot_y) + ay * (px - pivot_x), residual, s2)
         cost += residual * residual / (s2 + residual * residual)
         used += 1
     return used, cost
 
 
-@njit(cache=True, nogil=True)
-def partner(
-    target: WallMap, x: float, y: float, nx: float, ny: float, reach_m: float
-) -> int:  # pragma: no cover - compiled
-    """Return the nearest wall point of the map that faces like (nx, ny) within ``reach_m`` of (x, y), or NOTHING."""
-    height, width = target.label.shape[1], target.label.shape[2]
-    c, r = int(math.floor((x - target.x0) / target.res)), int(math.floor((y - target.y0) / target.res))
-    if not (0 <= r < height and 0 <= c < width):
-        return NOTHING
-    j = int(target.label[quadrant(nx, ny), r, c])
-    if j == NOTHING:
-        return NOTHING
-    dx, dy = x - target.points[j, 0], y - target.points[j, 1]
-    if dx * dx + dy * dy > reach_m * reach_m or target.normals[j, 0] * nx + target.normals[j, 1] * ny < FACES_LIKE:
-        return NOTHING
-    return j
-
-
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def add_residual(
     H: F64, g: F64, ax: float, ay: float, turn: float, residual: float, s2: float
 ) -> None:  # pragma: no cover - compiled
