@@ -10,7 +10,16 @@ from mrslam.alignment.proposals.features import orb
 from mrslam.alignment.proposals.hough import hough
 from mrslam.alignment.proposals.search import exhaustive
 from mrslam.alignment.proposals.surf import surf
-from mrslam.alignment.proposals.walks import adaptive_walk, annealing, brute_force, hill_climb, plain_walk, searched
+from mrslam.alignment.proposals.walks import (
+    adaptive_walk,
+    annealing,
+    brute_force,
+    hill_climb,
+    multi_point_hill_climb,
+    plain_walk,
+    searched,
+    simulated_annealing,
+)
 from mrslam.alignment.result import Candidate, Prior
 
 Aligner = Callable[[PreparedMap, PreparedMap, AlignmentConfig, Prior | None], list[Candidate]]
@@ -29,10 +38,12 @@ ALIGNERS: dict[str, Aligner] = {
     "orb": orb,
     "surf": surf,
     "hough": hough,
-    "random-walk": searched(adaptive_walk),
+    "random-walk": searched(adaptive_walk),  # algorithm 1 of Carpin, Birk and Jucikas
     "plain-walk": searched(plain_walk),
-    "hill-climb": searched(hill_climb),
-    "annealing": searched(annealing),
+    "multi-point-hill-climb": searched(multi_point_hill_climb),  # their algorithm 2, as printed
+    "hill-climb": searched(hill_climb),  # with strides that are halved, and restarts
+    "simulated-annealing": searched(simulated_annealing),  # their algorithm 3, as printed
+    "annealing": searched(annealing),  # by Metropolis' rule
     "brute-force": _brute,
 }
 """What ``align(method=...)`` knows."""

@@ -28,37 +28,37 @@ class AlignmentConfig:
     max_cells: int = 8_000_000
     """Cells per map above which the working cell is doubled (>= 10000); bounds memory and time."""
     tolerance_m: float = 0.15
-    """Expert: How far apart two walls may lie and still be one, metres (> 0)."""
+    """Expert: how far apart two walls may lie and still be one, metres (> 0)."""
     min_score_m: float = 5.0
     """Wall that agrees, discounted by what contradicts, metres (>= 0); higher asks for more common wall."""
     min_walls: int = 3
-    """Expert: Distinct straight walls that must agree (>= 0), from one side or the other; any corner fits any other corner."""
+    """Expert: distinct straight walls that must agree (>= 0), seen from either side; all corners are alike."""
     max_contradiction: float = 0.25
-    """Expert: Wall that the other map shows free, as a share of the agreeing wall (>= 0); higher forgives more bending."""
+    """Expert: wall that the other map shows free per agreeing wall (>= 0); higher forgives more bending."""
     max_deep_contradiction: float = 0.1
-    """Expert: like ``max_contradiction``, counting only wall far from any wall of the other map (>= 0); not explained by bending."""
+    """Expert: like ``max_contradiction`` (>= 0), of wall far from any of the other map: bending does not explain it."""
     forgiveness: float = 0.05
-    """Expert: Further share (>= 0) of both contradictions forgiven as agreeing wall grows from 15 m to 75 m on ten walls or more."""
+    """Expert: further share (>= 0) of both, forgiven as agreeing wall grows from 15 m to 75 m on ten walls or more."""
     min_crosswise_wall_m: float = 0.4
-    """Expert: Agreeing wall across the weakest direction, metres (>= 0); stops a corridor that slides along itself."""
+    """Expert: agreeing wall across the weakest direction, metres (>= 0); stops a corridor that slides along itself."""
     min_crosswise: float = 0.02
     """Expert: like ``min_crosswise_wall_m``, as a share (0..1) of the agreeing wall."""
     min_margin: float = 0.58
     """Lead (0..1) in score over the best distinct other fit; below it the answer is "ambiguous"."""
     margin_per_contradiction: float = 0.7
-    """Expert: Further lead asked for per share of contradicted wall (>= 0): a fit that is not clean must stand alone."""
+    """Expert: further lead (>= 0) asked for per contradicted share: a fit that is not clean must stand alone."""
     min_confidence: float = 0.5
     """Confidence (0..1) from which a fit that passes every test is accepted; 0.5 is where a test just passes."""
     orb_features: int = 2000
-    """Expert: Most ORB or SURF key points kept per map (>= 10)."""
+    """Expert: most ORB or SURF key points kept per map (>= 10)."""
     ransac_draws: int = 4000
-    """Expert: Random pairs of matches tried (>= 1)."""
+    """Expert: random pairs of matches tried (>= 1)."""
     ransac_inlier_m: float = 0.2
-    """Expert: Distance up to which a match supports a transform, metres (> 0)."""
+    """Expert: distance up to which a match supports a transform, metres (> 0)."""
     evaluations: int = 2000
     """Dissimilarities each search of the random-walk family may compute (>= 1)."""
     max_candidates: int = 10
-    """Expert: Proposals that are refined and verified in full (>= 1); more find more and take longer."""
+    """Expert: proposals that are refined and verified in full (>= 1); more find more and take longer."""
 
     def __post_init__(self) -> None:
         require_bounds("alignment", self, BOUNDS)

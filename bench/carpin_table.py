@@ -22,44 +22,10 @@ from mrslam.alignment.proposals import walks
 from mrslam.alignment.proposals.dissimilarity import Dissimilarity
 from mrslam.spatial import read_map
 
-BEST = 10
-"""Samples that algorithm 2 carries on; the source does not say."""
-STEP = np.array([0.4, 0.4, np.radians(2.0)])
-"""Its changes of position and rotation: a cell of psi; the source does not say."""
-
-
-def algorithm_2(
-    objective: walks.Objective,
-    start: np.ndarray,
-    low: np.ndarray,
-    high: np.ndarray,
-    evaluations: int,
-    rng: np.random.Generator,
-) -> np.ndarray:
-    """Multi-point hill climbing as printed: all changes of all samples, those that improve are kept, the best go on.
-
-    ``walks.hill_climb`` halves its stride and begins anew instead of ending where nothing improves.
-    """
-    visited = []
-
-    def seen(s: np.ndarray) -> np.ndarray:
-        s = np.clip(s, low, high)
-        visited.append([*s, objective(s)])
-        return np.array(visited[-1])
-
-    samples = [seen(start)] + [seen(rng.uniform(low, high)) for _ in range(BEST - 1)]
-    while samples and len(visited) + 6 * len(samples) <= evaluations:
-        news = []
-        for sample in samples:
-            changed = [seen(sample[:3] + sign * STEP * axis) for axis in np.eye(3) for sign in (1.0, -1.0)]
-            news += [new for new in changed if new[3] < sample[3]]
-        samples = sorted(news, key=lambda new: float(new[3]))[:BEST]
-    return np.array(visited)
-
-
 SEARCHES = {
-    "algorithm 2": algorithm_2,
+    "algorithm 2": walks.multi_point_hill_climb,
     "hill climbing": walks.hill_climb,
+    "algorithm 3": walks.simulated_annealing,
     "annealing": walks.annealing,
     "random walk": walks.plain_walk,
     "adaptive": walks.adaptive_walk,

@@ -25,15 +25,15 @@ class MutualDetectionConfig:
     margin_m: float = 0.08
     """Room around the body for range noise and cells that the edge of the body falls into, metres, >= 0."""
     sigmas: float = 2.0
-    """Expert: Circles are wider than the body by so many standard deviations of the predicted place, >= 0."""
+    """Expert: circles are wider than the body by so many standard deviations of the predicted place, >= 0."""
     max_radius_m: float = 0.8
-    """Expert: No circle is wider, metres, > 0: better a few ghost cells than a wall that is never mapped."""
+    """Expert: no circle is wider, metres, > 0: better a few ghost cells than a wall that is never mapped."""
     acceleration_m_s2: float = 0.6
-    """Expert: How hard teammates brake and turn, one sigma, m/s^2, > 0. More: circles grow faster with age."""
+    """Expert: how hard teammates brake and turn, one sigma, m/s^2, > 0. More: circles grow faster with age."""
     position_sigma_m: float = 0.05
-    """Expert: Error of a reported place that comes without a covariance, one sigma, metres, > 0."""
+    """Expert: error of a reported place that comes without a covariance, one sigma, metres, > 0."""
     gate_sigmas: float = 6.0
-    """Expert: A report farther off starts the track afresh (the transform between the maps was corrected), > 0."""
+    """Expert: a report farther off starts the track afresh (the transform between the maps was corrected), > 0."""
     forget_after_s: float = 2.5
     """Teammates not heard of for so long are no longer filtered out, seconds, > 0."""
 

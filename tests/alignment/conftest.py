@@ -7,6 +7,8 @@ import math
 import numpy as np
 import pytest
 
+from mrslam.alignment.config import AlignmentConfig
+from mrslam.alignment.prepared import PreparedMap, prepare, working_resolution
 from mrslam.spatial import OccupancyGrid, se2
 
 
@@ -77,3 +79,11 @@ def pair(house: House) -> tuple[OccupancyGrid, OccupancyGrid, se2.Transform]:
     a = house.part(slice(0, 400), slice(0, 330), T_A)
     b = house.part(slice(0, 400), slice(170, 520), T_B)
     return a, b, T_A_B
+
+
+@pytest.fixture(scope="session")
+def sides(pair: tuple[OccupancyGrid, OccupancyGrid, se2.Transform]) -> tuple[PreparedMap, PreparedMap]:
+    """The same two maps, prepared."""
+    a, b = pair[0].cropped(), pair[1].cropped()
+    res = working_resolution(a, b, AlignmentConfig())
+    return prepare(a, res), prepare(b, res)

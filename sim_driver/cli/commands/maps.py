@@ -9,7 +9,10 @@ import typer
 
 from mrslam.sim_driver.cli.commands.options import Json, Out, Rrd, Salvage, Set, View
 
-METHODS = "auto, orb, surf, hough, random-walk, plain-walk, hill-climb, annealing or brute-force."
+METHODS = (
+    "auto, orb, surf, hough, random-walk, plain-walk, multi-point-hill-climb, hill-climb, simulated-annealing, "
+    "annealing or brute-force."
+)
 
 
 def map_(

@@ -1,0 +1,97 @@
+"""Verdicts on walls and cells against slow twins."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mrslam.alignment.kernels import agreement as agreement_kernels
+from mrslam.alignment.kernels import walls as wall_kernels
+from mrslam.alignment.prepared import PreparedMap, prepare
+from mrslam.alignment.verification.verify import judge_walls
+from mrslam.spatial import OccupancyGrid, se2
+
+
+def test_what_a_speck_lies_on_speaks_neither_for_nor_against():
+    free = np.zeros((80, 80), dtype=np.int8)
+    free[0], free[-1] = 100, 100
+    person = free.copy()
+    person[40:43, 40:43] = 100
+    table = free.copy()
+    table[40:43, 30:60] = 100
+    target = prepare(OccupancyGrid(free, 0.05), 0.05)
+    against = [
+        judge_walls(prepare(OccupancyGrid(one, 0.05), 0.05), target, se2.IDENTITY, 0.15)[1][2]
+        for one in (person, table)
+    ]
+    assert against[0] == 0 and against[1] >= 30
+
+
+def agreement_twin(source: PreparedMap, target: PreparedMap, T: se2.Transform, tolerance: float) -> list[int]:
+    verdicts = []
+    at = se2.apply(T, source.points)
+    facing = se2.apply(np.array([0, 0, T[2]]), source.normals)
+    reach = (round(0.6 / target.res) * target.res) ** 2
+    quadrants = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
+    for p, n, solid in zip(at, facing, source.solid, strict=True):
+        c, r = np.floor((p - (target.x0, target.y0)) / target.res).astype(int)
+        if not (0 < r < target.state.shape[0] - 1 and 0 < c < target.state.shape[1] - 1):
+            verdicts.append(0)
+            continue
+        centre = np.array([target.x0 + (c + 0.5) * target.res, target.y0 + (r + 0.5) * target.res])
+        found = 0
+        own = int(np.argmax([n @ q for q in quadrants]))
+        for k in range(4):
+            q = quadrants[(own + k) % 4]
+            member = (target.normals @ q > 0.42) | (target.normals == 0).all(axis=1)
+            d2 = np.where(member, ((target.points - centre) ** 2).sum(axis=1), np.inf)
+            j = int(np.argmin(d2))
+            if d2[j] > reach + 1e-9 or np.hypot(*(target.points[j] - p)) > tolerance:
+                continue
+            found = 2
+            if not n.any() or not target.normals[j].any() or (k == 0 and n @ target.normals[j] > 0.7):
+                found = 1
+                break
+        if found == 0:
+            block = target.state[r - 1 : r + 2, c - 1 : c + 2]
+            found = 3 if (block == wall_kernels.FREE).sum() >= 6 and solid else 0
+        verdicts.append(found)
+    return verdicts
+
+
+def test_agreement_like_its_twin(sides, pair):
+    a, b = sides
+    T = se2.compose(pair[2], np.array([0.07, -0.04, 0.001]))
+    step = 9
+    thin = PreparedMap(b.state, b.x0, b.y0, b.res)
+    verdict, counts = judge_walls(b, a, T, 0.15, step)
+    chosen = slice(0, None, step)
+    thin.__dict__["points"] = b.points[chosen]
+    thin.__dict__["_walls"] = (b._walls[0][chosen], b.normals[chosen])
+    expected = agreement_twin(thin, a, T, 0.15)
+    same = np.mean(np.array(expected) == verdict[chosen])
+    assert same > 0.99, "ties between equally near walls may fall either way"
+    assert sum(counts) == len(expected)
+    assert counts[0] > 0.15 * len(expected)
+
+
+def test_free_overlap_like_its_twin():
+    rng = np.random.default_rng(6)
+    s, t = rng.integers(0, 3, (14, 11)).astype(np.uint8), rng.integers(0, 3, (13, 17)).astype(np.uint8)
+    T = np.array([0.11, -0.07, 0.4])
+    got = agreement_kernels.free_overlap(s, 0.0, 0.0, 1, T, t, -0.1, 0.1, 0.1)
+    free = both = differ = known = 0
+    for r in range(14):
+        for c in range(11):
+            if s[r, c] == 0:
+                continue
+            known += 1
+            x, y = se2.apply(T, [(c + 0.5) * 0.1, (r + 0.5) * 0.1])
+            ct, rt = math.floor((x + 0.1) / 0.1), math.floor((y - 0.1) / 0.1)
+            if not (0 <= rt < 13 and 0 <= ct < 17) or t[rt, ct] == 0:
+                continue
+            free += s[r, c] == t[rt, ct] == 1
+            both += s[r, c] == t[rt, ct] == 2
+            differ += s[r, c] != t[rt, ct]
+    assert got == (free, both, differ, known)

@@ -1,0 +1,40 @@
+"""Shifts by FFT."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mrslam.alignment.kernels import correlation as correlate_kernels
+from mrslam.alignment.prepared import prepare
+from mrslam.alignment.proposals import correlate
+from mrslam.spatial import OccupancyGrid
+
+
+def test_spectrum_of_the_rows_in_use_is_that_of_the_picture(sides):
+    side = sides[1]
+    free = correlate.free_points(side, 0.1) - side.centre
+    picture = correlate.Picture(side.points - side.centre, side.normals, free)
+    whole = np.zeros((5, 400, 405), dtype=np.float32)
+    cos, sin = math.cos(0.3), math.sin(0.3)
+    correlate_kernels.cyclic_splat(picture.points, picture.normals, cos, sin, 0.2, 0, whole[:4])
+    correlate_kernels.soft_cap(whole[:4], 3.0)
+    correlate_kernels.cyclic_count(picture.free, cos, sin, 0.2, 0.5, 0, whole[4])
+    got = picture.spectra(0.3, 0.2, (400, 405), 3.0, 0.5)
+    np.testing.assert_allclose(got, np.fft.rfft2(whole), atol=1e-3 * np.abs(got).max())
+
+
+def test_maps_that_share_only_their_far_ends_are_proposed():
+    cells = np.full((100, 1400), -1, dtype=np.int8)
+    cells[:, 4:-4] = 0
+    rng = np.random.default_rng(0)
+    for left in [*rng.integers(10, 90, 300), *rng.integers(1310, 1390, 300)]:  # most of their walls
+        row = int(rng.integers(8, 90))
+        cells[row : row + 2, left : left + 2] = 100
+    for left in (650, 683, 690):  # what they share
+        cells[20 : left - 600, left : left + 4] = 100
+    a = prepare(OccupancyGrid(cells[:, :770].copy(), 0.05), 0.05)
+    b = prepare(OccupancyGrid(cells[:, 620:].copy(), 0.05), 0.05)
+    found = correlate.correlate(a, b, [0.0], 0.2, per_angle=40, against=2.0)
+    assert min(np.hypot(*(c.T_a_b[:2] - (31.0, 0.0))) for c in found) < 0.2
