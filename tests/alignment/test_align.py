@@ -228,6 +228,45 @@ def test_wrong_prior_is_not_followed(pair):
     assert isinstance(align(a, b, prior=prior), Rejection)
 
 
+@pytest.mark.parametrize("method", ["auto", "orb", "hill-climb"])
+def test_no_method_answers_outside_of_the_priors_window(method, pair):
+    a, b, truth = pair
+    sigma = np.diag([0.1, 0.1, 0.01])
+    middle = b.centres(b.is_occupied).mean(axis=0)
+    for off in ((3.0, 0.0, 0.0), (0.0, -3.0, 0.0), (0.0, 0.0, 0.5)):
+        forth = se2.transform(*(se2.apply(truth, middle) + off[:2]), truth[2] + off[2])
+        prior = Prior(se2.compose(forth, se2.transform(-middle[0], -middle[1], 0.0)), sigma**2)
+        found = align(a, b, method=method, prior=prior, config=AlignmentConfig(evaluations=100))
+        assert isinstance(found, Rejection)
+
+
+def test_the_exhaustive_search_proposes_places_within_the_priors_window_alone(sides, pair):
+    a, b = sides
+    for off, is_true in ((0.0, True), (3.0, False)):
+        prior = Prior(pair[2] + np.array([off, 0.0, 0.0]), np.diag([0.1, 0.1, 0.002]) ** 2)
+        at = np.array(
+            [se2.apply(c.T_a_b, b.centre) for c in alignment.ALIGNERS["auto"](a, b, AlignmentConfig(), prior)]
+        )
+        assert len(at) > 0
+        assert np.hypot(*(at - se2.apply(prior.T_a_b, b.centre)).T).max() < 2.5
+        assert (np.hypot(*(at - se2.apply(pair[2], b.centre)).T) < 0.2).any() == is_true
+
+
+def test_the_covariance_says_how_far_off_the_transform_is(house, pair):
+    """Errors of many alignments, measured in their own standard deviations: neither lost in it nor beyond it."""
+    a, _, _ = pair
+    ratios = []
+    for k in range(6):
+        T_b = se2.transform(-7.0 + k, 4.5, math.radians(160.0 + 11.3 * k))
+        b = house.part(slice(0, 400), slice(170, 520), T_b)
+        found = align(a, b)
+        assert isinstance(found, Alignment), found.reason
+        truth = se2.compose(T_A, se2.inverse(T_b))
+        error = np.append(found.T_a_b[:2] - truth[:2], se2.wrap(found.T_a_b[2] - truth[2]))
+        ratios.append(float(error @ np.linalg.solve(found.covariance, error)) / 3.0)
+    assert 0.01 < np.mean(ratios) < 9.0
+
+
 @pytest.mark.parametrize("bad", [np.zeros(2), np.array([0, 0, math.nan])])
 def test_prior_must_make_sense(bad):
     with pytest.raises(InputError, match="prior's T_a_b must be three finite numbers"):

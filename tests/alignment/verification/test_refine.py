@@ -7,8 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from mrslam.alignment.verification.refine import equations, refine
-from mrslam.spatial import se2
+from mrslam.alignment.prepared import prepare
+from mrslam.alignment.verification.refine import covariance, equations, refine
+from mrslam.spatial import OccupancyGrid, se2
 
 
 def test_gradient_is_the_slope_of_the_cost(sides, pair):
@@ -40,3 +41,27 @@ def test_refinement_comes_back(sides, pair, off):
     found = refine(a, b, start)
     assert np.hypot(*(se2.apply(found, b.centre) - pivot)) < 0.03
     assert abs(se2.wrap(found[2] - pair[2][2])) < math.radians(0.2)
+
+
+def test_the_covariance_is_that_of_as_many_independent_readings_as_walls_hold():
+    """A room of 8 x 6 m laid on itself: its walls' points, in both directions, one in five of them independent."""
+    cells = np.zeros((120, 160), dtype=np.int8)
+    cells[[0, -1]], cells[:, [0, -1]] = 100, 100
+    side = prepare(OccupancyGrid(cells, 0.05, (-4.0, -3.0)), 0.05)
+    sigma_m = 0.075
+    H, _, used, _ = equations(side, side, se2.IDENTITY, side.centre, 0.15, 1.0)
+    C = covariance(H, side.centre, se2.IDENTITY, sigma_m)
+    facing_x, facing_y = (2 * np.count_nonzero(np.abs(side.normals[:, k]) > 0.9) for k in (0, 1))
+    assert used > 1000 and facing_y > 1.2 * facing_x > 500
+    assert C[0, 0] == pytest.approx(5.0 * sigma_m**2 / facing_x, rel=0.1)
+    assert C[1, 1] == pytest.approx(5.0 * sigma_m**2 / facing_y, rel=0.1)
+    (x, y), (nx, ny) = (side.points - side.centre).T, side.normals.T
+    lever2 = ((x * ny - y * nx) ** 2).sum()
+    assert C[2, 2] == pytest.approx(5.0 * sigma_m**2 / (2.0 * lever2), rel=0.1)
+
+
+def test_the_covariance_of_a_frame_far_from_the_walls_grows_by_the_lever():
+    H = np.diag([1000.0, 1000.0, 9000.0])
+    near, far = (covariance(H, np.zeros(2), np.array([x, 0.0, 0.0]), 0.075) for x in (0.0, 50.0))
+    assert far[1, 1] == pytest.approx(near[1, 1] + 50.0**2 * near[2, 2]) and far[0, 0] == pytest.approx(near[0, 0])
+    assert far[1, 2] == pytest.approx(50.0 * near[2, 2])
