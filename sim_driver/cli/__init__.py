@@ -8,7 +8,7 @@ import sys
 from mrslam.sim_driver.cli.app import app
 
 NEW_OBJECTS = 50_000
-"""After so many, garbage is looked for: what is imported makes many, and none of them is garbage."""
+"""Garbage is looked for after this number of new objects: imports make many, and none of them is garbage."""
 
 
 def main() -> None:

@@ -102,7 +102,7 @@ def _skip_played(body: RecordedBody, agent: Agent) -> str | None:
         return None
     if body.finished:
         return "the log was played to its end before; --fresh plays it again"
-    return "the log goes on after the last scan that the checkpoint holds"
+    return "the log continues after the last scan that the checkpoint holds"
 
 
 def _settings(options: AgentOptions) -> Settings:
@@ -116,7 +116,7 @@ def _settings(options: AgentOptions) -> Settings:
 def _record(
     options: AgentOptions, settings: Settings, log: Path | None, past: Sequence[Event], now_s: float
 ) -> AgentRecord:
-    """Return what the agent says of itself; one that goes on from a checkpoint began its map before."""
+    """Return what the agent says of itself; one that resumed from a checkpoint began its map before."""
     begun_s = now_s
     if any(event.fields["checkpoint"] for event in past):
         with suppress(InputError):

@@ -36,7 +36,7 @@ def begin(agent: Agent, folder: Path, fresh: bool, now_ns: int) -> list[Event]:
     if event.fields["checkpoint"]:
         unsure = ", and doubted where it is" if agent.self_doubt.doubtful else ""
         say(
-            f"{agent.robot_id} goes on from its checkpoint of {saved:%Y-%m-%d %H:%M:%S}, which holds "
+            f"{agent.robot_id} resumes from its checkpoint of {saved:%Y-%m-%d %H:%M:%S}, which holds "
             f"{event.fields['scans']} scans{unsure}; --fresh begins a new map"
         )
     else:

@@ -44,6 +44,7 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "keys": network.keys,
     "config": network.config,
 }
+"""Sub-command -> its function, in the order of the help."""
 
 
 def _print_version(wanted: bool) -> None:

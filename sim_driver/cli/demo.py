@@ -12,10 +12,11 @@ from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.sim_driver.missions.settings import read_toml
 
 MISSION = Path(missions.__file__).with_name("demo.toml")
+"""The demo's mission; its robots come from the command line."""
 
 
 def demo(out: Path, seed: int, robots: int, rrd: Path | None, view: bool) -> None:
-    """Run the demo's mission with so many robots."""
+    """Run the demo's mission with this number of robots."""
     tables = read_toml(MISSION)
     tables["mission"]["seed"] = seed
     tables["robots"] = [{"id": f"r{i + 1}"} for i in range(robots)]

@@ -14,7 +14,7 @@ from mrslam.sim_driver.run.gather import gather
 
 
 def gather_agents(folders: Sequence[Path], out: Path, as_json: bool) -> None:
-    """Put the folders together, write the page, and say what came of it."""
+    """Put the folders together, write the page, and print the outcome."""
     start = time.monotonic()
     mission, metrics = gather(folders, out, say)
     if len(metrics["robots_lost"]) < len(mission.robots):

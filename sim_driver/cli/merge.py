@@ -102,7 +102,7 @@ def read_maps(paths: list[Path], resolution_m: float | None) -> dict[str, Occupa
 
 
 def short_names(paths: list[Path]) -> list[str]:
-    """Return what tells files apart: their names, with folders before and the suffix after only where it needs them.
+    """Return short distinct names of files: their own, with folders before and the suffix after only where needed.
 
     Raises ``InputError`` where a file is given twice.
     """

@@ -11,6 +11,7 @@ from mrslam.comms.doctor import examine
 from mrslam.sim_driver.cli.console import say
 
 MARKS = {"ok": "ok", "warning": "look", "error": "BAD"}
+"""Level of a finding -> what is printed before it."""
 
 
 def make_keys(team: str, robots: list[str], routers: list[str], out: Path) -> None:

@@ -1,4 +1,4 @@
-"""``mrslam report``: the page of a run, made anew."""
+"""``mrslam report``: the page of a run, made again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Commands that run until they are told to stop, and keep what they have when they are."""
+"""Commands that run until they are stopped, and keep their results when they are."""
 
 from __future__ import annotations
 

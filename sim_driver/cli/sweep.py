@@ -63,7 +63,7 @@ def sweep(options: SweepOptions) -> None:
 
 def _rows(plan: Plan, options: SweepOptions) -> list[dict[str, Any]]:
     """Run all points and return a row for each that succeeded."""
-    driven = "each seed's drive is recorded once and played again" if plan.recorded else "every run drives anew"
+    driven = "each seed's drive is recorded once and replayed" if plan.recorded else "every run drives anew"
     say(f"{len(plan.points)} runs ({len(plan.seeds)} seeds); {driven}")
     if options.scheduler is None:
         ensure_compiled(say)

@@ -27,10 +27,11 @@ console = Console(soft_wrap=False)
 LOOK_S = 0.1
 """How often what came is taken, seconds."""
 REFRESH_S = 0.5
-"""How often the view is drawn anew, seconds."""
+"""How often the view is redrawn, seconds."""
 GATHER_S = 1.2
-"""One snapshot waits for so long at least: each robot tells its status once a second."""
+"""Least wait of one snapshot, seconds: each robot publishes its status once a second."""
 LOOKING = "looking for robots ..."
+"""Shown until somebody is found, or the longest wait is over."""
 
 
 @dataclass(frozen=True, kw_only=True)

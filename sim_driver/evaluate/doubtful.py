@@ -12,6 +12,7 @@ DOUBTFUL_BELOW = 0.5
 APART_S = 5.0
 """Doubts less than this apart are one stretch, seconds."""
 TOLD_MOST = 5
+"""Most stretches that the line names: more do not fit in it."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ class Doubts:
 
     @property
     def text(self) -> str:
-        """One line for a person, empty where there is nothing to tell."""
+        """One line for a person, empty without doubtful scans."""
         if not self.scans:
             return ""
         spans = [f"{begin:.0f}-{end:.0f}" for begin, end in self.stretches_s[:TOLD_MOST]]
@@ -38,7 +39,7 @@ class Doubts:
 
 
 def find_doubts(stamps_ns: NDArray[np.int64], health: NDArray[np.float64]) -> Doubts:
-    """Return the doubtful ones of the used scans: their stamps ``(S,)`` and the health told with each ``(S,)``."""
+    """Return the doubtful ones of the used scans: their stamps ``(S,)`` and the health reported with each ``(S,)``."""
     doubtful = np.flatnonzero(health < DOUBTFUL_BELOW)
     if not doubtful.size:
         return Doubts(0, 0.0, [])

@@ -24,6 +24,7 @@ from mrslam.spatial.se2 import Transform
 
 T = TypeVar("T")
 NO_POSES: Trajectory = (np.empty(0, dtype=np.int64), np.empty((0, 3)))
+"""Stands in for a trajectory whose file is damaged."""
 
 
 @dataclass(frozen=True, eq=False)

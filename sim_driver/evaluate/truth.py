@@ -17,8 +17,8 @@ from mrslam.spatial.se2 import Transform
 FALSE_MERGE_M, FALSE_MERGE_DEG = 0.5, 5.0
 """An accepted transform farther off than this is a false merge, metres and degrees: half a door's width and more."""
 MUST_MERGE = 0.3
-"""Pairs of maps that share at least this part of the smaller one should be merged, 0..1: what ``auto`` finds of the
-public pairs without a miss (docs/alignment.md)."""
+"""Pairs of maps that share at least this part of the smaller one should be merged, 0..1: the method
+``auto`` finds all such pairs in the first table of docs/alignment.md."""
 NEAR_WALL_CELLS = 2.0
 """A wall cell of a map is right within this distance of a true wall, cells of the map: one for each map's rounding."""
 MARGIN_M = 1.0

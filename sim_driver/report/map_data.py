@@ -16,7 +16,7 @@ from mrslam.spatial import se2
 PATH_POINTS = 500
 """Points of a trajectory that the page draws."""
 TIME_LEVELS = 250
-"""First sight is told in this many steps of the mission's length."""
+"""Steps of the mission's length in which the time of first sight is given: one byte of the picture."""
 
 
 def map_data(

@@ -13,6 +13,7 @@ from mrslam.sim_driver.report.data import page_data
 from mrslam.spatial.files.atomic import write_text
 
 TEMPLATE = Path(__file__).with_name("page.html")
+"""The page without its data."""
 
 
 def write_report(folder: Path, out: Path | None = None, references: References | None = None) -> Path:

@@ -20,11 +20,13 @@ from mrslam.sim_driver.simulation.recorded import RecordedBody
 from mrslam.spatial import Scan, se2
 
 NEVER = np.float32(np.inf)
+"""Time of first sight of a place that was never seen."""
 STEP_M, STEP_RAD = 0.25, 0.2
 """A scan is cast when the robot has moved or turned this far since the last one cast."""
 SIGHT_M = 12.0
+"""Beams count as sight up to this length, metres: the beams cast of a full turn are 0.3 m apart there."""
 BEAMS = 240
-"""About so many beams of a scan are cast."""
+"""Beams of a scan that are cast, about; places between them are filled by :func:`spread`."""
 
 
 def mission_trajectory(run: RunResults, robot_id: str) -> Trajectory:

@@ -135,7 +135,7 @@ def event_words(event: dict[str, Any]) -> tuple[str, str] | None:
             return "good", f"{event['robot']}: the maps of {event['a']} and {event['b']} fit, merged"
         case "unmerged":
             return "bad", f"{event['robot']}: {event['a']} and {event['b']} taken apart: {event['reason']}"
-        case "exchange_done" if event["robot"] < event["peer"]:  # the other end tells the same
+        case "exchange_done" if event["robot"] < event["peer"]:  # the other end reports the same
             sent = (event["bytes_sent"] + event["bytes_received"]) / 1e3
             return "plain", f"{event['robot']} and {event['peer']} exchanged maps, {sent:.1f} kB"
         case "exchange_failed":
@@ -145,7 +145,7 @@ def event_words(event: dict[str, Any]) -> tuple[str, str] | None:
         case "sees":
             return "plain", f"{event['robot']} sees again, after {event['blind_s']} s"
         case "restarted":
-            how = "goes on from its checkpoint" if event["checkpoint"] else "has no checkpoint and begins a new map"
+            how = "resumes from its checkpoint" if event["checkpoint"] else "has no checkpoint and begins a new map"
             return "plain", f"{event['robot']} started again and {how}"
         case "doubtful":
             return "bad", f"{event['robot']} doubts where it is"

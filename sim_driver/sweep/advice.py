@@ -32,7 +32,7 @@ class Summary:
     error_m: float | None
     """Median error of accepted merges."""
     is_judged: bool = True
-    """Whether something told right merges from wrong ones, wherever there was a merge."""
+    """Whether merges were judged right or wrong, wherever there was one."""
 
 
 def summarise(rows: Rows, knobs: tuple[Knob, ...]) -> list[Summary]:
@@ -57,7 +57,7 @@ def summarise(rows: Rows, knobs: tuple[Knob, ...]) -> list[Summary]:
 
 
 def _is_judged(row: dict[str, Any]) -> bool:
-    """Return whether something told right from wrong in this run, or there was no merge to be told of."""
+    """Return whether this run's merges were judged right or wrong, or there were none."""
     wrong = row["false_merges"] > 0 or row["wrong_on_the_way"] > 0
     return wrong or row["first_merge_s"] is None or row["first_correct_merge_s"] is not None
 
@@ -125,5 +125,5 @@ def advice(summaries: list[Summary], knobs: tuple[Knob, ...]) -> str:
         text += ", as fast as any"
     if dearest.kilobytes > 1.05 * best.kilobytes:
         text += f", with {best.kilobytes:.0f} kB exchanged where the dearest setting takes {dearest.kilobytes:.0f} kB"
-    unknown = "" if best.is_judged else " Nothing here tells whether merges were right: the mission has no truth."
+    unknown = "" if best.is_judged else " Whether merges were right is not known: the mission has no truth."
     return f"{text}.{unknown}"

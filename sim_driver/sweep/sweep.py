@@ -1,4 +1,4 @@
-"""Running a plan: finished points are kept as files, so that a sweep that was stopped goes on where it was."""
+"""Running a plan: finished points are kept as files, so that a sweep that was stopped can be resumed."""
 
 from __future__ import annotations
 

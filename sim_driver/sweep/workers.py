@@ -100,7 +100,7 @@ class DaskWorkers:
         return set(self._dask.wait(list(pending), return_when="FIRST_COMPLETED").done)
 
     def close(self) -> None:
-        """Disconnect; the cluster goes on."""
+        """Disconnect; the cluster stays up."""
         self._client.close()
 
 

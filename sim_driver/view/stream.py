@@ -17,9 +17,11 @@ from mrslam.spatial import LocalMap, se2
 from mrslam.spatial.se2 import Transform
 
 APPLICATION = "mrslam"
+"""Name under which the viewer keeps its layout."""
 FLUSH_S = 2.0
 """Longest wait for a viewer to take a frame, seconds; it then gets fewer of them."""
 HIT, MASKED, PARTICLE = (40, 40, 44), (200, 40, 80), (120, 84, 190)
+"""Colours of beams that were mapped, of masked ones, and of particles, RGB."""
 
 
 class Stream:

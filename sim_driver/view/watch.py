@@ -1,4 +1,4 @@
-"""The watcher that shows a robot: it hands its thread the newest frame and goes on; frames not taken yet are lost."""
+"""The watcher that shows a robot: it hands the newest frame to its thread; frames not taken yet are dropped."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ EVENTS_MOST = 5_000
 CLOSE_S = 5.0
 """Longest wait for the thread when the robot ends, seconds: a viewer that hangs is left behind."""
 SHOWN = ("link_changed", "merged", "unmerged", "exchange_done", "exchange_failed", "peer_gone", "alignment")
+"""Events that a viewer is given."""
 
 logger = logging.getLogger(__name__)
 

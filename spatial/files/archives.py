@@ -17,7 +17,7 @@ def read_arrays(path: Path, *names: str) -> dict[str, NDArray[Any]]:
     Raises ``InputError`` where the file cannot be read, is no archive, or lacks one of them.
     """
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in names or archive.files}
     except KeyError as error:
         raise InputError(f"{path}: needs arrays {', '.join(names)} ({first_line(error)})") from error
@@ -32,7 +32,7 @@ def read_arrays(path: Path, *names: str) -> dict[str, NDArray[Any]]:
 def arrays_in(path: Path) -> list[str]:
     """Return the names of the arrays; raise ``InputError`` where the file is no archive."""
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             return list(archive.files)
     except Exception as error:
         raise InputError(f"{path}: not a readable .npz ({first_line(error)})") from error

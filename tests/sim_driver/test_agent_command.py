@@ -103,7 +103,7 @@ def test_drivers_feed_an_agent_and_it_goes_on_after_a_kill(data_dir: Path, tmp_p
         process = start(*options)
         wait_for(lambda: count(out, "restarted") == 1, process)
         words = stop(process)
-    assert "everything is in" in words and "r1 goes on from its checkpoint of 20" in words
+    assert "everything is in" in words and "r1 resumes from its checkpoint of 20" in words
     events = map(json.loads, (out / "events.jsonl").read_text().splitlines())
     back = next(event for event in events if event["event"] == "restarted")
     assert back["checkpoint"] and back["scans"] > 0

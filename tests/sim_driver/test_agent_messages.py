@@ -50,7 +50,7 @@ def test_an_agent_that_goes_on_says_from_when(folder: Path, said: list[str]) -> 
     (event,) = begin(robot(), folder, False, 0)
     assert event.kind == "restarted" and event.fields["scans"] == 1
     assert said == [
-        "r1 goes on from its checkpoint of 2026-03-01 12:00:00, which holds 1 scans; --fresh begins a new map"
+        "r1 resumes from its checkpoint of 2026-03-01 12:00:00, which holds 1 scans; --fresh begins a new map"
     ]
     assert (folder / "checkpoint").exists()
 

@@ -13,6 +13,7 @@ METHODS = (
     "auto, orb, surf, hough, random-walk, plain-walk, multi-point-hill-climb, hill-climb, simulated-annealing, "
     "annealing or brute-force."
 )
+"""Help on ``--method``: the keys of ``mrslam.alignment.ALIGNERS``, which must not be imported for a help text."""
 
 
 def map_(
