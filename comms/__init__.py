@@ -19,7 +19,7 @@ from mrslam.comms.effects import (
 from mrslam.comms.maps.persistence import restore_store, store_state
 from mrslam.comms.maps.seal import MapSeal
 from mrslam.comms.node import CommsNode
-from mrslam.comms.security.team_keys import RobotKeys, load_keys, make_team_keys, own_keys
+from mrslam.comms.security.team_keys import WARN_DAYS, RobotKeys, load_keys, make_team_keys, own_keys, revoke_robots
 from mrslam.comms.status.report import PeerStatus, status_report, team_status
 from mrslam.comms.status.team_view import TeamView
 from mrslam.comms.transport.base import Arrival, Incoming, PeerJoined, PeerLeft, Sighting, Transport
@@ -27,6 +27,7 @@ from mrslam.comms.transport.memory import Conditions, LinkConditions, MemoryNetw
 from mrslam.comms.warm_up import warm_up
 
 __all__ = [
+    "WARN_DAYS",
     "Arrival",
     "CommsConfig",
     "CommsNode",
@@ -60,6 +61,7 @@ __all__ = [
     "make_team_keys",
     "own_keys",
     "restore_store",
+    "revoke_robots",
     "status_report",
     "store_state",
     "team_status",

@@ -17,6 +17,8 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
 
 from mrslam.comms.maps.snapshots import Proof, Snapshot
+from mrslam.comms.security.certificates import read_private_key
+from mrslam.comms.security.revocation import Revocations
 from mrslam.comms.security.team_keys import RobotKeys
 from mrslam.comms.wire.frames import WireError
 from mrslam.comms.wire.messages import Version
@@ -40,21 +42,23 @@ class MapSeal:
     certificate: bytes
     """The own one, DER."""
     authority: x509.Certificate
+    revocations: Revocations
+    ends_s: float
+    """When the own certificate ends, seconds since 1970."""
     _signers: dict[bytes, tuple[str, ec.EllipticCurvePublicKey]] = field(default_factory=dict)
     _leaves: dict[str, dict[TileIndex, tuple[Tile, bytes]]] = field(default_factory=dict)
 
     @classmethod
     def load(cls, keys: RobotKeys, team: str, own_id: str) -> MapSeal:
         """Read a robot's keys; raises ``InputError`` where they are of another kind than ``mrslam keys`` makes."""
+        key = read_private_key(keys.key)
         try:
-            key = serialization.load_pem_private_key(keys.key.read_bytes(), password=None)
             certificate = x509.load_pem_x509_certificate(keys.certificate.read_bytes())
             authority = x509.load_pem_x509_certificate(keys.ca.read_bytes())
         except (OSError, ValueError, TypeError) as error:
             raise InputError(f"{keys.key.parent}: the keys cannot be read ({error})") from error
-        if not isinstance(key, ec.EllipticCurvePrivateKey):
-            raise InputError(f"{keys.key}: not an elliptic curve key; make new ones with mrslam keys")
-        return cls(team, own_id, key, certificate.public_bytes(serialization.Encoding.DER), authority)
+        der = certificate.public_bytes(serialization.Encoding.DER)
+        return cls(team, own_id, key, der, authority, keys.revocations, keys.ends_s)
 
     def sign(self, snapshot: Snapshot) -> Proof:
         """Return the proof that the own map at this version is this snapshot."""
@@ -65,6 +69,8 @@ class MapSeal:
 
     def check(self, robot: str, version: Version, proof: Proof) -> None:
         """Raise :class:`WireError` unless the robot itself has said that its map at this version has this root."""
+        if robot in self.revocations.names:
+            raise WireError("revoked", f"a map of {robot!r}")
         name, public_key = self._signer(proof.certificate)
         if name != robot:
             raise WireError("forged", f"a map of {robot!r} signed by {name!r}")

@@ -15,18 +15,14 @@ from mrslam.spatial import InputError
 from mrslam.spatial.files.atomic import write_bytes
 
 
-def team_authority(folder: Path, team: str, valid_days: int) -> tuple[ec.EllipticCurvePrivateKey, x509.Certificate]:
+def team_authority(folder: Path, team: str, valid_days: float) -> tuple[ec.EllipticCurvePrivateKey, x509.Certificate]:
     """Return the team's CA from its folder, made now if there is none; ``InputError`` where it cannot be read."""
     key_path, certificate_path = folder / "key.pem", folder / "certificate.pem"
     if key_path.exists() and certificate_path.exists():
         try:
-            key = serialization.load_pem_private_key(key_path.read_bytes(), password=None)
-            certificate = x509.load_pem_x509_certificate(certificate_path.read_bytes())
-        except (ValueError, TypeError) as error:
+            return read_private_key(key_path), x509.load_pem_x509_certificate(certificate_path.read_bytes())
+        except ValueError as error:
             raise InputError(f"{folder}: the team's CA cannot be read ({error})") from error
-        if not isinstance(key, ec.EllipticCurvePrivateKey):
-            raise InputError(f"{key_path}: not an elliptic curve key")
-        return key, certificate
     key = new_key()
     name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, f"{team} CA"[:64])])
     certificate = (
@@ -46,7 +42,7 @@ def member_certificate(
     key: ec.EllipticCurvePrivateKey,
     ca_key: ec.EllipticCurvePrivateKey,
     ca_certificate: x509.Certificate,
-    valid_days: int,
+    valid_days: float,
 ) -> x509.Certificate:
     """Return a member's certificate, good for both ends of a mutual TLS connection, signed by the team's CA."""
     subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
@@ -69,7 +65,7 @@ def _dns(name: str) -> str:
 
 
 def _builder(
-    subject: x509.Name, issuer: x509.Name, key: ec.EllipticCurvePrivateKey, valid_days: int
+    subject: x509.Name, issuer: x509.Name, key: ec.EllipticCurvePrivateKey, valid_days: float
 ) -> x509.CertificateBuilder:
     now = datetime.datetime.now(datetime.UTC)
     return (
@@ -105,6 +101,17 @@ def pem(certificate: x509.Certificate) -> bytes:
 def new_key() -> ec.EllipticCurvePrivateKey:
     """Return a fresh key of the kind that all certificates are for."""
     return ec.generate_private_key(ec.SECP256R1())
+
+
+def read_private_key(path: Path) -> ec.EllipticCurvePrivateKey:
+    """Return the key of a file; raise ``InputError`` where it is none of the kind made here."""
+    try:
+        key = serialization.load_pem_private_key(path.read_bytes(), password=None)
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError(f"{path}: not a private key ({error})") from error
+    if not isinstance(key, ec.EllipticCurvePrivateKey):
+        raise InputError(f"{path}: not an elliptic curve key; make new ones with mrslam keys")
+    return key
 
 
 def write_private_key(path: Path, key: ec.EllipticCurvePrivateKey) -> None:

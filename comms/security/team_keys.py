@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import json
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,34 +14,58 @@ from cryptography import x509
 from cryptography.x509.oid import NameOID
 
 from mrslam.comms.security.access import ROBOT, ROUTER
-from mrslam.comms.security.certificates import member_certificate, new_key, pem, team_authority, write_private_key
+from mrslam.comms.security.certificates import (
+    member_certificate,
+    new_key,
+    pem,
+    read_private_key,
+    team_authority,
+    write_private_key,
+)
+from mrslam.comms.security.revocation import FILE as REVOKED
+from mrslam.comms.security.revocation import Revocations, read_list, revoke
 from mrslam.comms.wire.frames import check_name
 from mrslam.spatial import InputError
 from mrslam.spatial.files.atomic import write_bytes, write_text
 
-VALID_DAYS = 3650
+VALID_DAYS = 3650.0
+"""Lifetime of certificates, days, where none is chosen, and of the authority's own at least."""
+WARN_DAYS = 30.0
+"""A certificate that ends within this is reported, days: time to renew it and copy it to the robot."""
+log = logging.getLogger(__name__)
 ROSTER = "roster.json"
 
 
 @dataclass(frozen=True)
 class RobotKeys:
-    """What one robot needs to speak in a closed team: paths of PEM files, and who else has a certificate."""
+    """What one robot needs to speak in a closed team: paths of PEM files, who else is of it, and who is no more."""
 
     ca: Path
     certificate: Path
     key: Path
     roster: Mapping[str, str]
-    """Everyone with a certificate: name -> "robot" or "router"."""
+    """Everyone with a certificate and not revoked: name -> "robot" or "router"."""
+    revocations: Revocations
+    """Who is not of the team any more."""
+    ends_s: float
+    """When the certificate ends, seconds since 1970."""
 
 
 def make_team_keys(
-    folder: Path, team: str, robots: Sequence[str], routers: Sequence[str] = (), *, valid_days: int = VALID_DAYS
+    folder: Path,
+    team: str,
+    robots: Sequence[str],
+    routers: Sequence[str] = (),
+    *,
+    valid_days: float = VALID_DAYS,
+    renew: bool = False,
 ) -> list[Path]:
-    """Make a team's CA and a folder of keys for each robot and router; return the new folders.
+    """Make a team's CA and a folder of keys for each robot and router; return the folders with new certificates.
 
     ``folder/ca`` holds the CA's own key: it stays with the owner. ``folder/<robot>`` is what is copied to that robot.
-    Called again with more names, it signs those with the same CA and brings every roster up to date; old keys stay.
-    Raises ``InputError`` for bad names, for no names, and where the folder holds another team.
+    Called again with more names, it signs those with the same CA and brings every roster up to date; old keys stay, and
+    so do their certificates unless ``renew``: then they are signed again, for ``valid_days`` from now on.
+    Raises ``InputError`` for bad, no and revoked names, and where the folder holds another team.
     """
     check_name(team, "team name")
     names = {check_name(name, "robot id"): ROBOT for name in robots}
@@ -51,14 +76,20 @@ def make_team_keys(
         raise InputError("'ca' is the folder of the team's authority and cannot be a robot's name")
     ca_folder = folder / "ca"
     roster = _known_roster(ca_folder, team) | names
-    ca_key, ca_certificate = team_authority(ca_folder, team, valid_days)
+    _, revoked = read_list(ca_folder, team)
+    if gone := sorted(revoked & names.keys()):
+        raise InputError(f"{folder}: {', '.join(gone)} was revoked; give the robot another name")
+    ca_key, ca_certificate = team_authority(ca_folder, team, max(valid_days, VALID_DAYS))
     made = []
     for name in names:
         target = folder / name
         if (target / "key.pem").exists():
-            continue
-        key = new_key()
-        write_private_key(target / "key.pem", key)
+            if not renew:
+                continue
+            key = read_private_key(target / "key.pem")
+        else:
+            key = new_key()
+            write_private_key(target / "key.pem", key)
         write_bytes(target / "certificate.pem", pem(member_certificate(name, key, ca_key, ca_certificate, valid_days)))
         made.append(target)
     text = json.dumps({"team": team, "members": dict(sorted(roster.items()))}, indent=1) + "\n"
@@ -66,6 +97,8 @@ def make_team_keys(
     for name in roster:
         write_bytes(folder / name / "ca.pem", pem(ca_certificate))
         write_text(folder / name / ROSTER, text)
+        if revoked:
+            write_bytes(folder / name / REVOKED, (ca_folder / REVOKED).read_bytes())
     return made
 
 
@@ -87,11 +120,23 @@ def load_keys(folder: Path, robot_id: str, team: str) -> RobotKeys:
         raise InputError(f"{folder}: holds keys of team {its_team!r}, not of {team!r}")
     if common_name != robot_id:
         raise InputError(f"{folder}: holds the keys of {common_name!r}, not of {robot_id!r}")
-    if certificate.not_valid_after_utc < datetime.datetime.now(datetime.UTC):
-        raise InputError(
-            f"{folder}: the certificate expired on {certificate.not_valid_after_utc:%Y-%m-%d}; make new keys"
-        )
-    return RobotKeys(paths["ca.pem"], paths["certificate.pem"], paths["key.pem"], roster)
+    ends = certificate.not_valid_after_utc
+    left_days = (ends - datetime.datetime.now(datetime.UTC)) / datetime.timedelta(days=1)
+    if left_days < 0.0:
+        raise InputError(f"{folder}: the certificate expired on {ends:%Y-%m-%d}; renew it (mrslam keys --renew)")
+    if left_days < WARN_DAYS:
+        log.warning("%s: the certificate ends in %.1f days; renew it (mrslam keys --renew)", folder, left_days)
+    revocations = Revocations(folder, team)
+    revocations.refresh()
+    if robot_id in revocations.names:
+        raise InputError(f"{folder}: {robot_id} was revoked; make keys for another name")
+    roster = {name: role for name, role in roster.items() if name not in revocations.names}
+    return RobotKeys(paths["ca.pem"], paths["certificate.pem"], paths["key.pem"], roster, revocations, ends.timestamp())
+
+
+def revoke_robots(folder: Path, team: str, names: Sequence[str]) -> list[Path]:
+    """Revoke members of a team; return the lists to copy to the robots. Raises ``InputError`` for who is none."""
+    return revoke(folder, team, names, _known_roster(folder / "ca", team))
 
 
 def own_keys(folder: Path) -> tuple[str, RobotKeys]:

@@ -103,5 +103,6 @@ def status_report(node: CommsNode, now_ns: int, alignments: Sequence[tuple[str, 
         links,
         [(robot, *version) for robot, version in node.store.digest().items()],
         [(a, b, words[:MAX_WORDS]) for a, b, words in alignments[:MAX_ROWS]],
+        None if node.store.seal is None else max(round(node.store.seal.ends_s), 0),
     )
     return Send(None, encode(message, node.team_tag), "status")

@@ -75,6 +75,7 @@ def _plain(team: str, name: str, robot: _Robot, now_s: float) -> dict[str, Any]:
             "exchange_bytes": status.other_bytes,
             "links": [_link(link) for link in status.links],
             "maps": {robot_id: {"epoch": epoch, "revision": revision} for robot_id, epoch, revision in status.digest},
+            "certificate_ends_s": status.certificate_ends_s,
             "alignments": [{"a": a, "b": b, "words": words} for a, b, words in status.alignments],
         }
     }

@@ -66,3 +66,5 @@ class Status(Message, frozen=True, tag=12):
     """The maps it holds."""
     alignments: Annotated[list[tuple[Name, Name, Words]], msgspec.Meta(max_length=64)]
     """Pairs of maps and what is believed of them."""
+    certificate_ends_s: Annotated[int, msgspec.Meta(ge=0, le=2**53)] | None = None
+    """When the sender's certificate ends, seconds since 1970; nil, or left out, without keys."""

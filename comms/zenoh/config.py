@@ -62,6 +62,7 @@ def settings(
         chosen |= {
             tls + "root_ca_certificate": str(keys.ca),
             tls + "enable_mtls": True,
+            tls + "close_link_on_expiration": True,
             tls + "verify_name_on_connect": False,  # robots move between addresses; the access rules go by name
             tls + "listen_private_key": str(keys.key),
             tls + "listen_certificate": str(keys.certificate),

@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Sequence, Set
 from typing import Any
 
 import zenoh
 
 from mrslam.comms.effects import Lane, Send
+from mrslam.comms.security.revocation import Revocations
 from mrslam.comms.security.team_keys import RobotKeys
 from mrslam.comms.transport.base import Arrival, Incoming, PeerJoined, PeerLeft
 from mrslam.comms.transport.inbox import Inbox
@@ -29,6 +31,9 @@ from mrslam.spatial import InputError
 GOODBYE_S = 0.1
 """The last messages are given this long before the token falls, seconds: it has a higher priority, and would overtake
 the goodbye."""
+
+LOOK_S = 1.0
+"""How often the file of who is revoked is looked at, seconds: one call of ``stat``."""
 
 log = logging.getLogger(__name__)
 
@@ -60,9 +65,13 @@ class ZenohTransport:
         """
         self.robot_id, self.team = check_name(robot_id, "robot id"), check_name(team, "team name")
         self.inbox = Inbox()
+        self.refused: Counter[str] = Counter()
+        """What revoked robots sent, by name."""
         self._root, self._own = f"mrslam/{team}", f"mrslam/{team}/{robot_id}"
         self._tokens: dict[str, set[str]] = {}
         self._closed = False
+        self._revocations = None if keys is None else keys.revocations
+        self._looked_s = 0.0
         warn_if_open(team, [*listen, *connect], multicast, keys)
         (listen, listen_datagrams), (connect, connect_datagrams) = split_datagrams(listen), split_datagrams(connect)
         self._session = open_session(
@@ -133,7 +142,18 @@ class ZenohTransport:
 
     def poll(self, timeout_s: float) -> list[Arrival]:
         """Return what arrived; wait at most ``timeout_s`` for the first."""
-        return self.inbox.take(timeout_s)
+        arrivals = self.inbox.take(timeout_s)
+        if self._revocations is None:
+            return arrivals
+        return [*self._newly_revoked(self._revocations), *without(arrivals, self._revocations.names, self.refused)]
+
+    def _newly_revoked(self, revocations: Revocations) -> list[Arrival]:
+        """Read the list of who is revoked again, where it is time; who has come onto it has left."""
+        now_s = time.monotonic()
+        if now_s - self._looked_s < LOOK_S:
+            return []
+        self._looked_s = now_s
+        return [PeerLeft(name) for name in sorted(revocations.refresh())]
 
     def links(self) -> int:
         """Return how many other Zenoh nodes this one is connected to."""
@@ -195,3 +215,17 @@ class ZenohTransport:
             tokens.discard(session)
             if not tokens:
                 self.inbox.put(PeerLeft(peer))
+
+
+def without(arrivals: list[Arrival], revoked: Set[str], refused: Counter[str]) -> list[Arrival]:
+    """Return what did not come from revoked robots; the rest is counted."""
+    if not revoked:
+        return arrivals
+    kept: list[Arrival] = []
+    for item in arrivals:
+        sender = item.sender if isinstance(item, Incoming) else item.peer
+        if sender in revoked:
+            refused[str(sender)] += 1
+        else:
+            kept.append(item)
+    return kept

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from typing import Any
 
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
+
+from mrslam.comms import WARN_DAYS
 
 STALE_S = 5.0
 """A status older than this is marked, seconds."""
@@ -17,7 +20,7 @@ def render(robots: Sequence[dict[str, Any]], empty: str) -> RenderableType:
     """Return what the screen shows of a snapshot; ``empty`` where nobody is in it."""
     if not robots:
         return Text(empty)
-    return Group(_team_table(robots), _link_table(robots), *_alignment_lines(robots))
+    return Group(_team_table(robots), _link_table(robots), *_alignment_lines(robots), *_certificate_lines(robots))
 
 
 def _team_table(robots: Sequence[dict[str, Any]]) -> Table:
@@ -55,6 +58,16 @@ def _alignment_lines(robots: Sequence[dict[str, Any]]) -> list[Text]:
         if row["status"] is not None and row["here"]
         for pair in row["status"]["alignments"]
     ]
+
+
+def _certificate_lines(robots: Sequence[dict[str, Any]]) -> list[Text]:
+    lines = []
+    for row in robots:
+        ends_s = row["status"] and row["status"]["certificate_ends_s"]
+        left_days = WARN_DAYS if ends_s is None else (ends_s - time.time()) / 86_400
+        if left_days < WARN_DAYS:
+            lines.append(Text(f"{row['robot']}: its certificate ends in {left_days:.1f} days; see mrslam keys --renew"))
+    return lines
 
 
 def _size(count: int) -> str:

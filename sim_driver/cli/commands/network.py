@@ -111,22 +111,33 @@ def doctor(
 
 def keys(
     team: Annotated[str, typer.Argument(help="The team's name, as in mission.name.")],
-    robots: Annotated[list[str], typer.Argument(help="Robots to make keys for.")],
+    robots: Annotated[list[str] | None, typer.Argument(help="Robots to make keys for.")] = None,
     router: Annotated[
         list[str] | None, typer.Option("--router", metavar="NAME", help="A router; may be given often.")
     ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for the keys; one folder a robot in it.")] = Path("keys"),
+    days: Annotated[float, typer.Option("--days", help="Lifetime of new certificates, days.")] = 3650.0,
+    renew: Annotated[
+        bool, typer.Option("--renew", help="Sign the certificates of robots that have one again; their keys stay.")
+    ] = False,
+    revoke: Annotated[
+        list[str] | None,
+        typer.Option("--revoke", metavar="NAME", help="A robot that is of the team no more; may be given often."),
+    ] = None,
 ) -> None:
-    """Make a team's certificates.
+    """Make, renew and revoke a team's certificates.
 
     With them only the team's own robots are heard, each under its own name.
 
     mrslam keys demo r1 r2 r3 --out keys
     mrslam agent r1 --team demo --keys keys/r1
     """
-    from mrslam.sim_driver.cli.network import make_keys
+    from mrslam.sim_driver.cli.network import make_keys, revoke_keys
 
-    make_keys(team, robots, router or [], out)
+    if revoke:
+        revoke_keys(team, revoke, out)
+    if robots or router or not revoke:
+        make_keys(team, robots or [], router or [], out, days=days, renew=renew)
 
 
 def config(

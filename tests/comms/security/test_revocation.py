@@ -1,0 +1,159 @@
+"""Certificates that are revoked, renewed, or about to end."""
+
+from __future__ import annotations
+
+import json
+import logging
+import time
+
+import pytest
+from cryptography import x509
+
+from mrslam.comms import CommsConfig, ExchangeDone, MapUpdated, PeerGone, TeamView, load_keys, make_team_keys, own_keys
+from mrslam.comms import revoke_robots as revoke
+from mrslam.comms.security.revocation import FILE, Revocations
+from mrslam.comms.wire.frames import WireError
+from mrslam.comms.zenoh import ZenohWatcher
+from mrslam.sim_driver.cli.top_tables import _certificate_lines
+from mrslam.spatial import InputError
+from tests.comms.processes import Robot, free_port, robot_keys
+from tests.comms.sealed import SealedTeam, seal, team_keys
+from tests.comms.team import big_map
+
+EAGER = CommsConfig(exchange_timeout_s=1.0, beacon_period_s=0.1, beacon_window=20)
+DAY_S = 86_400
+
+
+def ends_s(folder) -> float:
+    return x509.load_pem_x509_certificate((folder / "certificate.pem").read_bytes()).not_valid_after_utc.timestamp()
+
+
+def test_lifetimes_are_chosen_and_renewed_with_the_same_key(tmp_path, caplog):
+    make_team_keys(tmp_path, "team", ["a", "b"], valid_days=2.0)
+    assert ends_s(tmp_path / "a") - time.time() == pytest.approx(2 * DAY_S, abs=60)
+    assert (
+        ends_s(tmp_path / "a")
+        < x509.load_pem_x509_certificate((tmp_path / "a" / "ca.pem").read_bytes()).not_valid_after_utc.timestamp()
+    )
+    with caplog.at_level(logging.WARNING):
+        load_keys(tmp_path / "a", "a", "team")
+    assert "the certificate ends in 2.0 days" in caplog.text
+    before = (tmp_path / "a" / "key.pem").read_bytes(), seal(tmp_path, "a")
+    (made,) = make_team_keys(tmp_path, "team", ["a"], valid_days=90.0, renew=True)
+    assert made == tmp_path / "a"
+    assert (tmp_path / "a" / "key.pem").read_bytes() == before[0]
+    assert ends_s(tmp_path / "a") - time.time() == pytest.approx(90 * DAY_S, abs=60)
+    assert ends_s(tmp_path / "b") - time.time() == pytest.approx(2 * DAY_S, abs=60)
+    caplog.clear()
+    load_keys(tmp_path / "a", "a", "team")
+    assert not caplog.text
+    assert before[1].certificate != seal(tmp_path, "a").certificate
+
+
+def test_a_list_counts_only_with_the_authoritys_signature_and_never_goes_back(tmp_path, caplog):
+    team_keys(tmp_path, "abcd")
+    mine = Revocations(tmp_path / "a", "team")
+    assert mine.refresh() == frozenset()
+    revoke(tmp_path, "team", ["c"])
+    first = (tmp_path / "a" / FILE).read_text()
+    assert mine.refresh() == {"c"}
+    assert mine.refresh() == frozenset()
+    revoke(tmp_path, "team", ["d"])
+    assert mine.refresh() == {"d"} and mine.names == {"c", "d"}
+    (tmp_path / "a" / FILE).write_text(first)  # an older one, put back
+    assert mine.refresh() == frozenset() and mine.names == {"c", "d"}
+    assert "older" in caplog.text
+    for damage in ({"revoked": ["b", "c"]}, {"number": 99}, {"signature": "00"}, {"signature": None}, {"team": 5}):
+        content = json.loads(first) | damage
+        (tmp_path / "a" / FILE).write_text(json.dumps(content) + " " * len(str(damage)))
+        assert mine.refresh() == frozenset()
+    (tmp_path / "a" / FILE).write_text("{")
+    assert mine.refresh() == frozenset() and mine.names == {"c", "d"}
+    (tmp_path / "a" / FILE).unlink()
+    assert mine.refresh() == frozenset() and mine.names == {"c", "d"}
+
+
+def test_who_is_revoked_cannot_start_nor_get_new_keys_and_is_of_no_roster(tmp_path):
+    team_keys(tmp_path, "abc")
+    revoke(tmp_path, "team", ["c"])
+    with pytest.raises(InputError, match="c was revoked"):
+        load_keys(tmp_path / "c", "c", "team")
+    with pytest.raises(InputError, match="c was revoked"):
+        make_team_keys(tmp_path, "team", ["c"], renew=True)
+    with pytest.raises(InputError, match="no keys of x"):
+        revoke(tmp_path, "team", ["x"])
+    assert sorted(load_keys(tmp_path / "a", "a", "team").roster) == ["a", "b"]
+    make_team_keys(tmp_path, "team", ["d"])
+    assert load_keys(tmp_path / "d", "d", "team").revocations.names == {"c"}
+
+
+def test_maps_signed_by_a_revoked_robot_are_refused_also_through_others(tmp_path):
+    team = SealedTeam(team_keys(tmp_path, "abc"), "abc")
+    team.publish("a")
+    team.groups = {"c": 1}
+    team.run(6)
+    assert "a" in team.nodes["b"].store.maps
+    revoke(tmp_path, "team", ["a"])
+    honest = team.nodes["c"].store.seal
+    assert honest.revocations.refresh() == {"a"}
+    team.groups = {"a": 2}
+    team.run(6)
+    assert "a" not in team.nodes["c"].store.maps
+    assert team.nodes["c"].dropped["revoked"] >= 1
+    with pytest.raises(WireError, match="revoked"):
+        honest.check("a", (1, 1), team.nodes["b"].store.newest("a").proof)
+
+
+def test_a_robot_revoked_while_all_run_is_heard_no_more(tmp_path):
+    """Real processes: the list is put into the others' folders, and they act on it without a restart."""
+    team_keys(tmp_path, "abc")
+    listen = [f"tls/127.0.0.1:{free_port()}"]
+    a = Robot("a", config=EAGER, listen=listen, keys=robot_keys(tmp_path, "a"), local_map=big_map(200)).up()
+    c = Robot("c", config=EAGER, connect=listen, keys=robot_keys(tmp_path, "c"), local_map=big_map(200)).up()
+    b = None
+    try:
+        a.effect(MapUpdated, robot_id="c", revision=1)
+        revoke(tmp_path, "team", ["c"])
+        a.effect(PeerGone, peer="c")
+        heard = len(a.heard)
+        c.tell("publish", big_map(200, seed=1, revision=2))
+        b = Robot("b", config=EAGER, connect=listen, keys=robot_keys(tmp_path, "b"), local_map=big_map(200)).up()
+        a.effect(MapUpdated, robot_id="b")
+        b.effect(ExchangeDone, peer="a")
+        assert not [r for r in a.heard[heard:] if r[0] == "effect" and getattr(r[2], "peer", None) == "c"]
+        assert all(report[2].get("c", (0, 1))[1] == 1 for report in a.heard if report[0] == "digest")
+        assert not [r for r in b.heard if r[0] == "effect" and getattr(r[2], "peer", None) == "c"]
+    finally:
+        for robot in (a, b, c):
+            if robot is not None:
+                robot.stop()
+
+
+def test_a_certificate_about_to_end_shows_in_the_status_and_its_end_cuts_the_links(tmp_path):
+    """Real processes; the certificate of c ends some seconds after its start."""
+    make_team_keys(tmp_path, "team", ["a", "c", "watch"])
+    listen, listen_c = ([f"tls/127.0.0.1:{free_port()}"] for _ in "ac")
+    begun = time.monotonic()
+    a = Robot("a", config=EAGER, listen=listen, keys=robot_keys(tmp_path, "a"), local_map=big_map(200)).up()
+    start_s = time.monotonic() - begun  # on a busy machine seconds, and c must live to meet a
+    make_team_keys(tmp_path, "team", ["c"], valid_days=(10.0 + 3.0 * start_s) / DAY_S, renew=True)
+    end = ends_s(tmp_path / "c")
+    c = Robot("c", config=EAGER, listen=listen_c, connect=listen, keys=robot_keys(tmp_path, "c")).up()
+    watcher = ZenohWatcher("team", connect=[*listen, *listen_c], keys=own_keys(tmp_path / "watch")[1])
+    try:
+        a.effect(ExchangeDone, peer="c")
+        view, shown = TeamView(), {}
+        while not {"a", "c"} <= shown.keys() and time.time() < end + 30:
+            view.take(watcher.poll(), time.monotonic())
+            rows = {row["robot"]: row["status"] for row in view.snapshot(time.monotonic()) if row["status"]}
+            shown = {robot: status["certificate_ends_s"] for robot, status in rows.items()}
+        assert shown == {robot: round(ends_s(tmp_path / robot)) for robot in "ac"}
+        assert "c: its certificate ends in 0.0 days" in "\n".join(
+            str(line) for line in _certificate_lines(view.snapshot(time.monotonic()))
+        )
+        a.effect(PeerGone, peer="c")
+        assert time.time() >= end - 1
+    finally:
+        watcher.close()
+        a.stop()
+        c.stop()
