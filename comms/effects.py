@@ -55,7 +55,10 @@ class LinkChanged:
 
 @dataclass(frozen=True)
 class ExchangeStarted:
-    """An exchange with a peer began."""
+    """An exchange with a peer began: both have agreed. Exactly one ExchangeDone or ExchangeFailed follows.
+
+    The number of a robot's exchanges is that of its ExchangeDone, everywhere.
+    """
 
     peer: str
     opened_by_me: bool

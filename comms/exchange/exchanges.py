@@ -235,7 +235,8 @@ class Exchanges:
     def _fail(self, exchange: Exchange, reason: str, now_ns: int) -> None:
         self._close(exchange, completed=False)
         self._station.rendezvous.failed(exchange.peer, now_ns)
-        self._station.out.emit(ExchangeFailed(exchange.peer, exchange.costs(now_ns), reason))
+        if exchange.accepted:  # else it never began: nobody has counted it
+            self._station.out.emit(ExchangeFailed(exchange.peer, exchange.costs(now_ns), reason))
 
     def _close(self, exchange: Exchange, *, completed: bool) -> None:
         self._drop(exchange)

@@ -13,6 +13,9 @@ from mrslam.comms.wire.messages import Ask, Chunk, Manifest, Version
 BEYOND: Version = (2**62 + 1, 0)
 """Above every version."""
 
+MOST_IDLE = 4096
+"""Pairs of a peer and a robot remembered as idle; bounds memory alone."""
+
 
 class MapReceiver:
     """Receives maps, each from one peer at a time."""
@@ -20,7 +23,8 @@ class MapReceiver:
     def __init__(self, station: Station) -> None:
         """Receive as this robot."""
         self._station = station
-        self._source: dict[str, str] = {}  # robot -> the peer its map is being taken from
+        self._source: dict[str, Exchange] = {}  # robot -> the exchange in which its map is being taken
+        self._idle: set[tuple[str, str]] = set()  # (peer, robot) where a manifest brought no item since
 
     def wants(self, peer: str, robot: str, version: Version) -> bool:
         """Return whether this version of a robot's map is worth taking from this peer now."""
@@ -29,7 +33,15 @@ class MapReceiver:
             return False
         if peer != robot and version >= store.disowned.get(robot, BEYOND):
             return False
-        return self._station.arrivals.has_room(robot) and self._source.get(robot, peer) == peer
+        return self._station.arrivals.has_room(robot) and self._may_bring(peer, robot)
+
+    def _may_bring(self, peer: str, robot: str) -> bool:
+        """Return whether a robot's map may be taken from a peer: one brings it, until it turns out to bring nothing.
+
+        A manifest is easily made up, so a peer that has let one pass without an item keeps nobody else from it.
+        """
+        source = self._source.get(robot)
+        return source is None or source.peer == peer or (source.peer, robot) in self._idle
 
     def wants_more(self, exchange: Exchange) -> bool:
         """Return whether the peer has something I want and do not hold yet."""
@@ -54,7 +66,10 @@ class MapReceiver:
         pull = exchange.pulls.setdefault(message.robot, Pull(message.robot))
         if self._is_at_work(pull, message):
             return  # it came twice; or two questions crossed, and following both answers would never end
-        self._source[message.robot] = exchange.peer
+        before = self._source.get(message.robot)
+        if before is not None and before is not exchange:
+            before.pulls.pop(message.robot, None)
+        self._source[message.robot] = exchange
         if base is None:
             pull.manifest = None
             self._ask(exchange, message.robot)
@@ -88,6 +103,8 @@ class MapReceiver:
         exchange.tiles += len(take_chunk(pull, message, self._station.arrivals))
         if len(pull.asked) < waiting:
             exchange.useful_ns = now_ns
+            self._idle.discard((exchange.peer, message.robot))
+            pull.has_brought = True
         if not pull.asked:
             self._continue(exchange, pull)
 
@@ -97,6 +114,7 @@ class MapReceiver:
             if robot not in exchange.pulls and self.wants(exchange.peer, robot, version):
                 self._ask(exchange, robot)
         for pull in list(exchange.pulls.values()):
+            self._judge(exchange.peer, pull)
             if pull.manifest is None or self._station.arrivals.base_of(pull.manifest) is None:
                 pull.manifest = None
                 self._ask(exchange, pull.robot)
@@ -145,9 +163,18 @@ class MapReceiver:
         self._drop(exchange, robot)
 
     def _drop(self, exchange: Exchange, robot: str) -> None:
-        exchange.pulls.pop(robot, None)
-        if self._source.get(robot) == exchange.peer:
+        pull = exchange.pulls.pop(robot, None)
+        if pull is not None:
+            self._judge(exchange.peer, pull)
+        if self._source.get(robot) is exchange:
             del self._source[robot]
+
+    def _judge(self, peer: str, pull: Pull) -> None:
+        """Remember who was asked for items of a map and sent none."""
+        if pull.asked and not pull.has_brought:
+            if len(self._idle) >= MOST_IDLE:
+                self._idle.clear()
+            self._idle.add((peer, pull.robot))
 
     def _ask(self, exchange: Exchange, robot: str) -> None:
         epoch, revision = self._station.store.version(robot)

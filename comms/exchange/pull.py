@@ -28,6 +28,8 @@ class Pull:
     manifest: Manifest | None = None
     asked: set[int] = field(default_factory=set)
     """Items of the manifest asked for and not here yet."""
+    has_brought: bool = False
+    """Whether any item has arrived."""
 
 
 def next_get(pull: Pull, arrivals: Arrivals, sender: str, xid: int, config: CommsConfig) -> Get | None:

@@ -154,6 +154,49 @@ def test_a_stranger_that_begins_maps_without_end_is_bounded_and_shuts_nobody_out
     assert team.run_until_agreed(20)
 
 
+def test_a_manifest_that_brings_nothing_keeps_no_map_from_being_taken_elsewhere():
+    """A team without keys: c makes up a newer map of a, again and again, and never sends a chunk of it."""
+    team = Team("abc")
+    team.run(3)
+    b = team.nodes["b"]
+    del team.nodes["c"]  # it is here, and says no more than what follows
+    team.groups = {"a": 1}
+    team.step()
+
+    def lie(k: int) -> None:
+        for message in (
+            Open("c", 3, k // 8, [("a", 50, 9)], []),
+            Manifest("c", k // 8, "a", 50, 0, 9, 0.05, 0, [], [], [0], [0], [0]),
+        ):
+            b.on_message(encode(message, b.team_tag), team.now_ns, "c")
+
+    team.publish("a")
+    for k in range(8 * 60):
+        lie(k)
+        team.step()
+        if k == 40:
+            team.groups = {}
+    assert "a" in b.store.maps
+
+
+def test_every_exchange_that_began_has_one_end_and_none_ends_that_did_not_begin():
+    team = Team("abc", link=LinkConditions(loss=0.3), reliable=False)
+    for k in range(60):
+        team.publish("abc"[k % 3])
+        team.groups = {"c": 1} if k % 7 == 3 else {}
+        team.run(1)
+    team.groups = {"a": 1, "b": 2}
+    team.run(30)
+    begun, ended = ({}, {})
+    for _, who, event in team.events:
+        if isinstance(event, ExchangeStarted):
+            begun[who, event.peer] = begun.get((who, event.peer), 0) + 1
+        if isinstance(event, ExchangeDone | ExchangeFailed):
+            ended[who, event.peer] = ended.get((who, event.peer), 0) + 1
+            assert ended[who, event.peer] <= begun.get((who, event.peer), 0)
+    assert begun == ended and sum(begun.values()) > 20
+
+
 def test_the_end_of_a_budget_does_not_overtake_its_last_chunk():
     team = Team("ab", config=replace(QUICK, exchange_budget_bytes=2000, chunk_bytes=1000, window_tiles=200))
     by_lane(team, lambda lane: LinkConditions(delay_s=0.3 if lane == "bulk" else 0.0))
