@@ -103,8 +103,8 @@ class ConfigFile(TypedDict):
     """``config.json``: its sections are checked where the mission is made of them."""
 
     robots: list[dict[str, Any]]
-    settings: dict[str, dict[str, Any]]
-    mission: dict[str, Any]
+    mission: NotRequired[dict[str, Any]]
+    settings: NotRequired[dict[str, dict[str, Any]]]
     folder: NotRequired[str]
     replay: NotRequired[str | None]
 
