@@ -23,7 +23,7 @@ def pair_row(run: RunResults, judge: PairJudge, a: str, b: str, not_judged: list
     never = {"status": "never met", "accepted_at_s": None, "reason": ""}
     said = {
         **(_view(never, None) if speaker is None else views[speaker]),
-        **sides_of(views, a, b, givers_of(run.robots)),
+        **sides_of(views, a, b, givers_of(run.beliefs)),
     }
     shared = judge.overlap(a, b)
     met = bool(views) or bool(exchanges(run.events[a], b)["done"])
@@ -38,7 +38,7 @@ def pair_row(run: RunResults, judge: PairJudge, a: str, b: str, not_judged: list
 def _views(run: RunResults, judge: PairJudge, a: str, b: str) -> dict[str, Row]:
     """Return each robot's view of the pair, judged."""
     views = {}
-    for robot_id, robot in run.robots.items():
+    for robot_id, robot in run.beliefs.items():
         for view in robot["pairs"]:
             if (view["a"], view["b"]) == (a, b):
                 judged = judge.judge(a, b, np.array(view["T_a_b"])) if view["T_a_b"] else None

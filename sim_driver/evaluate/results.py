@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from mrslam.sim_driver.evaluate.lost import map_begun_s, pairs_by_events
 from mrslam.sim_driver.evaluate.trajectories import Trajectory, fit
 from mrslam.sim_driver.missions.mission import Mission
 from mrslam.sim_driver.missions.run_files import METRICS_FILE, ROBOT_FILE, TRAJECTORY_FILE, TRUTH_FILE, USAGE_FILE
@@ -99,6 +100,16 @@ class RunResults:
         return found
 
     @cached_property
+    def beliefs(self) -> dict[str, dict[str, Any]]:
+        """By robot: its ``mode`` and ``pairs``; of one without a readable ``robot.json`` by its events."""
+        lost = {
+            robot.id: {"mode": robot.mode, "pairs": pairs_by_events(self.events[robot.id])}
+            for robot in self.mission.robots
+            if robot.id in self.robots_lost
+        }
+        return {**self.robots, **lost}
+
+    @cached_property
     def truth(self) -> dict[str, Trajectory]:
         """True poses of the bases of simulated robots in the world frame, by id."""
         paths = {robot.id: self.folder / robot.id / TRUTH_FILE for robot in self.mission.robots}
@@ -114,7 +125,8 @@ class RunResults:
         found = {}
         for robot_id, (stamps_ns, poses) in self.truth.items():
             mapped = (self.folder / robot_id / TRAJECTORY_FILE).exists()
-            first_ns = self.trajectory(robot_id)[0][:1] if mapped else stamps_ns[:1]
+            begun_ns = np.array([round(map_begun_s(self.events[robot_id]) * 1e9)])
+            first_ns = self.trajectory(robot_id)[0][:1] if mapped else begun_ns
             if len(poses):
                 found[robot_id] = poses[int(np.abs(stamps_ns - first_ns).argmin()) if first_ns.size else 0]
         return found
@@ -151,11 +163,17 @@ class RunResults:
 
     def trajectory(self, robot_id: str) -> Trajectory:
         """Return the poses of a robot's laser in its own map; none where the file is damaged."""
-        return self._tried(self.folder / robot_id / TRAJECTORY_FILE, read_tum, NO_POSES)
+        path = self.folder / robot_id / TRAJECTORY_FILE
+        return NO_POSES if self._left_none(path) else self._tried(path, read_tum, NO_POSES)
 
     def map(self, robot_id: str, name: str = "map") -> OccupancyGrid | None:
         """Return a robot's own map, or its ``team_map`` (in its own map's frame, too); None where it is damaged."""
-        return self._tried(self.folder / robot_id / f"{name}.yaml", _map, None)
+        path = self.folder / robot_id / f"{name}.yaml"
+        return None if self._left_none(path) else self._tried(path, _map, None)
+
+    def _left_none(self, path: Path) -> bool:
+        """Return whether a robot that was lost left no such file, which is no damage."""
+        return path.parent.name in self.robots_lost and not path.exists()
 
     def usage(self, robot_id: str) -> dict[str, Any] | None:
         """Return what a robot's process took of the machine; None in virtual time, or where the file is damaged."""

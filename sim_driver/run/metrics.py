@@ -27,7 +27,7 @@ log = logging.getLogger(__name__)
 def write_metrics(mission: Mission, folder: Path, *, wall_s: float, mission_s: float, **more: Any) -> dict[str, Any]:
     """Write ``metrics.json`` into the run's folder and return it."""
     run = RunResults.of(mission, folder)
-    pairs = [_pair(run, a, b) for a, b in pairs_of(run.robots)]
+    pairs = [_pair(run, a, b) for a, b in pairs_of(run.beliefs)]
     team = team_figures(run, pairs)
     for line in run.damage:
         log.warning("%s", line)
@@ -58,13 +58,13 @@ def _pair(run: RunResults, a: str, b: str) -> dict[str, Any]:
     """Return what is believed of a pair: by the first of the two that merged, or by a third where neither has."""
     views = {
         robot_id: row
-        for robot_id, robot in run.robots.items()
+        for robot_id, robot in run.beliefs.items()
         for row in robot["pairs"]
         if (row["a"], row["b"]) == (a, b)
     }
     unknown = {"a": a, "b": b, "status": "rejected", "T_a_b": None, "confidence": None, "reason": NEVER_MET}
     speaker = speaker_of(views, a, b)
-    row = {**(unknown if speaker is None else views[speaker]), **sides_of(views, a, b, givers_of(run.robots))}
+    row = {**(unknown if speaker is None else views[speaker]), **sides_of(views, a, b, givers_of(run.beliefs))}
     row["status"] = "accepted" if row["status"] == "accepted" else "rejected"
     row["error_m"], row["error_deg"], row["judged_by"] = _error(run, a, b, row["T_a_b"])
     return row
