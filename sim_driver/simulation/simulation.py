@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Mapping
 from itertools import combinations
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from mrslam.sim_driver.missions.mission import Mission
 from mrslam.sim_driver.missions.run_files import LINKS_FILE, TRUTH_FILE
 from mrslam.sim_driver.missions.sections import RobotConfig
 from mrslam.sim_driver.missions.seeds import seed_for
-from mrslam.sim_driver.robots import LASERS, Fleet, LaserModel, SimulatedRobot
+from mrslam.sim_driver.robots import LASERS, ChassisConfig, Fleet, LaserModel, SimulatedRobot
 from mrslam.sim_driver.worlds import World, load_world
 from mrslam.sim_driver.worlds.radio import Radio
 from mrslam.spatial import InputError
@@ -48,19 +49,34 @@ class Simulation:
         self._next_ns = 0
 
     def _placed(self, mission: Mission, rng: np.random.Generator) -> dict[str, SimulatedRobot]:
+        given = {robot.id: start for robot in self.robots if (start := start_of(mission, robot)) is not None}
+        self._check_starts(given)
         placed: dict[str, SimulatedRobot] = {}
         for robot in self.robots:
-            taken = np.array([other.T_world_base[:2] for other in placed.values()]).reshape(-1, 2)
-            told = start_of(mission, robot)
-            if told is not None and not self.world.clearance_m(told[:2]) > 0.0:
-                (x0, y0), (width, height) = self.world.grid.origin_m, self.world.size_m
-                raise InputError(
-                    f"robot {robot.id}: start {told[0]:g}, {told[1]:g} is no floor of the world {self.world.name}, "
-                    f"which has x from {x0:g} to {x0 + width:g} m and y from {y0:g} to {y0 + height:g} m"
-                )
-            start = self.world.free_start(rng, apart_from=taken) if told is None else told
+            start = given.get(robot.id)
+            if start is None:
+                others = [*(other.T_world_base for other in placed.values()), *_not_yet(given, placed)]
+                taken = np.array([T_world_base[:2] for T_world_base in others]).reshape(-1, 2)
+                start = self.world.free_start(rng, apart_from=taken)
             placed[robot.id] = SimulatedRobot(self.world, start, _laser(robot), rng.spawn(1)[0])
         return placed
+
+    def _check_starts(self, given: Mapping[str, Transform]) -> None:
+        """Refuse starts that are no floor of the world, and two in one place."""
+        apart_m = 2.0 * ChassisConfig().radius_m
+        for robot_id, (x, y, _) in given.items():
+            if not self.world.clearance_m(np.array([x, y])) > 0.0:
+                (x0, y0), (width, height) = self.world.grid.origin_m, self.world.size_m
+                raise InputError(
+                    f"robot {robot_id}: start {x:g}, {y:g} is no floor of the world {self.world.name}, "
+                    f"which has x from {x0:g} to {x0 + width:g} m and y from {y0:g} to {y0 + height:g} m"
+                )
+        for (a, T_world_a), (b, T_world_b) in combinations(given.items(), 2):
+            gap_m = float(np.hypot(*(T_world_a - T_world_b)[:2]))
+            if gap_m < apart_m:
+                raise InputError(
+                    f"robots {a} and {b} start {gap_m:g} m apart, one in the other; keep them {apart_m:g} m apart"
+                )
 
     def advance(self, now_ns: int) -> None:
         """Move the world on to this mission time."""
@@ -114,6 +130,11 @@ class Simulation:
         write_text(out / LINKS_FILE, "\n".join(("t_s,a,b,quality", *lines)) + "\n")
         for k, robot_id in enumerate(robots):
             write_tum(out / robot_id / TRUTH_FILE, stamps, rows[:, 1 + 3 * k : 4 + 3 * k])
+
+
+def _not_yet(given: Mapping[str, Transform], placed: Mapping[str, SimulatedRobot]) -> list[Transform]:
+    """Return the given starts of robots that are not placed yet."""
+    return [start for robot_id, start in given.items() if robot_id not in placed]
 
 
 def is_simulated(mission: Mission, robot: RobotConfig) -> bool:

@@ -18,9 +18,9 @@ class Frame:
 
     t_ns: int
     T_map_base: Transform
-    scan: Scan
-    """As it came from the laser."""
-    masked: Scan
+    scan: Scan | None
+    """As it came from the laser; None of a base station, which has none and is nowhere."""
+    masked: Scan | None
     """What the mapper got: beams that hit teammates are NaN."""
     particles: NDArray[np.float64]
     """``(N, 3)`` where each particle has the robot."""

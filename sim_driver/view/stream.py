@@ -13,7 +13,7 @@ from mrslam.merge.draw import colours
 from mrslam.sim_driver.missions.view_options import ViewOptions
 from mrslam.sim_driver.view.blueprint import blueprint_of
 from mrslam.sim_driver.view.frame import Frame
-from mrslam.spatial import LocalMap, se2
+from mrslam.spatial import LocalMap, Scan, se2
 from mrslam.spatial.se2 import Transform
 
 APPLICATION = "mrslam"
@@ -48,8 +48,23 @@ class Stream:
         """Write a frame and wait until it is taken, so that a slow viewer never has more than one in hand."""
         stream, root = self._stream, self.robot_id
         stream.set_time("mission", duration=frame.t_ns / 1e9)
-        T_map_laser = se2.compose(frame.T_map_base, frame.scan.T_base_laser)
-        hits, gone = _beams(frame, T_map_laser)
+        if frame.scan is not None and frame.masked is not None:
+            self._show_robot(frame, frame.scan, frame.masked)
+        mates = np.array(list(frame.teammates.values())).reshape(-1, 3)
+        names = list(frame.teammates)
+        shade = [_colour(name, frame) for name in names]
+        stream.log(
+            f"{root}/teammates", rr.Points3D(_raised(mates, 0.1), radii=[0.18], labels=names, colors=shade or None)
+        )
+        for owner, local in frame.maps.items():
+            self._show_map(owner, local, frame)
+        stream.flush(timeout_sec=FLUSH_S)
+
+    def _show_robot(self, frame: Frame, scan: Scan, masked: Scan) -> None:
+        """Write where the robot is, and what it sees."""
+        stream, root = self._stream, self.robot_id
+        T_map_laser = se2.compose(frame.T_map_base, scan.T_base_laser)
+        hits, gone = _beams(scan, masked, T_map_laser)
         stream.log(f"{root}/scan", rr.Points3D(hits, colors=[HIT], radii=[0.02]))
         stream.log(f"{root}/masked", rr.Points3D(gone, colors=[MASKED], radii=[0.05]))
         stream.log(f"{root}/particles", rr.Points3D(_raised(frame.particles, 0.05), colors=[PARTICLE], radii=[0.03]))
@@ -63,17 +78,8 @@ class Stream:
                 radii=[0.06],
             ),
         )
-        mates = np.array(list(frame.teammates.values())).reshape(-1, 3)
-        names = list(frame.teammates)
-        shade = [_colour(name, frame) for name in names]
-        stream.log(
-            f"{root}/teammates", rr.Points3D(_raised(mates, 0.1), radii=[0.18], labels=names, colors=shade or None)
-        )
         if not frame.maps:  # a mapper on its own: the points of all scans shown so far stand for its map
             stream.log(f"{root}/seen/{frame.t_ns}", rr.Points3D(hits, colors=[HIT], radii=[0.01]))
-        for owner, local in frame.maps.items():
-            self._show_map(owner, local, frame)
-        stream.flush(timeout_sec=FLUSH_S)
 
     def _show_map(self, owner: str, local: LocalMap, frame: Frame) -> None:
         """Write a map where it has changed, and its place where that has; maps without a place are not shown."""
@@ -128,11 +134,10 @@ class Stream:
         self._stream.disconnect()
 
 
-def _beams(frame: Frame, T_map_laser: Transform) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _beams(scan: Scan, masked: Scan, T_map_laser: Transform) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the ends of the beams that were mapped, and of those that hit teammates."""
-    scan = frame.scan
     hit = scan.is_return
-    gone = hit & np.isnan(frame.masked.ranges_m)
+    gone = hit & np.isnan(masked.ranges_m)
     angles, ranges = scan.angles_rad, np.where(hit, scan.ranges_m, 0.0).astype(np.float64)
     ends = se2.apply(T_map_laser, np.stack([ranges * np.cos(angles), ranges * np.sin(angles)], axis=-1))
     return _raised(ends[hit & ~gone], 0.02), _raised(ends[gone], 0.05)

@@ -106,13 +106,15 @@ class ViewWatcher:
 
     def on_scan(self, agent: Agent, sensed: Sensed, now_ns: int) -> None:
         """Gather references to what the agent knows now, if a frame is due."""
-        if agent.scan is None or not self._view.is_due(now_ns):
-            return
+        if agent.scan is not None and self._view.is_due(now_ns):
+            self._show(agent, sensed.scan, now_ns)
+
+    def _show(self, agent: Agent, scan: Scan | None, now_ns: int) -> None:
         self._view.show(
             Frame(
                 t_ns=now_ns,
                 T_map_base=agent.mapper.T_map_base,
-                scan=sensed.scan,
+                scan=scan,
                 masked=agent.scan,
                 particles=agent.mapper.particles,
                 maps=dict(agent.node.store.maps),
@@ -122,12 +124,16 @@ class ViewWatcher:
         )
 
     def on_event(self, agent: Agent, event: Event) -> None:
-        """Pass on what is worth showing."""
+        """Pass on what is worth showing; a base station, which has no scans, shows its maps at events."""
         if event.kind in SHOWN:
             self._view.tell(event)
+        if agent.mode == "central" and self._view.is_due(event.t_ns):
+            self._show(agent, None, event.t_ns)
 
     def close(self, agent: Agent, now_ns: int) -> None:
-        """Write what is left, within bounds."""
+        """Write what is left, within bounds; of a base station, its last maps."""
+        if agent.mode == "central":
+            self._show(agent, None, now_ns)
         self._view.close()
 
 

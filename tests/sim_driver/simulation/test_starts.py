@@ -1,0 +1,45 @@
+"""Where simulated robots start: never one in another."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mrslam.sim_driver.missions.mission import make_mission
+from mrslam.sim_driver.simulation.simulation import Simulation
+from mrslam.spatial import InputError
+
+
+def simulation(*starts: list[float] | None, seed: int = 0) -> Simulation:
+    robots: list[dict[str, Any]] = [
+        {"id": f"r{i}", **({} if start is None else {"start": start})} for i, start in enumerate(starts)
+    ]
+    tables = {"world": {"name": "arena1"}, "robots": robots, "mission": {"seed": seed}}
+    return Simulation(make_mission(tables, Path("m.toml")))
+
+
+@pytest.mark.parametrize("other", [[2.0, 2.0, 1.0], [2.2, 2.2, 0.0]])
+def test_two_robots_in_one_place_are_refused(other: list[float]) -> None:
+    with pytest.raises(InputError, match=r"robots r0 and r1 start .* apart, one in the other; keep them 0\.36 m"):
+        simulation([2.0, 2.0, 0.0], other)
+
+
+def test_starts_beside_each_other_are_taken_as_they_are() -> None:
+    starts = simulation([2.0, 2.0, 0.0], [2.4, 2.0, 1.0]).starts
+    assert starts["r0"].tolist() == [2.0, 2.0, 0.0] and starts["r1"].tolist() == [2.4, 2.0, 1.0]
+
+
+def test_robots_that_start_at_random_keep_off_the_given_starts() -> None:
+    for seed in range(20):
+        starts = simulation(None, None, [2.0, 2.0, 0.0], None, seed=seed).starts
+        gaps = [np.hypot(*(a - b)[:2]) for a, b in combinations(starts.values(), 2)]
+        assert min(gaps) > 0.36
+
+
+def test_starts_outside_of_the_floor_are_refused() -> None:
+    with pytest.raises(InputError, match=r"robot r0: start -5, 2 is no floor of the world arena1, which has x from 0"):
+        simulation([-5.0, 2.0, 0.0])
