@@ -11,7 +11,9 @@ from mrslam.spatial import InputError
 from mrslam.spatial.files.state_file import MISFIT, pack, read_state, write_state
 
 KIND = "mrslam-mapper"
+"""First word of the file."""
 VERSION = 3
+"""Of the file's content besides the mapper's state, which has a layout of its own; raised when it changes."""
 
 
 def save_checkpoint(mapper: Mapper, path: Path | str) -> None:

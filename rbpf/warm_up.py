@@ -13,7 +13,7 @@ from mrslam.spatial import Scan
 
 
 def warm_up() -> None:
-    """Run the mapper on a few made-up scans, so that every kernel is compiled and on disk."""
+    """Run the mapper on four made-up scans, so that every kernel is compiled and on disk."""
     config = MapperConfig(particles=3, threads=1, clear_range_m=1.0, neff_fraction=1.0, temporal_update_s=0.5)
     mapper = Mapper(config, seed=0)
     angles = np.linspace(-1.5, 1.5, 60)

@@ -11,7 +11,7 @@ from mrslam.rbpf.rows import Rows
 from mrslam.spatial.se2 import Transform
 
 APART_MOST = 1024
-"""Particles remember so many keyframes each for itself, 24 kB; of what is older, all remember what the best one has."""
+"""Most keyframes that each particle remembers for itself, 24 kB; of older ones, all remember what the best one has."""
 ROOM = 64
 """Keyframes there is room for at the least, so that tables are seldom copied."""
 

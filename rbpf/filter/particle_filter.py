@@ -32,7 +32,7 @@ scan and far better than its noise says: by a tenth of that in rooms. The noise 
 and corridors' maps correct half of it; but drawn by a half, the best particle's heading walks at random, by 0.12 deg in
 an office and more in corridors, and its map with it."""
 DRAWN_AT_ONCE = 64
-"""Scans of a map that is drawn again are unpacked so many at a time: it bounds the memory that takes."""
+"""Scans that are unpacked at a time where a map is drawn again: it bounds the memory that takes."""
 BEYOND_M = 2.0
 """Maps reach this much farther than the laser is used, metres."""
 SKIP_CELLS = 2.0
@@ -148,7 +148,7 @@ class ParticleFilter:
         self.neff = float(count)
 
     def _replace(self, parents: NDArray[np.int64], weights: NDArray[np.float64]) -> None:
-        """Let ``parents[i]`` live on as particle ``i``; the heir of the best one is the best, or the heaviest's."""
+        """Let particle ``i`` continue from ``parents[i]``; the best one's child is the best, or the heaviest's."""
         heir = int(np.argmax(np.where(parents == self.best, 1.0, weights[parents])))
         self.ancestry.inherit(parents)
         self.store.resample(parents)

@@ -56,7 +56,7 @@ class Proposals(NamedTuple):
 
     @classmethod
     def empty(cls, count: int) -> Proposals:
-        """Return the arrays for so many particles."""
+        """Return arrays for ``count`` particles."""
         return cls(np.empty((count, 3)), np.empty(count), np.empty(count), np.empty(count))
 
 

@@ -27,6 +27,7 @@ WALLS_LEAST_M, WALLS_SHARE = 3.0, 0.5
 PARALLEL_RAD = math.radians(0.3)
 """Walls of one building are parallel like this (1 sigma)."""
 RIGHT = 0.5 * math.pi
+"""A right angle, radians."""
 
 
 def folded(angle: NDArray[np.float64]) -> NDArray[np.float64]:

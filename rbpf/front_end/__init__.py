@@ -1,1 +1,1 @@
-"""Every scan against a local map of the last few metres: prediction, tracking, motion between keyframes."""
+"""Every scan matched to a rolling map: what comes in, prediction, tracking, motion between keyframes."""

@@ -54,5 +54,5 @@ class Health:
         return [self._fit, self._unseen_m, self._way_m]
 
     def restore(self, state: list[float]) -> None:
-        """Go on from what :meth:`state` returned."""
+        """Continue from what :meth:`state` returned."""
         self._fit, self._unseen_m, self._way_m = state

@@ -33,7 +33,8 @@ TURN_SEARCHED_RAD = 0.1
 NEAR_M, FAR_M = 0.1, 0.4
 """How far to either side a better match is looked for: when in slight doubt, and in serious doubt, metres."""
 NEAR_TURN_RAD, NEAR_TURN_SIGMAS, NEAR_TURN_MOST_RAD = 0.05, 3.0, 0.6
-"""How far to either side a turn is looked for when in slight doubt: this, and so many deviations of the guess."""
+"""How far to either side a turn is looked for when in slight doubt: the first, and the second
+times the guess's deviation, but at most the third."""
 FAR_TURN_RAD = 0.45
 """The same when in serious doubt, at least."""
 NEAR_STEP_RAD, FAR_STEP_RAD, STEP_M = 0.015, 0.03, 0.1

@@ -26,6 +26,7 @@ NOISE_M, NOISE_RAD = 0.01, 0.0015
 MOTION, WAY, BLIND_M = slice(0, 3), 3, slice(4, 6)
 """Columns of an arrival: local motion from the keyframe before (3), its way (1), its error where it was blind (2)."""
 ARRIVAL_COLUMNS = 6
+"""Number of them."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

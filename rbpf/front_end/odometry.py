@@ -27,9 +27,9 @@ LEAST_ERROR, MOST_ERROR = 0.03, 3.0
 STILL = 1e-3
 """Wheels that turned less than this, metres and radians, say that the robot stands."""
 DEAD_SCANS = 5
-"""So many scans that moved while the wheels stood make them dead, until they turn again."""
+"""Scans that moved while the wheels stood, after which odometry is dead until they turn again."""
 LEAST_M, LEAST_RAD = 0.03, 0.03
-"""Motions smaller than this tell nothing about errors that grow with motion; the robot may be standing."""
+"""Smaller motions are within the matcher's noise: errors that grow with motion cannot be learnt from them."""
 
 
 class OdometryModel:

@@ -1,6 +1,6 @@
 """Which motion to expect before a scan is matched: from the wheels as far as they proved right, else as before.
 
-Two guesses: odometry, corrected by what matching found wrong with it, and constant velocity. Matching tells how far
+Two guesses: odometry, corrected by what matching found wrong with it, and constant velocity. Matching shows how far
 each can be believed, wherever the walls around leave no direction unseen.
 """
 
@@ -26,8 +26,9 @@ from mrslam.spatial.se2 import Transform
 MAX_STEP_M, MAX_SPEED_M_S = 5.0, 3.0
 """Odometry that jumps farther between two scans, and faster where no scan came for long, is disbelieved."""
 PAUSE_S, PAUSE_TIMES, INTERVAL_MEMORY = 2.0, 5.0, 0.1
-"""No scan for so long, and for so many times the usual interval, is a pause: a robot that was off, a laser unplugged.
-What the motion was before says nothing then, and what the wheels report is no jump."""
+"""No scan for this time, and for this multiple of the usual interval, is a pause: a robot that was off, a laser
+unplugged. The velocity before it means nothing then, and odometry over it is no jump. The third is the share of a new
+interval in the usual one."""
 STEADY_S, MAX_TURN_RAD_S = 0.5, 6.0
 """Motion is thought to be steady over no longer than this, and no robot turns faster."""
 LEARN = 0.05
@@ -135,7 +136,7 @@ class Predictor:
         return [*others, self._steady()] if may_be_wrong else others
 
     def dead_reckoned(self, T_before_odom: Transform | None) -> Transform:
-        """Return the motion ``(3,)`` since the newest scan that was used, as far as wheels alone can tell."""
+        """Return the motion ``(3,)`` since the newest scan that was used, as far as odometry alone can say."""
         if T_before_odom is None or self._is_void(T_before_odom):
             return np.zeros(3)
         return self.odometry.corrected(T_before_odom)
@@ -149,7 +150,7 @@ class Predictor:
         return velocity if is_possible else np.zeros(3)
 
     def learn(self, motion: Transform, T_before_odom: Transform | None, found: Match, *, refuted: bool = False) -> None:
-        """Learn how well each guess foretold the motion ``(3,)``, where the match was good enough to tell.
+        """Learn how well each guess predicted the motion ``(3,)``, where the match is good enough for that.
 
         ``refuted`` : the scan fits a place that the prediction excluded.
         """

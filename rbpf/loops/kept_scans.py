@@ -14,7 +14,7 @@ from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
 
 KEPT_MOST, KEPT_WITHIN_M, KEPT_WITHIN_RAD = 12, 0.7, 0.5
-"""Of the scans taken within this distance and turn of each other so many are kept, the newest."""
+"""Most scans that are kept of those taken within this distance and turn of each other: the newest."""
 POINTS_OF_KEY, POINTS_APART_M = 90, 0.05
 """Points of one keyframe that are matched, at most, and their least distance across the beams, metres."""
 

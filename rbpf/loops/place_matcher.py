@@ -31,7 +31,7 @@ AGREEING_LEAST = 0.85
 CLEAR, VERY_CLEAR = 0.1, 0.25
 """How much more than ``OVERLAP_LEAST`` must fit for a descent to need no search, and for a fit to be very good."""
 COARSE_CELLS = 4.0
-"""Cells of the map that is searched first are so many times as large as the map's."""
+"""Cells of the map that is searched first, as a multiple of the map's."""
 TURN_RAD, TURN_MOST_RAD = 0.1, 0.35
 """The coarse search turns by this to either side, more the more may have drifted, and at most by the second."""
 SHIFT_M = 0.7
@@ -45,7 +45,7 @@ ITERATIONS, ITERATIONS_SEARCHED = 12, 15
 
 
 def fits(found: Match, more: float = 0.0) -> bool:
-    """Return whether enough beams match, and few contradict the old map; what it never saw is neutral.
+    """Return whether enough beams match the old map, and hardly any contradict it; what it never saw is neutral.
 
     ``more`` : share of beams by which it must be better than just enough.
     """

@@ -10,14 +10,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mrslam.rbpf.match.nearest import COS, SIN, Surface, nearest
+from mrslam.rbpf.tiles.cells import NORMAL_QUALITY
 from mrslam.rbpf.tiles.views import Tiles
 
 POINT_WEIGHT = 0.2
 """Weight of a correspondence without a normal beside one with: it holds the pose both ways, and less surely."""
 SLANT_RAD = 0.25
 """Normals that look along a corridor by less than this are those of its walls, with their errors."""
-QUALITY_LEAST = 0.2
-"""A point's normal is used where its quality is above this."""
 FAR_CELLS2 = 9.0
 """Surfaces farther off than the square root of this (cells) are others than the one that the beam hit."""
 CONFLICT_COST, UNKNOWN_COST = 3.0, 1.0
@@ -149,13 +148,13 @@ def _normal(
     if (word >> 31) & 1 > 0:
         k = (word >> 23) & 0xFF
         mx, my = COS[k], SIN[k]
-        if quality > QUALITY_LEAST:
+        if quality > NORMAL_QUALITY:
             # Where beams are sparse the mean point's wall is known better from both sides.
             mx, my = mx + nx, my + ny
             norm = 1.0 / math.sqrt(mx * mx + my * my)
             mx *= norm
             my *= norm
-    elif quality > QUALITY_LEAST:
+    elif quality > NORMAL_QUALITY:
         mx, my = nx, ny
     else:
         return False, 0.0, 0.0

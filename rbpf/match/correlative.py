@@ -28,7 +28,7 @@ class Lattice(NamedTuple):
     """To either side, along x and along y of the map."""
     shift_step_m: float
     points_most: int
-    """About so many of the scan's points are used, evenly chosen."""
+    """Points of the scan that are used, about, evenly chosen."""
 
 
 class Found(NamedTuple):
@@ -40,6 +40,26 @@ class Found(NamedTuple):
     """Sum over the points used of 1 / (1 + d^2), d in cells, less a little for the distance from the centre."""
     rank: int
     """In the order of the search, which decides between equal scores."""
+
+
+@njit(cache=True, nogil=True)
+def _turn(
+    points: NDArray[np.float64],
+    stride: int,
+    centre: NDArray[np.float64],
+    theta: float,
+    inv: float,
+    out: NDArray[np.float64],
+) -> None:  # pragma: no cover - compiled
+    """Write every ``stride``-th point as seen from the centre with heading ``theta`` into ``out (n, 5)``, in cells."""
+    c, s = math.cos(theta), math.sin(theta)
+    for k in range(out.shape[0]):
+        i = k * stride
+        out[k, 0] = (centre[0] + c * points[i, 0] - s * points[i, 1]) * inv
+        out[k, 1] = (centre[1] + s * points[i, 0] + c * points[i, 1]) * inv
+        out[k, 2] = c * points[i, 2] - s * points[i, 3]
+        out[k, 3] = s * points[i, 2] + c * points[i, 3]
+        out[k, 4] = points[i, 4]
 
 
 @njit(cache=True, nogil=True)
@@ -70,14 +90,7 @@ def search_turns(
     for ka in range(first, 2 * turns + 1, step):
         a = (ka + 1) // 2 if ka % 2 else -(ka // 2)
         theta = centre[2] + a * turn_step
-        c, s = math.cos(theta), math.sin(theta)
-        for k in range(used):
-            i = k * stride
-            turned[k, 0] = (centre[0] + c * points[i, 0] - s * points[i, 1]) * inv
-            turned[k, 1] = (centre[1] + s * points[i, 0] + c * points[i, 1]) * inv
-            turned[k, 2] = c * points[i, 2] - s * points[i, 3]
-            turned[k, 3] = s * points[i, 2] + c * points[i, 3]
-            turned[k, 4] = points[i, 4]
+        _turn(points, stride, centre, theta, inv, turned)
         for ky in range(2 * shifts + 1):
             iy = (ky + 1) // 2 if ky % 2 else -(ky // 2)
             y = iy * shift_step_m

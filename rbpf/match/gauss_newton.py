@@ -13,7 +13,7 @@ from mrslam.rbpf.match.beam_sums import Look, Sums, sum_beams
 from mrslam.rbpf.tiles.views import Tiles
 
 CORRIDOR = 0.05
-"""Where the beams tell less than this share along one direction of that across, they are looked at closer."""
+"""Where the information along one direction is less than this share of that across, normals along it are corrected."""
 CREDIBLE_BEAMS = 1.0
 """Beams that look along a corridor and are worth less than this many, all together, may be chance."""
 WIDE_STEPS, WIDE_SIGMAS, WIDE_M, NARROW_SIGMAS = 2, 3.0, 0.12, 1.5
@@ -109,7 +109,7 @@ def match(
 def _result(
     sums: Sums, pose: NDArray[np.float64], beams: int, blind: float, along_x: float, along_y: float
 ) -> Match:  # pragma: no cover - compiled
-    """Return the match that the sums over so many beams at a pose ``(3,)`` mean."""
+    """Return the match that the sums over a number of ``beams`` at a pose ``(3,)`` mean."""
     information = np.empty((3, 3))
     information[0, 0], information[1, 1], information[2, 2] = sums.xx, sums.yy, sums.tt
     information[0, 1] = information[1, 0] = sums.xy

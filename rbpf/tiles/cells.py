@@ -1,7 +1,7 @@
 """Cells of the map, packed in one 32-bit word each, and how a beam changes one.
 
 hits (5 bit) | visits (6) | mean hit point x, y within the cell (6 + 6) | direction of the surface normal (8) | whether
-there is a normal (1). One load gives a beam all it needs, and few bytes are copied when particles part. Tiles are
+there is a normal (1). One load gives a beam all it needs, and a tile that particles share is copied in 4 kB. Tiles are
 rows of a pool ``(T, 1024) uint32``; tile 0 is always empty and is never written to.
 """
 
@@ -21,6 +21,8 @@ MASK = TILE - 1
 TILE_WORDS = TILE * TILE
 """Cells of a tile."""
 
+NORMAL_QUALITY = 0.2
+"""A point's normal is used where its quality (0..1) is above this."""
 HITS_CAP = 30
 """Counts are halved here, below the 5 bits' 31: the mean hit point can still follow what is seen."""
 VISITS_CAP = 62
@@ -46,12 +48,12 @@ def add_hit(
     """Return the cell after one more hit at ``fx, fy`` in [0, 1) of the cell, with a unit normal of this quality.
 
     Means are rounded up or down in the long run as often as their fraction asks (dithered by the digits below the
-    stored ones), so that small changes add up in spite of few bits.
+    stored ones), so that small changes add up in spite of the rounding.
     """
     hits, visits = hits_of(cell), visits_of(cell)
     mx, my = (cell >> 11) & 0x3F, (cell >> 17) & 0x3F
     direction, known = (cell >> 23) & 0xFF, (cell >> 31) & 1
-    q = 1 if quality > 0.2 else 0
+    q = 1 if quality > NORMAL_QUALITY else 0
     x, y = fx * 64.0, fy * 64.0
     dither_x, dither_y = (fx * 4096.0) % 1.0, (fy * 4096.0) % 1.0
     fresh = 256.0 * (math.atan2(ny, nx) / (2.0 * math.pi) + 1.0)

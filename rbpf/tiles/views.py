@@ -50,6 +50,7 @@ class Beams(NamedTuple):
 
 
 NO_ENDS = np.empty((0, 2))
+"""Of a scan whose beams all hit something, or where those that do not are ignored."""
 
 
 @njit(cache=True, nogil=True)
