@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from mrslam.alignment import ALIGNERS, Alignment, AlignmentConfig, Rejection, align
+from mrslam.merge.grids.upright import read_upright
 from mrslam.sim_driver.cli.console import say
 from mrslam.sim_driver.kernels import ensure_compiled
 from mrslam.sim_driver.missions.settings import build, with_overrides
-from mrslam.spatial import InputError, read_map
+from mrslam.spatial import InputError
 from mrslam.spatial.files.archives import arrays_in
 
 
@@ -25,8 +26,8 @@ def align_files(
     check_method(method)
     if b is None and a.suffix != ".npz":
         raise InputError(f"{a} is one map; name the other one too (only an .npz holds both)")
-    grid_a = read_map(a, "a", resolution)
-    grid_b = read_map(a if b is None else b, "b" if b is None or b == a else _key(b), resolution)
+    grid_a = read_upright(a, "a", resolution)
+    grid_b = read_upright(a if b is None else b, "b" if b is None or b == a else _key(b), resolution)
     ensure_compiled(say, ("alignment",))
     start = time.perf_counter()
     outcome = align(grid_a, grid_b, method=method, config=config)

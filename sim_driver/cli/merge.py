@@ -14,13 +14,14 @@ import numpy as np
 from mrslam.alignment import Alignment, Rejection
 from mrslam.merge import MergeConfig, MergeResult, Pair, merge_maps
 from mrslam.merge.draw import draw_team
+from mrslam.merge.grids.upright import read_upright
 from mrslam.sim_driver.cli.align import as_row, check_method
 from mrslam.sim_driver.cli.console import say
 from mrslam.sim_driver.cli.progress import progress_bar
 from mrslam.sim_driver.kernels import ensure_compiled
 from mrslam.sim_driver.missions.run_files import TEAM_MAP_FILE
 from mrslam.sim_driver.missions.settings import build, with_overrides
-from mrslam.spatial import InputError, OccupancyGrid, read_map, write_map
+from mrslam.spatial import InputError, OccupancyGrid, write_map
 from mrslam.spatial.files.archives import arrays_in
 from mrslam.spatial.files.atomic import is_file, is_folder, make_folder, write_text
 from mrslam.spatial.files.images import write_image
@@ -94,10 +95,10 @@ def read_maps(paths: list[Path], resolution_m: float | None) -> dict[str, Occupa
     grids: dict[str, OccupancyGrid] = {}
     for path, name in zip(paths, short_names(paths), strict=True):
         if path.suffix == ".npz" and is_file(path) and "b" in arrays_in(path):
-            grids[f"{name}:a"] = read_map(path, "a")
-            grids[f"{name}:b"] = read_map(path, "b")
+            grids[f"{name}:a"] = read_upright(path, "a")
+            grids[f"{name}:b"] = read_upright(path, "b")
         else:
-            grids[name] = read_map(path, "a", resolution_m)
+            grids[name] = read_upright(path, "a", resolution_m)
     return grids
 
 

@@ -10,16 +10,20 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
+from mrslam.spatial import se2
 from mrslam.spatial.errors import InputError, first_line
 from mrslam.spatial.files.archives import read_arrays
 from mrslam.spatial.files.atomic import is_file, is_folder, write_text
 from mrslam.spatial.files.images import read_image, write_image
 from mrslam.spatial.files.pixels import FREE, GREY, OCCUPIED, Pixels
-from mrslam.spatial.grid import OCCUPIED_MIN, UNKNOWN, OccupancyGrid
+from mrslam.spatial.grid import FARTHEST_M, OCCUPIED_MIN, UNKNOWN, OccupancyGrid
+from mrslam.spatial.se2 import Transform
 
 log = logging.getLogger(__name__)
 
 DEFAULT_RESOLUTION_M = 0.05
+STRAIGHT_RAD = 1e-6
+"""An image turned by less is not turned: over 1 km that is a millimetre."""
 
 
 def write_map(path: Path, grid: OccupancyGrid) -> None:
@@ -54,13 +58,29 @@ def read_map(path: Path | str, key: str = "a", resolution_m: float | None = None
     YAML, it is a bare image: of that resolution, else of 0.05 m with a warning. An ``.npz`` holds ``res`` and, for
     ``key`` "a" or "b", the array and ``origin_<key>``. Raises ``InputError`` with what is wrong in which file.
     """
+    grid, T_map_grid = read_turned_map(path, key, resolution_m)
+    if T_map_grid[2] != 0.0:
+        raise InputError(
+            f"{path}: its image is turned by {T_map_grid[2]:g} rad in its frame; only mrslam align and merge take that"
+        )
+    return grid
+
+
+def read_turned_map(
+    path: Path | str, key: str = "a", resolution_m: float | None = None
+) -> tuple[OccupancyGrid, Transform]:
+    """Read a map as :func:`read_map`, and ``T_map_grid``: the identity but where a YAML turns its image.
+
+    A YAML's origin is the pose of the image's lower left corner in the map's frame; a turned image is returned with
+    its corner at (0, 0).
+    """
     path = Path(path)
     if is_folder(path):
         raise InputError(f"{path}: is a folder, not a map file (.yaml, an image or .npz)")
     if not is_file(path):
         raise InputError(f"{path}: no such map file")
     if path.suffix == ".npz":
-        return _read_npz(path, key)
+        return _read_npz(path, key), se2.IDENTITY
     if path.suffix.lower() in (".yaml", ".yml"):
         return _read_yaml(path)
     described = _yaml_of(path)
@@ -72,7 +92,8 @@ def read_map(path: Path | str, key: str = "a", resolution_m: float | None = None
     else:
         resolution_m = DEFAULT_RESOLUTION_M
         log.warning("%s: no %s.yaml beside it names this image; taking %g m a cell", path, path.stem, resolution_m)
-    return OccupancyGrid(Pixels(occupied_thresh=OCCUPIED_MIN / 100).cells(*read_image(path)), resolution_m)
+    cells = Pixels(occupied_thresh=OCCUPIED_MIN / 100).cells(*read_image(path))
+    return OccupancyGrid(cells, resolution_m), se2.IDENTITY
 
 
 def _yaml_of(image: Path) -> Path | None:
@@ -105,7 +126,7 @@ def _load_yaml(path: Path) -> Any:
         raise InputError(f"{path}: not a readable YAML file ({first_line(error)})") from error
 
 
-def _read_yaml(path: Path) -> OccupancyGrid:
+def _read_yaml(path: Path) -> tuple[OccupancyGrid, Transform]:
     meta = _load_yaml(path)
     if not isinstance(meta, dict) or not {"image", "resolution", "origin"} <= meta.keys():
         raise InputError(f"{path}: a map file needs the keys image, resolution and origin")
@@ -123,9 +144,12 @@ def _read_yaml(path: Path) -> OccupancyGrid:
         meaning = Pixels(mode, negate, occupied, free)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
-    if not abs(yaw) <= 1e-6:
-        raise InputError(f"{path}: origins with a rotation are not supported, got {yaw} rad; rotate the map first")
-    return _grid(path, meaning.cells(*read_image(image_path)), resolution, (x, y))
+    cells = meaning.cells(*read_image(image_path))
+    if abs(yaw) <= STRAIGHT_RAD:
+        return _grid(path, cells, resolution, (x, y)), se2.IDENTITY
+    if not np.isfinite([x, y, yaw]).all() or max(abs(x), abs(y)) > FARTHEST_M:
+        raise InputError(f"{path}: origin must be finite and within {FARTHEST_M:g} m, got {meta['origin']}")
+    return _grid(path, cells, resolution, (0.0, 0.0)), se2.transform(x, y, yaw)
 
 
 def _grid(path: Path, cells: NDArray[np.int8], resolution_m: float, origin_m: tuple[float, float]) -> OccupancyGrid:
