@@ -46,34 +46,37 @@ def orb(a: PreparedMap, b: PreparedMap, config: AlignmentConfig, prior: Prior | 
         keys, descriptors = detector.detectAndCompute(image, None)
         at = np.array([k.pt for k in keys], dtype=np.float64).reshape(-1, 2)
         sides.append(((at + 0.5) * pixel + (side.x0, side.y0), descriptors))
-    return match(sides[0], sides[1], cv2.NORM_HAMMING, config)
+    (at_a, descriptors_a), (at_b, descriptors_b) = sides
+    if descriptors_a is None or descriptors_b is None:
+        return []
+    i, j = matches(descriptors_a, descriptors_b, cv2.NORM_HAMMING)
+    return candidates_of(at_a[i], at_b[j], config)
 
 
-def match(
-    a: tuple[NDArray[np.float64], NDArray[Any] | None],
-    b: tuple[NDArray[np.float64], NDArray[Any] | None],
-    norm: int,
-    config: AlignmentConfig,
-) -> list[Candidate]:
-    """Return the transforms held by mutual nearest descriptors; ``a``, ``b``: positions ``(N, 2)`` m, descriptors."""
+def matches(one: NDArray[Any], other: NDArray[Any], norm: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the indices of descriptors ``(N, D)``, ``(M, D)`` that are each other's nearest under a norm of OpenCV."""
     import cv2
 
-    if a[1] is None or b[1] is None or len(a[0]) < 3 or len(b[0]) < 3:
-        return []
-    found = cv2.BFMatcher(norm, crossCheck=True).match(a[1], b[1])
-    p_a = a[0][[m.queryIdx for m in found]]
-    p_b = b[0][[m.trainIdx for m in found]]
+    if len(one) == 0 or len(other) == 0:
+        return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
+    found = cv2.BFMatcher(norm, crossCheck=True).match(one, other)
+    indices = np.array([(m.queryIdx, m.trainIdx) for m in found], dtype=np.int64).reshape(-1, 2)
+    return indices[:, 0], indices[:, 1]
+
+
+def candidates_of(p_a: NDArray[np.float64], p_b: NDArray[np.float64], config: AlignmentConfig) -> list[Candidate]:
+    """Return the transforms ``T_a_b`` held by matched points ``(N, 2)``, metres, those of most inliers first."""
     rng = np.random.default_rng(config.seed)
     candidates: list[Candidate] = []
-    matches = len(p_a)
+    count = len(p_a)
     for _ in range(MODELS):
         fit = rigid(p_a, p_b, config.ransac_draws, config.ransac_inlier_m, rng)
         if fit is None or fit[1].sum() < FEWEST_INLIERS:
             break
         T_a_b, inlier = fit
         inliers = int(inlier.sum())
-        confidence = inliers / (8.0 + 0.3 * matches)
-        numbers = {"matches": float(matches), "inliers": float(inliers), "feature_confidence": confidence}
+        confidence = inliers / (8.0 + 0.3 * count)
+        numbers = {"matches": float(count), "inliers": float(inliers), "feature_confidence": confidence}
         candidates.append(Candidate(T_a_b, confidence, numbers))
         p_a, p_b = p_a[~inlier], p_b[~inlier]
     return candidates
