@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from mrslam import comms
-from mrslam.agent.effects import AlignJob, Effect, Event, as_event, known_fields, mapped_fields
+from mrslam.agent.effects import AlignJob, Effect, Event, Job, JoinJob, Outcome, as_event, known_fields, mapped_fields
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.link_stats import LinkStats
 from mrslam.agent.robot import Robot
 from mrslam.agent.self_doubt import fits_map
 from mrslam.alignment import Alignment, Rejection
+from mrslam.merge import JointMap
 from mrslam.rbpf import Mapper, UpdateInfo
 from mrslam.spatial import Scan, se2
 from mrslam.spatial.se2 import Transform
@@ -142,14 +143,19 @@ class Agent(Robot):
     def _observe(self, report: comms.TeammatePose) -> None:
         known = self.team.maps.get(report.peer)
         if known is not None and known.epoch == report.epoch:  # a place on another map than the known one says nothing
-            self._teammates.observe(report, self.T_team_map.get(report.peer))
+            self._teammates.observe(report, self.team.T_own_map.get(report.peer))
 
     # -- alignment -> team map -> where teammates are ------------------------------------------------------------------
 
-    def next_alignment(self, now_ns: int) -> AlignJob | None:
-        """Return the pair of maps most worth aligning now, or None; the shell runs it and calls :meth:`on_aligned`."""
-        return self.team.next_alignment(now_ns)
+    def next_job(self, now_ns: int) -> Job | None:
+        """Return the maps most worth aligning or joining now, or None; the shell runs it and calls :meth:`on_done`."""
+        return self.team.next_job(now_ns)
 
-    def on_aligned(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int) -> list[Effect]:
-        """Take the result of an alignment."""
-        return self.team.on_aligned(job, outcome, now_ns)
+    def on_done(self, job: Job, outcome: Outcome, now_ns: int) -> list[Effect]:
+        """Take the outcome of a job."""
+        match job, outcome:
+            case JoinJob(), JointMap():
+                return self.team.on_joined(job, outcome, now_ns)
+            case AlignJob(), Alignment() | Rejection():
+                return self.team.on_aligned(job, outcome, now_ns)
+        raise TypeError(f"{type(outcome).__name__} is no outcome of {type(job).__name__}")

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any
 
 from mrslam import comms
-from mrslam.alignment import Prior
+from mrslam.alignment import Alignment, Prior, Rejection
 from mrslam.comms import Send
-from mrslam.merge import TeamMap
+from mrslam.merge import BentTeam, JointMap, Pair, TeamMap, Trail
 from mrslam.rbpf import UpdateInfo
 from mrslam.spatial import LocalMap, OccupancyGrid
+from mrslam.spatial.se2 import Transform
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,26 @@ class AlignJob:
     area_m2: tuple[float, float]
     attempt: int
     """How often the pair was tried before; seeds the search, so that a second try is an independent witness."""
+    trails: tuple[Trail, Trail] | None = None
+    """The ways that made the two maps: where these fit only when bent, it is their scans that say how."""
+
+
+@dataclass(frozen=True, eq=False)
+class JoinJob:
+    """Maps that were placed, to be bent until what their robots saw of the same places agrees; slow, too."""
+
+    frame: str
+    """The robot whose map frame is the team's."""
+    trails: Mapping[str, Trail]
+    T_team_map: Mapping[str, Transform]
+    T_a_b: Mapping[Pair, Transform]
+    """The alignments believed when the maps were placed."""
+    epochs: Mapping[str, int]
+    """Which of each robot's maps it is."""
+
+
+Job = AlignJob | JoinJob
+Outcome = Alignment | Rejection | JointMap
 
 
 Effect = Send | Event
@@ -80,6 +102,17 @@ def known_fields(own_m2: float, team: TeamMap) -> dict[str, Any]:
     """Return what the event "known" says: how large the maps are, and whose are placed."""
     team_m2 = team.grid.known_area_m2()
     return {"own_m2": round(own_m2, 2), "team_m2": round(team_m2, 2), "placed": sorted(team.T_team_map)}
+
+
+def joined_fields(bent: BentTeam) -> dict[str, Any]:
+    """Return what the event "joined" says: how many places tie whom, and how far that moved each robot's keyframes."""
+    tied = Counter(f"{tie.a}-{tie.b}" for tie in bent.ties if tie.believed)
+    return {
+        "ties": dict(sorted(tied.items())),
+        "dropped": sum(not tie.believed for tie in bent.ties),
+        "bent_m": {name: round(bend.most_m, 3) for name, bend in sorted(bent.bends.items())},
+        "ambiguous": {f"{a}-{b}": why for (a, b), why in sorted(bent.ambiguous.items())},
+    }
 
 
 def _plain(value: Any) -> Any:

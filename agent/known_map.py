@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+from mrslam.merge import Trail
 from mrslam.spatial import LocalMap, OccupancyGrid
 
 Version = tuple[int, int]
@@ -27,6 +28,11 @@ class KnownMap:
     def grid(self) -> OccupancyGrid:
         """The map as one grid."""
         return self.local.map.to_grid()
+
+    @cached_property
+    def trail(self) -> Trail:
+        """The way that made the map, as far as its keyframes have scans."""
+        return Trail.of(self.local)
 
     @cached_property
     def area_m2(self) -> float:

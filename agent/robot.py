@@ -76,6 +76,20 @@ class Robot:
         """Return what to drive by, in the own map frame: the team's map once someone else is placed, else the own."""
         return self.team_map().grid if len(self.T_team_map) > 1 else self.own_map()
 
+    @property
+    def T_team_base(self) -> Transform:
+        """``(3,)``: where the robot is in the team map, in which its own map may be bent."""
+        return se2.compose(self.team.T_team_own, self.mapper.T_map_base)
+
+    def corrected_trajectories(self) -> dict[str, Keyframes]:
+        """Return ways in the team map of the robots whose maps are bent: the own laser's, and teammates' keyframes."""
+        ways = self.team.keyframes()
+        bends = self.team.bends
+        if self.robot_id in bends:
+            own, stamps_ns = self.trajectory_laser(), self.team.maps[self.robot_id].local.keyframes.stamps_ns
+            ways[self.robot_id] = bends[self.robot_id].corrected_at(stamps_ns, own)
+        return {robot_id: way for robot_id, way in ways.items() if robot_id in bends}
+
     def known_area_m2(self) -> float:
         """Return the known area of the own map as last published, square metres."""
         published = self.team.maps.get(self.robot_id)

@@ -9,17 +9,22 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from mrslam.agent.config import Settings
-from mrslam.agent.effects import AlignJob, Effect, Event
+from mrslam.agent.effects import AlignJob, Effect, Event, Job, JoinJob, joined_fields
+from mrslam.agent.joining import Joining
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.map_check import contradicts_itself
 from mrslam.agent.pairs.belief import PairBelief, Verdict
 from mrslam.agent.pairs.schedule import Schedule
 from mrslam.alignment import Alignment, Rejection
-from mrslam.merge import Pair, Placement, TeamMap, TeamMapper
+from mrslam.merge import Bend, BentTeam, JointMap, Pair, Placement, TeamMap, TeamMapper
 from mrslam.merge.graph.edges import pair_of
+from mrslam.merge.joint.join import Tie
 from mrslam.mutual_detection import clear_ghosts
-from mrslam.spatial import LocalMap, OccupancyGrid, se2
+from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, se2
 from mrslam.spatial.se2 import Transform
 
 PLACE_NS = 2_000_000_000
@@ -42,7 +47,7 @@ class Team:
         """By robot: why its map is not believed to be what it saw."""
         self.beliefs: dict[Pair, PairBelief] = {}
         """By pair of those maps, (a, b) with a < b: what is believed of it."""
-        self._schedule = Schedule(robot_id, settings.agent)
+        self._schedule, self._joining = Schedule(robot_id, settings.agent), Joining()
         self._mutual_detection = settings.mutual_detection
         self._mapper = TeamMapper(anchor=robot_id if maps else None, config=settings.merge, keeps_frame=not maps)
         self._placement = Placement(T_team_map={robot_id: se2.IDENTITY} if maps else {})
@@ -61,7 +66,7 @@ class Team:
         if held is not None and held.epoch != known.epoch:
             self._begin_pairs(robot_id)
             self.displace(robot_id)
-        self._mapper.set_map(robot_id, known.grid)
+        self._mapper.set_map(robot_id, known.grid, known.trail)
         self._map, self._is_placement_old = None, True
 
     def _know(self, robot_id: str, known: KnownMap) -> None:
@@ -101,16 +106,18 @@ class Team:
         for robot_id, known in sorted(maps.items()):
             if not self._doubts(robot_id, known.local):
                 self._know(robot_id, known)
-                self._mapper.set_map(robot_id, known.grid)
+                self._mapper.set_map(robot_id, known.grid, known.trail)
         self.beliefs |= {pair: belief for pair, belief in beliefs.items() if not self.doubted.keys() & set(pair)}
         self._map = None
         self._place(0)
 
-    # -- alignments ----------------------------------------------------------------------------------------------------
+    # -- jobs ----------------------------------------------------------------------------------------------------------
 
-    def next_alignment(self, now_ns: int) -> AlignJob | None:
-        """Return the pair of maps most worth aligning now, or None."""
-        return self._schedule.next_job(self.beliefs, self.maps, self.T_team_map, now_ns)
+    def next_job(self, now_ns: int) -> Job | None:
+        """Return the maps to join where the alignments or much of the maps are new, else a pair to align, or None."""
+        T_a_b = {pair: found.T_a_b for pair, found in self._alignments().items()}
+        joining = self._joining.next_job(self._placement, self.maps, T_a_b, now_ns)
+        return joining or self._schedule.next_job(self.beliefs, self.maps, self.T_team_map, now_ns)
 
     def on_aligned(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int) -> list[Effect]:
         """Take the result of an alignment; an accepted and stable one becomes an edge of the team graph."""
@@ -125,6 +132,18 @@ class Team:
             self._map = None
             self._place(now_ns)
         return effects + self.revoke(now_ns)
+
+    def on_joined(self, job: JoinJob, joint: JointMap, now_ns: int) -> list[Effect]:
+        """Take a joint solution: maps are drawn bent from now on, and judged so."""
+        current = {name: one.epoch for name, one in self.maps.items()}
+        if any(current.get(name) != epoch for name, epoch in job.epochs.items()):
+            return []  # a map was started anew while this was computed
+        self._mapper.bent = BentTeam.of(joint, job.frame, job.trails, job.T_a_b)
+        for name, known in self.maps.items():
+            self._mapper.bent = self._mapper.bent.corrected(name, known.trail)
+        self._map = None
+        self._place(now_ns)
+        return [Event(now_ns, "joined", joined_fields(self._mapper.bent)), *self.revoke(now_ns)]
 
     def _settle(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int) -> Verdict:
         for robot_id, version in zip((job.a, job.b), job.versions, strict=True):
@@ -190,9 +209,49 @@ class Team:
         """Free the occupied cells where a robot has been: nobody drives through walls."""
         if not self._mutual_detection.enabled:
             return grid
-        paths = [
-            se2.compose(T_team_map, self.maps[robot_id].local.keyframes.T_map_base)[:, :2]
-            for robot_id, T_team_map in self.T_team_map.items()
-            if robot_id in self.maps
-        ]
+        paths = [keyframes.T_map_base[:, :2] for keyframes in self.keyframes().values()]
         return clear_ghosts(grid, paths, self._mutual_detection.robot_radius_m)[0]
+
+    @property
+    def bends(self) -> Mapping[str, Bend]:
+        """By robot: how its map is bent to fit the others, in the team's frame; empty where nothing ties them."""
+        return self._placement.bends
+
+    @property
+    def ties(self) -> tuple[Tie, ...]:
+        """Places that two robots saw, by the last joint solution."""
+        return self._mapper.bent.ties
+
+    def ties_m(self, T_team_map: Mapping[str, Transform]) -> list[NDArray[np.float64]]:
+        """Return the ties believed as places of the two robots, ``(2, 2)`` each, with their maps laid like this."""
+        keys = {name: se2.compose(T, self.maps[name].trail.T_map_key) for name, T in T_team_map.items()}
+        return [
+            np.stack([keys[tie.a][tie.match.i, :2], keys[tie.b][tie.match.j, :2]])
+            for tie in self.ties
+            if tie.believed and {tie.a, tie.b} <= keys.keys()
+        ]
+
+    def keyframes(self) -> dict[str, Keyframes]:
+        """Return the keyframes of every robot that is placed, in the team's frame, corrected where maps are bent."""
+        out = {}
+        for robot_id, T_team_map in self.T_team_map.items():
+            if robot_id in self.maps:
+                own, bend = self.maps[robot_id].local.keyframes, self._placement.bends.get(robot_id)
+                poses = se2.compose(T_team_map, own.T_map_base) if bend is None else bend.extended(own.T_map_base)
+                out[robot_id] = Keyframes(own.stamps_ns, poses)
+        return out
+
+    @property
+    def T_team_own(self) -> Transform:
+        """``(3,)``: maps points of the own map, near where the robot is, into the team map, in which it may be bent."""
+        bend = self._placement.bends.get(self.robot_id)
+        return se2.IDENTITY if bend is None else bend.T_team_map_now
+
+    @property
+    def T_own_map(self) -> dict[str, Transform]:
+        """By robot: maps points where it is now into the own map as it is where the own robot is now."""
+        T_own_team = se2.inverse(self.T_team_own)
+        return {
+            name: se2.IDENTITY if name == self.robot_id else se2.compose(T_own_team, T)
+            for name, T in self.T_team_map.items()
+        }

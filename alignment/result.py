@@ -47,6 +47,8 @@ class Rejection:
     """Name of the aligner that was asked."""
     T_a_b: Transform | None = None
     """Best proposal, for diagnosis only; never to be used as a transform."""
+    may_bend: bool = False
+    """Whether its only faults are walls where the other map is free: bent maps of one place have these, too."""
 
     @property
     def accepted(self) -> bool:

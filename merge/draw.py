@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mrslam.merge.grids.warp import warp
 from mrslam.merge.team import TeamMap
-from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, OccupancyGrid, se2
+from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, UNKNOWN, OccupancyGrid, se2
 
 PALETTE = (
     (31, 119, 180),
@@ -49,9 +50,11 @@ def draw_team(
     trajectories: Mapping[str, ArrayLike] | None = None,
     legend: bool = True,
     size_px: int = 1400,
+    ties_m: Sequence[ArrayLike] = (),
 ) -> NDArray[np.uint8]:
     """Return the picture ``(H, W, 3) uint8`` RGB, first row on top.
 
+    ``ties_m`` are places that two robots saw, ``(2, 2)`` each: where each of them was, in the team frame.
     ``layers`` are the robots' own maps in their own frames; ``trajectories`` ``(K, 2 or 3)`` poses in their own frames,
     metres. Free space is tinted by the robots that saw it, walls are drawn in their colours. The longer side of the map
     gets about ``size_px``.
@@ -76,6 +79,9 @@ def draw_team(
         cells = (se2.apply(T_team_map, points[:, :2]) - np.asarray(grid.origin_m)) / grid.resolution_m
         pixels = np.stack([cells[:, 0] * scale, (height - cells[:, 1]) * scale], axis=-1)
         _draw_path(picture, pixels, hue.get(robot_id, INK))
+    for ends in ties_m:
+        cells = (np.asarray(ends, dtype=np.float64) - np.asarray(grid.origin_m)) / grid.resolution_m
+        _draw_tie(picture, np.stack([cells[:, 0] * scale, (height - cells[:, 1]) * scale], axis=-1))
     picture = _bordered(picture, PAD_PX, PAD_PX, PAD_PX, PAD_PX)
     return _with_legend(picture, team_map, hue, scale / grid.resolution_m) if legend else picture
 
@@ -85,16 +91,47 @@ def _painted(
 ) -> NDArray[np.uint8]:
     """Return the team map at one pixel a cell, first row on top; band by band, for colours take much room."""
     grid = team_map.grid
-    warped = {
-        robot_id: warp(layers[robot_id], T_team_map, grid.resolution_m)
-        for robot_id, T_team_map in team_map.T_team_map.items()
-        if robot_id in layers
-    }
+    warped = laid(team_map, layers)
     picture = np.empty((*grid.shape, 3), dtype=np.uint8)
     for row in range(0, grid.shape[0], BAND_ROWS):
         rows = min(BAND_ROWS, grid.shape[0] - row)
         picture[row : row + rows] = _painted_band(grid, row, rows, warped, hue)
     return np.ascontiguousarray(picture[::-1])
+
+
+def laid(team_map: TeamMap, layers: Mapping[str, OccupancyGrid]) -> dict[str, OccupancyGrid]:
+    """Return the maps of the robots that are placed in the team's lattice, bent where they are."""
+    out: dict[str, OccupancyGrid] = {}
+    for robot_id, T_team_map in team_map.T_team_map.items():
+        if robot_id in layers:
+            bend, layer = team_map.bends.get(robot_id), layers[robot_id]
+            if bend is not None:
+                layer, T_team_map = bend.bent(layer), bend.T_team_map
+            out[robot_id] = warp(layer, T_team_map, team_map.grid.resolution_m)
+    return out
+
+
+def overlaid(team_map: TeamMap, layers: Mapping[str, OccupancyGrid]) -> TeamMap:
+    """Return what the team map would be without any bending: the maps laid over each other, every wall shown."""
+    rigid = replace(team_map, bends={}, T_team_map=team_map.T_rigid)
+    grids = [grid for grid in laid(rigid, layers).values() if grid.cells.size]
+    corners = np.array([[grid.cell0, np.add(grid.cell0, grid.shape)] for grid in grids]).reshape(-1, 2, 2)
+    low, high = corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)
+    cells = np.full(high - low, UNKNOWN, dtype=np.int8)
+    for grid, (start, end) in zip(grids, corners - low, strict=True):
+        part = cells[start[0] : end[0], start[1] : end[1]]
+        np.maximum(part, grid.cells, out=part)
+    return replace(rigid, grid=OccupancyGrid.at_cell(cells, team_map.grid.resolution_m, *map(int, low)))
+
+
+def _draw_tie(picture: NDArray[np.uint8], pixels: NDArray[np.float64]) -> None:
+    """Draw where two robots saw the same place, a dot each, joined."""
+    import cv2
+
+    start, end = (tuple(int(v) for v in point) for point in np.rint(pixels * 16).astype(np.int32))
+    cv2.line(picture, start, end, INK, 1, cv2.LINE_AA, 4)
+    for at in (start, end):
+        cv2.circle(picture, at, 3 * 16, INK, -1, cv2.LINE_AA, 4)
 
 
 def _painted_band(

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.merge.config import MergeConfig
-from mrslam.merge.graph.edges import AlignmentLike, Pair
-from mrslam.merge.graph.team_graph import Placement, TeamGraph
-from mrslam.merge.grids.agreement import Walls, compare
+from mrslam.merge.contradictions import Contradictions
+from mrslam.merge.graph.edges import AlignmentLike, Pair, make_edge
+from mrslam.merge.graph.team_graph import Conflict, Placement, TeamGraph
 from mrslam.merge.grids.fusion_tree import FusionTree
 from mrslam.merge.grids.layers import Layer
+from mrslam.merge.joint.bend import Bend
+from mrslam.merge.joint.bent_team import BentTeam
+from mrslam.merge.joint.trail import Trail
 from mrslam.spatial import TILE_CELLS, UNKNOWN, InputError, OccupancyGrid, se2
 from mrslam.spatial.tiles import MOST_CELLS, TileIndex, box_cells
-
-_Compared = tuple[OccupancyGrid, OccupancyGrid, str | None]
-REMEMBERED = 4
-"""Comparisons kept for each pair of robots: by alignment and by placement, now and before the last change."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,9 +46,12 @@ class TeamMapper:
         """The robot whose map frame was the team frame when maps were placed last."""
         self.config = config or MergeConfig()
         self.graph = TeamGraph(self.config)
+        self.bent = BentTeam()
+        """How the maps are bent to fit each other, by the last joint solution."""
         self._grids: dict[str, OccupancyGrid] = {}
-        self._walls: dict[str, Walls] = {}
-        self._compared: dict[Pair, dict[tuple[bytes, int], _Compared]] = {}
+        self._scanned: set[str] = set()
+        self._bent_grids: dict[str, tuple[OccupancyGrid, Bend, OccupancyGrid]] = {}
+        self._contradictions = Contradictions(self.config)
         self._layers: dict[str, Layer] = {}
         self._tree = FusionTree(self.config.fusion)
 
@@ -62,27 +65,43 @@ class TeamMapper:
         """Fusions of two tiles done so far."""
         return self._tree.fusions
 
-    def set_map(self, robot_id: str, grid: OccupancyGrid) -> None:
-        """Take a robot's map; one of the same content changes nothing."""
+    def set_map(self, robot_id: str, grid: OccupancyGrid, trail: Trail | None = None) -> None:
+        """Take a robot's map, with the way behind it where it is known; cells of the same content change nothing."""
+        (self._scanned.add if trail is not None and len(trail) else self._scanned.discard)(robot_id)
+        if trail is not None:
+            self.bent = self.bent.corrected(robot_id, trail)
         held = self._grids.get(robot_id)
         if held is not None and held.origin_m == grid.origin_m and np.array_equal(held.cells, grid.cells):
             return
         self._grids[robot_id] = grid
-        self._walls.pop(robot_id, None)
         self.graph.set_map(robot_id, grid)
 
     def remove_map(self, robot_id: str) -> None:
         """Forget a robot's map."""
-        for held in (self._grids, self._walls, self._layers):
+        for held in (self._grids, self._bent_grids, self._layers):
             held.pop(robot_id, None)
+        self._scanned.discard(robot_id)
+        self._contradictions.forget(robot_id)
+        self.bent = self.bent.without(robot_id)
         self.graph.remove_map(robot_id)
 
     def placement(self, alignments: Mapping[Pair, AlignmentLike]) -> Placement:
         """Return where every map lies by these accepted alignments ``T_a_b``, without fusing anything."""
         before = self.frame if self.keeps_frame else None
-        placement = self.graph.place(alignments, self.anchor, self._conflict, before)
+        placement = self.graph.place(alignments, self.anchor, self._conflict(alignments), before)
         self.frame = placement.anchor
-        return placement
+        return replace(placement, **self._bent_places(placement))
+
+    def _bent_places(self, placement: Placement) -> dict[str, Any]:
+        """Return how the maps that are placed are bent, and where the bent ones lie.
+
+        A solution that someone was part of who is placed no more holds for nobody: what bent a map must be known.
+        """
+        bends, places = self.bent.bends, placement.T_team_map
+        if placement.anchor not in bends or not bends.keys() <= places.keys():
+            return {}
+        now = {x: bends[x].T_team_map_now if x in bends and x != placement.anchor else T for x, T in places.items()}
+        return {"bends": dict(bends), "T_team_map": now}
 
     def team_map(self, alignments: Mapping[Pair, AlignmentLike]) -> TeamMap:
         """Return the team map by these accepted alignments; only what changed since the last call is fused again."""
@@ -90,7 +109,9 @@ class TeamMapper:
         resolution_m = self._resolution(placement)
         self._layers = {x: self._layers.get(x, Layer()) for x in placement.T_team_map}
         for robot_id, layer in self._layers.items():
-            layer.update(self._grids[robot_id], placement.T_team_map[robot_id], resolution_m)
+            bend = placement.bends.get(robot_id)
+            T_team_map = placement.T_team_map[robot_id] if bend is None else bend.T_team_map
+            layer.update(self._bent(robot_id, bend), T_team_map, resolution_m)
         self._tree.update(self._layers)
         return TeamMap(grid=_assembled(self._tree.cells, resolution_m), **vars(placement))
 
@@ -102,26 +123,34 @@ class TeamMapper:
         ]
         return min(finest, default=0.05)
 
-    def _conflict(self, a: str, b: str, T_a_b: se2.Transform, hops: int) -> str | None:
-        """Return how two maps contradict each other, or None; remembered while both maps stay as they are."""
-        one, two = self._grids[a], self._grids[b]
-        key = (np.asarray(T_a_b).tobytes(), hops)
-        held = self._compared.setdefault((a, b), {})
-        if key in held and held[key][0] is one and held[key][1] is two:
-            return held[key][2]
-        for robot_id in (a, b):
-            if robot_id not in self._walls:
-                self._walls[robot_id] = Walls(self._grids[robot_id])
-        near_m = self.config.contradiction_tolerance_m * float(np.sqrt(hops))
-        found = compare(self._walls[a], self._walls[b], T_a_b, near_m)
-        against = None
-        if found.share_against > self.config.contradiction_share and found.against_m >= self.config.contradiction_min_m:
-            share = 100 * found.share_against
-            against = f"{found.against_m:.1f} m of wall of {a} and {b} ({share:.0f} %) is on the other's free space"
-        held[key] = (one, two, against)
-        for old in list(held)[:-REMEMBERED]:
-            del held[old]
-        return against
+    def _conflict(self, alignments: Mapping[Pair, AlignmentLike]) -> Conflict:
+        """Return what compares two maps: bent where a joint solution bends them, else as they are.
+
+        Maps with scans that no joint solution has seen with these alignments do not contradict each other yet.
+        """
+        edges = [make_edge(a, b, found) for (a, b), found in alignments.items()]
+        T_a_b = {edge.pair: edge.T_a_b for edge in edges}
+
+        def conflict(a: str, b: str, T: se2.Transform, hops: int) -> str | None:
+            if {a, b} <= self._scanned and not self.bent.judges(a, b, T_a_b):
+                return None
+            if {a, b} <= self.bent.bends.keys():
+                bend_a, bend_b = self.bent.bends[a], self.bent.bends[b]
+                bent = (self._bent(a, bend_a), self._bent(b, bend_b))
+                return self._contradictions.against(a, b, bent, se2.between(bend_a.T_team_map, bend_b.T_team_map), 1)
+            return self._contradictions.against(a, b, (self._grids[a], self._grids[b]), T, hops)
+
+        return conflict
+
+    def _bent(self, robot_id: str, bend: Bend | None) -> OccupancyGrid:
+        """Return a robot's map as it is drawn."""
+        grid = self._grids[robot_id]
+        if bend is None:
+            return grid
+        held = self._bent_grids.get(robot_id)
+        if held is None or held[0] is not grid or held[1] is not bend:
+            held = self._bent_grids[robot_id] = (grid, bend, bend.bent(grid))
+        return held[2]
 
 
 def _assembled(tiles: dict[TileIndex, NDArray[np.int8]], resolution_m: float) -> OccupancyGrid:

@@ -2,10 +2,10 @@
 
 from mrslam.rbpf.checkpoint import load_checkpoint, save_checkpoint
 from mrslam.rbpf.config import MapperConfig
-from mrslam.rbpf.crew import hand_over_quickly
 from mrslam.rbpf.mapper import Mapper
 from mrslam.rbpf.outcome import Stats, UpdateInfo
 from mrslam.rbpf.warm_up import warm_up
+from mrslam.spatial.runtime.crew import hand_over_quickly
 
 __all__ = [
     "Mapper",

@@ -17,18 +17,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
-from mrslam.rbpf.crew import Crew, Pending
 from mrslam.rbpf.filter.back_end import BackEnd, KeyframeResult
 from mrslam.rbpf.filter.history import History
+from mrslam.rbpf.filter.publisher import Publisher
 from mrslam.rbpf.front_end.front_end import FrontEnd
 from mrslam.rbpf.front_end.health import ADRIFT_MOST, DOUBTFUL
 from mrslam.rbpf.front_end.intake import Intake, Reading
 from mrslam.rbpf.front_end.motion import MOTION, Keyframe, LocalMotion, motion_cov
 from mrslam.rbpf.front_end.reported_pose import ReportedPose
 from mrslam.rbpf.outcome import Stats, Stopwatch, UpdateInfo
-from mrslam.rbpf.tiles.publisher import Publisher
 from mrslam.spatial import InputError, Keyframes, LocalMap, Scan, se2
 from mrslam.spatial.poses import compose
+from mrslam.spatial.runtime.crew import Crew, Pending
 from mrslam.spatial.se2 import Transform
 
 LAYOUT = 14

@@ -7,9 +7,9 @@ import numpy as np
 from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.filter.resampling import systematic
 from mrslam.rbpf.mapper import Mapper
-from mrslam.rbpf.match.correlative import Lattice, search
-from mrslam.rbpf.tiles.store import TileStore
 from mrslam.spatial import Scan
+from mrslam.spatial.hits.store import TileStore
+from mrslam.spatial.matching.correlative import Lattice, search
 
 
 def warm_up() -> None:

@@ -48,7 +48,8 @@ class Schedule:
         if self._may_follow(belief, (map_a, map_b)) and a in T_team_map and b in T_team_map:
             prior = Prior(se2.between(T_team_map[a], T_team_map[b]), PRIOR_COVARIANCE)
         versions, areas = (map_a.version, map_b.version), (map_a.area_m2, map_b.area_m2)
-        return AlignJob(a, b, map_a.grid, map_b.grid, prior, versions, areas, belief.attempts)
+        trails = (map_a.trail, map_b.trail)
+        return AlignJob(a, b, map_a.grid, map_b.grid, prior, versions, areas, belief.attempts, trails)
 
     def _rank(self, pair: Pair, belief: PairBelief) -> tuple[int, int, int]:
         tried = -1 if belief.last is None else belief.last.t_ns

@@ -12,5 +12,16 @@ TEAM_MAP_FILE = "team_map.yaml"
 """The team's map in the frame of the robot's own; its image is beside it."""
 TEAM_IMAGE_FILE = "team_map.png"
 """The team's map in colours, a robot each."""
+TEAM_OVERLAY_FILE = "team_overlay.png"
+"""The same without any bending, with the places that tie the robots together; where maps are bent."""
 TRAJECTORY_FILE = "trajectory.tum"
 """Poses of the robot's laser in its own map."""
+KEYFRAMES_FILE = "keyframes.npz"
+"""The way that made the robot's own map: its keyframes, and what was seen at each."""
+TEAM_FOLDER = "team"
+"""Trajectories of the robots whose maps are bent to fit, a file each (:func:`team_file`), in the own map's frame."""
+
+
+def team_file(robot_id: str) -> str:
+    """Return the name of a robot's corrected trajectory, from the folder of the robot that corrected it."""
+    return f"{TEAM_FOLDER}/{robot_id}.tum"

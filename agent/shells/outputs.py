@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import logging
 import os
-from collections.abc import Mapping
-from functools import partial
+import shutil
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,16 +14,21 @@ from mrslam.agent.core import Agent
 from mrslam.agent.effects import Event
 from mrslam.agent.shells.files import (
     EVENTS_FILE,
+    KEYFRAMES_FILE,
     MAP_FILE,
     ROBOT_FILE,
+    TEAM_FOLDER,
     TEAM_IMAGE_FILE,
     TEAM_MAP_FILE,
+    TEAM_OVERLAY_FILE,
     TRAJECTORY_FILE,
+    team_file,
 )
-from mrslam.merge.draw import draw_team
+from mrslam.merge.draw import draw_team, overlaid
 from mrslam.spatial import write_map
 from mrslam.spatial.files.atomic import write_text
 from mrslam.spatial.files.images import write_image
+from mrslam.spatial.files.keyframes import write_keyframes
 from mrslam.spatial.files.tum import write_tum
 
 log = logging.getLogger(__name__)
@@ -74,17 +79,36 @@ def write_robot(agent: Agent, folder: Path, sent_bytes: Mapping[str, int]) -> No
     team, trajectory = agent.team_map(), agent.trajectory_laser()
     layers = {robot_id: known.grid for robot_id, known in sorted(agent.team.maps.items())}
     text = json.dumps(summary(agent, sent_bytes), indent=1, allow_nan=False) + "\n"
-    for what in (
-        partial(write_text, folder / ROBOT_FILE, text),
-        partial(write_map, folder / MAP_FILE, agent.own_map()),
-        partial(write_map, folder / TEAM_MAP_FILE, team.grid),
-        partial(write_tum, folder / TRAJECTORY_FILE, trajectory.stamps_ns, trajectory.T_map_base),
-        partial(write_image, folder / TEAM_IMAGE_FILE, draw_team(team, layers)),
-    ):
+    own = agent.local_map()
+    writers: dict[str, Callable[[], None]] = {
+        ROBOT_FILE: lambda: write_text(folder / ROBOT_FILE, text),
+        MAP_FILE: lambda: write_map(folder / MAP_FILE, agent.own_map()),
+        TEAM_MAP_FILE: lambda: write_map(folder / TEAM_MAP_FILE, team.grid),
+        TRAJECTORY_FILE: lambda: write_tum(folder / TRAJECTORY_FILE, trajectory.stamps_ns, trajectory.T_map_base),
+        KEYFRAMES_FILE: lambda: write_keyframes(folder / KEYFRAMES_FILE, own.keyframes, own.key_scans),
+        TEAM_FOLDER: lambda: write_corrected(agent, folder),
+        TEAM_IMAGE_FILE: lambda: write_image(folder / TEAM_IMAGE_FILE, draw_team(team, layers)),
+    }
+    if team.bends:
+        overlay, ties_m = overlaid(team, layers), agent.team.ties_m(team.T_rigid)
+        writers[TEAM_OVERLAY_FILE] = lambda: write_image(
+            folder / TEAM_OVERLAY_FILE, draw_team(overlay, layers, ties_m=ties_m)
+        )
+    for name, write in writers.items():
         try:
-            what()
+            write()
         except OSError as error:
-            log.warning("%s: %s cannot be written (%s)", agent.robot_id, what.args[0], error.strerror)
+            log.warning("%s: %s cannot be written (%s)", agent.robot_id, folder / name, error.strerror)
+
+
+def write_corrected(agent: Agent, folder: Path) -> None:
+    """Write the corrected ways of the robots whose maps are bent: the own laser's, and others' keyframes."""
+    shutil.rmtree(folder / TEAM_FOLDER, ignore_errors=True)
+    ways = agent.corrected_trajectories()
+    if ways:
+        (folder / TEAM_FOLDER).mkdir(parents=True)
+    for robot_id, way in ways.items():
+        write_tum(folder / team_file(robot_id), way.stamps_ns, way.T_map_base)
 
 
 def summary(agent: Agent, sent_bytes: Mapping[str, int]) -> dict[str, Any]:
@@ -101,6 +125,8 @@ def summary(agent: Agent, sent_bytes: Mapping[str, int]) -> dict[str, Any]:
         "masked_beams": agent.masked_beams,
         "loops_closed": agent.mapper.stats.loops_closed,
         "placed": {robot: [float(value) for value in T] for robot, T in sorted(team.T_team_map.items())},
+        "T_team_base": [float(value) for value in agent.T_team_base],
+        "ties": [[tie.a, tie.b, tie.match.i, tie.match.j, tie.believed] for tie in agent.team.ties],
         "unplaced": dict(sorted({**team.unplaced, **agent.team.doubted}.items())),
         "pairs": [belief.row(a, b) for (a, b), belief in sorted(agent.team.beliefs.items())],
         "sent_bytes": dict(sent_bytes),

@@ -18,13 +18,12 @@ from concurrent.futures import Future, ThreadPoolExecutor
 
 import numpy as np
 
-from mrslam.agent.effects import AlignJob, Event
+from mrslam.agent.effects import Event, Job, Outcome
 from mrslam.agent.shells.body import Sensed
 from mrslam.agent.shells.clock import Clock, WallClock
 from mrslam.agent.shells.overload import Overload
 from mrslam.agent.shells.runner import Runner
 from mrslam.agent.shells.status import status_of
-from mrslam.alignment import Alignment, Rejection
 
 IDLE_S = 0.02
 """Longest wait for the network when nothing else is due, seconds of wall time: a fifth of a tick."""
@@ -52,7 +51,7 @@ class ProcessShell:
         self.scan_ages_s = array("f")
         """How old each scan was when it had been mapped, seconds of wall time."""
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="align", initializer=_step_back)
-        self._job: tuple[AlignJob, Future[Alignment | Rejection]] | None = None
+        self._job: tuple[Job, Future[Outcome]] | None = None
         self._mapper = runner.agent.mapper
         self._load = Overload(runner.agent.settings.rbpf.particles, len(self._mapper.particles))
         self._next_tick_ns = 0
@@ -84,7 +83,7 @@ class ProcessShell:
         if now_ns >= self._next_status_ns:
             self._next_status_ns = now_ns + STATUS_NS
             self.runner.perform([status_of(self.runner.agent, now_ns)])
-        self._align(now_ns)
+        self._work(now_ns)
         self.runner.body.act(self.runner.agent, now_ns)
         return sensed is not None
 
@@ -117,14 +116,14 @@ class ProcessShell:
             name: round(float(np.percentile(ages_ms, q)), 1) for name, q in (("p50", 50), ("p99", 99), ("max", 100))
         }
 
-    def _align(self, now_ns: int) -> None:
+    def _work(self, now_ns: int) -> None:
         agent = self.runner.agent
         if self._job is not None and self._job[1].done():
             job, future = self._job
             self._job = None
-            self.runner.perform(agent.on_aligned(job, future.result(), now_ns))
-        if self._job is None and (due := agent.next_alignment(now_ns)) is not None:
-            self._job = (due, self._worker.submit(self.runner.align, due))
+            self.runner.perform(agent.on_done(job, future.result(), now_ns))
+        if self._job is None and (due := agent.next_job(now_ns)) is not None:
+            self._job = (due, self._worker.submit(self.runner.work, due))
 
     def _idle_s(self) -> float:
         next_scan_ns = self.runner.body.next_ns

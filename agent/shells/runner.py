@@ -8,13 +8,15 @@ from pathlib import Path
 from typing import Protocol
 
 from mrslam.agent.core import Agent
-from mrslam.agent.effects import AlignJob, Effect, Event
+from mrslam.agent.effects import AlignJob, Effect, Event, Job, JoinJob, Outcome
 from mrslam.agent.shells.body import Body, Sensed
 from mrslam.agent.shells.keeper import Keeper
 from mrslam.agent.shells.outputs import EventLog, write_robot
 from mrslam.agent.shells.watcher import Watcher
 from mrslam.alignment import Alignment, Rejection, align
 from mrslam.comms import Incoming, PeerJoined, PeerLeft, Transport
+from mrslam.merge import LocalMatcher, join
+from mrslam.merge.joint.align_bent import Scanned, align_bent
 from mrslam.spatial.runtime.heap import give_back, trim
 
 TRIM_NS = 60_000_000_000
@@ -49,6 +51,7 @@ class Runner:
         self.keeper = keeper
         self.events = EventLog(folder, agent.robot_id)
         self._next_trim_ns = 0
+        self._matcher = LocalMatcher()
 
     def receive(self, timeout_s: float, now_ns: Callable[[], int]) -> None:
         """Hand the agent all that came from the network."""
@@ -97,12 +100,19 @@ class Runner:
                 self.sent_bytes[effect.lane] += len(effect.payload)
                 self.transport.send(effect)
 
-    def align(self, job: AlignJob) -> Alignment | Rejection:
-        """Align the two maps of a job by the agent's settings; slow."""
+    def work(self, job: Job) -> Outcome:
+        """Do a job by the agent's settings; slow. One job is done at a time."""
+        outcome = join(job.trails, job.T_team_map, self._matcher) if isinstance(job, JoinJob) else self._align(job)
+        give_back()
+        return outcome
+
+    def _align(self, job: AlignJob) -> Alignment | Rejection:
         config = replace(self.agent.settings.alignment, seed=self.agent.settings.alignment.seed + job.attempt)
         method = self.agent.settings.agent.align_method
         outcome = align(job.grid_a, job.grid_b, method=method, prior=job.prior, config=config)
-        give_back()
+        if isinstance(outcome, Rejection) and outcome.may_bend and job.trails is not None:
+            maps = [Scanned(*one) for one in zip((job.grid_a, job.grid_b), job.trails, strict=True)]
+            return align_bent(maps[0], maps[1], outcome, method, config, self._matcher)
         return outcome
 
     def close(self, now_ns: int) -> None:

@@ -13,9 +13,8 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Protocol
 
-from mrslam.agent.effects import AlignJob
+from mrslam.agent.effects import Job, Outcome
 from mrslam.agent.shells.runner import Runner
-from mrslam.alignment import Alignment, Rejection
 from mrslam.comms import Incoming, PeerJoined, PeerLeft, Send, Transport
 
 ALIGN_NS = 500_000_000
@@ -80,7 +79,7 @@ class VirtualRobot:
     def __init__(self, runner: Runner) -> None:
         """Take a wired agent."""
         self.runner = runner
-        self._job: tuple[AlignJob, Future[Alignment | Rejection], int] | None = None
+        self._job: tuple[Job, Future[Outcome], int] | None = None
         self._outbox = runner.transport = Outbox(runner.transport)
 
     def step(self, now_ns: int, worker: ThreadPoolExecutor) -> None:
@@ -92,7 +91,7 @@ class VirtualRobot:
             pass
         self.runner.tick(now_ns)
         self.runner.keep(now_ns, now_ns)
-        self._align(now_ns, worker)
+        self._work(now_ns, worker)
         self.runner.body.act(self.runner.agent, now_ns)
 
     def flush(self, now_ns: int) -> None:
@@ -108,14 +107,14 @@ class VirtualRobot:
         """Leave the network and write the robot's files."""
         self.runner.close(now_ns)
 
-    def _align(self, now_ns: int, worker: ThreadPoolExecutor) -> None:
+    def _work(self, now_ns: int, worker: ThreadPoolExecutor) -> None:
         agent = self.runner.agent
         if self._job is not None and now_ns >= self._job[2]:
             job, outcome, _ = self._job
             self._job = None
-            self.runner.perform(agent.on_aligned(job, outcome.result(), now_ns))
-        if self._job is None and (due := agent.next_alignment(now_ns)) is not None:
-            self._job = (due, worker.submit(self.runner.align, due), now_ns + ALIGN_NS)
+            self.runner.perform(agent.on_done(job, outcome.result(), now_ns))
+        if self._job is None and (due := agent.next_job(now_ns)) is not None:
+            self._job = (due, worker.submit(self.runner.work, due), now_ns + ALIGN_NS)
 
 
 def run_virtual(

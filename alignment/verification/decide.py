@@ -102,7 +102,8 @@ def decide(
     if all(test.slack >= 0 for test in judged) and confidence >= config.min_confidence:
         C = covariance(best.H, best.pivot, T_a_b, 0.5 * config.tolerance_m)
         return Alignment(T_a_b, confidence, evidence, C, method)
-    return Rejection(complaint(judged, confidence, evidence, config), confidence, evidence, method, T_a_b)
+    may_bend = all(test.slack >= 0 for test in judged if not test.bends)
+    return Rejection(complaint(judged, confidence, evidence, config), confidence, evidence, method, T_a_b, may_bend)
 
 
 def margin_over(rivals: list[Case], best: Case) -> float:

@@ -31,6 +31,8 @@ class Test:
     """Change of ``value`` that matters; negative where less is better."""
     complaint: str
     """What is said where it is not shown."""
+    bends: bool = False
+    """Whether maps of one place that are bent may fail it."""
 
     @property
     def slack(self) -> float:
@@ -62,13 +64,14 @@ def tests(evidence: Evidence, config: AlignmentConfig) -> list[Test]:
         Test(evidence.walls, config.min_walls, 2.0,
              f"only {evidence.walls} separate walls agree, {config.min_walls} are needed"),
         Test(shallow, most, -0.1, f"{_share(shallow)} of the walls compared lie where the other map is free, "
-             f"more than {_share(most)}"),
+             f"more than {_share(most)}", bends=True),
         Test(deep, most_deep, -0.05, f"{_share(deep)} of the walls compared lie clearly where the other map is free, "
-             f"more than {_share(most_deep)}"),
+             f"more than {_share(most_deep)}", bends=True),
         Test(across, config.min_crosswise_wall_m, 0.5, slides),
         Test(across / matched, config.min_crosswise, 0.05, slides),
         Test(evidence.margin, lead, 0.2,
-             f"ambiguous: another place fits {other:.0%} as well, at most {1.0 - lead:.0%} is allowed"),
+             f"ambiguous: another place fits {other:.0%} as well, at most {1.0 - lead:.0%} is allowed",
+             bends=evidence.margin >= config.min_margin),
     ]  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from mrslam.merge.graph.edges import AlignmentLike, Edge, Pair, make_edge
 from mrslam.merge.graph.nodes import Node, node_of
 from mrslam.merge.graph.solve import jointly
 from mrslam.merge.graph.tree import chain, components, path, spanning_tree
+from mrslam.merge.joint.bend import Bend
 from mrslam.spatial import InputError, OccupancyGrid, se2
 
 ROOT = ""
@@ -32,9 +33,13 @@ class Placement:
     anchor: str | None = None
     """The robot whose map frame is the team frame; None where known poses define it, or nothing was placed."""
     T_team_map: dict[str, se2.Transform] = field(default_factory=dict)
-    """By robot id, in order: maps points of its map into the team frame."""
+    """By robot id, in order: maps points of its map into the team frame; of a bent one, those where it was last."""
     unplaced: dict[str, str] = field(default_factory=dict)
     """By robot id: why it is not placed."""
+    T_rigid: dict[str, se2.Transform] = field(default_factory=dict)
+    """The same by the alignments alone, without any bending."""
+    bends: dict[str, Bend] = field(default_factory=dict)
+    """By robot id, for those tied to the anchor by what their scans saw: how its map is bent, in the team frame."""
     edges: tuple[Edge, ...] = ()
     """The alignments used."""
     dropped: dict[Pair, str] = field(default_factory=dict)
@@ -106,6 +111,7 @@ class TeamGraph:
         return Placement(
             anchor=None if start == ROOT else start,
             T_team_map=poses,
+            T_rigid=dict(poses),
             unplaced={x: _why(x, edges, dropped) for x in self.robots if x not in poses},
             edges=tuple(edge for edge in edges.values() if edge.a in poses and edge.b in poses),
             dropped=dict(sorted(dropped.items())),

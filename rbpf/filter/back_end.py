@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
-from mrslam.rbpf.crew import Crew
 from mrslam.rbpf.filter.particle_filter import ParticleFilter
 from mrslam.rbpf.filter.trajectory import smoothed
 from mrslam.rbpf.front_end.health import Health
@@ -17,6 +16,7 @@ from mrslam.rbpf.front_end.motion import ARRIVAL_COLUMNS, WAY, Keyframe, chain_c
 from mrslam.rbpf.loops.loop_closer import LoopCloser
 from mrslam.rbpf.outcome import Stopwatch
 from mrslam.rbpf.rows import Rows
+from mrslam.spatial.runtime.crew import Crew
 from mrslam.spatial.se2 import Transform
 
 MOVED_M = 0.05

@@ -12,8 +12,8 @@ from mrslam.rbpf.filter.scan_log import ScanLog
 from mrslam.rbpf.filter.trajectory import spread
 from mrslam.rbpf.front_end.motion import LocalMotion
 from mrslam.rbpf.rows import Rows
-from mrslam.rbpf.tiles.views import Beams
 from mrslam.spatial import Keyframes, KeyScans
+from mrslam.spatial.hits.views import Beams
 from mrslam.spatial.se2 import Transform
 
 

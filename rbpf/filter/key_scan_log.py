@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mrslam.rbpf.match.scan_points import POINT_COLUMNS, spaced
 from mrslam.rbpf.rows import Rows
 from mrslam.spatial.key_scans import APART_M, POINTS_MOST, KeyScans, quantised, quantised_origins
+from mrslam.spatial.matching.scan_points import POINT_COLUMNS, spaced
 
 
 class KeyScanLog:

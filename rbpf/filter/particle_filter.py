@@ -10,18 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
-from mrslam.rbpf.crew import Crew
 from mrslam.rbpf.filter.ancestry import Ancestry
 from mrslam.rbpf.filter.particles import Motion, Proposals, insert_range, propose
 from mrslam.rbpf.filter.resampling import effective, normalised, systematic
 from mrslam.rbpf.filter.wall_directions import WallDirections
 from mrslam.rbpf.front_end.motion import BLIND_M, MOTION, WAY, Agreement, Keyframe, motion_cov
-from mrslam.rbpf.match.scan_points import spaced
-from mrslam.rbpf.match.sight import SPACING_M
+from mrslam.rbpf.front_end.sight import SPACING_M
 from mrslam.rbpf.outcome import Stopwatch
-from mrslam.rbpf.tiles.drawing import SKIP_M
-from mrslam.rbpf.tiles.store import TileStore
 from mrslam.spatial import se2
+from mrslam.spatial.hits.drawing import SKIP_M
+from mrslam.spatial.hits.store import TileStore
+from mrslam.spatial.matching.scan_points import spaced
+from mrslam.spatial.runtime.crew import Crew
 from mrslam.spatial.se2 import Transform
 
 BEST_SWITCH_LOG_WEIGHT = 2.0

@@ -15,9 +15,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mrslam.rbpf.front_end.motion import Agreement
-from mrslam.rbpf.match.gauss_newton import match
-from mrslam.rbpf.tiles.drawing import insert_scan
-from mrslam.rbpf.tiles.views import Beams, Maps, map_of
+from mrslam.spatial.hits.drawing import insert_scan
+from mrslam.spatial.hits.views import Beams, Maps, map_of
+from mrslam.spatial.matching.gauss_newton import match
 
 CORRELATED = 0.8
 """Beams are not independent of each other: the matcher's information counts by this share."""

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.front_end.motion import MOTION, WAY, chain_cov
-from mrslam.rbpf.loops.graph import Edges, relax
 from mrslam.spatial import se2
+from mrslam.spatial.pose_graph import Edges, relax
 from mrslam.spatial.se2 import Transform
 
 ANCHOR_M, ANCHOR_RAD = 0.05, 0.02
@@ -30,9 +30,8 @@ def smoothed(T_map_key: Transform, arrivals: NDArray[np.float64], config: Mapper
     edges = Edges(
         np.concatenate([chain, 0 * chain]), np.concatenate([chain + 1, chain + 1]),
         np.concatenate([arrivals[1:, MOTION], se2.between(T_map_key[0], T_map_key[1:])]), information,
-        np.zeros(2 * chain.size, dtype=bool),
     )  # fmt: skip
-    return relax(T_map_key, edges)
+    return relax(T_map_key, edges, robust=np.zeros(2 * chain.size, dtype=bool))
 
 
 def spread(

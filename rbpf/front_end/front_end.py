@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
-from mrslam.rbpf.crew import Crew
 from mrslam.rbpf.front_end.local_matcher import BAD_INLIERS, BETTER, GOOD_INLIERS, LOST_INLIERS, NEAR_M, LocalMatcher
 from mrslam.rbpf.front_end.prediction import DISBELIEVED, Guess, Predictor
 from mrslam.rbpf.front_end.rolling_map import RollingMap
-from mrslam.rbpf.match.gauss_newton import Match
+from mrslam.spatial.matching.gauss_newton import Match
 from mrslam.spatial.poses import between, compose
+from mrslam.spatial.runtime.crew import Crew
 from mrslam.spatial.se2 import Transform
 
 MOVED = 0.02

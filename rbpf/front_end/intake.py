@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.front_end.front_end import FrontEnd
 from mrslam.rbpf.front_end.scan_gate import ScanGate
-from mrslam.rbpf.match.sight import Sight
-from mrslam.rbpf.tiles.views import Beams
+from mrslam.rbpf.front_end.sight import Sight
 from mrslam.spatial import Scan
+from mrslam.spatial.hits.views import Beams
 from mrslam.spatial.poses import between
 from mrslam.spatial.se2 import Transform
 

@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mrslam.rbpf.crew import Crew
 from mrslam.rbpf.front_end.prediction import DISBELIEVED, Guess
-from mrslam.rbpf.match.correlative import Lattice, search
-from mrslam.rbpf.match.gauss_newton import Match, match
-from mrslam.rbpf.tiles.views import Tiles
+from mrslam.spatial.hits.views import Tiles
+from mrslam.spatial.matching.correlative import Lattice, search
+from mrslam.spatial.matching.gauss_newton import Match, match
+from mrslam.spatial.runtime.crew import Crew
 from mrslam.spatial.se2 import Transform
 
 GOOD_INLIERS, BAD_INLIERS, LOST_INLIERS = 0.85, 0.6, 0.4

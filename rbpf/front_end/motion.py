@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.front_end.front_end import Step
-from mrslam.rbpf.tiles.views import Beams
 from mrslam.spatial import se2
+from mrslam.spatial.hits.views import Beams
 from mrslam.spatial.poses import compose
 from mrslam.spatial.se2 import Transform
 

@@ -20,7 +20,7 @@ from mrslam.rbpf.front_end.odometry import (
     has_moved,
     is_still,
 )
-from mrslam.rbpf.match.gauss_newton import Match
+from mrslam.spatial.matching.gauss_newton import Match
 from mrslam.spatial.se2 import Transform
 
 MAX_STEP_M, MAX_SPEED_M_S = 5.0, 3.0

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
-from mrslam.rbpf.tiles.store import TileStore
-from mrslam.rbpf.tiles.views import Tiles
+from mrslam.spatial.hits.store import TileStore
+from mrslam.spatial.hits.views import Tiles
 from mrslam.spatial.poses import between
 from mrslam.spatial.se2 import Transform
 

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mrslam.rbpf.match.scan_points import POINT_COLUMNS, spaced
 from mrslam.rbpf.rows import Rows
-from mrslam.rbpf.tiles.views import Beams
 from mrslam.spatial import se2
+from mrslam.spatial.hits.views import Beams
+from mrslam.spatial.matching.scan_points import POINT_COLUMNS, spaced
 from mrslam.spatial.se2 import Transform
 
 KEPT_MOST, KEPT_WITHIN_M, KEPT_WITHIN_RAD = 12, 0.7, 0.5

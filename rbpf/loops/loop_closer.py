@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
-from mrslam.rbpf.loops.graph import Edges, relax
 from mrslam.rbpf.loops.kept_scans import KeptScans
 from mrslam.rbpf.loops.place_matcher import DRIFT_M_PER_M, FAR_MOST_M, TAIL, VERY_CLEAR, PlaceMatcher, fits
-from mrslam.rbpf.match.gauss_newton import Match
 from mrslam.rbpf.rows import Rows
-from mrslam.rbpf.tiles.views import Beams
 from mrslam.spatial import LoopEdges, se2
+from mrslam.spatial.hits.views import Beams
+from mrslam.spatial.matching.gauss_newton import Match
+from mrslam.spatial.pose_graph import Edges, relax
 from mrslam.spatial.se2 import Transform
 
 OLD_WAY_M = 12.0
@@ -134,9 +134,8 @@ class LoopCloser:
             first, second,
             T_first_second=np.concatenate([se2.between(T_map_key[:-1], T_map_key[1:]), values[:, :3]]),
             information=np.concatenate([np.linalg.inv(motion_cov[1:]), values[:, 3:].reshape(-1, 3, 3)]),
-            robust=np.arange(first.size) >= count - 1,
         )  # fmt: skip
-        return relax(T_map_key, edges)
+        return relax(T_map_key, edges, robust=np.arange(first.size) >= count - 1)
 
     def state(self) -> dict[str, Any]:
         """Return everything that a resumed search needs."""

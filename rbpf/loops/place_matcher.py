@@ -6,12 +6,12 @@ import numpy as np
 
 from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.loops.kept_scans import KeptScans
-from mrslam.rbpf.match.correlative import Lattice, search
-from mrslam.rbpf.match.gauss_newton import Match, match
-from mrslam.rbpf.tiles.drawing import SKIP_M
-from mrslam.rbpf.tiles.store import TileStore
-from mrslam.rbpf.tiles.views import Tiles
 from mrslam.spatial import se2
+from mrslam.spatial.hits.drawing import SKIP_M
+from mrslam.spatial.hits.store import TileStore
+from mrslam.spatial.hits.views import Tiles
+from mrslam.spatial.matching.correlative import Lattice, search
+from mrslam.spatial.matching.gauss_newton import Match, match
 from mrslam.spatial.se2 import Transform
 
 DRIFT_M_PER_M, DRIFT_RAD_PER_M = 0.02, 0.002

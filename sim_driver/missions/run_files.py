@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from mrslam.agent.shells.files import EVENTS_FILE as EVENTS_FILE
+from mrslam.agent.shells.files import KEYFRAMES_FILE as KEYFRAMES_FILE
 from mrslam.agent.shells.files import MAP_FILE as MAP_FILE
 from mrslam.agent.shells.files import ROBOT_FILE as ROBOT_FILE
+from mrslam.agent.shells.files import TEAM_FOLDER as TEAM_FOLDER
 from mrslam.agent.shells.files import TEAM_IMAGE_FILE as TEAM_IMAGE_FILE
 from mrslam.agent.shells.files import TEAM_MAP_FILE as TEAM_MAP_FILE
+from mrslam.agent.shells.files import TEAM_OVERLAY_FILE as TEAM_OVERLAY_FILE
 from mrslam.agent.shells.files import TRAJECTORY_FILE as TRAJECTORY_FILE
+from mrslam.agent.shells.files import team_file as team_file
 
 CONFIG_FILE = "config.json"
 """The resolved mission; written first, so that a run that was broken off has it, too."""
@@ -42,10 +46,20 @@ OF_RUN = (METRICS_FILE, REPORT_FILE, RERUN_FILE, BAG_FILE, LINKS_FILE, CONFIG_FI
 """What a run, or a command on it, writes beside the robots' folders unless another place is named."""
 OF_ROBOT = (
     EVENTS_FILE, CHECKPOINT, ROBOT_FILE, MAP_FILE, MAP_IMAGE, TEAM_MAP_FILE, TEAM_MAP_IMAGE, TEAM_IMAGE_FILE,
-    TRAJECTORY_FILE, TRUTH_FILE, SCANS_FILE, USAGE_FILE, VIEW_FILE,
+    TEAM_OVERLAY_FILE, TRAJECTORY_FILE, KEYFRAMES_FILE, TRUTH_FILE, SCANS_FILE, USAGE_FILE, VIEW_FILE,
 )  # fmt: skip
 """What a robot of a run writes into its folder."""
-OF_AGENT = (MAP_FILE, MAP_IMAGE, TEAM_MAP_FILE, TEAM_MAP_IMAGE, TEAM_IMAGE_FILE, TRAJECTORY_FILE, USAGE_FILE)
+OF_AGENT = (
+    MAP_FILE,
+    MAP_IMAGE,
+    TEAM_MAP_FILE,
+    TEAM_MAP_IMAGE,
+    TEAM_IMAGE_FILE,
+    TEAM_OVERLAY_FILE,
+    TRAJECTORY_FILE,
+    KEYFRAMES_FILE,
+    USAGE_FILE,
+)
 """What of an agent's folder is part of a run as it is."""
 OF_DRIVE = (CONFIG_FILE, METRICS_FILE, LINKS_FILE, SCANS_FILE, TRUTH_FILE, EVENTS_FILE)
 """What of a run is needed to play it again."""

@@ -11,7 +11,9 @@ from mrslam.sim_driver.missions.run_files import (
     CHECKPOINT,
     OF_ROBOT,
     OF_RUN,
+    TEAM_FOLDER,
     TWIN,
+    team_file,
 )
 from mrslam.sim_driver.missions.run_folder import read_config, robots_of
 from mrslam.spatial import InputError
@@ -36,7 +38,7 @@ def clear_earlier(mission: Mission, out: Path) -> str | None:
     for path in left:
         path.unlink(missing_ok=True)
     for robot_id in robots:
-        for folder in (out / robot_id / TWIN, out / robot_id):
+        for folder in (out / robot_id / TWIN, out / robot_id / TEAM_FOLDER, out / robot_id):
             with suppress(OSError):  # somebody put something of their own there
                 folder.rmdir()
     section = config.get("mission")
@@ -47,6 +49,7 @@ def _left_by(out: Path, robots: Sequence[str]) -> list[Path]:
     """Return the files of a run that are there; last ``config.json``, so that what breaks off is resumed."""
     folders = [folder for robot_id in robots for folder in (out / robot_id, out / robot_id / TWIN)]
     named = [*(folder / name for folder in folders for name in OF_ROBOT), *(out / name for name in OF_RUN)]
+    named += [folder / team_file(robot_id) for folder in folders for robot_id in robots]
     return [path for path in named if path.is_file() or path.is_symlink()]
 
 

@@ -15,10 +15,11 @@ from typing import Any
 from mrslam.sim_driver.missions.agent_record import AgentRecord
 from mrslam.sim_driver.missions.locate import locate
 from mrslam.sim_driver.missions.mission import Mission, make_mission, make_settings
-from mrslam.sim_driver.missions.run_files import AGENT_FILE, EVENTS_FILE, OF_AGENT, ROBOT_FILE
+from mrslam.sim_driver.missions.run_files import AGENT_FILE, EVENTS_FILE, OF_AGENT, ROBOT_FILE, TEAM_FOLDER
 from mrslam.sim_driver.missions.run_folder import Event, read_events, read_robot
 from mrslam.sim_driver.run.metrics import write_metrics
 from mrslam.sim_driver.run.run import prepare_folder
+from mrslam.sim_driver.run.team_ways import fill_team_ways
 from mrslam.spatial import InputError
 from mrslam.spatial.files.atomic import is_file, make_folder, write_text
 
@@ -42,6 +43,7 @@ def gather(folders: Sequence[Path], out: Path, say: Callable[[str], None]) -> tu
     begin_s, end_s = min(times, default=0.0), max(times, default=0.0)
     for record in records:
         _take(record, sources[record.id], out / record.id, events[record.id], begin_s, say)
+    fill_team_ways(out, [record.id for record in records])
     began = {robot_id: round(_first_scan_s(told, begin_s) - begin_s, 3) for robot_id, told in events.items()}
     span_s = round(end_s - begin_s, 3)
     return mission, write_metrics(mission, out, wall_s=span_s, mission_s=span_s, shell="agents", began_s=began)
@@ -111,6 +113,8 @@ def _take(
     for name in OF_AGENT:
         if is_file(source / name):
             shutil.copyfile(source / name, target / name)
+    if (source / TEAM_FOLDER).is_dir():
+        shutil.copytree(source / TEAM_FOLDER, target / TEAM_FOLDER, dirs_exist_ok=True)
     told = [json.dumps({**event, "t": round(event["t"] - begin_s, 3)}) + "\n" for event in events]
     write_text(target / EVENTS_FILE, "".join(told))
     try:

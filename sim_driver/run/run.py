@@ -21,6 +21,7 @@ from mrslam.sim_driver.run.earlier import clear_earlier
 from mrslam.sim_driver.run.metrics import write_metrics
 from mrslam.sim_driver.run.run_process import run_processes
 from mrslam.sim_driver.run.run_virtual import run_in_virtual_time
+from mrslam.sim_driver.run.team_ways import fill_team_ways
 from mrslam.spatial import InputError
 from mrslam.spatial.files.atomic import held, make_folder, write_text
 
@@ -71,6 +72,7 @@ def _run_held(
         copy_truth(mission, out)
         holds_s = drive_holds_until_s(mission, mission.replay, out)
         outcome["replay"] = {"of": str(mission.replay), "drive_holds_until_s": holds_s}
+    fill_team_ways(out, [robot.id for robot in mission.robots])
     # Wall-clock figures stay out of virtual runs' metrics: the same seed gives the same bytes.
     virtual = mission.mission.shell == "virtual"
     return write_metrics(

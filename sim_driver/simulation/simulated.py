@@ -76,7 +76,7 @@ class SimulatedBody:
         self._act_ns = now_ns + STEP_NS
         if self._grid_ns is None or now_ns - self._grid_ns >= PLAN_NS:
             self._grid_ns, self._grid = now_ns, agent.planning_grid()
-        pose = agent.mapper.T_map_base
+        pose = agent.T_team_base  # in the planning grid
         self._port.command(self._driver.command(now_ns, pose, self._grid, agent.teammates(now_ns), self._scan))
 
     @property

@@ -74,7 +74,7 @@ def merge(one: Agent, T_r1_r2: list[float]) -> None:
     """Let r1 find twice how r2's map lies."""
     found = Alignment(np.array(T_r1_r2), 0.8, Evidence(walls=9), np.eye(3) * 1e-4, "auto")
     for t_ns in (0, 20 * S):
-        job = one.next_alignment(t_ns)
+        job = one.next_job(t_ns)
         assert job is not None
-        one.on_aligned(job, found, t_ns)
+        one.on_done(job, found, t_ns)
     assert "r2" in one.T_team_map

@@ -25,9 +25,9 @@ def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
     live([one, two], 0, 60)
     found = Alignment(np.array([0.01, 0.0, 0.0]), 0.8, Evidence(walls=9), np.eye(3) * 1e-4, "auto")
     for t in (0, 20 * S):
-        job = one.next_alignment(t)
+        job = one.next_job(t)
         assert job is not None
-        one.on_aligned(job, found, t)
+        one.on_done(job, found, t)
     assert "r2" in one.T_team_map
     write(freeze(one), tmp_path / "state")
     saved, known = one.node.store.version("r1"), one.node.store.maps["r2"]

@@ -75,7 +75,7 @@ def test_a_map_that_was_doubted_is_doubted_after_a_restart(robot: str, tmp_path:
     again = Agent("a", Settings(), boot_id=2)
     resume(again, tmp_path / "a.state")
     assert again.team.doubted == agent.team.doubted and list(again.team.doubted) == [robot]
-    assert again.next_alignment(0) is None and not again.team.beliefs
+    assert again.next_job(0) is None and not again.team.beliefs
 
 
 def test_a_merge_that_grown_maps_contradict_is_taken_back_on_a_tick() -> None:

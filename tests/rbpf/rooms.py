@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from mrslam.rbpf import Mapper, MapperConfig
 from mrslam.rbpf.front_end.motion import Keyframe
-from mrslam.rbpf.match.scan_points import scan_points
-from mrslam.rbpf.match.sight import Sight
-from mrslam.rbpf.tiles.store import TileStore
-from mrslam.rbpf.tiles.views import NO_ENDS, Beams
+from mrslam.rbpf.front_end.sight import Sight
 from mrslam.spatial import Scan, se2
+from mrslam.spatial.hits.store import TileStore
+from mrslam.spatial.hits.views import NO_ENDS, Beams
+from mrslam.spatial.matching.scan_points import scan_points
 
 SMALL = MapperConfig(particles=6, threads=1)
 

@@ -35,8 +35,8 @@ class Floors(Team):
 
     def job(self, t_s: float) -> AlignJob:
         """Return the alignment that is due."""
-        job = self.next_alignment(round(t_s * S))
-        assert job is not None
+        job = self.next_job(round(t_s * S))
+        assert isinstance(job, AlignJob)
         return job
 
     def end(self, job: AlignJob, outcome: Alignment | Rejection, t_s: float) -> dict[str, Any]:
@@ -51,8 +51,8 @@ class Floors(Team):
 
     def due(self, t_s: float) -> tuple[str, str] | None:
         """Return the pair that is due, if one is."""
-        job = self.next_alignment(round(t_s * S))
-        return None if job is None else (job.a, job.b)
+        job = self.next_job(round(t_s * S))
+        return (job.a, job.b) if isinstance(job, AlignJob) else None
 
 
 def merged() -> Floors:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from mrslam.rbpf import MapperConfig
-from mrslam.rbpf.crew import Crew
 from mrslam.rbpf.filter.back_end import BackEnd
 from mrslam.rbpf.outcome import Stopwatch
 from mrslam.spatial import se2
+from mrslam.spatial.runtime.crew import Crew
 from tests.rbpf.rooms import drive, keyframe
 
 DRIFT = np.array([0.8, -0.5, 0.05])

@@ -9,11 +9,11 @@ import pytest
 from numpy.typing import NDArray
 
 from mrslam.rbpf import MapperConfig
-from mrslam.rbpf.crew import Crew
 from mrslam.rbpf.filter.particle_filter import BEST_SWITCH_LOG_WEIGHT, ParticleFilter
 from mrslam.rbpf.outcome import Stopwatch
-from mrslam.rbpf.tiles.store import TileStore
 from mrslam.spatial import se2
+from mrslam.spatial.hits.store import TileStore
+from mrslam.spatial.runtime.crew import Crew
 from tests.rbpf.rooms import drive, keyframe
 
 CONFIG = MapperConfig(particles=6, threads=1, neff_fraction=0.0, use_walls=False)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.filter.straight_walls import folded, main_direction
-from mrslam.rbpf.match.sight import Sight
+from mrslam.rbpf.front_end.sight import Sight
 from tests.rbpf.filter.walls import line, walls_of
 from tests.rbpf.rooms import make_scan
 

@@ -7,7 +7,7 @@ import pytest
 
 from mrslam.rbpf.front_end.health import DOUBTFUL, Health
 from mrslam.rbpf.front_end.motion import Agreement, Keyframe
-from mrslam.rbpf.tiles.views import NO_ENDS, Beams
+from mrslam.spatial.hits.views import NO_ENDS, Beams
 
 
 def key(unseen_m: float = 0.0, inliers: float = 1.0) -> Keyframe:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mrslam.rbpf.front_end.prediction import Predictor
-from mrslam.rbpf.match.gauss_newton import Match
+from mrslam.spatial.matching.gauss_newton import Match
 
 
 def seen(blind: float = 0.0) -> Match:

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from mrslam.rbpf import MapperConfig
 from mrslam.rbpf.loops.loop_closer import LoopCloser
 from mrslam.rbpf.loops.place_matcher import VERY_CLEAR, fits
-from mrslam.rbpf.match.gauss_newton import Match
 from mrslam.spatial import se2
+from mrslam.spatial.matching.gauss_newton import Match
 from tests.rbpf.rooms import drive, keyframe
 
 BLIND_KEYS = 24

@@ -1,0 +1,56 @@
+"""When the maps of a team are bent to fit each other again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from mrslam.agent.effects import JoinJob
+from mrslam.agent.known_map import KnownMap
+from mrslam.merge import Pair, Placement
+from mrslam.spatial.se2 import Transform
+
+JOIN_NS = 10_000_000_000
+"""Shortest time between two joint solutions while only maps grow, nanoseconds: some metres of way are new by then."""
+KEYFRAMES = 8
+"""New keyframes that are worth another solution: some metres of way, at half a metre each."""
+
+
+class Joining:
+    """Decides by what is placed; it keeps what the last solution was made of."""
+
+    def __init__(self) -> None:
+        self._keys: dict[str, tuple[int, int]] = {}
+        self._T_a_b: dict[Pair, bytes] = {}
+        self._last_ns: int | None = None
+
+    def next_job(
+        self, placement: Placement, maps: Mapping[str, KnownMap], T_a_b: Mapping[Pair, Transform], now_ns: int
+    ) -> JoinJob | None:
+        """Return the maps to join, where more than one is placed and something is new; else None.
+
+        A changed alignment is joined at once, for until then the maps cannot be judged.
+        """
+        frame = placement.anchor
+        known = {name: maps[name] for name in placement.T_team_map if name in maps and len(maps[name].trail)}
+        if frame is None or frame not in known or len(known) < 2:
+            return None
+        keys = {name: (one.epoch, len(one.trail)) for name, one in known.items()}
+        believed = {pair: T.tobytes() for pair, T in T_a_b.items()}
+        if believed == self._T_a_b and not self._is_due(keys, now_ns):
+            return None
+        self._keys, self._T_a_b, self._last_ns = keys, believed, now_ns
+        return JoinJob(
+            frame=frame, trails={name: one.trail for name, one in known.items()},
+            T_team_map={name: placement.T_rigid[name] for name in known}, T_a_b=dict(T_a_b),
+            epochs={name: one.epoch for name, one in known.items()},
+        )  # fmt: skip
+
+    def _is_due(self, keys: Mapping[str, tuple[int, int]], now_ns: int) -> bool:
+        if self._last_ns is not None and now_ns - self._last_ns < JOIN_NS:
+            return False
+        if keys.keys() != self._keys.keys():
+            return True
+        before = self._keys
+        return any(
+            epoch != before[name][0] or count - before[name][1] >= KEYFRAMES for name, (epoch, count) in keys.items()
+        )

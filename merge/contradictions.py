@@ -1,0 +1,60 @@
+"""Whether placed maps contradict each other: compared once, remembered while both stay as they are."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mrslam.merge.config import MergeConfig
+from mrslam.merge.graph.edges import Pair
+from mrslam.merge.grids.agreement import Walls, compare
+from mrslam.spatial import OccupancyGrid, se2
+
+_Compared = tuple[OccupancyGrid, OccupancyGrid, str | None]
+REMEMBERED = 4
+"""Comparisons kept for each pair of robots: the alignment tried, the placement, and one of each from before."""
+SHAPES = 2
+"""Maps of one robot that are kept prepared: as it is, and bent."""
+
+
+class Contradictions:
+    """Compares maps by the limits of the configuration."""
+
+    def __init__(self, config: MergeConfig) -> None:
+        self.config = config
+        self._walls: dict[str, list[Walls]] = {}
+        self._compared: dict[Pair, dict[tuple[bytes, int], _Compared]] = {}
+
+    def forget(self, robot_id: str) -> None:
+        """Forget a robot's maps."""
+        self._walls.pop(robot_id, None)
+
+    def against(
+        self, a: str, b: str, grids: tuple[OccupancyGrid, OccupancyGrid], T_a_b: se2.Transform, hops: int
+    ) -> str | None:
+        """Return how two robots' maps contradict each other placed like this, or None.
+
+        ``hops`` : alignments between the two; errors of as many add up.
+        """
+        key = (np.asarray(T_a_b).tobytes(), hops)
+        held = self._compared.setdefault((a, b), {})
+        if key in held and held[key][0] is grids[0] and held[key][1] is grids[1]:
+            return held[key][2]
+        near_m = self.config.contradiction_tolerance_m * float(np.sqrt(hops))
+        found = compare(self._prepared(a, grids[0]), self._prepared(b, grids[1]), T_a_b, near_m)
+        against = None
+        if found.share_against > self.config.contradiction_share and found.against_m >= self.config.contradiction_min_m:
+            share = 100 * found.share_against
+            against = f"{found.against_m:.1f} m of wall of {a} and {b} ({share:.0f} %) is on the other's free space"
+        held[key] = (*grids, against)
+        for old in list(held)[:-REMEMBERED]:
+            del held[old]
+        return against
+
+    def _prepared(self, robot_id: str, grid: OccupancyGrid) -> Walls:
+        held = self._walls.setdefault(robot_id, [])
+        walls = next((one for one in held if one.grid is grid), None)
+        if walls is None:
+            walls = Walls(grid)
+            held.append(walls)
+            del held[:-SHAPES]
+        return walls

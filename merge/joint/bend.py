@@ -1,0 +1,122 @@
+"""How a robot's map lies in the team's frame once its keyframes are corrected: rigidly on the whole, bent in detail."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from mrslam.merge.joint.bend_kernels import bend_cells
+from mrslam.spatial import Keyframes, OccupancyGrid, se2
+from mrslam.spatial.se2 import Transform
+
+NODE_CELLS = 32
+"""Distance of the nodes between which displacement is interpolated, cells: half a tile."""
+SPREAD_M = 1.5
+"""A node follows the keyframes around it, with weights that fall by this scale beyond the nearest one, metres."""
+NEIGHBOURS = 12
+"""Keyframes a node follows at most."""
+STEP_CELLS = 0.125
+"""Displacements are whole multiples of this: a solution that differs by less leaves the map as it was."""
+PLACE_M, PLACE_RAD = 0.25, 0.01
+"""The rigid part is rounded to this, for the same reason; the bent part has the rest."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bend:
+    """Keyframes of one robot in its own map and in the team's frame."""
+
+    T_map_key: Transform
+    """``(K, 3)``, K > 0."""
+    T_team_key: Transform
+    """``(K, 3)``."""
+
+    @cached_property
+    def T_team_map(self) -> Transform:
+        """``(3,)``: the rigid transform on which the map is drawn, rounded."""
+        if len(self.T_map_key) == 1 or np.ptp(self.T_map_key[:, :2], axis=0).max() < 1.0:
+            fitted = self.T_team_map_now
+        else:
+            fitted = se2.fit_rigid(self.T_team_key[:, :2], self.T_map_key[:, :2])
+        x, y, theta = fitted
+        return se2.transform(
+            PLACE_M * round(x / PLACE_M), PLACE_M * round(y / PLACE_M), PLACE_RAD * round(theta / PLACE_RAD)
+        )
+
+    @property
+    def T_team_map_now(self) -> Transform:
+        """``(3,)``: the rigid transform that is right where the robot was last."""
+        return se2.compose(self.T_team_key[-1], se2.inverse(self.T_map_key[-1]))
+
+    @cached_property
+    def most_m(self) -> float:
+        """How far the bending moves any keyframe against the rigid transform, metres."""
+        rigid = se2.apply(self.T_team_map, self.T_map_key[:, :2])
+        return float(np.hypot(*(self.T_team_key[:, :2] - rigid).T).max())
+
+    def bent(self, grid: OccupancyGrid) -> OccupancyGrid:
+        """Return the map so bent that ``T_team_map`` lays it where the corrected keyframes say."""
+        grid = grid.cropped(NODE_CELLS)
+        if grid.cells.size == 0:
+            return grid
+        row0, col0 = (-(cell % NODE_CELLS) for cell in grid.cell0)  # nodes keep their places as the map grows
+        rows, cols = (
+            np.arange(start, size + NODE_CELLS + 1, NODE_CELLS)
+            for start, size in zip((row0, col0), grid.shape, strict=True)
+        )
+        nodes = np.stack(np.meshgrid(cols, rows), axis=-1) * grid.resolution_m + np.asarray(grid.origin_m)
+        steps = np.rint(self.displacement(nodes.reshape(-1, 2)) / (grid.resolution_m * STEP_CELLS))
+        field = np.ascontiguousarray((STEP_CELLS * steps).reshape(nodes.shape), dtype=np.float32)
+        if not field.any():
+            return grid.cropped()
+        out = np.empty_like(grid.cells)
+        bend_cells(grid.cells, field, NODE_CELLS, row0, col0, out)
+        return OccupancyGrid(out, grid.resolution_m, grid.origin_m).cropped()
+
+    def displacement(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return how far the bending moves points ``(N, 2)`` of the map, in the map's frame, metres."""
+        count = min(NEIGHBOURS, len(self.T_map_key))
+        away, near = self._tree.query(points, count)
+        away, near = np.reshape(away, (-1, count)), np.reshape(near, (-1, count))
+        weight = np.exp(-0.5 * (away**2 - away[:, :1] ** 2) / SPREAD_M**2)
+        T_map_corrected = se2.compose(se2.inverse(self.T_team_map), self.T_team_key)
+        T = se2.compose(T_map_corrected, se2.inverse(self.T_map_key))[near]
+        moved = se2.apply(T, points[:, None, :]) - points[:, None, :]
+        return np.asarray((weight[..., None] * moved).sum(axis=1) / weight.sum(axis=1)[:, None])
+
+    @cached_property
+    def _tree(self) -> cKDTree:
+        return cKDTree(self.T_map_key[:, :2])
+
+    def extended(self, T_map_key: Transform) -> Transform:
+        """Return keyframes ``(N, 3)`` of the map in the team's frame; those after the corrected ones go on rigidly."""
+        later = se2.compose(self.T_team_map_now, T_map_key[len(self.T_team_key) :])
+        return np.concatenate([self.T_team_key, later])[: len(T_map_key)]
+
+    def corrected_at(self, key_stamps_ns: NDArray[np.int64], way: Keyframes) -> Keyframes:
+        """Return a way in the robot's own map, any part of the robot, as it is in the team's frame.
+
+        ``key_stamps_ns`` : stamps of the map's keyframes, more than the corrected ones or not. What lies between two
+        keyframes joins both; what comes before the first or after the last goes on rigidly.
+        """
+        stamps_ns = key_stamps_ns[: len(self.T_map_key)]
+        order = np.argsort(stamps_ns, kind="stable")  # a log's time may step backward
+        rank = np.searchsorted(stamps_ns[order], way.stamps_ns, side="right") - 1
+        key = order[np.clip(rank, 0, order.size - 1)]
+        after = order[np.clip(rank + 1, 0, order.size - 1)]
+        span_ns = np.maximum(stamps_ns[after] - stamps_ns[key], 1)
+        share = np.clip((way.stamps_ns - stamps_ns[key]) / span_ns, 0.0, 1.0)
+        return Keyframes(way.stamps_ns, self._between(key, after, share, way.T_map_base))
+
+    def _between(
+        self, key: NDArray[np.int64], after: NDArray[np.int64], share: NDArray[np.float64], T_map_x: Transform
+    ) -> Transform:
+        by_last, by_next = (
+            se2.compose(self.T_team_key[k], se2.between(self.T_map_key[k], T_map_x)) for k in (key, after)
+        )
+        turn = se2.wrap(by_next[:, 2] - by_last[:, 2])
+        mixed = by_last[:, :2] + share[:, None] * (by_next[:, :2] - by_last[:, :2])
+        return np.concatenate([mixed, se2.wrap(by_last[:, 2] + share * turn)[:, None]], axis=1)

@@ -1,0 +1,65 @@
+"""A team whose maps are bent to fit each other: what the last joint solution says of each robot and each pair."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from mrslam.merge.graph.edges import Pair
+from mrslam.merge.graph.tree import components
+from mrslam.merge.joint.bend import Bend
+from mrslam.merge.joint.join import JointMap, Tie
+from mrslam.merge.joint.trail import Trail
+from mrslam.spatial.se2 import Transform
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BentTeam:
+    """Corrected keyframes of the robots that are tied to the one whose map frame is the team's."""
+
+    bends: Mapping[str, Bend] = field(default_factory=dict)
+    """By robot; empty where nobody is tied to anybody."""
+    ties: tuple[Tie, ...] = ()
+    """All matches between robots."""
+    ambiguous: Mapping[Pair, str] = field(default_factory=dict)
+    """Pairs that are not tied though there are matches, and why."""
+    joined: frozenset[str] = frozenset()
+    """The robots that the solution was made of, tied or not."""
+    T_a_b: Mapping[Pair, Transform] = field(default_factory=dict)
+    """The alignments it started from."""
+
+    @classmethod
+    def of(cls, joint: JointMap, frame: str, trails: Mapping[str, Trail], T_a_b: Mapping[Pair, Transform]) -> BentTeam:
+        """Return a joint solution as it is seen from the map of the robot ``frame``, whose first keyframe stays."""
+        bends: dict[str, Bend] = {}
+        if frame in joint.T_team_key:
+            group = next(g for g in components(joint.T_team_key, joint.tied_pairs) if frame in g)
+            seen = joint.seen_from(frame, trails[frame].T_map_key[0])
+            bends = {name: Bend(trails[name].T_map_key, seen[name]) for name in group if len(group) > 1}
+        return cls(
+            bends=bends, ties=joint.ties, ambiguous=joint.ambiguous, joined=frozenset(joint.T_team_key), T_a_b=T_a_b
+        )
+
+    def without(self, robot_id: str) -> BentTeam:
+        """Return what holds without a robot whose map is gone."""
+        return replace(
+            self,
+            bends={name: bend for name, bend in self.bends.items() if name != robot_id},
+            ties=tuple(tie for tie in self.ties if robot_id not in (tie.a, tie.b)),
+            joined=self.joined - {robot_id},
+        )
+
+    def corrected(self, robot_id: str, trail: Trail) -> BentTeam:
+        """Return the same with keyframes of a robot's map as it has them now: its loops may have moved them."""
+        bend = self.bends.get(robot_id)
+        if bend is None or len(trail) < len(bend.T_map_key):
+            return self
+        newer = Bend(trail.T_map_key[: len(bend.T_map_key)], bend.T_team_key)
+        return replace(self, bends={**self.bends, robot_id: newer})
+
+    def judges(self, a: str, b: str, alignments: Mapping[Pair, Transform]) -> bool:
+        """Return whether the solution knew both robots, and the pair's alignment if there is one."""
+        if not {a, b} <= self.joined:
+            return False
+        used, now = self.T_a_b.get((a, b)), alignments.get((a, b))
+        return (used is None) == (now is None) and (used is None or now is None or bool((used == now).all()))

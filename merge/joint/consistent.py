@@ -1,0 +1,83 @@
+"""Which matches between two robots can be true together (pairwise consistency maximisation, Mangelson et al. 2018)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrslam.merge.joint.trail import Trail
+from mrslam.spatial import se2
+from mrslam.spatial.se2 import Transform
+
+LOOSE_M, LOOSE_RAD = 0.10, 0.02
+"""Standard deviation of a loop through two matches at one place: what both may be off."""
+LOOSE_PER_M, TURN_PER_M = 0.02, 0.002
+"""Its growth for each metre of both robots' ways between the matches: the drift of a map (as for loops within one)."""
+GATE = 3.0
+"""A loop closes when its error is within so many standard deviations."""
+STARTS = 20
+"""Cliques are grown from so many matches, those that agree with most others first."""
+
+
+class Match(NamedTuple):
+    """Keyframe ``j`` of one robot lies at ``T_i_j`` in the frame of keyframe ``i`` of another."""
+
+    i: int
+    j: int
+    T_i_j: Transform
+    """``(3,)`` metres, radians."""
+    information: NDArray[np.float64]
+    """``(3, 3)``, its inverse covariance."""
+
+
+class Chosen(NamedTuple):
+    """What is believed of the matches between two robots."""
+
+    keep: NDArray[np.int64]
+    """Indices of a largest set whose members all agree with each other."""
+    rival: int
+    """Size of the largest such set among those that contradict most of the chosen."""
+
+
+def agreeing(a: Trail, b: Trail, matches: Sequence[Match]) -> NDArray[np.bool_]:
+    """Return ``(M, M)``: whether the loop through two matches and both robots' ways between them closes."""
+    i, j = (np.array([match[side] for match in matches], dtype=np.int64) for side in (0, 1))
+    T_i_j = np.array([match.T_i_j for match in matches])
+    way_m = a.way_from(i)[:, i] + b.way_from(j)[:, j]
+    T_a_j = se2.compose(a.T_map_key[i], T_i_j)  # where each match has its keyframe of b in the map of a
+    T_j_other = se2.between(b.T_map_key[j][:, None], b.T_map_key[j][None])
+    error = se2.between(T_a_j[None], se2.compose(T_a_j[:, None], T_j_other))
+    off_m, off_rad = np.hypot(error[..., 0], error[..., 1]), np.abs(se2.wrap(error[..., 2]))
+    closes = (off_m <= GATE * (LOOSE_M + LOOSE_PER_M * way_m)) & (off_rad <= GATE * (LOOSE_RAD + TURN_PER_M * way_m))
+    return np.asarray(closes & closes.T)
+
+
+def choose(agrees: NDArray[np.bool_]) -> Chosen:
+    """Return the matches to believe by who agrees with whom ``(M, M)``, and how many others stand against them."""
+    everyone = np.arange(agrees.shape[0])
+    keep = _clique(agrees, everyone)
+    others = np.setdiff1d(everyone, keep)
+    against = others[(~agrees[np.ix_(others, keep)]).sum(axis=1) > 0.5 * keep.size]
+    return Chosen(keep, _clique(agrees, against).size)
+
+
+def _clique(agrees: NDArray[np.bool_], among: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return a largest clique found greedily: the next member is the one that leaves most to choose from."""
+    part = agrees[np.ix_(among, among)]
+    degree = part.sum(axis=1)
+    best: list[int] = []
+    for start in np.argsort(-degree, kind="stable")[:STARTS]:
+        if degree[start] <= len(best):
+            break
+        clique, left = [int(start)], part[start].copy()
+        left[start] = False
+        while left.any():
+            member = int(np.argmax(np.where(left, part[:, left].sum(axis=1), -1)))
+            clique.append(member)
+            left &= part[member]
+            left[member] = False
+        best = max(best, clique, key=len)
+    return among[np.sort(np.array(best, dtype=np.int64))]

@@ -1,0 +1,151 @@
+"""Several robots' ways as one pose graph: places that two of them saw tie them together, and bend their maps.
+
+Whole-map alignment proposes how the maps lie to each other; stretches of way that may have seen the same place are
+matched locally; matches are believed as a set, then robustly in the solve. With every solve more stretches come near
+enough to each other to be compared, until there are no more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from mrslam.merge.graph.edges import Pair
+from mrslam.merge.joint.candidates import candidates
+from mrslam.merge.joint.consistent import Chosen, Match, agreeing, choose
+from mrslam.merge.joint.local_match import LocalMatcher
+from mrslam.merge.joint.trail import Trail
+from mrslam.spatial import se2
+from mrslam.spatial.pose_graph import Edges, relax_graduated
+from mrslam.spatial.se2 import Transform
+
+ROUNDS = 6
+"""Comparing and solving alternate at most so often; each round reaches as far as drift lets the next match be found."""
+CHI2_MOST = 16.27
+"""A match that misses by more is not believed: 99.9 % of chi2 with 3 degrees of freedom."""
+MATCHES_LEAST = 3
+"""Fewer matches that agree tie nobody: two agree by chance where a corridor repeats itself."""
+CLEAR = 1.25
+"""Factor by which the believed matches must outnumber those that say otherwise together, or the pair is ambiguous."""
+
+
+class Tie(NamedTuple):
+    """A match between two robots, as one that is believed or not."""
+
+    a: str
+    b: str
+    match: Match
+    believed: bool
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JointMap:
+    """Several robots' keyframes, corrected by what they saw of each other."""
+
+    T_team_key: Mapping[str, Transform]
+    """By robot, in order: ``(K, 3)`` in the map frame of the first robot, whose first keyframe stays where it was."""
+    ties: tuple[Tie, ...] = ()
+    """All matches between robots."""
+    ambiguous: Mapping[Pair, str] = field(default_factory=dict)
+    """Pairs that are not tied though there are matches, and why."""
+
+    def seen_from(self, robot_id: str, T_map_first: Transform) -> dict[str, Transform]:
+        """Return all keyframes in the map frame of one robot, whose first keyframe is at ``T_map_first``."""
+        T_own_team = se2.compose(T_map_first, se2.inverse(self.T_team_key[robot_id][0]))
+        return {one: se2.compose(T_own_team, T_team_key) for one, T_team_key in self.T_team_key.items()}
+
+    @property
+    def tied_pairs(self) -> set[Pair]:
+        """The pairs with a match that is believed."""
+        return {(tie.a, tie.b) for tie in self.ties if tie.believed}
+
+    def tied(self, a: str, b: str) -> int:
+        """Return the number of believed matches between two robots."""
+        return sum(tie.believed and {tie.a, tie.b} == {a, b} for tie in self.ties)
+
+
+def join(
+    trails: Mapping[str, Trail], T_team_map: Mapping[str, Transform], matcher: LocalMatcher | None = None
+) -> JointMap:
+    """Return all robots' keyframes as they fit together best; the same input gives the same bytes.
+
+    ``T_team_map`` says how the maps lie to each other as far as alignment knows; robots without are left out. A
+    ``matcher`` that is used again knows the answers it gave before.
+    """
+    names = [name for name in sorted(trails) if name in T_team_map and len(trails[name])]
+    matcher = matcher or LocalMatcher()
+    poses = {name: se2.compose(T_team_map[name], trails[name].T_map_key) for name in names}
+    found: dict[Pair, dict[tuple[int, int], Match]] = {pair: {} for pair in combinations(names, 2)}
+    ties: tuple[Tie, ...] = ()
+    ambiguous: dict[Pair, str] = {}
+    for _ in range(ROUNDS):
+        news = sum(_compare(trails, poses, pair, found[pair], ties, matcher) for pair in found)
+        if not news:
+            break
+        chosen, ambiguous = _choose(trails, found)
+        poses, ties = solve({name: trails[name] for name in names}, poses, chosen)
+    return JointMap(T_team_key=poses, ties=ties, ambiguous=ambiguous)
+
+
+def _compare(
+    trails: Mapping[str, Trail],
+    poses: Mapping[str, Transform],
+    pair: Pair,
+    found: dict[tuple[int, int], Match],
+    ties: Sequence[Tie],
+    matcher: LocalMatcher,
+) -> int:
+    """Match what two robots may both have seen; add to ``found``, and return how much came new."""
+    a, b = (trails[name] for name in pair)
+    believed = [tie.match for tie in ties if tie.believed and (tie.a, tie.b) == pair]
+    before = len(found)
+    for near in candidates((a, b), (poses[pair[0]], poses[pair[1]]), found, believed):
+        fit = matcher.match(a, near.i, b, near.j, near.T_i_j, near.lost_m)
+        if fit is not None:
+            found[near.i, near.j] = Match(near.i, near.j, fit.T_i_j, fit.information)
+    return len(found) - before
+
+
+def _choose(
+    trails: Mapping[str, Trail], found: Mapping[Pair, Mapping[tuple[int, int], Match]]
+) -> tuple[list[tuple[str, str, Match]], dict[Pair, str]]:
+    """Return the matches to believe of every pair, and why there are none of some."""
+    chosen: list[tuple[str, str, Match]] = []
+    ambiguous: dict[Pair, str] = {}
+    for (a, b), by_keys in found.items():
+        matches = list(by_keys.values())
+        best = choose(agreeing(trails[a], trails[b], matches)) if matches else Chosen(np.empty(0, np.int64), 0)
+        if best.keep.size < MATCHES_LEAST:
+            continue
+        if best.keep.size < CLEAR * best.rival:
+            ambiguous[a, b] = f"{best.keep.size} places agree with each other, {best.rival} others say otherwise"
+            continue
+        chosen += [(a, b, matches[k]) for k in best.keep]
+    return chosen, ambiguous
+
+
+def solve(
+    trails: Mapping[str, Trail], poses: Mapping[str, Transform], matches: Sequence[tuple[str, str, Match]]
+) -> tuple[dict[str, Transform], tuple[Tie, ...]]:
+    """Return keyframes ``(K, 3)`` of every robot that fit all ways and matches best, and which matches are believed.
+
+    The first robot's first keyframe stays where ``poses`` has it.
+    """
+    counts = [len(trail) for trail in trails.values()]
+    starts = dict(zip(trails, np.cumsum([0, *counts]), strict=False))
+    own = [trail.edges.shifted(starts[name]) for name, trail in trails.items()]
+    between = Edges(
+        np.array([starts[a] + match.i for a, _, match in matches], dtype=np.int64),
+        np.array([starts[b] + match.j for _, b, match in matches], dtype=np.int64),
+        np.array([match.T_i_j for *_, match in matches]).reshape(-1, 3),
+        np.array([match.information for *_, match in matches]).reshape(-1, 3, 3),
+    )
+    edges = Edges.joined([*own, between])
+    is_tie = np.arange(edges.first.size) >= edges.first.size - len(matches)
+    together, weight = relax_graduated(np.concatenate(list(poses.values())), edges, is_tie, CHI2_MOST)
+    ties = tuple(Tie(*match, bool(w > 0.0)) for match, w in zip(matches, weight[is_tie], strict=True))
+    return {name: together[starts[name] : starts[name] + len(trail)] for name, trail in trails.items()}, ties

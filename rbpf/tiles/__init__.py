@@ -1,1 +1,0 @@
-"""Maps of many particles over one pool of tiles: cells, drawing scans into them, copy on write, publishing."""

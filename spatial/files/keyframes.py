@@ -1,0 +1,44 @@
+"""The way that made a map, as one file: keyframes, and what was seen at each."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+
+from mrslam.spatial.errors import InputError
+from mrslam.spatial.files.archives import read_arrays
+from mrslam.spatial.files.atomic import write_bytes
+from mrslam.spatial.key_scans import KeyScans
+from mrslam.spatial.tiles import Keyframes
+
+NAMES = ("stamps_ns", "T_map_base", "starts", "polar", "origins")
+"""Arrays of the file."""
+
+
+def write_keyframes(path: Path, keyframes: Keyframes, scans: KeyScans) -> None:
+    """Write keyframes and the scans of the first of them, with numpy (``.npz``)."""
+    raw = io.BytesIO()
+    np.savez_compressed(
+        raw, stamps_ns=keyframes.stamps_ns, T_map_base=keyframes.T_map_base, starts=scans.starts, polar=scans.polar,
+        origins=scans.origins,
+    )  # fmt: skip
+    write_bytes(path, raw.getvalue())
+
+
+def read_keyframes(path: Path) -> tuple[Keyframes, KeyScans]:
+    """Return keyframes and scans; raise ``InputError`` in one line where the file is not what was written."""
+    arrays = read_arrays(path, *NAMES)
+    stamps_ns, T_map_base = arrays["stamps_ns"], arrays["T_map_base"]
+    if stamps_ns.ndim != 1 or stamps_ns.dtype != np.int64 or T_map_base.shape != (stamps_ns.size, 3):
+        raise InputError(f"{path}: stamps {stamps_ns.shape} and poses {T_map_base.shape} are no keyframes")
+    if T_map_base.dtype != np.float64 or not np.isfinite(T_map_base).all():
+        raise InputError(f"{path}: poses are not finite numbers")
+    try:
+        scans = KeyScans(arrays["starts"], arrays["polar"], arrays["origins"])
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    if len(scans) > stamps_ns.size:
+        raise InputError(f"{path}: {len(scans)} scans of {stamps_ns.size} keyframes")
+    return Keyframes(stamps_ns, T_map_base), scans

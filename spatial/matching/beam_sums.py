@@ -1,0 +1,168 @@
+"""What all beams of a scan say about its pose in a map: normal equations over point-to-line distances."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from mrslam.spatial.hits.cells import NORMAL_QUALITY
+from mrslam.spatial.hits.views import Tiles
+from mrslam.spatial.matching.nearest import COS, SIN, Surface, nearest
+
+POINT_WEIGHT = 0.2
+"""Weight of a correspondence without a normal beside one with: it holds the pose both ways, and less surely."""
+SLANT_RAD = 0.25
+"""Normals that look along a corridor by less than this are those of its walls, with their errors."""
+FAR_CELLS2 = 9.0
+"""Surfaces farther off than the square root of this (cells) are others than the one that the beam hit."""
+CONFLICT_COST, UNKNOWN_COST = 3.0, 1.0
+"""What a beam that ends in known free space, and one that ends where nothing is known, take from the score; no beam
+takes more than the first, the cost of 2.4 sigma."""
+INLIER_SIGMA2 = 6.25
+"""A beam within 2.5 sigma of the map is an inlier."""
+ALONG_SHARE = 0.1
+"""A line has no end in this model: share of the squared distance along it, beyond a cell, that counts in the score."""
+
+
+class Sums(NamedTuple):
+    """Normal equations over the beams: ``H step = b``, and how the beams fit."""
+
+    xx: float
+    xy: float
+    xt: float
+    yy: float
+    yt: float
+    tt: float
+    bx: float
+    by: float
+    bt: float
+    score: float
+    inliers: float
+    conflicts: float
+
+
+class Look(NamedTuple):
+    """How one iteration weighs what beams find."""
+
+    radius: int
+    """Cells around a beam's end in which a surface is looked for where there is none next to it."""
+    scale2: float
+    """Square of the distance beyond which a beam loses weight (Geman-McClure), m^2."""
+    weight: float
+    """1 / sigma^2."""
+    corridor: bool
+    """Whether normals along the corridor are corrected."""
+    along_x: float
+    along_y: float
+    """Unit vector along the corridor."""
+
+
+@njit(cache=True, nogil=True)
+def sum_beams(
+    tiles: Tiles, points: NDArray[np.float64], x: float, y: float, theta: float, look: Look
+) -> Sums:  # pragma: no cover - compiled
+    """Return the normal equations of all beams at this pose."""
+    resolution_m = tiles.resolution_m
+    inv = 1.0 / resolution_m
+    hxx = hxy = hxt = hyy = hyt = htt = 0.0
+    bx = by = bt = 0.0
+    score, inliers, conflicts = 0.0, 0.0, 0.0
+    c, s = math.cos(theta), math.sin(theta)
+    for i in range(points.shape[0]):
+        rx = c * points[i, 0] - s * points[i, 1]
+        ry = s * points[i, 0] + c * points[i, 1]
+        quality = points[i, 4]
+        nx = c * points[i, 2] - s * points[i, 3]
+        ny = s * points[i, 2] + c * points[i, 3]
+        surface = _surface(tiles, (x + rx) * inv, (y + ry) * inv, nx, ny, quality, look.radius)
+        if surface.word == 0:
+            if surface.visits > 0:
+                conflicts += 1.0
+                score -= CONFLICT_COST
+            else:
+                score -= UNKNOWN_COST
+            continue
+        dx = surface.dx * resolution_m
+        dy = surface.dy * resolution_m
+        line, mx, my = _normal(surface.word, nx, ny, quality, look)
+        if line:
+            r = mx * dx + my * dy  # map minus scan along the normal
+            r2 = r * r
+            w = look.scale2 / (look.scale2 + r2)
+            w = w * w * look.weight
+            jt = -mx * ry + my * rx
+            hxx += w * mx * mx
+            hxy += w * mx * my
+            hyy += w * my * my
+            hxt += w * mx * jt
+            hyt += w * my * jt
+            htt += w * jt * jt
+            bx += w * mx * r
+            by += w * my * r
+            bt += w * jt * r
+            r2 += ALONG_SHARE * max(
+                surface.distance2 * resolution_m * resolution_m - r2 - resolution_m * resolution_m, 0.0
+            )
+        else:
+            r2 = dx * dx + dy * dy
+            w = look.scale2 / (look.scale2 + r2)
+            w = w * w * look.weight * POINT_WEIGHT
+            hxx += w
+            hyy += w
+            hxt += -w * ry
+            hyt += w * rx
+            htt += w * (rx * rx + ry * ry)
+            bx += w * dx
+            by += w * dy
+            bt += w * (-ry * dx + rx * dy)
+        e = 0.5 * r2 * look.weight
+        score -= min(e, CONFLICT_COST)
+        if r2 * look.weight < INLIER_SIGMA2:
+            inliers += 1.0
+    return Sums(hxx, hxy, hxt, hyy, hyt, htt, bx, by, bt, score, inliers, conflicts)
+
+
+@njit(cache=True, nogil=True)
+def _surface(
+    tiles: Tiles, x: float, y: float, nx: float, ny: float, quality: float, radius: int
+) -> Surface:  # pragma: no cover - compiled
+    """Return the surface next to a beam's end, or else the nearest in a wider neighbourhood."""
+    near = nearest(tiles, x, y, nx, ny, quality, 1)
+    if near.word != 0:
+        return near
+    wide = nearest(tiles, x, y, nx, ny, quality, radius)
+    if wide.word == 0 or wide.distance2 > FAR_CELLS2:
+        return near
+    return wide
+
+
+@njit(cache=True, nogil=True)
+def _normal(
+    word: Any, nx: float, ny: float, quality: float, look: Look
+) -> tuple[bool, float, float]:  # pragma: no cover - compiled
+    """Return whether a surface has a unit normal, by its cell's word or the beam's own ``(nx, ny)``, and which."""
+    if (word >> 31) & 1 > 0:
+        k = (word >> 23) & 0xFF
+        mx, my = COS[k], SIN[k]
+        if quality > NORMAL_QUALITY:
+            # Where beams are sparse the mean point's wall is known better from both sides.
+            mx, my = mx + nx, my + ny
+            norm = 1.0 / math.sqrt(mx * mx + my * my)
+            mx *= norm
+            my *= norm
+    elif quality > NORMAL_QUALITY:
+        mx, my = nx, ny
+    else:
+        return False, 0.0, 0.0
+    if look.corridor:
+        slant = mx * look.along_x + my * look.along_y
+        if abs(slant) < SLANT_RAD:
+            mx, my = mx - slant * look.along_x, my - slant * look.along_y
+            norm = 1.0 / math.sqrt(mx * mx + my * my)
+            mx *= norm
+            my *= norm
+    return True, mx, my

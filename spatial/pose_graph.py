@@ -1,0 +1,175 @@
+"""Pose graphs over SE(2): nodes are poses, edges say how one lies in the frame of another, and how surely."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.linalg import splu
+
+from mrslam.spatial import se2
+from mrslam.spatial.se2 import Transform
+
+ITERATIONS = 4
+"""Gauss-Newton steps at most: from a trajectory that is nearly right the third moves nothing by a millimetre."""
+SETTLED_M = 1e-3
+"""A step smaller than this, in metres and radians, ends the relaxation."""
+ANNEALING = 2.0
+"""Factor by which the graduated loss becomes sharper in each step (Yang et al.: 1.4; 2 takes fewer solves)."""
+ANNEALING_STEPS = 20
+"""Steps at most: from errors a million times the bound to a sharp loss."""
+
+
+class Edges(NamedTuple):
+    """``second[e]`` is at ``T_first_second[e]`` in the frame of ``first[e]``, with ``information[e]``."""
+
+    first: NDArray[np.int64]
+    """``(E,)`` node indices."""
+    second: NDArray[np.int64]
+    """``(E,)`` node indices."""
+    T_first_second: Transform
+    """``(E, 3)`` metres, radians."""
+    information: NDArray[np.float64]
+    """``(E, 3, 3)``, inverse covariances in the frame of the second pose's residual: 1/m^2, 1/rad^2."""
+
+    @classmethod
+    def none(cls) -> Edges:
+        """Return no edges."""
+        return cls(np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3, 3)))
+
+    @classmethod
+    def joined(cls, parts: Sequence[Edges]) -> Edges:
+        """Return the edges of all parts, in their order."""
+        return cls(*(np.concatenate(columns) for columns in zip(cls.none(), *parts, strict=True)))
+
+    def shifted(self, nodes: int) -> Edges:
+        """Return the same edges between nodes that stand ``nodes`` later in the graph."""
+        return self._replace(first=self.first + nodes, second=self.second + nodes)
+
+    def residuals(self, poses: Transform) -> Transform:
+        """Return ``(E, 3)``: where ``second`` is in the frame of ``first``, minus where the edge says it is."""
+        error = se2.between(poses[self.first], poses[self.second]) - self.T_first_second
+        error[:, 2] = se2.wrap(error[:, 2])
+        return error
+
+    def chi2(self, poses: Transform) -> NDArray[np.float64]:
+        """Return ``(E,)``: squared Mahalanobis lengths of the residuals, 3 degrees of freedom each."""
+        error = self.residuals(poses)
+        return np.einsum("ei,eij,ej->e", error, self.information, error)
+
+
+def relax(poses: Transform, edges: Edges, robust: NDArray[np.bool_], robust_scale: float = 3.0) -> Transform:
+    """Return the poses ``(K, 3)`` that fit the edges best, the first staying where it is (Luo and Milios 1997, SE(2)).
+
+    Edges marked ``robust (E,)`` lose weight when they miss by more than ``robust_scale`` sigmas (Cauchy), so that a
+    wrong one cannot bend the rest.
+    """
+    poses = np.array(poses, dtype=np.float64)
+    if poses.shape[0] < 2 or edges.first.size == 0:
+        return poses
+    for _ in range(ITERATIONS):
+        weight = np.where(robust, 1.0 / (1.0 + edges.chi2(poses) / robust_scale**2), 1.0)
+        if _step(poses, edges, weight) < SETTLED_M:
+            break
+    return poses
+
+
+def relax_graduated(
+    poses: Transform, edges: Edges, doubtful: NDArray[np.bool_], bound: float
+) -> tuple[Transform, NDArray[np.float64]]:
+    """Return the relaxed poses ``(K, 3)``, and weights ``(E,)``: 0 for the edges that are not believed.
+
+    Graduated non-convexity with truncated least squares (Yang et al. 2020, equations 12-14): an edge marked
+    ``doubtful (E,)`` whose squared Mahalanobis length exceeds ``bound`` in the end counts nothing. The others always
+    count in full.
+    """
+    poses = np.array(poses, dtype=np.float64)
+    weight = np.ones(edges.first.size)
+    if poses.shape[0] < 2 or edges.first.size == 0:
+        return poses, weight
+    _settle(poses, edges, weight)
+    if not doubtful.any():
+        return poses, weight
+    worst = float(edges.chi2(poses)[doubtful].max())
+    mu = bound / max(2.0 * worst - bound, 1e-9)
+    for _ in range(ANNEALING_STEPS):
+        if mu < 0.0 or worst <= bound:
+            break
+        before = weight
+        weight = np.where(doubtful, _truncated(edges.chi2(poses), bound, mu), 1.0)
+        moved = _step(poses, edges, weight)
+        certain = bool(((weight < 1e-3) | (weight > 1.0 - 1e-3)).all())
+        if certain and moved < SETTLED_M and np.array_equal(before, weight):
+            break
+        mu *= ANNEALING
+    weight = np.where(doubtful & (edges.chi2(poses) > bound), 0.0, 1.0)
+    _settle(poses, edges, weight)
+    return poses, weight
+
+
+def _truncated(chi2: NDArray[np.float64], bound: float, mu: float) -> NDArray[np.float64]:
+    """Return the weights of the surrogate of truncated least squares (Yang et al. 2020, equation 14)."""
+    between = np.sqrt(bound * mu * (mu + 1.0) / np.maximum(chi2, 1e-12)) - mu
+    return np.where(chi2 >= (mu + 1.0) / mu * bound, 0.0, np.where(chi2 <= mu / (mu + 1.0) * bound, 1.0, between))
+
+
+def _settle(poses: Transform, edges: Edges, weight: NDArray[np.float64]) -> None:
+    """Relax the poses in place, with fixed weights."""
+    for _ in range(ITERATIONS):
+        if _step(poses, edges, weight) < SETTLED_M:
+            return
+
+
+def _step(poses: Transform, edges: Edges, weight: NDArray[np.float64]) -> float:
+    """Take one Gauss-Newton step in place, and return the largest change, metres or radians."""
+    step = _solve(poses, edges, weight)
+    poses[:, :2] += step[:, :2]
+    poses[:, 2] = se2.wrap(poses[:, 2] + step[:, 2])
+    return float(np.abs(step).max())
+
+
+def _solve(poses: Transform, edges: Edges, weight: NDArray[np.float64]) -> Transform:
+    """Return the Gauss-Newton step ``(K, 3)``; the first pose's is 0."""
+    first, second, count = edges.first, edges.second, poses.shape[0]
+    error = edges.residuals(poses)
+    a, b = _jacobians(poses, first, second)
+    weighted = edges.information * weight[:, None, None]
+    wa, wb = weighted @ a, weighted @ b
+    at, bt = a.transpose(0, 2, 1), b.transpose(0, 2, 1)
+    blocks = [at @ wa, at @ wb, bt @ wa, bt @ wb]
+    pairs = [(first, first), (first, second), (second, first), (second, second)]
+    axis = np.arange(3)
+    rows = np.concatenate([(3 * i[:, None, None] + axis[:, None] + 0 * axis).ravel() for i, _ in pairs])
+    cols = np.concatenate([(3 * j[:, None, None] + 0 * axis[:, None] + axis).ravel() for _, j in pairs])
+    values = np.concatenate([block.ravel() for block in blocks])
+    rhs = np.zeros(3 * count)
+    np.add.at(rhs, (3 * first[:, None] + axis).ravel(), -np.einsum("eji,ej->ei", wa, error).ravel())
+    np.add.at(rhs, (3 * second[:, None] + axis).ravel(), -np.einsum("eji,ej->ei", wb, error).ravel())
+    free = (rows >= 3) & (cols >= 3)
+    size = 3 * count - 3
+    rows = np.concatenate([rows[free] - 3, np.arange(size)])
+    cols = np.concatenate([cols[free] - 3, np.arange(size)])
+    values = np.concatenate([values[free], np.full(size, 1e-6)])  # a node without edges stays where it is
+    matrix = coo_matrix((values, (rows, cols)), shape=(size, size)).tocsc()
+    symmetric = splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.0)
+    step = np.zeros((count, 3))
+    step[1:] = symmetric.solve(rhs[3:]).reshape(-1, 3)
+    return step
+
+
+def _jacobians(
+    poses: Transform, first: NDArray[np.int64], second: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the residuals' derivatives ``(E, 3, 3)`` by the first and by the second pose."""
+    cos, sin = np.cos(poses[first, 2]), np.sin(poses[first, 2])
+    delta = poses[second, :2] - poses[first, :2]
+    a, b = np.zeros((first.size, 3, 3)), np.zeros((first.size, 3, 3))
+    b[:, 0, 0], b[:, 0, 1], b[:, 1, 0], b[:, 1, 1], b[:, 2, 2] = cos, sin, -sin, cos, 1.0
+    a[:, :2, :2] = -b[:, :2, :2]
+    a[:, 0, 2] = -sin * delta[:, 0] + cos * delta[:, 1]
+    a[:, 1, 2] = -cos * delta[:, 0] - sin * delta[:, 1]
+    a[:, 2, 2] = -1.0
+    return a, b

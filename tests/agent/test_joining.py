@@ -1,0 +1,156 @@
+"""Maps that met are bent until what their robots saw agrees."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mrslam.agent.config import Settings
+from mrslam.agent.effects import AlignJob, Event, JoinJob
+from mrslam.agent.known_map import KnownMap
+from mrslam.agent.team import Team
+from mrslam.alignment import Alignment, Evidence, WallEvidence
+from mrslam.merge import join
+from mrslam.merge.grids.agreement import Walls, compare
+from mrslam.spatial import LocalMap, OccupancyGrid, se2
+from tests.merge.joint.blocks import drive, errors_m, local_map
+
+S = 1_000_000_000
+A, B = drive(0.0, 70.0, 0.002, seed=1), drive(30.0, 80.0, -0.002, seed=2)
+"""Bent by 8 degrees within 70 m: laid over each other rigidly their walls cross."""
+T_A_B = se2.between(A.truth[0], B.truth[0])
+MAPS = {"a": local_map(A), "b": local_map(B)}
+
+
+def team_of(own: str = "a", maps: dict[str, LocalMap] | None = None) -> Team:
+    team = Team(own, Settings())
+    for name, local in (maps or MAPS).items():
+        team.take_map(name, KnownMap((1, 1), local))
+    return team
+
+
+def align(team: Team, T_a_b: np.ndarray = T_A_B, t_s: int = 10) -> list[Event]:
+    """Let the pair be found twice at one place."""
+    found = Alignment(
+        T_a_b=T_a_b, confidence=0.9, evidence=Evidence(WallEvidence(60.0), WallEvidence(60.0)),
+        covariance=1e-4 * np.eye(3), method="orb",
+    )  # fmt: skip
+    nothing = OccupancyGrid(np.empty((0, 0), dtype=np.int8), 0.05)
+    events = []
+    for attempt in range(2):
+        job = AlignJob("a", "b", nothing, nothing, None, ((1, 1), (1, 1)), (64.0, 64.0), attempt)
+        events += team.on_aligned(job, found, (t_s + attempt) * S)
+    return events
+
+
+def joined(team: Team, t_s: int = 12) -> list[Event]:
+    """Do the join that is due."""
+    job = team.next_job(t_s * S)
+    assert isinstance(job, JoinJob)
+    return team.on_joined(job, join(job.trails, job.T_team_map), t_s * S)
+
+
+def kinds(events: list[Event]) -> list[str]:
+    return [event.kind for event in events]
+
+
+def test_bent_maps_are_merged_joined_and_stay_merged() -> None:
+    team = team_of()
+    assert kinds(align(team)) == ["alignment", "alignment", "merged"]
+    events = joined(team)
+    assert kinds(events) == ["joined"]
+    assert events[0].fields["ties"]["a-b"] >= 12
+    team.keep_placed(20 * S)
+    assert team.revoke(20 * S) == [] and sorted(team.T_team_map) == ["a", "b"]
+    ways = team.keyframes()
+    assert errors_m(A, B, ways["a"].T_map_base, ways["b"].T_map_base).mean() < 0.1
+
+
+def test_without_their_scans_the_same_maps_contradict_each_other() -> None:
+    blind = {name: LocalMap(local.map, local.keyframes) for name, local in MAPS.items()}
+    team = team_of(maps=blind)
+    assert "unmerged" in kinds(align(team))
+
+
+def test_the_team_map_is_one_building() -> None:
+    team = team_of()
+    align(team)
+    joined(team)
+    rigid = compare(*(Walls(team.maps[x].grid) for x in "ab"), T_A_B, 0.1)
+    bent = [Walls(bend.bent(team.maps[x].grid)) for x, bend in sorted(team.bends.items())]
+    placed = compare(*bent, se2.between(*(bend.T_team_map for _, bend in sorted(team.bends.items()))), 0.1)
+    assert rigid.share_against > 0.3 and placed.share_against < 0.06
+    walls = team.map().grid.is_occupied.sum()
+    assert walls > 0.9 * max(team.maps[x].grid.is_occupied.sum() for x in "ab")  # no map's walls are rubbed out
+
+
+def test_a_merge_at_a_wrong_place_is_taken_back_once_joined() -> None:
+    team = team_of()
+    align(team, se2.compose(se2.transform(1.5, 9.0, 1.2), T_A_B))
+    assert kinds(joined(team)) == ["joined", "unmerged"]
+    assert list(team.T_team_map) == ["a"] and not team.bends
+
+
+def test_unmerged_the_team_map_is_that_of_before() -> None:
+    alone = team_of().map().grid
+    team = team_of()
+    align(team)
+    joined(team)
+    assert not np.array_equal(team.map().grid.cells, alone.cells)
+    team.beliefs["a", "b"].revoke("for a test")
+    team._place(30 * S)
+    team._map = None
+    assert np.array_equal(team.map().grid.cells, alone.cells)
+
+
+def test_own_maps_are_untouched() -> None:
+    before = MAPS["a"].map.to_grid().cells.tobytes(), MAPS["a"].keyframes.T_map_base.tobytes()
+    team = team_of()
+    align(team)
+    joined(team)
+    team.map()
+    assert (team.maps["a"].grid.cells.tobytes(), team.maps["a"].local.keyframes.T_map_base.tobytes()) == before
+
+
+@pytest.mark.parametrize("own", ["a", "b"])
+def test_the_same_knowledge_gives_the_same_bytes(own: str) -> None:
+    one, two = team_of(own), team_of(own, dict(reversed(MAPS.items())))
+    for team in (one, two):
+        align(team)
+        joined(team)
+    assert one.map().grid.cells.tobytes() == two.map().grid.cells.tobytes()
+    assert one.T_team_map["b"].tobytes() == two.T_team_map["b"].tobytes()
+    assert np.array_equal(one.T_team_map[own], se2.IDENTITY)
+
+
+def test_it_is_joined_again_only_when_there_is_news() -> None:
+    half = {"a": MAPS["a"], "b": local_map(B, keyframes=120)}
+    team = team_of(maps=half)
+    align(team)
+    joined(team)
+    assert not isinstance(team.next_job(40 * S), JoinJob)
+    team.take_map("b", KnownMap((1, 2), local_map(B, 2)))
+    team.keep_placed(60 * S)
+    assert isinstance(team.next_job(60 * S), JoinJob)
+
+
+def test_a_map_begun_anew_meanwhile_makes_the_solution_void() -> None:
+    team = team_of()
+    align(team)
+    job = team.next_job(12 * S)
+    assert isinstance(job, JoinJob)
+    joint = join(job.trails, job.T_team_map)
+    team.take_map("b", KnownMap((2, 1), local_map(B, keyframes=40)))
+    assert team.on_joined(job, joint, 13 * S) == []
+    assert not team.bends and list(team.T_team_map) == ["a"]
+
+
+def test_where_the_own_map_is_bent_the_own_place_in_the_team_map_is_another() -> None:
+    team = team_of()
+    assert np.array_equal(team.T_team_own, se2.IDENTITY)
+    align(team)
+    joined(team)
+    last = A.trail.T_map_key[-1]
+    assert se2.compose(team.T_team_own, last) == pytest.approx(team.keyframes()["a"].T_map_base[-1])
+    T_own_b = team.T_own_map["b"]
+    assert se2.compose(team.T_team_own, T_own_b) == pytest.approx(team.T_team_map["b"])

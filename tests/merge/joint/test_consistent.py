@@ -1,0 +1,55 @@
+import numpy as np
+import pytest
+
+from bench import joint as bench
+from mrslam.merge.joint.consistent import agreeing, choose
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2, 3])
+def test_wrong_matches_are_left_out_and_right_ones_kept(seed):
+    """Even seeds: at random; odd seeds: 40 % say the same wrong thing together."""
+    row = bench.play(seed, robots=3, keyframes=400, share=0.4)
+    assert row["wrong"] > 10
+    assert row["wrong_believed"] == 0 and row["right_dropped"] <= 0.03 * row["matches"]
+    assert row["moved_m"] < 0.01
+
+
+def test_a_rival_is_counted():
+    agrees = np.zeros((10, 10), dtype=bool)
+    agrees[:6, :6] = agrees[6:, 6:] = True
+    chosen = choose(agrees)
+    assert chosen.keep.tolist() == [0, 1, 2, 3, 4, 5] and chosen.rival == 4
+
+
+def test_outliers_that_agree_with_nobody_are_no_rival():
+    agrees = np.eye(9, dtype=bool)
+    agrees[:6, :6] = True
+    chosen = choose(agrees)
+    assert chosen.keep.tolist() == [0, 1, 2, 3, 4, 5] and chosen.rival == 1
+
+
+def test_the_clique_is_a_clique():
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        agrees = rng.random((30, 30)) < 0.7
+        agrees |= agrees.T
+        np.fill_diagonal(agrees, True)
+        keep = choose(agrees).keep
+        assert agrees[np.ix_(keep, keep)].all() and keep.size >= 6
+
+
+def test_nothing_to_choose_from():
+    chosen = choose(np.zeros((0, 0), dtype=bool))
+    assert chosen.keep.size == 0 and chosen.rival == 0
+
+
+def test_a_loop_that_goes_far_may_miss_by_more():
+    rng = np.random.default_rng(3)
+    truths, trails = bench.team(rng, 2, 200)
+    matches = [match for _, _, match in bench.matches_of(rng, truths)]
+    first = matches[0]
+    off = [match._replace(T_i_j=match.T_i_j + np.array([0.5, 0.0, 0.0])) for match in matches]
+    agrees = agreeing(trails["r1"], trails["r2"], [first, *off])[0, 1:]
+    way = trails["r1"].way_from(np.array([first.i]))[0, [m.i for m in off]]
+    way += trails["r2"].way_from(np.array([first.j]))[0, [m.j for m in off]]
+    assert not agrees[way < 5.0].any() and agrees[way > 60.0].all()

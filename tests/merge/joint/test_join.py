@@ -1,0 +1,84 @@
+import numpy as np
+import pytest
+
+from mrslam.merge import LocalMatcher, Trail, join
+from mrslam.merge.joint.consistent import Match
+from mrslam.merge.joint.join import MATCHES_LEAST, solve
+from mrslam.spatial import KeyScans, se2
+from tests.merge.joint.blocks import drive, errors_m
+
+A, B = drive(0.0, 70.0, 0.001, seed=1), drive(30.0, 80.0, -0.001, seed=2)
+"""Both turn by 3 degrees too much or too little within 50 m; their ways have 40 m and then 20 m in common."""
+T_A_B = se2.between(A.truth[0], B.truth[0])
+
+
+def joined(matcher=None, T_a_b=T_A_B):
+    return join({"a": A.trail, "b": B.trail}, {"a": se2.IDENTITY, "b": T_a_b}, matcher)
+
+
+def test_bent_maps_agree_once_joined():
+    rigid = errors_m(A, B, A.trail.T_map_key, se2.compose(T_A_B, B.trail.T_map_key))
+    joint = joined()
+    after = errors_m(A, B, joint.T_team_key["a"], joint.T_team_key["b"])
+    assert rigid.mean() > 0.3
+    assert after.mean() < 0.1 * rigid.mean() and after.max() < 0.15
+    assert joint.tied("a", "b") >= 12 and not joint.ambiguous
+
+
+def test_same_input_gives_the_same_bytes_whatever_was_asked_before():
+    matcher = LocalMatcher()
+    first, again, fresh = joined(matcher), joined(matcher), joined()
+    before = matcher.matched
+    joined(matcher)
+    assert matcher.matched == before  # everything was remembered
+    for name in "ab":
+        assert first.T_team_key[name].tobytes() == again.T_team_key[name].tobytes() == fresh.T_team_key[name].tobytes()
+
+
+def test_the_order_in_which_robots_are_given_changes_nothing():
+    other = join({"b": B.trail, "a": A.trail}, {"b": T_A_B, "a": se2.IDENTITY})
+    assert other.T_team_key["b"].tobytes() == joined().T_team_key["b"].tobytes()
+
+
+def test_the_first_keyframe_of_the_viewer_stays():
+    joint = joined()
+    for name, drive_ in (("a", A), ("b", B)):
+        seen = joint.seen_from(name, drive_.trail.T_map_key[0])
+        assert seen[name][0] == pytest.approx(drive_.trail.T_map_key[0], abs=1e-12)
+    by_a, by_b = (joint.seen_from(name, np.zeros(3)) for name in "ab")
+    assert se2.between(by_a["a"][5], by_a["b"][7]) == pytest.approx(se2.between(by_b["a"][5], by_b["b"][7]), abs=1e-9)
+
+
+def test_own_ways_are_not_touched():
+    before = A.trail.T_map_key.tobytes()
+    joined()
+    assert A.trail.T_map_key.tobytes() == before
+
+
+def test_a_place_that_is_not_there_ties_nobody():
+    elsewhere = se2.compose(se2.transform(300.0, 0.0, 0.0), T_A_B)
+    joint = joined(T_a_b=elsewhere)
+    assert not joint.ties
+    assert joint.T_team_key["b"] == pytest.approx(se2.compose(elsewhere, B.trail.T_map_key))
+
+
+def test_robots_without_scans_or_place_are_left_out():
+    blind = Trail(np.zeros((0, 3)), KeyScans.empty())
+    joint = join({"a": A.trail, "b": B.trail, "c": blind, "d": A.trail}, {"a": se2.IDENTITY, "b": T_A_B, "c": T_A_B})
+    assert sorted(joint.T_team_key) == ["a", "b"]
+
+
+def test_fewer_matches_than_needed_tie_nobody():
+    short = Trail(B.trail.T_map_key[:8], B.trail.scans.part(0, 8))  # 4 m of way: two places at most
+    joint = join({"a": A.trail, "b": short}, {"a": se2.IDENTITY, "b": T_A_B})
+    assert joint.tied("a", "b") < MATCHES_LEAST and not joint.ties
+
+
+def test_a_wrong_match_that_slipped_in_is_dropped_in_the_solve():
+    good = [(tie.a, tie.b, tie.match) for tie in joined().ties]
+    wrong = Match(5, 60, se2.transform(4.0, -3.0, 1.0), good[0][2].information)
+    trails, poses = {"a": A.trail, "b": B.trail}, dict(joined().T_team_key)
+    clean, _ = solve(trails, poses, good)
+    spoilt, ties = solve(trails, poses, [*good, ("a", "b", wrong)])
+    assert [tie.believed for tie in ties] == [True] * len(good) + [False]
+    assert np.abs(spoilt["b"] - clean["b"]).max() < 0.01

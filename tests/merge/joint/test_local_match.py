@@ -1,0 +1,52 @@
+import numpy as np
+import pytest
+
+from mrslam.merge import LocalMatcher
+from mrslam.spatial import se2
+from tests.merge.joint.blocks import drive
+
+A, B = drive(0.0, 40.0, seed=1), drive(10.0, 30.0, seed=2)
+TRUE = se2.between(A.truth[30], B.truth[12])
+
+
+@pytest.mark.parametrize(
+    ("off", "lost_m"), [((0.1, -0.1, 0.02), 1.0), ((0.5, 0.4, 0.05), 15.0), ((-0.8, 0.7, -0.1), 40.0)]
+)
+def test_a_stretch_is_found_where_drift_may_have_put_it(off, lost_m):
+    fit = LocalMatcher().match(A.trail, 30, B.trail, 12, TRUE + np.array(off), lost_m)
+    assert fit is not None
+    away_m, turned_rad = se2.difference(fit.T_i_j, TRUE)
+    assert away_m < 0.03 and turned_rad < 0.01
+
+
+def test_its_error_is_within_its_covariance():
+    errors = []
+    for j in range(4, 50, 3):
+        i = int(np.hypot(*(A.truth[:, :2] - B.truth[j, :2]).T).argmin())
+        true = se2.between(A.truth[i], B.truth[j])
+        fit = LocalMatcher().match(A.trail, i, B.trail, j, true, 1.0)
+        assert fit is not None
+        error = fit.T_i_j - true
+        errors.append(error @ fit.information @ error)
+    assert np.mean(errors) < 2 * 3  # 3 degrees of freedom
+
+
+def test_two_places_do_not_fit():
+    assert LocalMatcher().match(A.trail, 10, B.trail, 50, se2.IDENTITY, 5.0) is None
+
+
+def test_a_stretch_with_hardly_any_points_is_not_compared():
+    bare = drive(10.0, 30.0, seed=2)
+    polar = bare.trail.scans.polar[:0]
+    starts = np.zeros_like(bare.trail.scans.starts)
+    empty = type(bare.trail)(bare.trail.T_map_key, type(bare.trail.scans)(starts, polar, bare.trail.scans.origins))
+    assert LocalMatcher().match(A.trail, 30, empty, 12, TRUE, 5.0) is None
+
+
+def test_nearly_the_same_question_is_answered_from_memory():
+    matcher = LocalMatcher()
+    one = matcher.match(A.trail, 30, B.trail, 12, TRUE, 5.0)
+    two = matcher.match(A.trail, 30, B.trail, 12, TRUE + 1e-6, 4.5)
+    assert matcher.matched == 1 and one is two
+    matcher.match(A.trail, 30, B.trail, 13, TRUE, 5.0)
+    assert matcher.matched == 2

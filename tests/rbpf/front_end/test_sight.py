@@ -1,0 +1,51 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mrslam.rbpf import MapperConfig
+from mrslam.rbpf.front_end.sight import Sight
+from mrslam.spatial import Scan
+
+MOUNTED = np.array([0.2, 0.0, 0.1])
+"""Pose of the laser on the robot."""
+
+
+def swept(velocity: np.ndarray, interval_s: float, first_rad: float, step_rad: float) -> Scan:
+    """What a laser sees of a wall at y = 2 m while the robot drives and turns; beam after beam, no shear left out."""
+    ranges = np.full(512, np.nan)
+    for k in range(ranges.size):
+        _, y, theta = velocity * k * interval_s
+        laser_y = y + np.sin(theta) * MOUNTED[0]
+        slope = np.sin(theta + MOUNTED[2] + first_rad + k * step_rad)
+        if slope > 0.3:
+            ranges[k] = (2.0 - laser_y) / slope
+    return Scan(
+        stamp_ns=0, ranges_m=ranges.astype(np.float32), angle_min_rad=first_rad, angle_increment_rad=step_rad,
+        range_max_m=8.0, T_base_laser=MOUNTED, beam_interval_s=interval_s,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("first_rad, step_rad", [(-1.5, 0.006), (1.6, -0.006), (0.1, 0.012)])
+@pytest.mark.parametrize("velocity", [(0.8, 0.0, 0.0), (0.3, 0.0, -0.6), (-0.4, 0.0, 0.9)])
+def test_a_wall_swept_on_the_move_becomes_straight(
+    velocity: tuple[float, float, float], first_rad: float, step_rad: float
+) -> None:
+    speed = np.array(velocity)
+    scan = swept(speed, 2e-4, first_rad, step_rad)
+    sight = Sight(MapperConfig())
+    points = sight.points(scan).copy()
+    bent = np.abs(points[:, 1] - 2.0).max()
+    sight.straighten(points, scan, speed)
+    assert points.shape[0] > 100
+    assert np.abs(points[:, 1] - 2.0).max() < min(0.004, 0.25 * bent + 0.001)
+    assert np.hypot(points[:, 2], points[:, 3]) == pytest.approx(np.ones(points.shape[0]), abs=1e-6)
+
+
+def test_a_laser_that_tells_no_times_is_left_alone() -> None:
+    scan = swept(np.array([0.8, 0.0, 0.0]), 0.0, -1.5, 0.006)
+    sight = Sight(MapperConfig())
+    points = sight.points(scan).copy()
+    before = points.copy()
+    sight.straighten(points, scan, np.array([0.8, 0.0, 0.0]))
+    assert np.array_equal(points, before)

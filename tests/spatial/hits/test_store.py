@@ -1,0 +1,134 @@
+from __future__ import annotations
+
+import numpy as np
+
+from mrslam.spatial.hits.drawing import insert_scan
+from mrslam.spatial.hits.store import TileStore
+from mrslam.spatial.hits.views import NO_ENDS, Beams
+
+ORIGIN = np.zeros(2)
+
+
+def points(*xy: tuple[float, float]) -> np.ndarray:
+    return np.array([[x, y, 0.0, -1.0, 1.0] for x, y in xy])
+
+
+def write(store: TileStore, index: int, pose: tuple[float, float, float], pts: np.ndarray) -> None:
+    T = np.array(pose)
+    store.cover(T[:2] - 20.0, T[:2] + 20.0)
+    store.draw(index, ORIGIN[None], T[None], [pts], 0.0)
+
+
+def insert(store: TileStore, index: int, pose: np.ndarray, pts: np.ndarray) -> None:
+    insert_scan(store.tiles(index), store.refs, Beams(ORIGIN, pts, NO_ENDS), pose, 0.0)
+
+
+def content(store: TileStore, index: int) -> dict[tuple[int, int], bytes]:
+    rows, cols = np.nonzero(store.tables[index])
+    return {
+        (int(r) + store.row0, int(c) + store.col0): store.pool[store.tables[index, r, c]].tobytes()
+        for r, c in zip(rows, cols, strict=True)
+    }
+
+
+def recount(store: TileStore) -> None:
+    counts = np.bincount(store.tables.ravel(), minlength=store.refs.size)
+    assert (counts[1:] == store.refs[1:]).all()
+    assert store.tiles_used == np.count_nonzero(store.refs[1:])
+    free = store.free[: store.free_count]
+    assert np.unique(free).size == free.size and (store.refs[free] == 0).all() and 0 not in free
+    assert not store.pool[0].any()
+
+
+def test_children_of_one_parent_do_not_write_into_each_other() -> None:
+    store = TileStore(3, 0.05)
+    write(store, 0, (0, 0, 0), points((2, 0), (0, 3)))
+    store.resample(np.zeros(3, dtype=np.int64))
+    recount(store)
+    before = content(store, 0)
+    assert content(store, 1) == before == content(store, 2)
+    write(store, 1, (0.1, 0, 0), points((2, 0.1), (-1, 1)))
+    recount(store)
+    assert content(store, 0) == before and content(store, 2) == before
+    assert content(store, 1) != before
+
+
+def test_memory_of_the_dead_returns() -> None:
+    store = TileStore(4, 0.05)
+    for i in range(4):
+        write(store, i, (4.0 * i, 0, 0), points((5, 0), (0, 5), (-5, 0)))
+    used = store.tiles_used
+    store.resample(np.full(4, 2, dtype=np.int64))
+    recount(store)
+    assert store.tiles_used < used / 2
+    for i in range(4):
+        store.clear(i)
+    recount(store)
+    assert store.tiles_used == 0
+
+
+def test_pool_shrinks_and_keeps_its_content() -> None:
+    store = TileStore(2, 0.05)
+    for k in range(60):
+        write(store, 1, (15.0 * k, 0, 0), points((10, 3), (-10, 3), (0, 12)))
+    write(store, 0, (0, 0, 0), points((2, 1)))
+    size, before = store.refs.size, content(store, 0)
+    store.pool.resize((max(size, 5000), 1024), refcheck=False)
+    grown = store.pool.shape[0] - size
+    store.refs = np.concatenate([store.refs, np.zeros(grown, dtype=np.int32)])
+    store.stamps = np.concatenate([store.stamps, np.zeros(grown, dtype=np.int64)])
+    free = np.arange(size, size + grown, dtype=np.int32)
+    store.free = np.concatenate([store.free[: store.free_count], free, np.zeros(size, dtype=np.int32)])
+    store.free_count += grown
+    store.resample(np.zeros(2, dtype=np.int64))
+    recount(store)
+    assert store.refs.size < 4096
+    assert content(store, 0) == before == content(store, 1)
+
+
+def test_growing_any_way_moves_nothing() -> None:
+    store = TileStore(1, 0.05)
+    write(store, 0, (0, 0, 0), points((2, 0), (0, 3)))
+    before = content(store, 0)
+    for corner in ((-90, 0), (0, -70), (60, 80)):
+        store.cover(np.array(corner, dtype=float), np.array(corner, dtype=float))
+        assert content(store, 0) == before
+    recount(store)
+
+
+def test_maps_owned_at_once_are_as_if_one_after_the_other_though_tiles_run_out_between() -> None:
+    poses = np.array([[0.3 * i, 0.0, 0.2 * i] for i in range(5)])
+    pts = points((9, 2), (0, 12), (-14, 3))
+    stores = TileStore(5, 0.05, spare_tiles=30), TileStore(5, 0.05, spare_tiles=4000)
+    for store in stores:
+        store.cover(np.full(2, -30.0), np.full(2, 30.0))
+        for i in range(5):
+            insert(store, i, poses[i], pts)  # nothing is owned yet: no effect
+    stores[0].own(0, Beams(ORIGIN, pts, NO_ENDS), poses, True)
+    for i in range(5):
+        stores[1].own(i, Beams(ORIGIN, pts, NO_ENDS), poses[i : i + 1], True)
+    for store in stores:
+        for i in range(5):
+            insert(store, i, poses[i], pts)
+        recount(store)
+    assert stores[0].writes == stores[1].writes == 5
+    for i in range(5):
+        assert content(stores[0], i) == content(stores[1], i) != {}
+
+
+def test_scans_drawn_at_once_are_as_if_one_after_the_other_though_tiles_run_out_between() -> None:
+    poses = np.array([[2.0 * i, -1.5 * i, 0.7 * i] for i in range(5)])
+    origins = np.array([[0.1 * i, 0.05] for i in range(5)])
+    scans = [points((9, 2), (0, 12), *[(-14, 3)] * i).astype(np.float32) for i in range(5)]
+    stores = TileStore(1, 0.05, spare_tiles=30), TileStore(1, 0.05, spare_tiles=4000)
+    for store in stores:
+        store.cover(np.full(2, -40.0), np.full(2, 40.0))
+    stores[0].draw(0, origins, poses, scans, 0.1)
+    for i in range(5):
+        beams = Beams(origins[i], scans[i].astype(np.float64), NO_ENDS)
+        stores[1].own(0, beams, poses[i : i + 1], True)
+        insert_scan(stores[1].tiles(0), stores[1].refs, beams, poses[i], 0.1)
+    assert content(stores[0], 0) == content(stores[1], 0) != {}
+    assert stores[0].writes == stores[1].writes == 5
+    for store in stores:
+        recount(store)

@@ -1,0 +1,127 @@
+import numpy as np
+import pytest
+
+from mrslam.spatial import se2
+from mrslam.spatial.pose_graph import Edges, relax, relax_graduated
+
+TIGHT = np.diag([1e4, 1e4, 1e4])
+
+
+def ring(count: int = 20) -> np.ndarray:
+    angle = np.arange(count) * 2.0 * np.pi / count
+    return np.stack([5.0 * np.cos(angle), 5.0 * np.sin(angle), se2.wrap(angle + np.pi / 2)], axis=1)
+
+
+def edges_of(poses: np.ndarray, pairs: list[tuple[int, int]], information: np.ndarray = TIGHT) -> Edges:
+    first, second = np.array(pairs, dtype=np.int64).T
+    return Edges(first, second, se2.between(poses[first], poses[second]), np.tile(information, (len(pairs), 1, 1)))
+
+
+def chain(count: int) -> list[tuple[int, int]]:
+    return [(k, k + 1) for k in range(count - 1)]
+
+
+def start(poses: np.ndarray) -> np.ndarray:
+    rng = np.random.default_rng(1)
+    noisy = poses + rng.normal(0.0, (0.3, 0.3, 0.1), poses.shape)
+    noisy[0] = poses[0]
+    return noisy
+
+
+def test_exact_edges_are_met():
+    truth = ring()
+    edges = edges_of(truth, [*chain(20), (19, 0), (0, 10)])
+    solved = relax(start(truth), edges, np.zeros(21, dtype=bool))
+    assert np.abs(solved - truth).max() < 1e-3
+    assert edges.chi2(solved).max() < 0.1
+
+
+def test_two_edges_that_differ_meet_where_their_information_says():
+    edges = Edges(
+        np.array([0, 0]), np.array([1, 1]), np.array([[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]),
+        np.stack([np.diag([300.0, 300.0, 1.0]), np.diag([100.0, 100.0, 1.0])]),
+    )  # fmt: skip
+    solved = relax(np.zeros((2, 3)), edges, np.zeros(2, dtype=bool))
+    assert solved[1] == pytest.approx([1.25, 0.0, 0.0], abs=1e-4)
+
+
+def test_a_wrong_doubtful_edge_counts_nothing():
+    truth = ring()
+    good = edges_of(truth, [*chain(20), (19, 0), (2, 12), (5, 15)])
+    wrong = Edges(np.array([0]), np.array([7]), np.array([[3.0, 3.0, 1.0]]), TIGHT[None])
+    edges = Edges.joined([good, wrong])
+    doubtful = np.arange(edges.first.size) >= 20
+    solved, weight = relax_graduated(start(truth), edges, doubtful, 16.27)
+    assert np.abs(solved - truth).max() < 1e-3
+    assert weight.tolist() == [1.0] * 22 + [0.0]
+
+
+def test_without_graduation_the_same_edge_would_bend_everything():
+    truth = ring()
+    edges = Edges.joined(
+        [edges_of(truth, chain(20)), Edges(np.array([0]), np.array([7]), np.array([[3.0, 3.0, 1.0]]), TIGHT[None])]
+    )
+    assert np.abs(relax(truth, edges, np.zeros(20, dtype=bool)) - truth).max() > 0.3
+
+
+def test_edges_that_always_count_are_never_dropped():
+    truth = ring(5)
+    edges = Edges.joined(
+        [edges_of(truth, chain(5)), Edges(np.array([0]), np.array([4]), np.array([[9.0, 9.0, 1.0]]), TIGHT[None])]
+    )
+    _, weight = relax_graduated(truth, edges, np.zeros(5, dtype=bool), 16.27)
+    assert weight.tolist() == [1.0] * 5
+
+
+def test_the_first_pose_stays_and_the_input_is_not_touched():
+    truth = ring()
+    begin = start(truth)
+    before = begin.tobytes()
+    solved, _ = relax_graduated(begin, edges_of(truth, chain(20)), np.zeros(19, dtype=bool), 16.27)
+    assert begin.tobytes() == before and np.array_equal(solved[0], begin[0])
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_nothing_to_relax(count):
+    poses, weight = relax_graduated(np.zeros((count, 3)), Edges.none(), np.zeros(0, dtype=bool), 1.0)
+    assert poses.shape == (count, 3) and weight.size == 0
+
+
+def test_shifted_edges_are_those_of_later_nodes():
+    edges = edges_of(ring(), chain(3)).shifted(4)
+    assert edges.first.tolist() == [4, 5] and edges.second.tolist() == [5, 6]
+
+
+def test_relaxation_spreads_a_loops_error() -> None:
+    steps = np.tile([1.0, 0.0, np.pi / 10], (20, 1))
+    truth = [np.zeros(3)]
+    for step in steps:
+        truth.append(se2.compose(truth[-1], step))
+    drifted = [np.zeros(3)]
+    for step in steps:
+        drifted.append(se2.compose(drifted[-1], step + np.array([0.02, 0.01, 0.01])))
+    poses, chain = np.stack(drifted), np.arange(20)
+    T = np.concatenate([se2.between(poses[:-1], poses[1:]), [np.zeros(3)]])
+    info = np.concatenate([np.tile(np.eye(3) * 100.0, (20, 1, 1)), [np.eye(3) * 1e6]])
+    first, second = np.append(chain, 0), np.append(chain + 1, 20)
+    robust = np.zeros(21, dtype=bool)
+    relaxed = relax(poses, Edges(first, second, T, info), robust)
+    assert np.abs(relaxed[-1]).max() < 1e-2
+    assert np.hypot(*(relaxed - truth)[:, :2].T).max() < 0.4 * np.hypot(*(poses - truth)[:, :2].T).max()
+    robust[-1] = True
+    assert np.isfinite(relax(poses, Edges(first, second, T, info), robust)).all()
+
+
+def test_relaxation_goes_on_until_it_settles() -> None:
+    steps = np.tile([1.0, 0.0, np.pi / 10], (20, 1))
+    poses = [np.zeros(3)]
+    for step in steps:
+        poses.append(se2.compose(poses[-1], step + np.array([0.02, 0.01, 0.06])))
+    drifted, chain = np.stack(poses), np.arange(20)
+    T = np.concatenate([se2.between(drifted[:-1], drifted[1:]), [np.zeros(3)]])
+    info = np.concatenate([np.tile(np.eye(3) * 100.0, (20, 1, 1)), [np.eye(3) * 1e6]])
+    edges = Edges(np.append(chain, 0), np.append(chain + 1, 20), T, info)
+    robust = np.zeros(21, dtype=bool)
+    relaxed = relax(drifted, edges, robust)
+    assert np.abs(relaxed - drifted).max() > 0.5
+    assert np.abs(relax(relaxed, edges, robust) - relaxed).max() < 1e-3
