@@ -43,7 +43,7 @@ def gather(folders: Sequence[Path], out: Path, say: Callable[[str], None]) -> tu
     begin_s, end_s = min(times, default=0.0), max(times, default=0.0)
     for record in records:
         _take(record, sources[record.id], out / record.id, events[record.id], begin_s, say)
-    fill_team_ways(out, [record.id for record in records])
+    fill_team_ways(out, [record.id for record in records], say)
     began = {robot_id: round(_first_scan_s(told, begin_s) - begin_s, 3) for robot_id, told in events.items()}
     span_s = round(end_s - begin_s, 3)
     return mission, write_metrics(mission, out, wall_s=span_s, mission_s=span_s, shell="agents", began_s=began)

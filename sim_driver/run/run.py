@@ -72,7 +72,7 @@ def _run_held(
         copy_truth(mission, out)
         holds_s = drive_holds_until_s(mission, mission.replay, out)
         outcome["replay"] = {"of": str(mission.replay), "drive_holds_until_s": holds_s}
-    fill_team_ways(out, [robot.id for robot in mission.robots])
+    fill_team_ways(out, [robot.id for robot in mission.robots], say)
     # Wall-clock figures stay out of virtual runs' metrics: the same seed gives the same bytes.
     virtual = mission.mission.shell == "virtual"
     return write_metrics(

@@ -65,9 +65,9 @@ def said_by(command: str, folder: Path) -> str:
 SHARES = {"eval": 11, "report": 37, "bag": 13, "view": 5, "run --from": 5, "gather": 7}
 """One case in so many is tried here, others on every file; ``bench/damaged_runs.py`` tries all."""
 FILES = {
-    "config.json", "links.csv", "metrics.json", "r1/events.jsonl", "r1/map.pgm", "r1/map.yaml", "r1/robot.json",
-    "r1/scans.npz", "r1/team_map.pgm", "r1/team_map.png", "r1/team_map.yaml", "r1/trajectory.tum", "r1/truth.tum",
-    "run.rrd",
+    "config.json", "links.csv", "metrics.json", "r1/events.jsonl", "r1/keyframes.npz", "r1/map.pgm", "r1/map.yaml",
+    "r1/robot.json", "r1/scans.npz", "r1/team_map.pgm", "r1/team_map.png", "r1/team_map.yaml", "r1/trajectory.tum",
+    "r1/truth.tum", "run.rrd",
 }  # fmt: skip
 
 
