@@ -15,6 +15,7 @@ import sys
 import time
 from collections import Counter
 from contextlib import suppress
+from pathlib import Path
 
 from rich.console import Console
 from rich.progress import track
@@ -29,6 +30,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--missions", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0, help="of the first mission; the others follow")
+    parser.add_argument("--stop", action="store_true", help="at the first mission that breaks")
+    parser.add_argument("--figures", type=Path, help="file for what was measured: a JSON line a mission")
     parser.add_argument("--workers", type=int, default=os.cpu_count())
     options = parser.parse_args()
     console = Console(stderr=True)
@@ -38,14 +41,19 @@ def main() -> int:
     broken: dict[int, list[str]] = {}
     seeds = range(options.seed, options.seed + options.missions)
     played = 0
+    figures = options.figures.open("a") if options.figures else None
     with suppress(KeyboardInterrupt):
         outcomes = play_all(play_chaos, seeds, options.workers)
         for outcome in track(outcomes, "chaos", total=len(seeds), console=console):
             played += 1
             faults += outcome.faults
+            if figures is not None:
+                print(json.dumps({"seed": outcome.seed, **outcome.figures}), file=figures, flush=True)
             if outcome.violations:
                 broken[outcome.seed] = outcome.violations
                 console.print(f"seed {outcome.seed}: {len(outcome.violations)} violations; {outcome.violations[0]}")
+                if options.stop:
+                    break
     line = {
         "what": "chaos",
         "missions": played,

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import tempfile
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from bench.chaos.invariants import Invariants
+from bench.chaos.scene import REST
 from bench.chaos.schedule import chaos_tables
 from mrslam.sim_driver.evaluate.truth import Judge
 from mrslam.sim_driver.missions.mission import make_mission
@@ -23,6 +25,8 @@ class Outcome:
     violations: list[str]
     faults: Counter[str]
     """How often each kind was played."""
+    figures: dict[str, Any] = field(default_factory=dict)
+    """What was measured, plain JSON values by name."""
 
 
 def run_chaos(seed: int, folder: Path) -> Outcome:
@@ -34,14 +38,15 @@ def run_chaos(seed: int, folder: Path) -> Outcome:
     def watch(team: VirtualTeam, now_ns: int) -> None:
         invariants(team, now_ns)
         if now_ns / 1e9 >= (mission.mission.duration_s or 0.0) - 0.15:
-            invariants.at_end(team)
+            invariants.at_end(team, now_ns)
 
     try:
         run_in_virtual_time(mission, folder, lambda mission_s, total_s, text: None, watch)
     except Exception as error:  # noqa: BLE001 - whatever it is, it is a violation, and the seed shows it again
         invariants.violations.append(f"{type(error).__name__}: {error}")
-    played = Counter(fault.kind for fault in mission.faults if fault.kind != "laser_off")
-    return Outcome(seed, invariants.violations, played)
+    played = Counter(fault.kind for fault in mission.faults if fault.kind != REST)
+    figures = {"world": world.name, **invariants.report.figures}
+    return Outcome(seed, invariants.violations, played, figures)
 
 
 def play_chaos(seed: int) -> Outcome:

@@ -26,7 +26,7 @@ from bench.mutants.mutant import Mutant
 from bench.mutants.scratch import Ended, Scratch, has_kernels
 
 PACKAGES = sorted({mutant.package for mutant in MUTANTS})
-CHAOS = ("-m", "bench.chaos", "--missions", "5", "--seed", "0", "--workers", "1")
+CHAOS = ("-m", "bench.chaos", "--missions", "5", "--workers", "1", "--stop", "--seed")
 
 
 @dataclass(frozen=True)
@@ -51,8 +51,8 @@ def judge(scratch: Scratch, mutant: Mutant, timeout_s: float) -> Verdict:
 
 def command(mutant: Mutant) -> list[str]:
     """Return the command that must fail: tests that bear the name of the module come first."""
-    if mutant.chaos:
-        return [sys.executable, *CHAOS]
+    if mutant.chaos is not None:
+        return [sys.executable, *CHAOS, str(mutant.chaos)]
     return [sys.executable, *tests_of(mutant.package, Path(mutant.file).stem)]
 
 

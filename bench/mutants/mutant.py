@@ -16,13 +16,13 @@ class Mutant:
     new: str
     harm: str
     """What a user would see."""
-    chaos: bool = False
-    """Whether chaos missions must catch it, not only the tests of its package."""
+    chaos: int | None = None
+    """Seed of the first of the five chaos missions that must catch it; None where the tests of its package must."""
 
     @property
     def package(self) -> str:
         """The package whose tests must fail; "chaos" where its missions must."""
-        return "chaos" if self.chaos else self.file.partition("/")[0]
+        return "chaos" if self.chaos is not None else self.file.partition("/")[0]
 
     def applied_to(self, text: str) -> str | None:
         """Return the file's text with the change, None where the old text is not there exactly once."""

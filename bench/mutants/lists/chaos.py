@@ -2,7 +2,8 @@
 
 from bench.mutants.mutant import Mutant
 
-LIARS, KIDNAPPED = 0, 0
+ANY, LIAR, KIDNAPPED = 1, 5, 83
+"""Seeds of missions: the first of all with a merge, with a liar, and with a robot that is carried off in arena2."""
 
 MUTANTS = (
     Mutant(
@@ -10,28 +11,28 @@ MUTANTS = (
         "        verdict = self.pairs.settle(job, outcome, now_ns)\n",
         "        verdict = self.pairs.settle(job, Rejection('no', 0.0, {}, 'auto'), now_ns)\n",
         "nothing is ever aligned",
-        chaos=True,
+        chaos=3,
     ),
     Mutant(
         "agent/team.py",
         "            self._map = replace(team, grid=self.without_ghosts(team.grid))",
         "            self._map = replace(team, grid=self._store.maps[self.robot_id].map.to_grid())",
         "the team map shows only the own map",
-        chaos=True,
+        chaos=ANY,
     ),
     Mutant(
         "mutual_detection/mask.py",
         "    count = int(np.count_nonzero(beams))\n",
         "    count = 0\n",
         "teammates are never masked",
-        chaos=True,
+        chaos=ANY,
     ),
     Mutant(
         "agent/doubt.py",
         "            if not torn and health >= self.min_health:",
         "            if True:",
         "robots never doubt themselves",
-        chaos=True,
+        chaos=KIDNAPPED,
     ),
     Mutant(
         "agent/core.py",
@@ -41,27 +42,27 @@ MUTANTS = (
         "            outcome.T_a_b[0] += away\n"
         "        return self.team.on_aligned(job, outcome, now_ns)\n",
         "transforms are 0.8 to 1.2 m off",
-        chaos=True,
+        chaos=ANY,
     ),
     Mutant(
         "agent/doubt.py",
         "    if free >= ON_FREE * len(places):",
         "    if True:",
         "liars are not doubted",
-        chaos=True,
+        chaos=LIAR,
     ),
     Mutant(
         "agent/core.py",
         "if not self.self_doubt.doubtful and self.mapper.stats.processed:",
         "if self.mapper.stats.processed:",
         "a doubtful robot publishes its map",
-        chaos=True,
+        chaos=KIDNAPPED,
     ),
     Mutant(
         "agent/team.py",
         "return clear_ghosts(grid, paths, self._mutual_detection.robot_radius_m)[0]",
         "return grid",
         "ghosts of teammates stay in maps",
-        chaos=True,
+        chaos=ANY,
     ),
 )

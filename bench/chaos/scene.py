@@ -1,0 +1,113 @@
+"""One step of a mission as those who judge it see it: the robots that live, and the truth about them."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from mrslam.agent import Agent, VirtualRobot
+from mrslam.sim_driver.evaluate.truth import Judge
+from mrslam.sim_driver.faults import FaultConfig
+from mrslam.sim_driver.faults.robot import MortalRobot
+from mrslam.sim_driver.missions.mission import Mission
+from mrslam.sim_driver.run.run_virtual import VirtualTeam
+from mrslam.spatial.se2 import Transform
+
+Robot = MortalRobot | VirtualRobot
+SPOILS = ("kidnapped",)
+"""Faults after which a robot's own map may be wrong, and with it the place of its frame."""
+REST = "laser_off"
+"""All lasers are off at a mission's end, which is no fault of one robot."""
+
+
+@dataclass
+class Report:
+    """What was found to be broken, each in a line, and what was measured."""
+
+    violations: list[str] = field(default_factory=list)
+    figures: defaultdict[str, list[Any]] = field(default_factory=lambda: defaultdict(list))
+    """By name: plain JSON values, as many as there were occasions."""
+    now_s: float = 0.0
+
+    def say(self, text: str) -> None:
+        """Note that something broke now."""
+        self.violations.append(f"{self.now_s:.1f} s: {text}")
+
+
+class Frames:
+    """Where in the world the frame of each map is: where its robot was at its first scan."""
+
+    def __init__(self) -> None:
+        self._of: defaultdict[str, dict[int, Transform]] = defaultdict(dict)
+        self._mapper: dict[str, object] = {}
+        self._begun: dict[str, Transform] = {}  # of maps that were not published yet
+        self._epoch: dict[str, int] = {}
+
+    def resumed(self, robot_id: str, agent: Agent, *, goes_on: bool) -> None:
+        """A robot came up: with the map of its checkpoint where it ``goes_on``, else with none."""
+        self._mapper[robot_id] = agent.mapper if goes_on else None
+
+    def look(self, robot_id: str, agent: Agent, T_world_base: Transform) -> None:
+        """Note where a new map begins, and under which label it is published."""
+        known = self._of[robot_id]
+        if agent.mapper is not self._mapper.get(robot_id) and agent.mapper.stats.processed:
+            self._mapper[robot_id] = agent.mapper
+            self._begun[robot_id] = T_world_base
+        epoch = agent.node.store.version(robot_id)[0]
+        if epoch == 0:
+            return
+        if epoch not in known:
+            if robot_id in self._begun:
+                known[epoch] = self._begun.pop(robot_id)
+            elif (before := self._epoch.get(robot_id)) in known:
+                known[epoch] = known[before]  # the same map under a new label
+        self._epoch[robot_id] = epoch
+
+    def of(self, robot_id: str, epoch: int) -> Transform | None:
+        """Return ``T_world_map`` of this map of a robot, None where it is not known."""
+        return self._of[robot_id].get(epoch)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A step of a mission."""
+
+    now_ns: int
+    mission: Mission
+    judge: Judge
+    team: VirtualTeam
+    robots: Mapping[str, Robot]
+    """By id, dead ones too."""
+    T_world_base: Mapping[str, Transform]
+    """Where robots truly are."""
+    frames: Frames
+
+    @property
+    def now_s(self) -> float:
+        """Mission time, seconds."""
+        return self.now_ns / 1e9
+
+    def is_due(self, every_s: int) -> bool:
+        """Return whether a whole number of so many seconds has passed."""
+        return self.now_ns % (every_s * 1_000_000_000) == 0
+
+    @property
+    def agents(self) -> dict[str, Agent]:
+        """The robots that live, by id."""
+        return {name: r.runner.agent for name, r in self.robots.items() if isinstance(r, VirtualRobot) or r.alive}
+
+    def frame(self, holder: Agent, robot_id: str) -> Transform | None:
+        """Return ``T_world_map`` of the map of a robot that ``holder`` has, None where there is none."""
+        return self.frames.of(robot_id, holder.node.store.version(robot_id)[0])
+
+    def faults(self, robot_id: str | None = None) -> Iterator[FaultConfig]:
+        """Yield the faults of one robot, or of all, but for the rest at the end."""
+        for fault in self.mission.faults:
+            if fault.kind != REST and robot_id in (None, fault.robot):
+                yield fault
+
+    def suffers(self, robot_id: str, *kinds: str) -> bool:
+        """Return whether the mission has such a fault for the robot; without kinds: any."""
+        return any(not kinds or fault.kind in kinds for fault in self.faults(robot_id))

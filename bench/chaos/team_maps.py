@@ -1,0 +1,78 @@
+"""What a user gets: the team map is true, shows all that is known, and has no teammates in it."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.chaos.scene import SPOILS, Report, Scene
+from bench.chaos.schedule import REST_S
+from mrslam.agent import Agent
+from mrslam.sim_driver.evaluate.assess import GHOST_M
+from mrslam.sim_driver.evaluate.truth import values_at
+from mrslam.spatial import se2
+
+PRECISION = 0.95
+"""At least this share of a team map's walls lies within two cells of true ones. Measured: 0.989 and more."""
+KEPT = 0.9
+"""A team map shows at least this share of the floor that the maps in it show. Measured: 0.974 and more."""
+COVERAGE = 0.7
+"""A fault-free robot knows at least this share of the reachable floor at the end. Measured: 0.9 and more."""
+GHOSTS_MOST = 10
+"""Wall cells where placed teammates drove, away from true walls. Measured: 3 at most."""
+
+
+class TeamMaps:
+    """Holds every robot's team map against the world at the end."""
+
+    def __init__(self, report: Report) -> None:
+        self._report = report
+        self._ways: defaultdict[str, list[NDArray[np.float64]]] = defaultdict(list)
+
+    def step(self, scene: Scene) -> None:
+        """Note where robots are while lasers see them."""
+        if scene.now_s < REST_S:
+            for robot_id, pose in scene.T_world_base.items():
+                self._ways[robot_id].append(pose[:2])
+
+    def at_end(self, scene: Scene) -> None:
+        """Judge the team maps of robots whose own map can be right."""
+        for robot_id, agent in scene.agents.items():
+            if not agent.node.must_stop and not scene.suffers(robot_id, "liar", *SPOILS):
+                self._judge(scene, robot_id, agent)
+
+    def _judge(self, scene: Scene, robot_id: str, agent: Agent) -> None:
+        T_world_team, team = scene.frame(agent, robot_id), agent.team_map()
+        mates = team.T_team_map.keys() - {robot_id}
+        if T_world_team is None or any(scene.suffers(mate, "liar", *SPOILS) for mate in mates):
+            return
+        precision = scene.judge.occupied_precision(team.grid, T_world_team)
+        coverage, kept = self._floor(scene, agent, scene.judge.world.centres(scene.judge.reachable))
+        ways = np.array([place for mate in sorted(mates) for place in self._ways[mate]]).reshape(-1, 2)
+        ghosts = scene.judge.ghosts(team.grid, T_world_team, ways, GHOST_M)
+        self._report.figures["team map"].append(
+            [robot_id, len(mates), round(precision, 4), round(coverage, 4), round(kept, 4), ghosts]
+        )
+        if precision < PRECISION:
+            self._report.say(f"{100 * precision:.0f} % of the walls in the team map of {robot_id} are true")
+        if kept < KEPT:
+            self._report.say(f"the team map of {robot_id} shows {100 * kept:.0f} % of the floor its maps show")
+        if ghosts > GHOSTS_MOST:
+            self._report.say(f"the team map of {robot_id} has {ghosts} wall cells where teammates drove")
+        if coverage < COVERAGE and not scene.suffers(robot_id):
+            self._report.say(f"the team map of {robot_id} shows {100 * coverage:.0f} % of the floor")
+
+    def _floor(self, scene: Scene, agent: Agent, floor: NDArray[np.float64]) -> tuple[float, float]:
+        """Return which share of the floor ``(N, 2)`` a team map shows, and of what the maps in it show, 0..1 each."""
+        team, shown = agent.team_map(), np.zeros(len(floor), dtype=np.bool_)
+        for member in team.T_team_map:
+            T_world_member = scene.frame(agent, member)
+            if T_world_member is not None:
+                grid = agent.node.store.maps[member].map.to_grid()
+                shown |= values_at(grid, se2.apply(se2.inverse(T_world_member), floor)) == 0
+        T_world_team = scene.frame(agent, agent.robot_id)
+        assert T_world_team is not None
+        known = values_at(team.grid, se2.apply(se2.inverse(T_world_team), floor)) == 0
+        return float(known.mean()), float((known & shown).sum() / max(shown.sum(), 1))

@@ -1,0 +1,132 @@
+"""What users need is judged: each of these goes wrong here, and is said."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bench.chaos.invariants import Invariants
+from bench.chaos.merging import UNMERGED_MOST, alike
+from mrslam.agent import Agent
+from mrslam.sim_driver.evaluate.truth import Judge
+from mrslam.sim_driver.missions.mission import make_mission
+from mrslam.sim_driver.run.run_virtual import VirtualTeam, run_in_virtual_time
+from mrslam.sim_driver.simulation.simulation import make_world
+from mrslam.sim_driver.worlds import load_world
+
+S = 1_000_000_000
+LENGTH_S, REST_S = 30.0, 24.0
+
+
+def violations(folder: Path, spoil: Any, **tables: Any) -> list[str]:
+    """Play two robots in a small world, spoil what ``spoil(agent, other's id, time)`` does, and return what is said."""
+    mission = make_mission(
+        {
+            "mission": {"shell": "virtual", "duration_s": LENGTH_S, "seed": 4},
+            "world": {"name": "arena2"},
+            "robots": [{"id": robot, "laser": "lidar-360"} for robot in ("r1", "r2")],
+            "rbpf": {"particles": 3, "threads": 1},
+            "comms": {"exchange_timeout_s": 2.0},
+            "agent": {"align_interval_s": 4.0},
+            "faults": [
+                {"kind": "laser_off", "robot": robot, "at_s": REST_S, "for_s": LENGTH_S} for robot in ("r1", "r2")
+            ],
+            **tables,
+        },
+        folder / "judged.toml",
+    )
+    world = make_world(mission)
+    invariants = Invariants(mission, Judge(world.grid, world.reachable))
+
+    def watch(team: VirtualTeam, now_ns: int) -> None:
+        spoil(team.robots[0].runner.agent, "r2", now_ns / S)  # type: ignore[attr-defined]
+        invariants(team, now_ns)
+        if now_ns / S >= LENGTH_S - 0.15:
+            invariants.at_end(team, now_ns)
+
+    run_in_virtual_time(mission, folder, lambda mission_s, total_s, text: None, watch)
+    return invariants.violations
+
+
+def nothing(agent: Agent, other: str, now_s: float) -> None:
+    """Leave the mission as it is."""
+
+
+def test_an_unspoilt_mission_breaks_nothing(tmp_path: Path) -> None:
+    assert violations(tmp_path, nothing) == []
+
+
+def test_a_place_that_is_off_by_less_than_a_metre_is_false(tmp_path: Path) -> None:
+    def spoil(agent: Agent, other: str, now_s: float) -> None:
+        if now_s == 20.0:
+            agent.T_team_map[other] = agent.T_team_map[other] + np.array([0.56, 0.56, 0.0])
+
+    assert any("r1 places r2 0." in line for line in violations(tmp_path, spoil))
+
+
+def test_a_pair_that_is_merged_and_unmerged_by_turns_is_said_once(tmp_path: Path) -> None:
+    kept: dict[str, Any] = {}
+
+    def spoil(agent: Agent, other: str, now_s: float) -> None:
+        if now_s < 20.0:
+            return
+        kept.setdefault(other, agent.T_team_map[other])
+        agent.team.T_team_map = {"r1": np.zeros(3)} | ({other: kept[other]} if int(10 * now_s) % 4 < 2 else {})
+
+    said = violations(tmp_path, spoil)
+    assert [line.split(": ")[1] for line in said if "unmerged" in line] == [
+        f"r1 unmerged the map of r2 {UNMERGED_MOST + 1} times"
+    ]
+
+
+def test_a_doubtful_robot_that_publishes_is_heard(tmp_path: Path) -> None:
+    def spoil(agent: Agent, other: str, now_s: float) -> None:
+        if now_s > 15.0:
+            agent.self_doubt.doubtful = True
+            agent.publish(round(now_s * S))
+
+    assert any("published its map though it doubts" in line for line in violations(tmp_path, spoil))
+
+
+def test_a_robot_that_is_sure_and_elsewhere_is_seen(tmp_path: Path) -> None:
+    def spoil(agent: Agent, other: str, now_s: float) -> None:
+        if now_s > 15.0:
+            agent.mapper._told.T_map_key = agent.mapper._told.T_map_key + np.array([3.0, 0.0, 0.0])
+
+    assert any("is sure, and" in line for line in violations(tmp_path, spoil))
+
+
+def test_a_team_map_that_shows_only_the_own_map_is_too_small(tmp_path: Path) -> None:
+    def spoil(agent: Agent, other: str, now_s: float) -> None:
+        if now_s > LENGTH_S - 0.3:
+            agent.team._map = replace(agent.team_map(), grid=agent.own_map())
+
+    assert any("of the floor its maps show" in line for line in violations(tmp_path, spoil))
+
+
+def test_a_team_map_with_wrong_walls_and_one_with_ghosts_are_seen(tmp_path: Path) -> None:
+    def spoil(agent: Agent, other: str, now_s: float) -> None:
+        if now_s > LENGTH_S - 0.3:
+            grid = agent.team_map().grid
+            cells = grid.cells.copy()
+            cells[grid.is_free] = 100
+            agent.team._map = replace(agent.team_map(), grid=replace(grid, cells=cells))
+
+    said = violations(tmp_path, spoil)
+    assert any("of the walls in the team map of r1 are true" in line for line in said)
+    assert any("wall cells where teammates drove" in line for line in said)
+
+
+def test_teammates_that_are_not_masked_are_counted(tmp_path: Path) -> None:
+    said = violations(tmp_path, nothing, mutual_detection={"enabled": False}, world={"name": "arena1"})
+    assert any("of the beams that hit known teammates for walls" in line for line in said)
+
+
+@pytest.mark.parametrize(("name", "low", "high"), [("symmetric-house", 0.9, 1.0), ("arena2", 0.0, 0.6)])
+def test_a_world_that_looks_alike_when_turned_is_known(name: str, low: float, high: float) -> None:
+    world = load_world(name, None)
+    assert low <= alike(Judge(world.grid, world.reachable)) <= high
