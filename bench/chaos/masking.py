@@ -19,6 +19,8 @@ UNMASKED_MOST = 0.5
 """Of the beams that hit teammates whose place is known at most this share is mapped. Measured: 0.23 at most."""
 BEAMS_LEAST = 300
 """Fewer beams than this say nothing."""
+UNHEARD = ("partition", "flapping", "corrupt", "twin", "crash", "amnesia", "clock")
+"""Faults of robots whose whereabouts the others may not hear in time."""
 
 
 class Masking:
@@ -36,7 +38,7 @@ class Masking:
             before, masked = self._before.get(robot_id, (agent, 0))
             self._masked[robot_id] += agent.masked_beams - (masked if before is agent else 0)
             self._before[robot_id] = agent, agent.masked_beams
-            mates = [mate for mate in agent.T_team_map if mate in scene.agents and _is_placed_right(scene, agent, mate)]
+            mates = [mate for mate in agent.T_team_map if mate in scene.agents and _is_known(scene, agent, mate)]
             is_new = agent.scan is not None and agent.scan.stamp_ns == scene.now_ns
             if mates and is_new and not scene.suffers(robot_id, "laser_garbage", "laser_stuck"):
                 self._mapped[robot_id] += self._at(scene, agent, [scene.T_world_base[mate][:2] for mate in mates])
@@ -60,8 +62,13 @@ class Masking:
                 self._report.say(f"{robot_id} took {100 * share:.0f} % of the beams that hit known teammates for walls")
 
 
-def _is_placed_right(scene: Scene, agent: Agent, mate: str) -> bool:
-    """Return whether a teammate's map is where it truly lies: in a house that looks alike it may not be."""
+def _is_known(scene: Scene, agent: Agent, mate: str) -> bool:
+    """Return whether a robot hears where a teammate is, and its map is where it truly lies.
+
+    In a house that looks alike it may not be.
+    """
+    if scene.suffers(mate, *UNHEARD) or scene.suffers(agent.robot_id, *UNHEARD):
+        return False
     own, there = scene.frame(agent, agent.robot_id), scene.frame(agent, mate)
     if mate == agent.robot_id or own is None or there is None:
         return False

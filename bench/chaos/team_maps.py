@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bench.chaos.scene import SPOILS, Report, Scene
 from bench.chaos.schedule import REST_S
 from mrslam.agent import Agent
-from mrslam.sim_driver.evaluate.assess import GHOST_M
+from mrslam.sim_driver.evaluate.robot_rows import GHOST_M
 from mrslam.sim_driver.evaluate.truth import values_at
 from mrslam.spatial import se2
 

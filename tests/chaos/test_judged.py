@@ -75,7 +75,9 @@ def test_a_pair_that_is_merged_and_unmerged_by_turns_is_said_once(tmp_path: Path
         if now_s < 20.0:
             return
         kept.setdefault(other, agent.T_team_map[other])
-        agent.team.T_team_map = {"r1": np.zeros(3)} | ({other: kept[other]} if int(10 * now_s) % 4 < 2 else {})
+        agent.T_team_map.pop(other, None)
+        if int(10 * now_s) % 4 < 2:
+            agent.T_team_map[other] = kept[other]
 
     said = violations(tmp_path, spoil)
     assert [line.split(": ")[1] for line in said if "unmerged" in line] == [
@@ -95,7 +97,7 @@ def test_a_doubtful_robot_that_publishes_is_heard(tmp_path: Path) -> None:
 def test_a_robot_that_is_sure_and_elsewhere_is_seen(tmp_path: Path) -> None:
     def spoil(agent: Agent, other: str, now_s: float) -> None:
         if now_s > 15.0:
-            agent.mapper._told.T_map_key = agent.mapper._told.T_map_key + np.array([3.0, 0.0, 0.0])
+            agent.mapper._reported.T_map_key = agent.mapper._reported.T_map_key + np.array([3.0, 0.0, 0.0])
 
     assert any("is sure, and" in line for line in violations(tmp_path, spoil))
 

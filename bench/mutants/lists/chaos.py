@@ -8,15 +8,15 @@ ANY, LIAR, KIDNAPPED = 1, 5, 83
 MUTANTS = (
     Mutant(
         "agent/team.py",
-        "        verdict = self.pairs.settle(job, outcome, now_ns)\n",
-        "        verdict = self.pairs.settle(job, Rejection('no', 0.0, {}, 'auto'), now_ns)\n",
+        "        verdict = self._settle(job, outcome, now_ns)\n",
+        "        verdict = self._settle(job, Rejection('no', 0.0, None, 'auto'), now_ns)\n",
         "nothing is ever aligned",
         chaos=3,
     ),
     Mutant(
         "agent/team.py",
-        "            self._map = replace(team, grid=self.without_ghosts(team.grid))",
-        "            self._map = replace(team, grid=self._store.maps[self.robot_id].map.to_grid())",
+        "            self._map = replace(team, grid=self.without_ghosts(team.grid), unplaced=unplaced)",
+        "            self._map = replace(team, grid=self.maps[self.robot_id].grid)",
         "the team map shows only the own map",
         chaos=ANY,
     ),
@@ -28,7 +28,7 @@ MUTANTS = (
         chaos=ANY,
     ),
     Mutant(
-        "agent/doubt.py",
+        "agent/self_doubt.py",
         "            if not torn and health >= self.min_health:",
         "            if True:",
         "robots never doubt themselves",
@@ -45,7 +45,7 @@ MUTANTS = (
         chaos=ANY,
     ),
     Mutant(
-        "agent/doubt.py",
+        "agent/map_check.py",
         "    if free >= ON_FREE * len(places):",
         "    if True:",
         "liars are not doubted",
@@ -53,7 +53,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/core.py",
-        "if not self.self_doubt.doubtful and self.mapper.stats.processed:",
+        "if self.mapper.stats.processed and not self.self_doubt.doubtful:",
         "if self.mapper.stats.processed:",
         "a doubtful robot publishes its map",
         chaos=KIDNAPPED,

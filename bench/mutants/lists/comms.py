@@ -2,8 +2,8 @@
 
 from bench.mutants.mutant import Mutant
 
-RENDEZVOUS, TAKING, EXCHANGES = (f"comms/exchange/{name}.py" for name in ("rendezvous", "taking", "exchanges"))
-STORE, SEAL, STAGING = (f"comms/maps/{name}.py" for name in ("store", "seal", "staging"))
+RENDEZVOUS, RECEIVER, EXCHANGES = (f"comms/exchange/{name}.py" for name in ("rendezvous", "map_receiver", "exchanges"))
+STORE, SEAL, STAGING, ARRIVALS = (f"comms/maps/{name}.py" for name in ("store", "seal", "staging", "arrivals"))
 LINKS, AROUND = (f"comms/neighbours/{name}.py" for name in ("link_quality", "neighbourhood"))
 
 MUTANTS = (
@@ -38,19 +38,19 @@ MUTANTS = (
         "a robot that lost everything has to wait for its turn",
     ),
     Mutant(
-        TAKING,
+        RECEIVER,
         "or version <= store.version(robot):",
         "or version == store.version(robot):",
         "an older map replaces a newer one",
     ),
     Mutant(
-        TAKING,
-        "            store.check_proof(message)\n",
+        RECEIVER,
+        "            arrivals.check_proof(message)\n",
         "",
         "a map with a forged signature is taken in until it is whole",
     ),
     Mutant(
-        TAKING,
+        RECEIVER,
         "        if self._source.get(robot) == exchange.peer:\n            del self._source[robot]",
         "        pass",
         "after a broken exchange a robot's map is never taken from anyone else",
@@ -68,19 +68,19 @@ MUTANTS = (
         "two robots that open at once break each other's exchange",
     ),
     Mutant(
-        EXCHANGES,
-        "                self._station.store.outrank((epoch, revision))",
-        "                pass",
+        "comms/exchange/own_map_claims.py",
+        "                station.store.outrank((epoch, revision))\n",
+        "                pass\n",
         "a robot that lost its memory cannot give its map to those who knew it",
     ),
     Mutant(
-        "comms/exchange/provider.py",
+        "comms/maps/manifests.py",
         "base_revision = held[1] if held[0] == target.epoch else 0",
         "base_revision = held[1]",
         "differences from another map are sent",
     ),
     Mutant(
-        "comms/exchange/provider.py",
+        "comms/maps/manifests.py",
         "order = sorted(changed, key=lambda index: (-value_of(changed[index], old.get(index)), index))",
         "order = sorted(changed)",
         "on a weak link the news comes last",
@@ -92,27 +92,27 @@ MUTANTS = (
         "a slow link is filled with what is on its way already",
     ),
     Mutant(
-        "comms/exchange/giving.py",
+        "comms/exchange/map_sender.py",
         "if budget and exchange.served and exchange.served + len(chunk.packed) > budget:",
         "if False:",
         "a meeting takes more than its budget of bytes",
     ),
     Mutant(
-        STORE,
-        "or (manifest.epoch, manifest.target) <= self.version(robot):",
-        "or False:",
+        ARRIVALS,
+        "is_news = (manifest.epoch, manifest.target) > self._store.version(robot)",
+        "is_news = True",
         "maps go back to an older version",
     ),
     Mutant(
-        STORE,
+        ARRIVALS,
         'raise WireError("forged", f"a map of {robot!r} that is not what it signed")',
         "pass",
         "a third party can change a signed map",
     ),
     Mutant(
         STORE,
-        "version[0] > LAST_EPOCH:",
-        "version[0] > 2**63:",
+        "version[0] <= LAST_EPOCH",
+        "version[0] <= 2**63",
         "one lie about an epoch leaves a robot no higher one",
     ),
     Mutant(
@@ -132,6 +132,18 @@ MUTANTS = (
         "                parsed.verify_directly_issued_by(self.authority)\n",
         "",
         "any certificate is one of the team's",
+    ),
+    Mutant(
+        "comms/exchange/own_map_claims.py",
+        "        self._station.arrivals.check_proof(message)\n",
+        "",
+        "a claim about a robot's own epoch counts without its signature",
+    ),
+    Mutant(
+        "comms/exchange/own_map_claims.py",
+        "            elif self._followed < MOST_UNPROVEN:",
+        "            else:",
+        "small claims force a robot into a new epoch at every meeting",
     ),
     Mutant(SEAL, "        if name != robot:", "        if False:", "a member can sign another robot's map"),
     Mutant(

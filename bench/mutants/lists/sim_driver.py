@@ -2,7 +2,7 @@
 
 from bench.mutants.mutant import Mutant
 
-TRUTH, SIDES, ASSESS = (f"sim_driver/evaluate/{name}.py" for name in ("truth", "sides", "assess"))
+TRUTH, SIDES, PAIRS = (f"sim_driver/evaluate/{name}.py" for name in ("truth", "sides", "pair_rows"))
 GOALS, EXPLORE, COSTMAP = (f"sim_driver/drivers/{name}.py" for name in ("goals", "explore", "costmap"))
 ROBOT, RAYCAST, ODOMETRY = (f"sim_driver/robots/{name}.py" for name in ("robot", "raycast", "odometry"))
 
@@ -50,7 +50,7 @@ MUTANTS = (
         "a merge by one of two counts as one by both",
     ),
     Mutant(
-        ASSESS,
+        PAIRS,
         '    if any(view["is_false"] for view in views.values()):\n        return "false merge"',
         '    if False:\n        return "false merge"',
         "false merges are reported as correct ones",
