@@ -76,6 +76,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--only", default="", help="mutants whose file or harm has this text")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--timeout", type=float, default=1800.0, help="seconds; what hangs longer is killed")
+    parser.add_argument("--scratch", type=Path, help="folder for the copies, kept, so that kernels are compiled once")
     parser.add_argument("--list", action="store_true", help="say only which texts are stale")
     return parser.parse_args()
 
@@ -98,7 +99,7 @@ def main() -> int:
             scratches.put(scratch)
 
     def made(number: int) -> None:
-        scratch = Scratch(Path(folder) / str(number))
+        scratch = Scratch((options.scratch or Path(folder)).resolve() / str(number))
         scratch.warm_up()
         scratches.put(scratch)
 

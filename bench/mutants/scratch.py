@@ -34,6 +34,7 @@ class Scratch:
     def __init__(self, folder: Path) -> None:
         """Copy what git knows or would add, with its times: numba's cache goes by them."""
         self.top, self._warm, self._spent = folder / "repository", folder / "kernels", folder / "kernels-of-a-mutant"
+        shutil.rmtree(self.top, ignore_errors=True)
         listed = subprocess.run(
             ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
             cwd=TOP, capture_output=True, check=True,
