@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from mrslam.agent import Agent, AgentConfig, Event, Settings, checkpoint, resume
+from mrslam.agent import Agent, Event, Settings, checkpoint, resume
 from mrslam.agent.effects import AlignJob, Effect
 from mrslam.agent.known_map import KnownMap
 from mrslam.alignment import Alignment, Evidence, WallEvidence
@@ -26,7 +26,7 @@ T_A_B = np.array([2.0, 1.0, np.pi / 2])
 MATE = np.array([1.2, 0.3])
 """Where the teammate is in the own map."""
 BODY_M = 0.18
-SETTINGS = Settings(rbpf=MapperConfig(particles=2, threads=1), agent=AgentConfig(give_up_s=0.05))
+SETTINGS = Settings(rbpf=MapperConfig(particles=2, threads=1))
 
 
 def local(cells: NDArray[np.int8], places: NDArray[np.float64], revision: int = 1) -> LocalMap:
@@ -158,7 +158,7 @@ def test_a_robot_publishes_what_it_maps_but_not_in_doubt() -> None:
 
 def test_a_robot_that_gives_its_map_up_begins_another_one(agent: Agent) -> None:
     old = agent.node.store.version("a")
-    agent.self_doubt = replace(agent.self_doubt, doubtful=True, torn=True)
+    agent.self_doubt = replace(agent.self_doubt, doubtful=True, torn=True, give_up_ns=S)
     kinds = [effect.kind for effect in step(agent, 3.0, 0.6) if isinstance(effect, Event)]
     assert "given_up" in kinds and agent.map_number == 1 and not agent.self_doubt.doubtful
     assert list(agent.T_team_map) in ([], ["a"])  # at once: that frame is gone

@@ -23,3 +23,15 @@ def test_a_contradiction_is_blamed_on_the_weakest_of_the_best_alignments_between
     placement = graph.place(found, anchor="a", conflict=conflict)
     assert placement.dropped == {("b", "c"): "contradicted: placed through it, walls on floor"}
     assert sorted(placement.T_team_map) == ["a", "b", "c"]
+
+
+def test_in_loops_of_four_the_alignment_that_is_wrong_goes_and_no_other() -> None:
+    rng = np.random.default_rng(0)
+    poses = {robot_id: se2.transform(*rng.uniform(-9, 9, 2), rng.uniform(-3, 3)) for robot_id in "abxyz"}
+    graph = TeamGraph()
+    for robot_id in poses:
+        graph.set_map(robot_id, OccupancyGrid(np.zeros((50, 50), dtype=np.int8), 0.1))
+    confidence = {"ax": 0.9, "ay": 0.9, "az": 0.2, "bx": 0.8, "by": 0.7, "bz": 0.4}
+    found = {(a, b): alignment(truth(poses, a, b), value) for (a, b), value in confidence.items()}
+    found["b", "y"] = alignment(truth(poses, "b", "y") + np.array([3.0, 0.0, 0.0]), confidence["by"])
+    assert list(graph.place(found).dropped) == [("b", "y")]
