@@ -14,7 +14,7 @@ from mrslam.spatial import se2
 LOOKS_ALIKE = 0.7
 """A world of which a turn lays so much wall on wall fits its own turned self too well for anyone to be sure."""
 WAIT_S = 40.0
-"""A pair of fault-free robots that hold each other's maps, overlapping enough, has merged after so long. Measured: 10 s."""
+"""Fault-free robots that hold each other's maps, overlapping enough, have merged them after so long. Measured: 10 s."""
 UNMERGED_MOST = 2
 """A pair may be unmerged so often: once in a house that looks alike, and once more for what was corrected since.
 Measured: once."""
