@@ -60,24 +60,13 @@ def test_an_unspoilt_mission_breaks_nothing(tmp_path: Path) -> None:
     assert violations(tmp_path, nothing) == []
 
 
-def test_a_place_that_is_off_by_less_than_a_metre_is_false(tmp_path: Path) -> None:
-    def spoil(agent: Agent, other: str, now_s: float) -> None:
-        if now_s == 20.0:
-            agent.T_team_map[other] = agent.T_team_map[other] + np.array([0.56, 0.56, 0.0])
-
-    assert any("r1 places r2 0." in line for line in violations(tmp_path, spoil))
-
-
 def test_a_pair_that_is_merged_and_unmerged_by_turns_is_said_once(tmp_path: Path) -> None:
-    kept: dict[str, Any] = {}
-
     def spoil(agent: Agent, other: str, now_s: float) -> None:
         if now_s < 20.0:
             return
-        kept.setdefault(other, agent.T_team_map[other])
         agent.T_team_map.pop(other, None)
         if int(10 * now_s) % 4 < 2:
-            agent.T_team_map[other] = kept[other]
+            agent.T_team_map[other] = np.zeros(3)
 
     said = violations(tmp_path, spoil)
     assert [line.split(": ")[1] for line in said if "unmerged" in line] == [
@@ -102,15 +91,7 @@ def test_a_robot_that_is_sure_and_elsewhere_is_seen(tmp_path: Path) -> None:
     assert any("is sure, and" in line for line in violations(tmp_path, spoil))
 
 
-def test_a_team_map_that_shows_only_the_own_map_is_too_small(tmp_path: Path) -> None:
-    def spoil(agent: Agent, other: str, now_s: float) -> None:
-        if now_s > LENGTH_S - 0.3:
-            agent.team._map = replace(agent.team_map(), grid=agent.own_map())
-
-    assert any("of the floor its maps show" in line for line in violations(tmp_path, spoil))
-
-
-def test_a_team_map_with_wrong_walls_and_one_with_ghosts_are_seen(tmp_path: Path) -> None:
+def test_a_team_map_with_wrong_walls_is_seen(tmp_path: Path) -> None:
     def spoil(agent: Agent, other: str, now_s: float) -> None:
         if now_s > LENGTH_S - 0.3:
             grid = agent.team_map().grid
@@ -120,12 +101,6 @@ def test_a_team_map_with_wrong_walls_and_one_with_ghosts_are_seen(tmp_path: Path
 
     said = violations(tmp_path, spoil)
     assert any("of the walls in the team map of r1 are true" in line for line in said)
-    assert any("wall cells where teammates drove" in line for line in said)
-
-
-def test_teammates_that_are_not_masked_are_counted(tmp_path: Path) -> None:
-    said = violations(tmp_path, nothing, mutual_detection={"enabled": False}, world={"name": "arena1"})
-    assert any("of the beams that hit known teammates for walls" in line for line in said)
 
 
 @pytest.mark.parametrize(("name", "low", "high"), [("symmetric-house", 0.9, 1.0), ("arena2", 0.0, 0.6)])

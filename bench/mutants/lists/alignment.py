@@ -2,35 +2,35 @@
 
 from bench.mutants.mutant import Mutant
 
-WALKS = "alignment/proposals/walks.py"
+WALKS = "alignment/proposals/walks"
 
 MUTANTS = (
     Mutant(
-        WALKS,
+        f"{WALKS}/aligner.py",
         'return [Candidate(about(row[:3], b), -float(row[3]), {"dissimilarity": float(row[3])}) for row in kept]',
         "return []",
         "five search methods find nothing at all",
     ),
     Mutant(
-        WALKS,
-        "            if len(steps) == MEMORY:",
-        "            if False:",
+        f"{WALKS}/random_walk.py",
+        "        if len(self._steps) < MEMORY:",
+        "        if True:",
         "the adaptive walk never adapts",
     ),
     Mutant(
-        WALKS,
-        "if found < value or rng.random() < math.exp(-(found - value) / max(0.2 * first * cooled, 1e-9)):",
+        f"{WALKS}/annealings.py",
+        "if found < value or rng.random() < math.exp(-(found - value) / temperature):",
         "if found < value:",
         "annealing never accepts what is worse",
     ),
     Mutant(
-        WALKS,
+        f"{WALKS}/climbs.py",
         "                now, value = options[k], found[k]\n",
         "                break\n",
         "hill climbing never climbs",
     ),
     Mutant(
-        WALKS,
+        f"{WALKS}/aligner.py",
         "return middle, middle - sigma - (lever, lever, 0.0), middle + sigma + (lever, lever, 0.0)",
         "return middle, np.append(a.points.min(axis=0), -math.pi), np.append(a.points.max(axis=0), math.pi)",
         "walks ignore the prior's window",
@@ -43,7 +43,7 @@ MUTANTS = (
     ),
     Mutant(
         "alignment/align.py",
-        "rivals = None if method == THOROUGH else lambda: proposed(THOROUGH)",
+        "rivals = None if method == EXHAUSTIVE else lambda: proposed(EXHAUSTIVE)",
         "rivals = None",
         "methods that find one place never ask whether there are more",
     ),

@@ -58,11 +58,4 @@ MUTANTS = (
         "a doubtful robot publishes its map",
         chaos=KIDNAPPED,
     ),
-    Mutant(
-        "agent/team.py",
-        "return clear_ghosts(grid, paths, self._mutual_detection.robot_radius_m)[0]",
-        "return grid",
-        "ghosts of teammates stay in maps",
-        chaos=ANY,
-    ),
 )

@@ -51,7 +51,7 @@ MUTANTS = (
     ),
     Mutant(
         RECEIVER,
-        "        if self._source.get(robot) == exchange.peer:\n            del self._source[robot]",
+        "        if self._source.get(robot) is exchange:\n            del self._source[robot]",
         "        pass",
         "after a broken exchange a robot's map is never taken from anyone else",
     ),
