@@ -48,7 +48,7 @@ class Rejection:
     T_a_b: Transform | None = None
     """Best proposal, for diagnosis only; never to be used as a transform."""
     may_bend: bool = False
-    """Whether its only faults are walls where the other map is free: bent maps of one place have these, too."""
+    """Whether its only faults are those of bent maps of one place: walls where the other is free, and rivals for it."""
 
     @property
     def accepted(self) -> bool:

@@ -17,6 +17,10 @@ from mrslam.merge.batch.cluster_search import ClusterSearch
 from mrslam.merge.batch.pair_aligner import PairAligner, Progress
 from mrslam.merge.config import MergeConfig
 from mrslam.merge.graph.edges import Pair
+from mrslam.merge.graph.team_graph import Placement
+from mrslam.merge.joint.bent_team import BentTeam
+from mrslam.merge.joint.join import Tie, join
+from mrslam.merge.joint.trail import Trail
 from mrslam.merge.team import TeamMap, TeamMapper
 from mrslam.spatial import InputError, OccupancyGrid
 
@@ -35,6 +39,8 @@ class MergeResult:
     """Pairs that were tried and do not fit together."""
     tried: int
     """Alignments computed."""
+    ties: tuple[Tie, ...] = ()
+    """Places that two ways have in common, where maps are bent."""
 
 
 def merge_maps(
@@ -45,14 +51,17 @@ def merge_maps(
     config: MergeConfig | None = None,
     anchor: str | None = None,
     workers: int | None = None,
+    trails: Mapping[str, Trail] | None = None,
 ) -> MergeResult:
     """Find how maps fit together, place those of the largest component (or the anchor's) and fuse them.
 
     ``known_poses`` (``T_team_map`` by name) define the team frame and place maps without overlap too; otherwise it is
-    the map frame of the anchor, or of the first map by name that is placed. The result does not depend on the order of
-    the maps nor on ``workers`` (threads; default: one a core). Raises ``InputError`` for names that do not match.
+    the map frame of the anchor, or of the first map by name that is placed. ``trails`` : the ways that made the maps,
+    by name, where they are known: such maps are bent until what was seen on two ways agrees. Others are laid as they
+    are, and so are all where known poses define the frame. The result does not depend on the order of the maps nor on
+    ``workers`` (threads; default: one a core). Raises ``InputError`` for names that do not match.
     """
-    config = config or MergeConfig()
+    config, trails = config or MergeConfig(), trails or {}
     poses = {name: np.asarray(pose, dtype=np.float64) for name, pose in (known_poses or {}).items()}
     mapper = TeamMapper(anchor, config)
     if not grids:
@@ -61,14 +70,18 @@ def merge_maps(
         if name not in grids:
             raise InputError(f"there is no map {name!r} among {', '.join(sorted(grids))}")
     for name in sorted(grids):
-        mapper.set_map(name, grids[name])
+        mapper.set_map(name, grids[name], trails.get(name))
     mapper.graph.set_known_poses(poses)
     with ThreadPoolExecutor(workers or min(8, os.cpu_count() or 1)) as pool:
-        pairs = PairAligner(grids, method, pool, config, progress)
+        pairs = PairAligner(grids, method, pool, config, progress, trails)
         if len(grids) <= ALL_PAIRS_UP_TO or len(poses) == len(grids):
             try_every_pair(pairs, poses)
         else:
             ClusterSearch(pairs).run()
+    mapper.bent = _bend(mapper.placement(pairs.edges), trails, pairs.edges)
+    if not mapper.bent.joined:  # nobody is bent: maps are judged as they are
+        for name in trails:
+            mapper.set_map(name, grids[name])
     team_map = mapper.team_map(pairs.edges)
     unplaced = {name: _why(name, reason, pairs) for name, reason in team_map.unplaced.items()}
     return MergeResult(
@@ -76,7 +89,17 @@ def merge_maps(
         edges=dict(sorted(pairs.edges.items())),
         rejections=dict(sorted(pairs.rejections.items())),
         tried=pairs.tried,
+        ties=mapper.bent.ties,
     )
+
+
+def _bend(placement: Placement, trails: Mapping[str, Trail], edges: Mapping[Pair, Alignment]) -> BentTeam:
+    """Return how the maps that were placed, and whose ways are known, are bent to fit each other."""
+    known = {name: trail for name, trail in trails.items() if name in placement.T_rigid}
+    if placement.anchor not in known or len(known) < 2:
+        return BentTeam()
+    T_a_b = {pair: found.T_a_b for pair, found in edges.items()}
+    return BentTeam.of(join(known, placement.T_rigid), placement.anchor, known, T_a_b)
 
 
 def _why(name: str, reason: str, pairs: PairAligner) -> str:

@@ -6,11 +6,14 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 
-from mrslam.alignment import Alignment, Prior, Rejection, align
+from mrslam.alignment import Alignment, AlignmentConfig, Prior, Rejection, align
 from mrslam.merge.config import MergeConfig
 from mrslam.merge.graph.carried import turned
 from mrslam.merge.graph.edges import Pair, pair_of
 from mrslam.merge.grids.agreement import Walls
+from mrslam.merge.joint.align_bent import Scanned, align_bent
+from mrslam.merge.joint.local_match import LocalMatcher
+from mrslam.merge.joint.trail import Trail
 from mrslam.merge.team import TeamMap, TeamMapper
 from mrslam.spatial import OccupancyGrid
 
@@ -29,6 +32,8 @@ class PairAligner:
     pool: Executor
     config: MergeConfig
     progress: Progress | None = None
+    trails: Mapping[str, Trail] = field(default_factory=dict)
+    """By id, where it is known: the way that made the map. Maps that fit only when bent need both ways."""
     edges: dict[Pair, Alignment] = field(default_factory=dict)
     """Accepted ``T_a_b``, a < b."""
     rejections: dict[Pair, Rejection] = field(default_factory=dict)
@@ -39,6 +44,7 @@ class PairAligner:
     """Alignments that a cluster hung on by itself and that were looked at."""
 
     _walls: dict[str, Walls] = field(default_factory=dict)
+    _matcher: LocalMatcher = field(default_factory=LocalMatcher)
 
     def walls(self, name: str) -> Walls:
         """Return a map prepared for comparing; made once."""
@@ -59,11 +65,18 @@ class PairAligner:
         accepted = []
         for done, ((a, b, _), result) in enumerate(zip(jobs, found, strict=True), start=1):
             self.tried += 1
-            if self.keep(a, b, result):
+            if self.keep(a, b, self._bent(a, b, result)):
                 accepted.append(pair_of(a, b))
             if report:
                 self.report(done, len(jobs))
         return accepted
+
+    def _bent(self, a: str, b: str, result: Alignment | Rejection) -> Alignment | Rejection:
+        """Return an alignment in place of a rejection where the maps fit once they are bent."""
+        if not isinstance(result, Rejection) or not {a, b} <= self.trails.keys():
+            return result
+        one, two = (Scanned(self.grids[name], self.trails[name]) for name in (a, b))
+        return align_bent(one, two, result, self.method, AlignmentConfig(), self._matcher)
 
     def align_grids(self, one: OccupancyGrid, others: Sequence[OccupancyGrid]) -> list[Alignment | Rejection]:
         """Align one map with each of the others side by side, remembering nothing."""

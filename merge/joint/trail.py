@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -39,13 +39,16 @@ class Trail:
     T_map_key: Transform
     """``(K, 3)``, as the robot published them."""
     scans: KeyScans
-    """Of the first keyframes; the newest may come without."""
+    """What was seen at each."""
+    stamps_ns: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
+    """``(K,)`` where they are known."""
 
     @classmethod
     def of(cls, local: LocalMap) -> Trail:
         """Return the way behind a robot's map: those of its keyframes that have scans."""
         count = min(len(local.key_scans), len(local.keyframes.stamps_ns))
-        return cls(np.asarray(local.keyframes.T_map_base[:count], dtype=np.float64), local.key_scans.part(0, count))
+        poses = np.asarray(local.keyframes.T_map_base[:count], dtype=np.float64)
+        return cls(poses, local.key_scans.part(0, count), local.keyframes.stamps_ns[:count])
 
     def __len__(self) -> int:
         """Return the number of keyframes."""

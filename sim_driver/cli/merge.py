@@ -6,25 +6,29 @@ import csv
 import json
 import os
 import time
+from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from mrslam.alignment import Alignment, Rejection
-from mrslam.merge import MergeConfig, MergeResult, Pair, merge_maps
+from mrslam.merge import MergeConfig, MergeResult, Pair, Trail, merge_maps
 from mrslam.merge.draw import draw_team
 from mrslam.merge.grids.upright import read_upright
 from mrslam.sim_driver.cli.align import as_row, check_method
 from mrslam.sim_driver.cli.console import say
 from mrslam.sim_driver.cli.progress import progress_bar
 from mrslam.sim_driver.kernels import ensure_compiled
-from mrslam.sim_driver.missions.run_files import TEAM_MAP_FILE
+from mrslam.sim_driver.missions.run_files import KEYFRAMES_FILE, MAP_FILE, TEAM_MAP_FILE, team_file
 from mrslam.sim_driver.missions.settings import build, with_overrides
 from mrslam.spatial import InputError, OccupancyGrid, write_map
 from mrslam.spatial.files.archives import arrays_in
 from mrslam.spatial.files.atomic import is_file, is_folder, make_folder, write_text
 from mrslam.spatial.files.images import write_image
+from mrslam.spatial.files.keyframes import read_keyframes
+from mrslam.spatial.files.tum import write_tum
 from mrslam.spatial.se2 import Transform, transform
 
 
@@ -41,7 +45,9 @@ def merge_files(
     target = target_of(out)
     config = build(MergeConfig, with_overrides({"merge": {}}, assignments)["merge"], "merge")
     check_method(method)
+    maps = in_folders(maps)
     grids = read_maps(maps, resolution)
+    trails = read_trails(maps, list(grids))
     if len(grids) < 2:
         raise InputError("merging needs two maps or more")
     poses = None if known_poses is None else read_poses(known_poses, list(grids))
@@ -51,17 +57,19 @@ def merge_files(
     start = time.perf_counter()
     pairs = len(grids) * (len(grids) - 1) // 2
     with progress_bar("aligning pairs", pairs) as advance:
-        result = merge_maps(grids, poses, method, lambda done, in_all: advance(), config, workers=os.cpu_count())
+        result = merge_maps(grids, poses, method, lambda *_: advance(), config, None, os.cpu_count(), trails)
     row = {**as_json_row(result), "seconds": round(time.perf_counter() - start, 3)}
     write_map(target, result.team_map.grid)
     write_image(target.with_suffix(".png"), draw_team(result.team_map, grids))
     write_text(target.with_suffix(".json"), json.dumps(row, indent=1, allow_nan=False) + "\n")
+    _write_ways(result, trails, target.parent)
     if as_json:
         print(json.dumps(row, allow_nan=False))
         return
     for name, T_team_map in result.team_map.T_team_map.items():
         x, y, theta = T_team_map
         say(f"{name} placed at x {x:.3f} m, y {y:.3f} m, turned by {np.degrees(theta):.2f} deg")
+    _say_bends(result, trails)
     for name, reason in result.team_map.unplaced.items():
         say(f"{name} not placed: {reason}")
     for (a, b), reason in result.team_map.dropped.items():
@@ -69,6 +77,52 @@ def merge_files(
     if len(result.team_map.T_team_map) < 2:
         say("nothing was merged: the map written is one of those given")
     say(f"{target.with_suffix('.png')}, {target} ({row['seconds']:.1f} s)")
+
+
+def in_folders(paths: list[Path]) -> list[Path]:
+    """Return the map files: of a robot's folder its map, of a run's those of its robots, and files as they are."""
+    found: list[Path] = []
+    for path in paths:
+        if not is_folder(path):
+            found.append(path)
+            continue
+        maps = [path / MAP_FILE] if is_file(path / MAP_FILE) else sorted(path.glob(f"*/{MAP_FILE}"))
+        if not maps:
+            raise InputError(f"{path}: holds no {MAP_FILE}, and no robots' folders that do")
+        found += maps
+    return found
+
+
+def read_trails(paths: list[Path], names: list[str]) -> dict[str, Trail]:
+    """Return the ways that made the maps, by name, where a file of keyframes is beside the map."""
+    trails: dict[str, Trail] = {}
+    for path in paths:
+        beside = path.parent / KEYFRAMES_FILE
+        if path.name == MAP_FILE and is_file(beside):
+            keyframes, scans = read_keyframes(beside)
+            count = len(scans)
+            trails[_named(str(path), names)] = Trail(keyframes.T_map_base[:count], scans, keyframes.stamps_ns[:count])
+    return {name: trail for name, trail in trails.items() if name in names and len(trail)}
+
+
+def _say_bends(result: MergeResult, trails: Mapping[str, Trail]) -> None:
+    """Say which maps are bent, by what, and which are laid as they are."""
+    tied = Counter((tie.a, tie.b) for tie in result.ties if tie.believed)
+    for (a, b), places in sorted(tied.items()):
+        say(f"{a} and {b} saw {places} places in common that agree")
+    for name, bend in result.team_map.bends.items():
+        say(f"{name} is bent by up to {bend.most_m:.2f} m")
+    for name in result.team_map.T_team_map.keys() - result.team_map.bends.keys():
+        why = "nothing ties it to the others" if name in trails else f"there is no {KEYFRAMES_FILE} beside its map"
+        say(f"{name} is laid as it is: {why}")
+
+
+def _write_ways(result: MergeResult, trails: Mapping[str, Trail], folder: Path) -> None:
+    """Write the corrected keyframes of the maps that are bent, in the merged map's frame."""
+    for name, bend in result.team_map.bends.items():
+        path = folder / team_file(name.replace("/", "_"))
+        make_folder(path.parent)
+        write_tum(path, trails[name].stamps_ns, bend.T_team_key)
 
 
 def target_of(out: Path) -> Path:
@@ -166,5 +220,7 @@ def as_json_row(result: MergeResult) -> dict[str, Any]:
         "unplaced": team.unplaced,
         "dropped": [{"a": a, "b": b, "reason": reason} for (a, b), reason in team.dropped.items()],
         "pairs": [{"a": a, "b": b, **as_row(outcome)} for (a, b), outcome in sorted(outcomes.items())],
+        "bent_m": {name: round(bend.most_m, 3) for name, bend in team.bends.items()},
+        "ties": [[tie.a, tie.b, tie.match.i, tie.match.j, tie.believed] for tie in result.ties],
         "known_area_m2": round(team.grid.known_area_m2(), 2),
     }

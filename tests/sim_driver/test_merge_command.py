@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from mrslam.sim_driver.cli.merge import merge_files, read_poses, short_names, target_of
+from mrslam.sim_driver.cli.merge import in_folders, merge_files, read_poses, read_trails, short_names, target_of
 from mrslam.spatial import InputError, OccupancyGrid, write_map
+from mrslam.spatial.files.keyframes import write_keyframes
+from mrslam.spatial.files.tum import read_tum
+from tests.merge.joint.blocks import Drive, drive, errors_m, local_map
 
 
 @pytest.mark.parametrize(
@@ -61,3 +65,37 @@ def test_no_map_that_is_read_is_replaced(tmp_path: Path) -> None:
         with pytest.raises(InputError, match="would be replaced by the merged map"):
             merge_files(given, maps[0], None, "auto", None, [], as_json=False)
     assert maps[0].with_suffix(".pgm").read_bytes() == before
+
+
+def robot_folder(folder: Path, drive_: Drive) -> Path:
+    folder.mkdir(parents=True)
+    local = local_map(drive_)
+    write_map(folder / "map.yaml", local.map.to_grid())
+    write_keyframes(folder / "keyframes.npz", local.keyframes, local.key_scans)
+    return folder
+
+
+def test_maps_of_robots_are_bent_and_their_ways_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    a, b = drive(0.0, 70.0, 0.0007, seed=1), drive(30.0, 80.0, -0.0007, seed=2)
+    robot_folder(tmp_path / "run" / "r1", a)
+    robot_folder(tmp_path / "run" / "r2", b)
+    merge_files([tmp_path / "run"], tmp_path / "out", None, "auto", None, [], False)
+    told = capsys.readouterr().err.replace("\n", " ")
+    assert "places in common that agree" in told and told.count("is bent by up to") == 2
+    ways = [read_tum(tmp_path / "out" / "team" / f"{name}_map.tum")[1] for name in ("r1", "r2")]
+    assert errors_m(a, b, *ways).mean() < 0.1
+    row = json.loads((tmp_path / "out" / "team_map.json").read_text())
+    assert sorted(row["bent_m"]) == ["r1/map", "r2/map"] and len(row["ties"]) >= 12
+
+
+def test_a_folder_without_maps_is_named(tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match=r"empty: holds no map\.yaml"):
+        in_folders([tmp_path / "empty"])
+
+
+def test_damaged_keyframes_are_named(tmp_path: Path) -> None:
+    folder = robot_folder(tmp_path / "r1", drive(0.0, 10.0))
+    (folder / "keyframes.npz").write_bytes(b"cut")
+    with pytest.raises(InputError, match=r"keyframes\.npz: not a readable"):
+        read_trails([folder / "map.yaml"], ["map"])

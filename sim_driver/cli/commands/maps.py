@@ -83,7 +83,9 @@ def align(
 
 
 def merge(
-    maps: Annotated[list[Path], typer.Argument(help="Two or more maps: .yaml, images or .npz.")],
+    maps: Annotated[
+        list[Path], typer.Argument(help="Two or more maps: .yaml, images, .npz, or folders of robots or runs.")
+    ],
     out: Annotated[Path, typer.Option("-o", "--out", help="Merged map: a .yaml file, or a folder.")] = Path(
         "out/merged"
     ),
@@ -99,9 +101,13 @@ def merge(
 ) -> None:
     """Merge map files of any SLAM system.
 
+    Maps of this one bring what was seen on the way (keyframes.npz beside the map) and are bent until that agrees;
+    others are laid over each other as they are.
+
     Maps that do not fit are named with the reason (the exit code stays 0).
 
     mrslam merge a/map.yaml b/map.yaml c/map.yaml -o out/merged
+    mrslam merge out/monday out/tuesday/r1 -o out/both
     mrslam merge a/map.yaml b/map.yaml --known-poses poses.csv -o out/merged
     """
     from mrslam.sim_driver.cli.merge import merge_files

@@ -1,0 +1,44 @@
+import numpy as np
+import pytest
+
+from mrslam.merge import merge_maps
+from mrslam.spatial import se2
+from tests.merge.joint.blocks import drawn, drive, errors_m
+
+A, B = drive(0.0, 70.0, 0.0007, seed=1), drive(30.0, 80.0, -0.0007, seed=2)
+"""Bent by 3 degrees within 70 m, one to the left and one to the right."""
+GRIDS = {"a": drawn(A.trail, len(A.trail)), "b": drawn(B.trail, len(B.trail))}
+TRAILS = {"a": A.trail, "b": B.trail}
+
+
+@pytest.fixture(scope="module")
+def merged():
+    return merge_maps(GRIDS, trails=TRAILS)
+
+
+def test_maps_that_bring_their_ways_are_bent_until_they_agree(merged):
+    team = merged.team_map
+    assert list(team.T_team_map) == ["a", "b"] and list(team.bends) == ["a", "b"]
+    assert errors_m(A, B, team.bends["a"].T_team_key, team.bends["b"].T_team_key).mean() < 0.1
+    assert sum(tie.believed for tie in merged.ties) >= 12
+
+
+def test_without_their_ways_they_are_not_merged(merged):
+    rigid = merge_maps(GRIDS)
+    assert len(rigid.team_map.T_team_map) == 1 and not rigid.team_map.bends and not rigid.ties
+    one_way = merge_maps(GRIDS, trails={"a": A.trail})
+    assert len(one_way.team_map.T_team_map) == 1
+
+
+def test_neither_order_nor_workers_change_a_byte(merged):
+    other = merge_maps(dict(reversed(GRIDS.items())), trails=dict(reversed(TRAILS.items())), workers=1)
+    assert other.team_map.grid.cells.tobytes() == merged.team_map.grid.cells.tobytes()
+
+
+def test_where_known_poses_define_the_frame_maps_are_laid_as_they_are():
+    poses = {"a": A.truth[0], "b": B.truth[0]}
+    team = merge_maps(GRIDS, poses, trails=TRAILS).team_map
+    assert not team.bends
+    for name in team.T_team_map:
+        assert se2.difference(team.T_team_map[name], poses[name])[0] < 1.0
+    assert np.isfinite(list(team.T_team_map.values())).all()
