@@ -1,4 +1,4 @@
-"""One robot's mapper: motion model, scan matcher, particles with tiled copy-on-write maps."""
+"""One robot's mapper: front end, particle filter with copy-on-write maps, loop closing."""
 
 from mrslam.rbpf.checkpoint import load_checkpoint, save_checkpoint
 from mrslam.rbpf.config import MapperConfig

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from mrslam.spatial.errors import require_bounds
 
 NOISES = ("noise_m_per_m", "noise_rad_per_m", "noise_m_per_rad", "noise_rad_per_rad", "odometry_noise")
-"""Settings that are errors."""
+"""Settings that are errors for each unit of motion; all have the same bounds."""
 BOUNDS = {
     "particles": (1, 1000), "resolution_m": (0.01, 1.0), "linear_update_m": (0.001, 1e3),
     "angular_update_rad": (0.001, 1e3), "temporal_update_s": (0.0, 1e9), "usable_range_m": (0.1, 1e3),

@@ -32,7 +32,7 @@ from mrslam.spatial.runtime.crew import Crew, Pending
 from mrslam.spatial.se2 import Transform
 
 LAYOUT = 14
-"""Of :meth:`Mapper.state`; raised whenever its content changes."""
+"""Version of what :meth:`Mapper.state` returns; raised whenever its content changes."""
 SETTLE_SCANS = 10
 """The back end's result is collected after this many scans at the latest: a robot that stopped gets it, too."""
 
@@ -55,7 +55,7 @@ class Mapper:
         self._dead_reckoned = se2.IDENTITY  # by odometry, since the newest scan that was used
         self._busy_back = BackEnd(self.config, seed, self._crew, Stopwatch(clock, self.stopwatch.seconds))
         self._pending: Pending[KeyframeResult] | None = None  # of the newest keyframe, until it is collected
-        self._settle_in = 0  # scans until then
+        self._settle_in = 0  # scans until it is collected at the latest
         self._reported = ReportedPose()
         self._neff, self._health = float(self.config.particles), 1.0
         self._history = History()
@@ -97,7 +97,7 @@ class Mapper:
         )  # fmt: skip
 
     def _settle(self) -> bool:
-        """Collect what the back end made of the newest keyframe; return whether particles were resampled."""
+        """Collect the back end's result on the newest keyframe, and return whether particles were resampled."""
         if self._pending is None:
             return False
         result, self._pending = self._pending.result(), None

@@ -22,7 +22,7 @@ class UpdateInfo:
     resampled: bool = False
     """Whether particles were resampled at the keyframe whose result was collected with this scan."""
     match_score: float = 0.0
-    """Share of beams that fit the rolling map, 0..1."""
+    """Share of beams that fit the rolling map, 0..1 (inliers, not the matcher's log-likelihood)."""
     health: float = 1.0
     """0..1; below 0.5 the pose is doubtful."""
     dropped_beams: int = 0
@@ -33,14 +33,20 @@ class UpdateInfo:
 
 @dataclass(eq=False)
 class Stats:
-    """Counts since the start; of keyframes, those whose results are known."""
+    """Counts since the start; what the back end reports is counted once its result is collected."""
 
     scans: int = 0
+    """Scans that came, used or not."""
     dropped: int = 0
+    """Scans that were not used."""
     processed: int = 0
+    """Keyframes, also those whose results are not known yet."""
     resamplings: int = 0
+    """Keyframes at which particles were resampled."""
     neff_min: float = math.inf
+    """Least effective number of particles so far; inf before the first."""
     loops_closed: int = 0
+    """Keyframes at which the trajectory was relaxed and the maps drawn again."""
 
 
 @dataclass(eq=False)

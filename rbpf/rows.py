@@ -46,14 +46,14 @@ class Rows:
 
     @property
     def rows(self) -> NDArray[Any]:
-        """View of what was added."""
+        """``(n, columns)``, a view of the rows added so far."""
         return self._data[: self.size]
 
 
 def _pages(count: int, columns: int, dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Return a zeroed table on memory pages of its own: those not used cost nothing, and all go back when it does.
+    """Return a zeroed table on memory pages of its own: unused ones cost nothing, and all are freed with the table.
 
-    The allocator keeps what a growing table leaves behind: a step in memory with every doubling.
+    The allocator would keep what a growing table leaves behind: a step in memory with every doubling.
     """
     own = mmap(-1, count * columns * dtype.itemsize, access=ACCESS_COPY)
     return np.frombuffer(own, dtype=dtype).reshape(count, columns)

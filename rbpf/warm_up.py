@@ -1,4 +1,4 @@
-"""Compiles every kernel of this package once."""
+"""Compiles every kernel that the mapper calls, those of ``mrslam.spatial`` included."""
 
 from __future__ import annotations
 

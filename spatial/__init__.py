@@ -1,4 +1,4 @@
-"""Value types and kernels that every room shares: poses, scans, grids, tiles, map files. The ground floor."""
+"""What every other package builds on: poses, scans, grids, tiles, pose graphs, scan matching, map files."""
 
 from mrslam.spatial.errors import InputError
 from mrslam.spatial.files.map_files import read_map, write_map

@@ -12,12 +12,12 @@ class InputError(ValueError):
     """
 
     def __str__(self) -> str:
-        """Return the message; what it cites of a file may have lines of its own."""
+        """Return the message in one line, even where it quotes several lines of a file."""
         return " ".join(super().__str__().splitlines())
 
 
 def first_line(error: BaseException) -> str:
-    """Return the first line of what another's error says, or its kind where it says nothing."""
+    """Return the first line of an error's message, or the name of its class where the message is empty."""
     return (str(error).splitlines() or [""])[0] or type(error).__name__
 
 
@@ -35,7 +35,7 @@ UNITS = {
     "_rad_s2": "rad/s^2", "_m_s2": "m/s^2", "_rad_s": "rad/s", "_m_s": "m/s", "_bit_s": "bit/s", "_bytes": "bytes",
     "_dbm": "dBm", "_db": "dB", "_rad": "rad", "_hz": "Hz", "_m": "m", "_s": "s",
 }  # fmt: skip
-"""Ending of a setting's name -> its unit; the first that fits."""
+"""Ending of a setting's name -> its unit; the first that fits, so longer endings stand before shorter ones."""
 SEEDS = (0, 2**63 - 1)
 """Bounds of seeds: whole numbers of 64 bits, as TOML has them."""
 

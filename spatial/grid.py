@@ -1,4 +1,4 @@
-"""Occupancy grids as they are exchanged between rooms."""
+"""Occupancy grids: the value that packages pass to each other and that map files hold."""
 
 from __future__ import annotations
 

@@ -109,7 +109,7 @@ class KeyScans:
         return self.points[self.starts[k] : self.starts[k + 1]]
 
     def part(self, first: int, last: int) -> KeyScans:
-        """Return keyframes ``first .. last - 1``, sharing the arrays."""
+        """Return keyframes ``first .. last - 1``, sharing the arrays of points and origins."""
         start, end = self.starts[first], self.starts[last]
         return KeyScans(self.starts[first : last + 1] - start, self.polar[start:end], self.origins[first:last])
 

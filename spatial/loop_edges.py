@@ -1,4 +1,4 @@
-"""Places that one robot saw again: relations between two of its keyframes."""
+"""Loop closures of one robot: relative poses of two of its keyframes that saw the same place."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mrslam.spatial.errors import InputError
 
 ROUNDING = 1e-9
-"""Eigenvalues of 0 may come out negative by this share of the greatest."""
+"""Eigenvalues of 0 may come out negative by this share of the greatest, for rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +22,7 @@ class LoopEdges:
     T_first_second: NDArray[np.float64]
     """``(E, 3)``: the second's pose in the frame of the first, metres and radians."""
     information: NDArray[np.float64]
-    """``(E, 3, 3)``: inverse covariance of that pose; no eigenvalue is below 0."""
+    """``(E, 3, 3)``: inverse covariance of that pose, 1/m^2, 1/(m rad), 1/rad^2; no eigenvalue is below 0."""
 
     def __post_init__(self) -> None:
         count = self.keys.shape[0]

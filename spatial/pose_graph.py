@@ -33,7 +33,7 @@ class Edges(NamedTuple):
     T_first_second: Transform
     """``(E, 3)`` metres, radians."""
     information: NDArray[np.float64]
-    """``(E, 3, 3)``, inverse covariances in the frame of the second pose's residual: 1/m^2, 1/rad^2."""
+    """``(E, 3, 3)``, inverse covariances of :meth:`residuals`, in the axes of ``first``: 1/m^2, 1/(m rad), 1/rad^2."""
 
     @classmethod
     def none(cls) -> Edges:
@@ -50,7 +50,7 @@ class Edges(NamedTuple):
         return self._replace(first=self.first + nodes, second=self.second + nodes)
 
     def residuals(self, poses: Transform) -> Transform:
-        """Return ``(E, 3)``: where ``second`` is in the frame of ``first``, minus where the edge says it is."""
+        """Return ``(E, 3)``: where ``second`` is in the frame of ``first``, minus where the edge says it is; m, rad."""
         error = se2.between(poses[self.first], poses[self.second]) - self.T_first_second
         error[:, 2] = se2.wrap(error[:, 2])
         return error
@@ -62,7 +62,7 @@ class Edges(NamedTuple):
 
 
 def relax(poses: Transform, edges: Edges, robust: NDArray[np.bool_], robust_scale: float = 3.0) -> Transform:
-    """Return the poses ``(K, 3)`` that fit the edges best, the first staying where it is (Luo and Milios 1997, SE(2)).
+    """Return the poses ``(K, 3)`` that fit the edges best, the first staying where it is (Lu and Milios 1997, SE(2)).
 
     Edges marked ``robust (E,)`` lose weight when they miss by more than ``robust_scale`` sigmas (Cauchy), so that a
     wrong one cannot bend the rest.
@@ -83,8 +83,8 @@ def relax_graduated(
     """Return the relaxed poses ``(K, 3)``, and weights ``(E,)``: 0 for the edges that are not believed.
 
     Graduated non-convexity with truncated least squares (Yang et al. 2020, equations 12-14): an edge marked
-    ``doubtful (E,)`` whose squared Mahalanobis length exceeds ``bound`` in the end counts nothing. The others always
-    count in full.
+    ``doubtful (E,)`` whose squared Mahalanobis length exceeds ``bound`` (chi2, 3 degrees of freedom) in the end has
+    weight 0. The others always have weight 1.
     """
     poses = np.array(poses, dtype=np.float64)
     weight = np.ones(edges.first.size)

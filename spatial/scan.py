@@ -36,15 +36,15 @@ class Scan:
     angle_min_rad: float
     """Direction of the first beam in the laser frame, radians, counter-clockwise."""
     angle_increment_rad: float
-    """Angle from one beam to the next; negative where the laser reports clockwise."""
+    """Angle from one beam to the next, radians; negative where the laser reports clockwise."""
     range_max_m: float
-    """Beyond this a reading is a no-return."""
+    """Beyond this a reading is a no-return, metres."""
     range_min_m: float = 0.0
-    """Below this a reading is an error."""
+    """Below this a reading is an error, metres."""
     T_base_laser: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
-    """``(3,)``, pose of the laser on the robot."""
+    """``(3,)``, pose of the laser on the robot, metres and radians."""
     beam_interval_s: float = 0.0
-    """Time from one beam to the next; the stamp is the first one's. 0: all at once, or not known."""
+    """Time from one beam to the next, seconds; the stamp is the first one's. 0: all at once, or not known."""
 
     def __post_init__(self) -> None:
         ranges = np.array(self.ranges_m, dtype=np.float32, ndmin=1, copy=True)
@@ -75,7 +75,7 @@ class Scan:
 
     @property
     def angles_rad(self) -> NDArray[np.float64]:
-        """``(B,)`` beam directions in the laser frame."""
+        """``(B,)`` beam directions in the laser frame, radians."""
         return self.angle_min_rad + self.angle_increment_rad * np.arange(self.ranges_m.size, dtype=np.float64)
 
     @property

@@ -1,6 +1,7 @@
 """Maps as tiles with revisions: what a mapper publishes and robots exchange.
 
-A tile is a fixed square of the map's lattice. Its revision is the map's revision when its content last changed, so
+A tile is a fixed square of the map's lattice, 64 x 64 cells of occupancy; the tiles of ``mrslam.spatial.hits``, of 32 x
+32 cells that count hits, are another thing. Its revision is the map's revision when its content last changed, so
 "what do you have after revision n" is answered by comparing numbers.
 """
 
@@ -93,9 +94,9 @@ class Keyframes:
     """Poses of a robot in its own map, as its best particle remembers them now (past poses get corrected)."""
 
     stamps_ns: NDArray[np.int64]
-    """``(K,)``."""
+    """``(K,)``, nanoseconds."""
     T_map_base: NDArray[np.float64]
-    """``(K, 3)``."""
+    """``(K, 3)``, metres and radians."""
 
     @classmethod
     def empty(cls) -> Keyframes:
@@ -105,7 +106,7 @@ class Keyframes:
 
 @dataclass(frozen=True, eq=False)
 class LocalMap:
-    """One robot's own map and keyframes at one revision: what the mapper hands on.
+    """One robot's own map and keyframes at one revision: what the mapper returns and robots exchange.
 
     Raises ``InputError`` where there are scans of some keyframes only, or loops of keyframes that are not there.
     """

@@ -1,4 +1,4 @@
-"""Where each particle has had every keyframe; what all have in common is kept once."""
+"""Trajectories of the particles over all keyframes, in the map frame; what all have in common is kept once."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ROOM = 64
 
 
 class Ancestry:
-    """Trajectories of N particles over all keyframes."""
+    """Trajectories of N particles over K keyframes: ``T_map_key`` by particle and keyframe."""
 
     def __init__(self, count: int) -> None:
         self.keys = 0

@@ -1,4 +1,4 @@
-"""What happens to a keyframe: particles, their maps, loops. Nothing of it is needed to match the next scan."""
+"""Work on a keyframe: particles, their maps, loops. The front end does not need it to match the next scan."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from mrslam.spatial.runtime.crew import Crew
 from mrslam.spatial.se2 import Transform
 
 MOVED_M = 0.05
-"""Maps are drawn again when relaxation moves a keyframe by more than this: a cell of the usual size."""
+"""Maps are drawn again when relaxation moves a keyframe by more than this, metres: a cell of the usual size."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class KeyframeResult:
-    """What is known after a keyframe."""
+    """What the back end reports of a keyframe."""
 
     T_map_key: Transform
-    """``(3,)``, where the best particle has it."""
+    """``(3,)``, pose of the keyframe by the best particle."""
     neff: float
     """Effective number of particles, before resampling."""
     resampled: bool

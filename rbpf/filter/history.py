@@ -1,4 +1,4 @@
-"""What a mapper remembers for good: a row for every scan, and stamp and scan of every keyframe."""
+"""What a mapper keeps for its whole run: a row for every scan, and stamp and scan of every keyframe."""
 
 from __future__ import annotations
 
@@ -49,13 +49,13 @@ class History:
         return Keyframes(self._key_stamps.rows[:, 0].copy(), back.filter.trajectory.copy())
 
     def trajectory(self, back: BackEnd) -> Keyframes:
-        """Return the pose of every scan as the best particle has it now."""
+        """Return stamp and pose of every scan, not of keyframes only, as the best particle has them now."""
         log = self._scans.rows
         motion, way = log["T_key_base"].astype(np.float64), log["way_m"].astype(np.float64)
         return Keyframes(log["stamp_ns"].copy(), spread(back.smoothed(), log["key"], motion, way, back.arrivals))
 
     def online_trajectory(self) -> Keyframes:
-        """Return the pose of every scan as it was reported when the scan came."""
+        """Return stamp and pose of every scan, not of keyframes only, as they were reported when the scan came."""
         log = self._scans.rows
         return Keyframes(log["stamp_ns"].copy(), log["T_online"].astype(np.float64))
 

@@ -18,13 +18,13 @@ class KeyScanLog:
     def __init__(self) -> None:
         self._ends, self._polar, self._origins = Rows(1, np.int32), Rows(2, np.uint16), Rows(2, np.float32)
         self._ends.add(0)
-        self._few = np.zeros((POINTS_MOST, POINT_COLUMNS))
+        self._subsample = np.zeros((POINTS_MOST, POINT_COLUMNS))
 
     def add(self, points: NDArray[np.float64], origin: NDArray[np.float64]) -> None:
         """Take a keyframe's points ``(N, 5)`` in beam order, base frame, seen from ``origin (2,)``."""
-        count = spaced(points, origin, APART_M, POINTS_MOST, self._few)
+        count = spaced(points, origin, APART_M, POINTS_MOST, self._subsample)
         laser = quantised_origins(origin)
-        self._polar.extend(quantised(self._few[:count, :2], laser))
+        self._polar.extend(quantised(self._subsample[:count, :2], laser))
         self._ends.add(self._polar.size)
         self._origins.add(laser)
 

@@ -1,4 +1,4 @@
-"""The particle filter: many ways the robot may have come, each with a map of its own."""
+"""The particle filter: hypotheses of the robot's trajectory, each with a map of its own."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ from mrslam.spatial.runtime.crew import Crew
 from mrslam.spatial.se2 import Transform
 
 BEST_SWITCH_LOG_WEIGHT = 2.0
-"""The best particle is given up for one whose log weight is larger by this: the published map must not flicker."""
+"""Another particle becomes the best where its log weight is larger by this: the published map must not flicker."""
 PROPOSAL_SPREAD = 0.1
-"""Particles are drawn this much closer than the proposal's deviation. The motion between keyframes is matched scan by
-scan and far better than its noise says: by a tenth of that in rooms. The noise has to leave the map room to correct it,
-and corridors' maps correct half of it; but drawn by a half, the best particle's heading walks at random, by 0.12 deg in
-an office and more in corridors, and its map with it."""
+"""Share of the proposal's standard deviation that particles are drawn with. The motion between keyframes is matched
+scan by scan, and in rooms its error is a tenth of what its noise says. The noise has to let the map correct it, and
+maps of corridors correct half of it; but with a share of a half the best particle's heading walks at random, by 0.12
+deg in an office and more in corridors, and its map with it."""
 DRAWN_AT_ONCE = 64
 """Scans that are unpacked at a time where a map is drawn again: it bounds the memory that takes."""
 BEYOND_M = 2.0
 """Maps reach this much farther than the laser is used, metres."""
 SKIP_CELLS = 2.0
-"""In maps of small cells beams clear the map up to this many before their end: floor beside a wall is known, too."""
+"""In maps of small cells beams clear the map up to this number of cells before their end, where ``SKIP_M`` is more."""
 
 
 class ParticleFilter:
@@ -47,7 +47,7 @@ class ParticleFilter:
         self.store = TileStore(config.particles, config.resolution_m)
         self.ancestry = Ancestry(config.particles)
         self.log_weights = np.zeros(config.particles)
-        """``(N,)``, the largest 0 but right after resampling."""
+        """``(N,)``; the largest is 0."""
         self.best = 0
         """Index of the best particle, whose map and trajectory are published."""
         self.neff = float(config.particles)

@@ -3,6 +3,7 @@
 Grisetti, Stachniss, Burgard 2007, section III. Their K samples around the matched pose serve to find the mean, spread
 and mass of p(z | m, x) p(x | x', u). Here the matcher already minimises the negative logarithm of that product and
 gives its curvature, so the Gaussian is had in closed form (Laplace): mu = the matched pose, Sigma = (H + Q^-1)^-1.
+The weight takes the product at its peak, tempered (``evidence_beams``, ``PRIOR_SHARE``), and no determinant of Sigma.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from mrslam.spatial.hits.views import Beams, Maps, map_of
 from mrslam.spatial.matching.gauss_newton import match
 
 CORRELATED = 0.8
-"""Beams are not independent of each other: the matcher's information counts by this share."""
+"""Share of the matcher's information that the proposal gets: beams are not independent of each other."""
 PRIOR_SHARE = 0.25
 """Share of the motion prior's log-density in the weights; tempers like ``evidence_beams`` does for beams."""
 PRIOR_MOST = 20.0
@@ -35,11 +36,11 @@ class Motion(NamedTuple):
     mean: NDArray[np.float64]
     """``(3,)``, metres and radians."""
     cov: NDArray[np.float64]
-    """``(3, 3)``."""
+    """``(3, 3)``, m^2, m rad, rad^2."""
 
 
 class Proposals(NamedTuple):
-    """What becomes of N particles at a keyframe."""
+    """New poses of N particles at a keyframe, and how the scan fits their maps."""
 
     poses: NDArray[np.float64]
     """``(N, 3)``, drawn from the improved proposal, map frame."""
@@ -115,7 +116,7 @@ def _turned(cov: NDArray[np.float64], c: float, s: float) -> NDArray[np.float64]
 def _distance2(
     pose: NDArray[np.float64], mean: NDArray[np.float64], info: NDArray[np.float64]
 ) -> float:  # pragma: no cover - compiled
-    """Return the squared Mahalanobis distance of two poses ``(3,)``."""
+    """Return the squared Mahalanobis distance of two poses ``(3,)`` under ``info (3, 3)``, an inverse covariance."""
     dx, dy = pose[0] - mean[0], pose[1] - mean[1]
     dt = pose[2] - mean[2]
     dt -= 2.0 * math.pi * math.floor((dt + math.pi) / (2.0 * math.pi))

@@ -34,7 +34,10 @@ def quantise(
     levels: NDArray[np.int8],
     out: NDArray[np.int8],
 ) -> bool:  # pragma: no cover - compiled
-    """Bring ``out (32, 32)``, published before, up to date with ``words (1024,)``; return whether it changed."""
+    """Bring ``out (32, 32)``, published before, up to date with ``words (1024,)``; return whether it changed.
+
+    ``levels (L,)`` in per cent, and ``edges (L - 1,)``, the shares of hits between them.
+    """
     changed = False
     side = out.shape[0]
     for i in range(words.size):
@@ -64,7 +67,7 @@ def quantise(
 
 
 class Publisher:
-    """Remembers what was published last, and from which content."""
+    """Remembers the tiles published last, and the stamps of the pool tiles that they were made from."""
 
     def __init__(self) -> None:
         self.tiles: dict[tuple[int, int], Tile] = {}
@@ -82,17 +85,17 @@ class Publisher:
         revision = self.revision + 1
         changed = False
         for place in sorted(present | self.tiles.keys()):
-            stamps = tuple(store.stamp_at(index, *cell) for cell in _parts(place))
+            stamps = tuple(store.stamp_at(index, *part) for part in _parts(place))
             if self._seen.get(place) == stamps:
                 continue
             self._seen[place] = stamps
             old = self.tiles.get(place)
             cells = np.full((TILE_CELLS, TILE_CELLS), -1, dtype=np.int8) if old is None else old.cells.copy()
             dirty = False
-            for k, cell in enumerate(_parts(place)):
+            for k, part in enumerate(_parts(place)):
                 r, c = (k // PER_SIDE) * TILE, (k % PER_SIDE) * TILE
                 dirty |= quantise(
-                    store.words_at(index, *cell), EDGES, MARGIN, LEVELS, cells[r : r + TILE, c : c + TILE]
+                    store.words_at(index, *part), EDGES, MARGIN, LEVELS, cells[r : r + TILE, c : c + TILE]
                 )
             if dirty:
                 cells.flags.writeable = False
@@ -118,5 +121,6 @@ class Publisher:
 
 
 def _parts(place: tuple[int, int]) -> list[tuple[int, int]]:
+    """Return (row, col) of the pool tiles that make up the published tile at ``place``, (row, col), row by row."""
     row, col = place[0] * PER_SIDE, place[1] * PER_SIDE
     return [(row + r, col + c) for r in range(PER_SIDE) for c in range(PER_SIDE)]

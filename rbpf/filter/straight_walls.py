@@ -9,13 +9,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 LEAST_M, LEAST_POINTS = 0.8, 8
-"""A stretch of wall is at least this long, and has at least this number of points: less is furniture."""
+"""A stretch of wall is at least this long (m), and has at least this number of points: less is furniture."""
 OFF_M, OFF_SHARE = 0.05, 0.003
-"""Its points lie within this of a line, and this share of their range more: a cell, and a laser's noise."""
+"""Its points lie within this (m) of a line, and this share of their range more: a cell, and a laser's noise."""
 GAP_M, GAP_SHARE = 0.25, 0.05
-"""Two neighbours of a stretch are at most this far apart, and this share of their range more."""
+"""Two neighbours of a stretch are at most this far apart (m), and this share of their range more."""
 NOISE_M = 0.01
-"""Range noise of the points of a wall is at least this."""
+"""Range noise of the points of a wall is at least this, metres."""
 SPLITS_MOST = 64
 """Pieces of one scan that wait to be looked at; more are passed over."""
 STRETCHES_MOST, STRETCH_COLUMNS = 64, 3
@@ -23,9 +23,9 @@ STRETCHES_MOST, STRETCH_COLUMNS = 64, 3
 ALIKE_RAD = math.radians(1.5)
 """Stretches of one direction differ by no more."""
 WALLS_LEAST_M, WALLS_SHARE = 3.0, 0.5
-"""A scan shows a direction if its walls are this long in all, and are this share of all walls in it."""
+"""A scan shows a direction if its walls are this long (m) in all, and are this share of all walls in it."""
 PARALLEL_RAD = math.radians(0.3)
-"""Walls of one building are parallel like this (1 sigma)."""
+"""Walls of one building are parallel within this (1 sigma)."""
 RIGHT = 0.5 * math.pi
 """A right angle, radians."""
 

@@ -12,14 +12,14 @@ from mrslam.spatial.pose_graph import Edges, relax
 from mrslam.spatial.se2 import Transform
 
 ANCHOR_M, ANCHOR_RAD = 0.05, 0.02
-"""Standard deviations by which smoothing may move a keyframe from where its particle has it: a particle's jitter."""
+"""Standard deviations (m, rad) of a keyframe's pose by its particle, in smoothing: jitter of sampling."""
 
 
 def smoothed(T_map_key: Transform, arrivals: NDArray[np.float64], config: MapperConfig) -> Transform:
     """Return a particle's keyframes ``(K, 3)`` without the jitter of sampling.
 
-    Each stays near where the filter has it; the local motion (``arrivals (K, 6)``), which is finer than the filter's
-    samples, fixes them to each other.
+    ``T_map_key (K, 3)``. Each stays near where the filter has it; the local motion (``arrivals (K, 6)``), finer than
+    the filter's samples, fixes them to each other.
     """
     count = T_map_key.shape[0]
     if count < 2:
@@ -53,7 +53,7 @@ def spread(
         return poses
     nxt = np.minimum(key + 1, last)
     has_next = key < last
-    # The local chain's error where it ends, in the frame of that base.
+    # The local chain's error at the next keyframe, in the frame of its end.
     ends = se2.compose(T_map_key[key], arrivals[nxt, MOTION])
     missed = se2.between(ends, T_map_key[nxt])
     share = np.where(has_next, way / np.maximum(arrivals[nxt, WAY], 1e-9), 0.0)

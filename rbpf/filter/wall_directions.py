@@ -30,7 +30,7 @@ walls are less parallel than elsewhere, each counts less."""
 GATE = 3.0
 """A direction is recognised within this number of sigmas."""
 SURE = 0.9
-"""Where two may be meant, one must have this share of the likelihood."""
+"""Where a reading may be of more than one direction, one of them must have this share of the likelihood."""
 MOST = 8
 """Most directions that are remembered: buildings have two or three, modulo a right angle."""
 SAME_RAD = math.radians(0.7)
@@ -38,7 +38,7 @@ SAME_RAD = math.radians(0.7)
 BENT_RAD = math.radians(0.2)
 """Error of heading and directions after a relaxation (1 sigma)."""
 NONE = -1.0
-"""Index of a direction where there is none."""
+"""Stands for the index of a direction where a keyframe saw none; a float, as in the table of keyframes."""
 
 
 class WallDirections:
@@ -46,17 +46,17 @@ class WallDirections:
 
     def __init__(self) -> None:
         self.angles = np.zeros(0)
-        """``(D,)``, in the map, modulo a right angle."""
+        """``(D,)``, radians in the map, modulo a right angle."""
         self.seen = np.zeros(0, dtype=np.int64)
         """``(D,)``, how often each was seen."""
         self.cov = np.zeros((1, 1))
-        """``(1 + D, 1 + D)``, of the newest heading and of the directions."""
+        """``(1 + D, 1 + D)``, rad^2, of the newest heading and of the directions."""
         self._seen_by_key = Rows(2)  # by keyframe: direction of its walls in its frame, index or -1
         self._surprise = 1.0  # squared error of readings over the expected one
         self._walls = np.zeros((STRETCHES_MOST, STRETCH_COLUMNS))
 
     def turn(self, points: NDArray[np.float64], origin: NDArray[np.float64], heading: float, way_m: float) -> float:
-        """Take a keyframe; return the angle that it should be turned by, radians.
+        """Update the filter by a keyframe; return the angle that its heading should be corrected by, radians.
 
         ``points (N, 5)`` seen from ``origin (2,)``, both in the base frame; ``heading`` (rad) where the filter has it
         in the map, ``way_m`` since the keyframe before. With ``a`` the walls' direction in the base frame, ``d`` the

@@ -1,7 +1,6 @@
-"""Every scan against the last few metres: dense, precise motion at the price of one match a scan.
+"""Scan matching to the rolling map: the motion from every scan to the next, once for all particles.
 
-All particles share it. It works in the rolling map's frame (``local``); what the filter takes from it is the motion
-between scans.
+It works in the rolling map's frame (``local``); what the filter takes from it is the motion between scans.
 """
 
 from __future__ import annotations
@@ -23,9 +22,9 @@ from mrslam.spatial.runtime.crew import Crew
 from mrslam.spatial.se2 import Transform
 
 MOVED = 0.02
-"""A robot whose wheels stand moved if another place fits by so much better a score."""
+"""A robot whose wheels stand has moved if the score elsewhere is better by this."""
 ADRIFT_MEMORY = 0.1
-"""Share of a new scan in how far the robot drives without anything that shows where to."""
+"""Share of a new scan in ``FrontEnd.adrift``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,13 +32,13 @@ class Step:
     """Motion of the base from the scan before to this one."""
 
     T_before_base: Transform
-    """``(3,)``."""
+    """``(3,)``, metres and radians."""
     score: float
     """Mean log-likelihood of a beam relative to a perfect fit."""
     inliers: float
     """Share of beams that lie on the rolling map, 0..1."""
     blind_m: NDArray[np.float64]
-    """``(2,)``, base frame: direction in which nothing was seen of the motion, as long as the error to expect there."""
+    """``(2,)``, base frame, metres: along the direction where scans saw no motion, as long as the error expected."""
 
 
 class FrontEnd:
@@ -50,9 +49,9 @@ class FrontEnd:
         self._matcher = LocalMatcher(config.sigma_m, crew)
         self.predictor = Predictor(config.odometry_noise)
         self.T_local_base: Transform = np.zeros(3)
-        """``(3,)``."""
+        """``(3,)``, metres and radians, in the rolling map's frame."""
         self.adrift = 0.0
-        """0..1: how far motion of late was only guessed, neither seen nor reported by odometry that proved right."""
+        """0..1: moving average of how far motion was neither seen nor reported by odometry that proved right."""
 
     def step(
         self,
@@ -63,8 +62,8 @@ class FrontEnd:
     ) -> Step:
         """Match a scan, and extend the rolling map.
 
-        ``points (n, 5)`` are those of ``all_points (N, 5)`` to match; ``T_before_odom (3,)`` is the motion by odometry
-        since the scan before, taken ``elapsed_s`` ago.
+        ``points (n, 5)`` are those of ``all_points (N, 5)`` to match; ``T_before_odom (3,)`` is ``T_before_base``
+        as odometry measured it since the scan before, which was taken ``elapsed_s`` earlier.
         """
         before = self.T_local_base
         if self._map.is_empty:
@@ -97,7 +96,7 @@ class FrontEnd:
             return guess, best
         for other in self.predictor.alternatives(T_before_odom, guess.motion):
             found = self._match(points, other)
-            # Where it stood before a pause it sees what it saw; less would fit in any similar room.
+            # A robot that did not move in a pause sees the same as before: a weaker fit may be any similar room.
             is_there = found.inliers >= GOOD_INLIERS or not self.predictor.is_after_pause
             if found.score > to_beat and is_there and not (stands and found.blind > 0.0):
                 guess, best, to_beat = other, found, found.score
@@ -115,7 +114,7 @@ class FrontEnd:
         if self._matcher.is_doubtful(found):
             return self._matcher.score_to_beat(found)
         if stands and (found.blind > 0.0 or found.inliers < GOOD_INLIERS or self.predictor.was_moving):
-            return found.score + MOVED  # if it stands, it sees what it saw
+            return found.score + MOVED  # a robot that stands sees the same as before
         if found.blind > 0.0:  # odometry may have jumped: where walls do not show it, the motion before is better
             return found.score - BETTER
         return None

@@ -1,4 +1,4 @@
-"""Health: how far the pose can be believed."""
+"""Health of a pose, 0..1: below 0.5 it is doubtful."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ from mrslam.rbpf.front_end.motion import BLIND_M, WAY, Agreement, Keyframe
 MEMORY = 0.2
 """Share of a new keyframe in the health: doubt takes about five keyframes, 3 m."""
 BAD_FIT, FIT_RANGE = 0.3, 0.5
-"""Health is 0 where this share of the beams on known cells fits, and 1 where so much more does."""
+"""Health is 0 where a share ``BAD_FIT`` of the beams on known cells fits, and 1 where ``FIT_RANGE`` more do."""
 SEEN_LEAST = 0.2
 """Where a smaller share of beams falls on cells that the map knows, the fit to the rolling map is taken instead."""
 DOUBTFUL = 0.45
 """Health of a robot that may be elsewhere though its scans fit: just below 0.5, where doubt begins."""
 ADRIFT_MOST = 0.5
-"""Where recent motion was guessed by more than this share, the robot may be elsewhere."""
+"""Where ``FrontEnd.adrift`` is larger than this, the robot may be elsewhere."""
 UNSEEN_M, UNSEEN_SHARE = 1.0, 0.05
-"""The same where the error of way covered unseen is larger than this, metres, and than this share of all way."""
+"""The robot may be elsewhere, too, where the error of motion that was not seen adds up to more than this since the last
+loop edge: metres, and share of the way."""
 
 
 class Health:

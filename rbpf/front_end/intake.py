@@ -28,11 +28,11 @@ class Reading:
     sample: NDArray[np.float64]
     """``(n, 5)``, those to match; empty where the scan is of no use."""
     T_before_odom: Transform | None
-    """``(3,)``, motion by odometry since the newest scan that was used; None where it says nothing."""
+    """``(3,)``, ``T_before_base`` by odometry since the newest scan that was used; None where there is no odometry."""
     elapsed_s: float
-    """Since that scan; 0 at the first."""
+    """Seconds since that scan; 0 at the first."""
     reason: str | None
-    """Why the scan is of no use; None if it is."""
+    """Why the scan is refused; None where it is used."""
 
     @property
     def dropped_beams(self) -> int:

@@ -1,4 +1,4 @@
-"""A scan's place in the rolling map: descent from where it is expected, and searches where that does not fit."""
+"""A scan's pose in the rolling map: Gauss-Newton from the prediction, correlative searches where that fits badly."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ POINTS_SEARCHED = 60
 TURN_SEARCHED_RAD = 0.1
 """Turns larger than this between two scans are searched, not only descended."""
 NEAR_M, FAR_M = 0.1, 0.4
-"""How far to either side a better match is looked for: when in slight doubt, and in serious doubt, metres."""
+"""Half width of the search near the prediction, at least, and of the one farther off, metres."""
 NEAR_TURN_RAD, NEAR_TURN_SIGMAS, NEAR_TURN_MOST_RAD = 0.05, 3.0, 0.6
-"""How far to either side a turn is looked for when in slight doubt: the first, and the second
-times the guess's deviation, but at most the third."""
+"""Half width in heading of the search near the prediction: the first, plus the second times the guess's deviation,
+but at most the third."""
 FAR_TURN_RAD = 0.45
-"""The same when in serious doubt, at least."""
+"""Half width in heading of the search farther off, at least."""
 NEAR_STEP_RAD, FAR_STEP_RAD, STEP_M = 0.015, 0.03, 0.1
-"""Steps of the searches: descent reaches half of one."""
+"""Steps of the searches: Gauss-Newton converges from half a step off."""
 FAR_PRIOR = np.diag([1.0 / 0.3**2, 1.0 / 0.3**2, 1.0 / 0.1**2])
-"""Information of what a search far off found: its steps, with some room."""
+"""Information ``(3, 3)`` of a pose that the search farther off found: deviations of three steps, 0.3 m and 0.1 rad."""
 
 
 class _Aim(NamedTuple):
@@ -48,7 +48,9 @@ class _Aim(NamedTuple):
 
     tiles: Tiles
     points: NDArray[np.float64]
+    """``(N, 5)``, base frame."""
     start: Transform
+    """``(3,)``, predicted pose in the rolling map."""
     prior: NDArray[np.float64]
     """``(3, 3)``, information of ``start``."""
 
@@ -61,7 +63,7 @@ class LocalMatcher:
         self._sigma_m = sigma_m
         self._crew = crew
         self.usual_score = USUAL_AT_FIRST
-        """Score of a good match here."""
+        """Moving average of the score of matches with more than ``GOOD_INLIERS``."""
 
     def descend(self, tiles: Tiles, points: NDArray[np.float64], start: Transform, guess: Guess) -> Match:
         """Match ``points (N, 5)`` from where they are expected, without any search; nothing is learnt from it."""
@@ -104,7 +106,7 @@ class LocalMatcher:
         return other if other.score > found.score else found
 
     def _search_far(self, aim: _Aim, found: Match, half_turn: float) -> Match:
-        """Return the match around the best place farther off, whatever was predicted, if it is so much better."""
+        """Return the match around the best place farther off, without the prediction, if it beats the score to beat."""
         lattice = Lattice(half_turn, FAR_STEP_RAD, FAR_M, STEP_M, POINTS_SEARCHED)
         place = search(aim.tiles, aim.points, aim.start, lattice, self._crew).pose
         other = match(aim.tiles, aim.points, place, place, FAR_PRIOR, self._sigma_m, ITERATIONS)

@@ -1,4 +1,8 @@
-"""Local motion from keyframe to keyframe: how it adds up, when it is enough for another, and how far off it may be."""
+"""Local motion from keyframe to keyframe: how it adds up, when the next keyframe is due, and its covariance.
+
+"Way" is the length of the path driven, metres, turns included (``TURN_WAY_M``). "Blind" is motion along a direction
+where scans saw nothing of it, as along a corridor.
+"""
 
 from __future__ import annotations
 
@@ -21,12 +25,13 @@ TURN_WAY_M = 0.3
 WAY_MOST = 3.0
 """A keyframe is due after this many times the way it takes straight on, wherever that led."""
 NOISE_M, NOISE_RAD = 0.01, 0.0015
-"""Error of any local motion, however short: what the matcher's pose is known to."""
+"""Standard deviation of any local motion, however short, metres and radians: of the matcher's pose."""
 
 MOTION, WAY, BLIND_M = slice(0, 3), 3, slice(4, 6)
-"""Columns of an arrival: local motion from the keyframe before (3), its way (1), its error where it was blind (2)."""
+"""Columns of an arrival: local motion ``T_before_key`` from the keyframe before (3: m, m, rad), its way (1: m), and its
+blind error in the frame of the keyframe before (2: m)."""
 ARRIVAL_COLUMNS = 6
-"""Number of them."""
+"""Number of columns of an arrival."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -35,7 +40,7 @@ class Keyframe:
 
     beams: Beams
     arrival: NDArray[np.float64]
-    """``(6,)``: see ``MOTION``."""
+    """``(6,)``: local motion to this keyframe, columns ``MOTION``, ``WAY`` and ``BLIND_M``."""
     inliers: float
     """Share of beams that lie on the rolling map, 0..1."""
 
@@ -55,8 +60,11 @@ class LocalMotion:
 
     def __init__(self) -> None:
         self.stamp_ns = 0
+        """Of the keyframe."""
         self.T_key_base: Transform = np.zeros(3)
+        """``(3,)``, metres and radians."""
         self.way_m = 0.0
+        """Length of the path driven, turns included."""
         self.blind_m = np.zeros(2)
         """``(2,)``, keyframe's frame: error of the motion along what could not be seen."""
 

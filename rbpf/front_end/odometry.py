@@ -23,13 +23,13 @@ GAIN_RANGE = 1.5
 STRAIGHT = 0.8
 """Scale is learnt where both motions of a stretch point the same way: cosine of the angle between them."""
 LEAST_ERROR, MOST_ERROR = 0.03, 3.0
-"""Bounds of an error, as a share of the motion: never believed blindly, and one slip is not remembered for ever."""
+"""Bounds of a relative error: odometry is never taken as exact, and one slip is not remembered for ever."""
 STILL = 1e-3
 """Wheels that turned less than this, metres and radians, say that the robot stands."""
 DEAD_SCANS = 5
 """Scans that moved while the wheels stood, after which odometry is dead until they turn again."""
 LEAST_M, LEAST_RAD = 0.03, 0.03
-"""Smaller motions are within the matcher's noise: errors that grow with motion cannot be learnt from them."""
+"""Smaller motions, metres and radians, are within the matcher's noise: relative errors cannot be learnt from them."""
 
 
 class OdometryModel:
@@ -38,9 +38,9 @@ class OdometryModel:
     def __init__(self, noise: float) -> None:
         """Start with odometry that errs by this share of the motion."""
         self.gains = np.ones(2)
-        """Truth as a multiple of what odometry says: way, turn."""
+        """``(2,)``, matched motion as a multiple of the reported: of the way, of the turn."""
         self.veer = 0.0
-        """What odometry misses of the turn with each metre of way, rad/m: wheels are not equally large."""
+        """Turn that odometry misses with each metre of way, rad/m: wheels are not equally large."""
         self.slip = noise
         """Error of corrected odometry over a stretch, as a share of its way."""
         self.dead_scans = 0
@@ -61,7 +61,7 @@ class OdometryModel:
         return self.dead_scans >= DEAD_SCANS
 
     def refute(self) -> None:
-        """Trust odometry less: a scan fits a place that it excluded."""
+        """Raise ``slip``: a scan fits a place that odometry excluded."""
         self.slip += LEARN_STRETCH * (1.0 - self.slip)
 
     def watch_standing(self, motion: Transform, T_before_odom: Transform, is_good: bool) -> None:

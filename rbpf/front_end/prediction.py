@@ -1,7 +1,8 @@
-"""Which motion to expect before a scan is matched: from the wheels as far as they proved right, else as before.
+"""Prediction of the motion to the next scan: by odometry as far as it proved right, else by constant velocity.
 
 Two guesses: odometry, corrected by what matching found wrong with it, and constant velocity. Matching shows how far
-each can be believed, wherever the walls around leave no direction unseen.
+each can be believed, wherever the walls around leave no direction unseen. ``T_before_odom`` is ``T_before_base`` as
+odometry measured it, ``before`` being the base at the newest scan that was used.
 """
 
 from __future__ import annotations
@@ -60,19 +61,19 @@ class Guess(NamedTuple):
     motion: Transform
     """``(3,)``, base frame before it."""
     sigma_m: float
-    """Deviation of x and of y from scan to scan."""
+    """Standard deviation of x and of y from scan to scan, metres."""
     sigma_rad: float
-    """Deviation of the turn from scan to scan."""
+    """Standard deviation of the turn from scan to scan, radians."""
     slip: float
-    """Error for each metre of way that adds up over many scans; the deviations hold jitter, too, that does not."""
+    """Error for each metre of way, as it adds up over scans; ``sigma_m`` holds jitter, too, which does not add up."""
 
 
 STOOD = Guess(np.zeros(3), 0.3, 0.6, 1.0)
-"""After a pause: the robot is where it was, give or take a push, or was turned there."""
+"""After a pause: the robot is where it was, give or take a push (0.3 m) or a turn on the spot (0.6 rad)."""
 
 
 class Predictor:
-    """Guesses the motion from scan to scan, and how far off the guess may be."""
+    """Predicts the motion from scan to scan, and how far off the prediction may be."""
 
     def __init__(self, odometry_noise: float) -> None:
         """Start with odometry that errs by this share of the motion."""
@@ -88,7 +89,7 @@ class Predictor:
         """Take how long ago the scan before was taken; called before each scan but the first."""
         is_pause = elapsed_s > max(PAUSE_S, PAUSE_TIMES * self._interval_s) and self._interval_s > 0.0
         self._pause_s = elapsed_s if is_pause else 0.0
-        if is_pause:  # nobody knows what it did meanwhile
+        if is_pause:  # what it did meanwhile is unknown
             self.velocity, self._odom_before = np.zeros(3), np.zeros(3)
         memory = INTERVAL_MEMORY if self._interval_s > 0.0 else 1.0
         self._interval_s += memory * (max(elapsed_s, 0.0) - self._interval_s)
@@ -108,7 +109,11 @@ class Predictor:
         return T_before_odom is not None and not self.odometry.is_dead and is_still(T_before_odom)
 
     def predict(self, T_before_odom: Transform | None) -> Guess:
-        """Return the motion to expect, given the one that odometry reports if there is some."""
+        """Return the motion to expect, given the one that odometry reports if there is some.
+
+        Way and turn come from odometry or from constant velocity each, whichever erred less of late; the way comes from
+        odometry in any case while its ``slip`` is below ``DISBELIEVED``.
+        """
         if T_before_odom is None or self._is_void(T_before_odom):
             return self._steady()
         corrected = self.odometry.corrected(T_before_odom)

@@ -1,4 +1,4 @@
-"""The pose that is published while the robot drives: calm, and still never far from what the filter knows."""
+"""The pose that is published while the robot drives: the best particle's, without its jitter."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mrslam.spatial.se2 import Transform
 FOLLOW = 0.25
 """Share of the difference to the best particle's pose that is taken over at a keyframe: jitter shrinks to a third."""
 JUMP_M, JUMP_RAD = 0.15, 0.05
-"""All of the difference is taken over where it is larger than this: no jitter, but a loop that closed."""
+"""All of the difference is taken over where it is larger than this, metres or radians: a loop closed."""
 
 
 class ReportedPose:

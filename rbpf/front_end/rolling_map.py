@@ -20,16 +20,16 @@ SCANS_MOST, SCANS_KEPT = 60, 30
 """The map is drawn again from its last ``SCANS_KEPT`` scans whenever it holds ``SCANS_MOST``: it covers 6 m of way or
 more, and what has drifted is left behind."""
 BEYOND_M = 2.0
-"""The map reaches this much farther than the laser is used."""
+"""The map reaches this much farther than the laser is used, metres."""
 
 
 class RollingMap:
-    """Scans of late, drawn where the robot was when it took them."""
+    """The newest scans, drawn where the robot was when it took them."""
 
     def __init__(self, config: MapperConfig) -> None:
         self._store = TileStore(1, config.resolution_m)
         self._reach_m = config.usable_range_m + BEYOND_M
-        self._scans: list[tuple[Transform, NDArray[np.float64]]] = []
+        self._scans: list[tuple[Transform, NDArray[np.float64]]] = []  # T_local_base (3,), points (N, 5)
 
     @property
     def is_empty(self) -> bool:

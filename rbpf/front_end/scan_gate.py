@@ -44,7 +44,7 @@ class ScanGate:
     def refuse(
         self, scan: Scan, points: NDArray[np.float64], T_odom_base: Transform | None, knows: Callable[[], bool]
     ) -> str | None:
-        """Return why a scan is of no use, None if it is.
+        """Return why a scan is refused, None where it is used.
 
         ``points (N, 5)`` : of the scan. ``T_odom_base (3,)`` : odometry at its time, if there is some. ``knows()`` :
         whether the scan fits what was seen before; called only where it shows no surfaces.

@@ -14,7 +14,7 @@ SPACING_M = 0.02
 """Least distance across the beams between two points that are matched, metres: nearer ones say the same."""
 
 SLACK_RAD = 1e-3
-"""By so much, radians, rounding may put the first beam's bearing before itself."""
+"""Rounding may put the first beam's bearing this far before its own direction, radians."""
 
 
 class Sight:
@@ -39,7 +39,7 @@ class Sight:
         return self._points[:count]
 
     def straighten(self, points: NDArray[np.float64], scan: Scan, velocity: Transform) -> None:
-        """Put each point where the first beam would have seen it: the robot moved on while the laser turned.
+        """Undo the robot's motion during the sweep (deskewing): put each point where the first beam would have seen it.
 
         ``velocity (3,)`` in the base frame, m/s and rad/s. Left as they are, the walls to one side lie a little farther
         on than those to the other, and the way through them bends.

@@ -35,7 +35,7 @@ class KeptScans:
 
     @property
     def way_m(self) -> NDArray[np.float64]:
-        """``(K,)``, way since the start."""
+        """``(K,)``, way since the start, see ``mrslam.rbpf.front_end.motion``."""
         return self._way.rows[:, 0]
 
     def add(self, beams: Beams, way_m: float) -> None:
@@ -45,7 +45,7 @@ class KeptScans:
         self._way.add(way_m + (self.way_m[-1] if self._way.size else 0.0))
 
     def forget(self, T_map_key: Transform) -> None:
-        """Drop the oldest scan that was taken where the newest was, if there are enough newer ones."""
+        """Drop the oldest scan near the newest keyframe of ``T_map_key (K, 3)`` where ``KEPT_MOST`` are exceeded."""
         kept, away_m, turned = self.from_newest(T_map_key)
         here = kept[(away_m < KEPT_WITHIN_M) & (turned < KEPT_WITHIN_RAD)]
         if here.size > KEPT_MOST:
@@ -61,16 +61,16 @@ class KeptScans:
         return kept, away_m, np.abs(se2.wrap(T_map_key[kept, 2] - T_map_key[-1, 2]))
 
     def joined(self, T_map_key: Transform, keys: range, frame: int) -> NDArray[np.float64]:
-        """Return a subsample ``(N, 5)`` of several keyframes' points, in the frame of one of them."""
+        """Return a subsample ``(N, 5)`` of the points of several keyframes, in the base frame of keyframe ``frame``."""
         parts = []
         for k in (k for k in keys if k in self.points):
             points = self.points[k].astype(np.float64)
             sample = np.empty((points.shape[0], POINT_COLUMNS))
             sample = sample[: spaced(points, self.origins[k], POINTS_APART_M, POINTS_OF_KEY, sample)]
             x, y, nx, ny, quality = sample.T
-            T = se2.between(T_map_key[frame], T_map_key[k])
-            cos, sin = np.cos(T[2]), np.sin(T[2])
-            place = [T[0] + cos * x - sin * y, T[1] + sin * x + cos * y]
+            T_frame_key = se2.between(T_map_key[frame], T_map_key[k])
+            cos, sin = np.cos(T_frame_key[2]), np.sin(T_frame_key[2])
+            place = [T_frame_key[0] + cos * x - sin * y, T_frame_key[1] + sin * x + cos * y]
             parts.append(np.stack([*place, cos * nx - sin * ny, sin * nx + cos * ny, quality]))
         return np.ascontiguousarray(np.concatenate(parts, axis=1).T)
 

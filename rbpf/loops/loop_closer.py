@@ -1,4 +1,4 @@
-"""Places seen again, and what follows from a fit.
+"""Loop closing: where the newest keyframe sees a place seen before, and how that bends the trajectory.
 
 A fit is an edge between two keyframes. Where the trajectory already agrees with it, it only holds the trajectory there;
 where it does not, a second fit has to say the same before it is believed.
@@ -26,7 +26,7 @@ OLD_WAY_M = 12.0
 NEAR_M = 2.0
 """A keyframe closer than this is looked at even where the way there is known without error."""
 TURN_COST_M = 0.7
-"""Of two old places the one is compared that is nearer; a turn of one radian counts as this many metres."""
+"""The nearest old place is compared; a turn of one radian counts as this, metres."""
 EDGE_WAY_M = 2.5
 """Places that agreed are compared again after this much way."""
 CONSISTENT_M, CONSISTENT_RAD = 0.12, 0.03
@@ -34,11 +34,12 @@ CONSISTENT_M, CONSISTENT_RAD = 0.12, 0.03
 AT_ONCE_M = 0.6
 """A very good fit that is no farther from the trajectory than this needs no second one."""
 AGREE_M, AGREE_RAD, AGREE_WAY_M = 0.25, 0.05, 5.0
-"""Two fits within so much way of each other that correct the trajectory alike within this say the same."""
+"""Two fits confirm each other that correct the trajectory alike within ``AGREE_M`` and ``AGREE_RAD``, at most
+``AGREE_WAY_M`` of way apart."""
 INDEPENDENT = 0.02
-"""Beams of many scans on one wall are far from independent: share of the matcher's information that an edge gets."""
+"""Share of the matcher's information that an edge gets: beams of many scans on one wall are far from independent."""
 EDGE_SIGMA = np.array([0.01, 0.01, 0.003])
-"""No edge is better known than this, metres and radians: a fifth of a cell."""
+"""Least standard deviations of an edge, metres and radians: a fifth of a cell."""
 FLAT = 1e-2
 """Added to an edge's information, which has no inverse where the places have no wall across one direction."""
 
@@ -51,19 +52,21 @@ class LoopCloser:
         self._matcher = PlaceMatcher(config, self.scans)
         self._edges = Rows(2, np.int64)  # an old keyframe, and the one that saw it again
         self._edge_values = Rows(3 + 9)  # where the second is in the frame of the first, and the information of that
-        self._waiting: tuple[int, Transform] | None = None  # for a second fit: keyframe, and how it moves the map
+        # A fit to be confirmed: its keyframe, and its correction of the trajectory in the map frame.
+        self._waiting: tuple[int, Transform] | None = None
+        # Way at the newest edge; before there is one, far back for the next comparison and 0 for drift.
         self._last_fit_m, self._anchored_m = -1e9, 0.0
 
     @property
     def found(self) -> LoopEdges:
-        """Every place that was seen again."""
+        """All loop edges so far."""
         values = self._edge_values.rows
         keys = self._edges.rows.astype(np.int32)
         return LoopEdges(keys, values[:, :3].copy(), values[:, 3:].reshape(-1, 3, 3).copy())
 
     @property
     def edges(self) -> int:
-        """Number of places that were found to have been seen before."""
+        """Number of :attr:`found` loop edges."""
         return self._edges.size
 
     def add_key(self, beams: Beams, way_m: float) -> None:
@@ -123,7 +126,10 @@ class LoopCloser:
         self._edge_values.add((*found.pose, *np.linalg.inv(covariance).flat))
 
     def relaxed(self, T_map_key: Transform, motion_cov: NDArray[np.float64]) -> Transform:
-        """Return the trajectory ``(K, 3)`` that fits all edges; ``motion_cov (K, 3, 3)`` of each arrival."""
+        """Return the trajectory ``(K, 3)`` that fits all edges; ``motion_cov (K, 3, 3)`` of each arrival.
+
+        Neighbours are held where the filter has them, by that covariance.
+        """
         count = T_map_key.shape[0]
         if not self.edges:
             return T_map_key.copy()

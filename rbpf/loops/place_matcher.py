@@ -1,4 +1,4 @@
-"""Compares two places: the scans of late against a map of the scans around an old keyframe."""
+"""Compares two places: the newest scans are matched to a map of the scans around an old keyframe."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from mrslam.spatial.se2 import Transform
 DRIFT_M_PER_M, DRIFT_RAD_PER_M = 0.02, 0.002
 """Expected error of position and heading for each metre of way since the trajectory was last seen to agree."""
 SIGMA_M, SIGMA_RAD = 0.05, 0.02
-"""The same where nothing has drifted yet: what a keyframe's pose is known to."""
+"""Expected error where nothing has drifted yet, metres and radians: of a keyframe's pose."""
 FAR_MOST_M = 6.0
-"""Nothing is searched for farther away than this: similar rooms are everywhere."""
+"""Nothing is searched for farther away than this, metres: similar rooms are everywhere."""
 GROUP = 12
 """Keyframes to either side of the old one that make its map: some 7 m of way."""
 TAIL = 4
@@ -37,9 +37,9 @@ TURN_RAD, TURN_MOST_RAD = 0.1, 0.35
 SHIFT_M = 0.7
 """The coarse search shifts by this to either side, and more the more may have drifted."""
 COARSE_TURN_RAD, COARSE_SHIFT_M, COARSE_POINTS = 0.03, 0.35, 80
-"""Its steps, and the points that it uses."""
+"""Steps of the coarse search, and the points that it uses."""
 FINE = Lattice(half_turn_rad=0.045, turn_step_rad=0.015, half_shift_m=0.3, shift_step_m=0.1, points_most=120)
-"""Of the search that follows: it covers the coarse one's steps."""
+"""The search that follows the coarse one: it covers the coarse one's steps."""
 ITERATIONS, ITERATIONS_SEARCHED = 12, 15
 """Most steps of a descent from the trajectory's own estimate, and from a searched one."""
 

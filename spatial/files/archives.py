@@ -1,4 +1,4 @@
-"""Archives of arrays (``.npz``), whoever wrote them and whatever happened to them since."""
+"""Archives of arrays (``.npz``) that other programs may have written, and that may be damaged."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mrslam.spatial.errors import InputError, first_line
 
 
 def read_arrays(path: Path, *names: str) -> dict[str, NDArray[Any]]:
-    """Return the arrays of these names, all unless any are named.
+    """Return the arrays of these names, or all of them where no name is given.
 
     Raises ``InputError`` where the file cannot be read, is no archive, or lacks one of them.
     """

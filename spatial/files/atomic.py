@@ -14,12 +14,12 @@ from mrslam.spatial.errors import InputError
 
 
 def is_file(path: Path) -> bool:
-    """Return whether there is such a file that may be looked at; names that no file can have are none."""
+    """Return whether the path is a file that may be looked at; False for names that no file can have."""
     return _is(path, Path.is_file)
 
 
 def is_folder(path: Path) -> bool:
-    """Return whether there is such a folder that may be looked at; names that no folder can have are none."""
+    """Return whether the path is a folder that may be looked at; False for names that no folder can have."""
     return _is(path, Path.is_dir)
 
 

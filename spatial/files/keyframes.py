@@ -1,4 +1,4 @@
-"""The way that made a map, as one file: keyframes, and what was seen at each."""
+"""The trajectory that a map was made on, as one file: keyframes, and the scan points of each."""
 
 from __future__ import annotations
 

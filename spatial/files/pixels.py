@@ -21,7 +21,7 @@ class Pixels:
     def __init__(
         self, mode: str = "trinary", negate: bool = False, occupied_thresh: float = 0.65, free_thresh: float = 0.196
     ) -> None:
-        """Take them; raises ``InputError`` where they make no sense."""
+        """Take the values of the YAML file; thresholds in [0, 1]; raises ``InputError`` where they make no sense."""
         require(mode in MODES, "mode", f"one of {', '.join(MODES)}", mode)
         if not 0.0 <= free_thresh <= occupied_thresh <= 1.0:
             raise InputError(f"need 0 <= free_thresh <= occupied_thresh <= 1, got {free_thresh} and {occupied_thresh}")

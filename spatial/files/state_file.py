@@ -19,12 +19,12 @@ from mrslam.spatial.files.atomic import write_bytes
 
 DTYPES = ("float64", "float32", "int64", "int32", "uint32", "uint16", "int8", "bool")
 MISFIT = (TypeError, ValueError, AttributeError, LookupError, ArithmeticError, RecursionError)
-"""What taking up a state raises that was packed by another program."""
+"""Errors raised while a state is restored that another program, or another version of this one, packed."""
 
 
 @dataclass(frozen=True)
 class Packed:
-    """A copy of a state, taken at one moment; what it was taken of may change while it is written."""
+    """A copy of a state, taken at one moment; the original may change while the copy is written."""
 
     header: bytes
     blobs: tuple[bytes, ...]
@@ -38,7 +38,7 @@ def pack(state: Any) -> Packed:
 
 
 def write_state(path: Path, kind: str, version: int, packed: Packed) -> None:
-    """Write it; what was at ``path`` stays until the new file is complete."""
+    """Write a packed state; what was at ``path`` stays until the new file is complete."""
     digest = hashlib.sha256(packed.header + b"\n")
     for blob in packed.blobs:
         digest.update(blob)

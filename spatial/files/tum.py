@@ -15,7 +15,7 @@ LARGEST = 9e9
 
 
 def write_tum(path: Path | str, stamps_ns: NDArray[np.int64], poses: NDArray[np.float64]) -> None:
-    """Write ``(N,)`` stamps and ``(N, 3)`` poses in the order given."""
+    """Write ``(N,)`` stamps (ns, rounded to microseconds) and ``(N, 3)`` poses in the order given."""
     half = poses[:, 2] / 2.0
     lines = [
         f"{stamp / 1e9:.6f} {x:.6f} {y:.6f} 0 0 0 {qz:.9f} {qw:.9f}\n"

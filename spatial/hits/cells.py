@@ -1,8 +1,8 @@
 """Cells of the map, packed in one 32-bit word each, and how a beam changes one.
 
-hits (5 bit) | visits (6) | mean hit point x, y within the cell (6 + 6) | direction of the surface normal (8) | whether
-there is a normal (1). One load gives a beam all it needs, and a tile that particles share is copied in 4 kB. Tiles are
-rows of a pool ``(T, 1024) uint32``; tile 0 is always empty and is never written to.
+From the lowest bit: hits (5 bit) | visits (6) | mean hit point x, y within the cell (6 + 6) | direction of the surface
+normal (8) | whether there is a normal (1). One load gives a beam all it needs, and a tile that particles share is
+copied in 4 kB. Tiles are rows of a pool ``(T, 1024) uint32``; tile 0 is always empty and is never written to.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from typing import Any
 from numba import njit
 
 TILE = 32
-"""Edge of a pool tile, cells."""
+"""Edge of a pool tile, cells; published tiles have ``mrslam.spatial.TILE_CELLS`` = 64."""
 TILE_BITS = 5
 """log2 of ``TILE``."""
 MASK = TILE - 1
-"""Of a cell's row and column in its tile."""
+"""Bits of a cell's row, or column, that say where in its tile it is."""
 TILE_WORDS = TILE * TILE
 """Cells of a tile."""
 
 NORMAL_QUALITY = 0.2
-"""A point's normal is used where its quality (0..1) is above this."""
+"""A point's normal is used where its quality (0..1, see ``mrslam.spatial.matching.scan_points``) is above this."""
 HITS_CAP = 30
 """Counts are halved here, below the 5 bits' 31: the mean hit point can still follow what is seen."""
 VISITS_CAP = 62
@@ -45,7 +45,9 @@ def visits_of(cell: Any) -> int:  # pragma: no cover - compiled
 def add_hit(
     cell: Any, fx: float, fy: float, nx: float, ny: float, quality: float
 ) -> Any:  # pragma: no cover - compiled
-    """Return the cell after one more hit at ``fx, fy`` in [0, 1) of the cell, with a unit normal of this quality.
+    """Return the cell after one more hit at ``fx, fy`` in [0, 1) of the cell, with unit normal ``nx, ny``, map frame.
+
+    ``quality`` : of the normal; where it is too low a cell with hits keeps the normal that it has.
 
     Means are rounded up or down in the long run as often as their fraction asks (dithered by the digits below the
     stored ones), so that small changes add up in spite of the rounding.

@@ -14,25 +14,25 @@ from mrslam.spatial.hits.views import Beams, Tiles
 from mrslam.spatial.traversal import along_axis
 
 SKIP_M = 0.1
-"""Beams stop clearing the map this far before the wall that they hit: two cells, in which range noise lies."""
+"""Beams stop clearing the map this far before the wall that they hit: range noise, two cells at 5 cm."""
 
 
 class Touched(NamedTuple):
     """The tiles of a window that a scan touches; each is listed once."""
 
     mark: NDArray[np.int32]
-    """``(rows, cols)``, number of the scan that touched the tile last."""
+    """``(rows, cols)``, number of the call of :func:`mark_tiles` that listed the tile last."""
     rows: NDArray[np.int32]
-    """``(at least rows * cols,)``, of the tiles listed, in the window."""
+    """``(at least rows * cols,)``, row in the window of each tile listed."""
     cols: NDArray[np.int32]
-    """The same."""
+    """``(at least rows * cols,)``, column in the window of each tile listed."""
 
 
 @njit(cache=True, nogil=True)
 def bounds(
     pose: NDArray[np.float64], points: NDArray[np.float64]
 ) -> NDArray[np.float64]:  # pragma: no cover - compiled
-    """Return ``(2, 2)``, the least and the largest x, y of the points ``(N, 5)`` of a scan taken at ``pose``."""
+    """Return ``(2, 2)``, least and largest x, y in the map (m) of a scan's ``points (N, 5)`` at ``pose (3,)``."""
     c, s = math.cos(pose[2]), math.sin(pose[2])
     out = np.array([[np.inf, np.inf], [-np.inf, -np.inf]])
     for i in range(points.shape[0]):
@@ -47,7 +47,7 @@ def bounds(
 def _hit(
     pool: NDArray[np.uint32], tile: int, x: float, y: float, point: NDArray[np.float64], c: float, s: float
 ) -> None:  # pragma: no cover - compiled
-    """Add a hit at ``(x, y)``, cells, in a tile; ``point (5,)`` has the normal, in a base turned by cos and sin."""
+    """Add a hit at ``(x, y)``, cells, map frame, to a tile; the normal is that of ``point (5,)`` turned by ``c, s``."""
     col, row = int(math.floor(x)), int(math.floor(y))
     k = ((row & MASK) << TILE_BITS) | (col & MASK)
     nx = c * point[2] - s * point[3]
@@ -147,9 +147,10 @@ def _pass(
 def mark_tiles(
     touched: Touched, number: int, tiles: Tiles, beams: Beams, pose: NDArray[np.float64], through: bool
 ) -> int:  # pragma: no cover - compiled
-    """Write which tiles a scan at ``pose (3,)`` touches (its beams too, if ``through``), and return how many.
+    """List in ``touched`` the tiles that a scan at ``pose (3,)`` touches, and return how many.
 
-    ``number`` must differ from those of the calls before.
+    ``through`` : whether beams touch what they pass, or only where they end. ``number`` must differ from those of the
+    calls before.
     """
     mark, rows, cols = touched
     row0, col0 = tiles.row0, tiles.col0

@@ -23,11 +23,11 @@ class Ledger(NamedTuple):
     """Working space."""
 
 
-class Turn(NamedTuple):
-    """Where a sequence of writes is; a kernel takes one and returns the next."""
+class Progress(NamedTuple):
+    """How far a sequence of writes has come; a kernel takes one and returns the next."""
 
     done: int
-    """Writes that are done; the next one begins here."""
+    """Number of writes that are done, so the index of the next."""
     free_count: int
     """Tiles on the stack of free ones."""
     needed: int
@@ -39,12 +39,12 @@ class Turn(NamedTuple):
 
 
 class Scans(NamedTuple):
-    """Several scans, each in the base frame of its own pose."""
+    """S scans, each in the base frame of its own pose."""
 
     origins: NDArray[np.float64]
     """``(S, 2)``, where the laser is on the base, metres."""
     points: NDArray[np.float64]
-    """``(N, 5)``, points of all scans, one scan after the other."""
+    """``(N, 5)``, points of all scans, one scan after the other, see :mod:`mrslam.spatial.matching.scan_points`."""
     starts: NDArray[np.int64]
     """``(S + 1,)``: scan ``i`` has ``points[starts[i] : starts[i + 1]]``."""
 
@@ -80,41 +80,41 @@ def own_tiles(
 
 @njit(cache=True, nogil=True)
 def own_touched(
-    maps: Maps, first: int, ledger: Ledger, beams: Beams, poses: NDArray[np.float64], through: bool, turn: Turn
-) -> Turn:  # pragma: no cover - compiled
-    """Make map ``first + i`` own what a scan touches from ``poses[i]``, ``(n, 3)``, from ``i = turn.done`` on.
+    maps: Maps, first: int, ledger: Ledger, beams: Beams, poses: NDArray[np.float64], through: bool, progress: Progress
+) -> Progress:  # pragma: no cover - compiled
+    """Make map ``first + i`` own what a scan touches from ``poses[i]``, ``(n, 3)``, from ``i = progress.done`` on.
 
     Stops where tiles run out. ``through`` : whether beams touch what they pass, or only what they hit.
     """
-    free_count = turn.free_count
-    for i in range(turn.done, poses.shape[0]):
+    free_count = progress.free_count
+    for i in range(progress.done, poses.shape[0]):
         tiles = map_of(maps, first + i)
-        count = mark_tiles(ledger.touched, turn.mark + i, tiles, beams, poses[i], through)
+        count = mark_tiles(ledger.touched, progress.mark + i, tiles, beams, poses[i], through)
         if free_count < count:
-            return Turn(i, free_count, count, turn.stamp, turn.mark)
-        free_count = own_tiles(maps, first + i, ledger, free_count, count, turn.stamp + i)
-    return Turn(poses.shape[0], free_count, 0, turn.stamp, turn.mark)
+            return Progress(i, free_count, count, progress.stamp, progress.mark)
+        free_count = own_tiles(maps, first + i, ledger, free_count, count, progress.stamp + i)
+    return Progress(poses.shape[0], free_count, 0, progress.stamp, progress.mark)
 
 
 @njit(cache=True, nogil=True)
 def draw_scans(
-    maps: Maps, index: int, ledger: Ledger, scans: Scans, poses: NDArray[np.float64], skip_m: float, turn: Turn
-) -> Turn:  # pragma: no cover - compiled
-    """Add scans to map ``index``, scan ``i`` taken at ``poses[i]``, ``(S, 3)``, from ``i = turn.done`` on.
+    maps: Maps, index: int, ledger: Ledger, scans: Scans, poses: NDArray[np.float64], skip_m: float, progress: Progress
+) -> Progress:  # pragma: no cover - compiled
+    """Add scans to map ``index``, scan ``i`` taken at ``poses[i]``, ``(S, 3)``, from ``i = progress.done`` on.
 
     Stops where tiles run out. ``skip_m`` : see :func:`mrslam.spatial.hits.drawing.insert_scan`.
     """
-    free_count = turn.free_count
+    free_count = progress.free_count
     tiles = map_of(maps, index)
     no_ends = np.empty((0, 2))
-    for i in range(turn.done, poses.shape[0]):
+    for i in range(progress.done, poses.shape[0]):
         beams = Beams(scans.origins[i], scans.points[scans.starts[i] : scans.starts[i + 1]], no_ends)
-        count = mark_tiles(ledger.touched, turn.mark + i, tiles, beams, poses[i], True)
+        count = mark_tiles(ledger.touched, progress.mark + i, tiles, beams, poses[i], True)
         if free_count < count:
-            return Turn(i, free_count, count, turn.stamp, turn.mark)
-        free_count = own_tiles(maps, index, ledger, free_count, count, turn.stamp + i)
+            return Progress(i, free_count, count, progress.stamp, progress.mark)
+        free_count = own_tiles(maps, index, ledger, free_count, count, progress.stamp + i)
         insert_scan(tiles, maps.refs, beams, poses[i], skip_m)
-    return Turn(poses.shape[0], free_count, 0, turn.stamp, turn.mark)
+    return Progress(poses.shape[0], free_count, 0, progress.stamp, progress.mark)
 
 
 @njit(cache=True, nogil=True)
@@ -126,7 +126,10 @@ def copy_tables(
     parents: NDArray[np.int64],
     out: NDArray[np.int32],
 ) -> int:  # pragma: no cover - compiled
-    """Write table ``parents[i]`` to ``out[i]``, recount references, and return the number of free tiles after it."""
+    """Write table ``parents[i]`` to ``out[i]``, recount references, and return the number of free tiles afterwards.
+
+    ``tables (maps, rows, cols)``, ``parents (n,)``, ``out (n, rows, cols)``; see :class:`Ledger` for ``free``.
+    """
     maps, height, width = tables.shape
     for i in range(parents.size):
         for r in range(height):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mrslam.spatial.hits.cells import TILE, TILE_WORDS
 from mrslam.spatial.hits.drawing import Touched, bounds, insert_hits
-from mrslam.spatial.hits.sharing import Ledger, Scans, Turn, copy_tables, draw_scans, own_touched
+from mrslam.spatial.hits.sharing import Ledger, Progress, Scans, copy_tables, draw_scans, own_touched
 from mrslam.spatial.hits.views import NO_ENDS, Beams, Maps, Tiles
 
 GROWTH_TILES = 8
@@ -22,7 +22,8 @@ class TileStore:
     """``maps`` maps without bounds over one pool of tiles.
 
     Kernels that read take :meth:`tiles` or :attr:`maps`. Writers own the tiles first (:meth:`own`), one map after the
-    other; then any number of threads may write, each to maps of its own.
+    other; then any number of threads may write, each to maps of its own. ``refs``, ``free`` and ``stamps`` are
+    described at :class:`Maps` and :class:`Ledger`; ``writes`` counts the writes, and is the newest stamp.
     """
 
     def __init__(self, maps: int, resolution_m: float, spare_tiles: int = 256) -> None:
@@ -59,11 +60,14 @@ class TileStore:
         return self.refs.size - 1 - self.free_count
 
     def stamp_at(self, index: int, row: int, col: int) -> int:
-        """Return a number that changes whenever map ``index``'s tile (row, col) does; 0 where there is none."""
+        """Return a number that changes whenever map ``index``'s pool tile (row, col) does; 0 where there is none.
+
+        ``row, col`` count tiles of 32 cells from the map frame's origin.
+        """
         return int(self.stamps[self._tile(index, row, col)])
 
     def words_at(self, index: int, row: int, col: int) -> NDArray[np.uint32]:
-        """Return the ``(1024,)`` cells of map ``index``'s tile (row, col), all 0 where there is none."""
+        """Return the ``(1024,)`` cells of map ``index``'s pool tile (row, col), all 0 where there is none."""
         return self.pool[self._tile(index, row, col)]
 
     def _tile(self, index: int, row: int, col: int) -> int:
@@ -72,7 +76,7 @@ class TileStore:
         return int(self.tables[index, r, c]) if 0 <= r < height and 0 <= c < width else 0
 
     def cover(self, low_m: NDArray[np.float64], high_m: NDArray[np.float64]) -> None:
-        """Widen the window until it holds the box ``low_m (2,) .. high_m (2,)`` and a tile around it."""
+        """Widen the window until it holds the box ``low_m (2,) .. high_m (2,)``, map frame, and a tile around it."""
         edge = TILE * self.resolution_m
         c_low, r_low = math.floor(low_m[0] / edge), math.floor(low_m[1] / edge)
         c_high, r_high = math.floor(high_m[0] / edge), math.floor(high_m[1] / edge)
@@ -96,8 +100,9 @@ class TileStore:
 
         ``through`` : whether beams touch what they pass, or only what they hit.
         """
-        self._in_turns(
-            lambda turn: own_touched(self.maps, first, self._ledger, beams, poses, through, turn), poses.shape[0]
+        self._write_all(
+            lambda progress: own_touched(self.maps, first, self._ledger, beams, poses, through, progress),
+            poses.shape[0],
         )
 
     def draw(
@@ -108,14 +113,17 @@ class TileStore:
         scans: Sequence[NDArray[Any]],
         skip_m: float,
     ) -> None:
-        """Add scans with their beams, each ``(N, 5)`` taken at ``poses (n, 3)`` from ``origins (n, 2)`` on the base."""
+        """Add scans with their beams, each ``(N, 5)`` taken at ``poses (n, 3)`` from ``origins (n, 2)`` on the base.
+
+        ``skip_m`` : see :func:`mrslam.spatial.hits.drawing.insert_scan`.
+        """
         starts = np.cumsum([0, *map(len, scans)])
         flat = Scans(origins, np.concatenate(scans, dtype=np.float64), starts)
-        self._in_turns(
-            lambda turn: draw_scans(self.maps, index, self._ledger, flat, poses, skip_m, turn), poses.shape[0]
+        self._write_all(
+            lambda progress: draw_scans(self.maps, index, self._ledger, flat, poses, skip_m, progress), poses.shape[0]
         )
 
-    def _in_turns(self, write: Callable[[Turn], Turn], count: int) -> None:
+    def _write_all(self, write: Callable[[Progress], Progress], count: int) -> None:
         """Let ``write`` do ``count`` writes, with more tiles wherever it stops for lack of them."""
         if self._rows.size < self._mark.size:
             self._rows = np.empty(2 * self._mark.size, dtype=np.int32)
@@ -123,15 +131,15 @@ class TileStore:
         done, needed = 0, 0
         while done < count:
             self._reserve(needed)
-            # What ran out of tiles is marked once more: under the next number, or nothing would seem new.
+            # The write that ran out of tiles marks them again: under a new number, or none would count as new.
             self._marked += needed > 0
-            turn = write(Turn(done, self.free_count, 0, self.writes + 1, self._marked + 1))
-            done, self.free_count, needed = turn.done, turn.free_count, turn.needed
+            progress = write(Progress(done, self.free_count, 0, self.writes + 1, self._marked + 1))
+            done, self.free_count, needed = progress.done, progress.free_count, progress.needed
         self._marked += count
         self.writes += count
 
     def add_points(self, index: int, pose: NDArray[np.float64], points: NDArray[np.float64]) -> None:
-        """Add a scan's hits only, to a map that shares no tiles; the window grows as needed."""
+        """Add the hits only of a scan ``points (N, 5)`` at ``pose (3,)``; the window grows as needed."""
         if points.shape[0] == 0:
             return
         box = bounds(pose, points)

@@ -32,10 +32,13 @@ class Maps(NamedTuple):
     refs: NDArray[np.int32]
     """``(T,)``, by how many maps each tile is held."""
     tables: NDArray[np.int32]
-    """``(maps, rows, cols)``."""
+    """``(maps, rows, cols)``, a :attr:`Tiles.table` for each map."""
     row0: int
+    """As in :class:`Tiles`."""
     col0: int
+    """As in :class:`Tiles`."""
     resolution_m: float
+    """Edge of a cell, metres."""
 
 
 class Beams(NamedTuple):
@@ -50,7 +53,7 @@ class Beams(NamedTuple):
 
 
 NO_ENDS = np.empty((0, 2))
-"""Of a scan whose beams all hit something, or where those that do not are ignored."""
+"""``Beams.ends`` of a scan whose beams all hit something, or where those that do not are ignored."""
 
 
 @njit(cache=True, nogil=True)

@@ -14,22 +14,27 @@ from mrslam.spatial.hits.views import Tiles
 from mrslam.spatial.matching.nearest import COS, SIN, Surface, nearest
 
 POINT_WEIGHT = 0.2
-"""Weight of a correspondence without a normal beside one with: it holds the pose both ways, and less surely."""
+"""Weight of a correspondence without a normal, relative to one with: it holds both directions, less surely."""
 SLANT_RAD = 0.25
-"""Normals that look along a corridor by less than this are those of its walls, with their errors."""
+"""Normals whose part along a corridor is less than this are those of its walls, slanted only by their errors."""
 FAR_CELLS2 = 9.0
-"""Surfaces farther off than the square root of this (cells) are others than the one that the beam hit."""
+"""Square of the distance (cells^2) beyond which the nearest surface is not the one that the beam hit."""
 CONFLICT_COST, UNKNOWN_COST = 3.0, 1.0
-"""What a beam that ends in known free space, and one that ends where nothing is known, take from the score; no beam
-takes more than the first, the cost of 2.4 sigma."""
+"""What a beam that ends in known free space, and one that ends in unknown space, take from the score; no beam takes
+more than the first, the cost of 2.4 sigma."""
 INLIER_SIGMA2 = 6.25
 """A beam within 2.5 sigma of the map is an inlier."""
 ALONG_SHARE = 0.1
-"""A line has no end in this model: share of the squared distance along it, beyond a cell, that counts in the score."""
+"""Share of the squared distance along a line, beyond a cell, that counts in the score: the normal equations take lines
+as endless."""
 
 
 class Sums(NamedTuple):
-    """Normal equations over the beams: ``H step = b``, and how the beams fit."""
+    """Normal equations over the beams, ``H step = b`` with ``step = (dx, dy, dtheta)`` in the map frame, and the fit.
+
+    ``xx .. tt`` are the upper triangle of ``H`` (1/m^2, 1/(m rad), 1/rad^2), ``bx, by, bt`` are ``b``, ``score`` is the
+    sum of log-likelihoods relative to a perfect fit, ``inliers`` and ``conflicts`` are numbers of beams.
+    """
 
     xx: float
     xy: float
@@ -45,27 +50,27 @@ class Sums(NamedTuple):
     conflicts: float
 
 
-class Look(NamedTuple):
-    """How one iteration weighs what beams find."""
+class Weighting(NamedTuple):
+    """How one iteration looks for surfaces and weighs their distances."""
 
     radius: int
     """Cells around a beam's end in which a surface is looked for where there is none next to it."""
     scale2: float
-    """Square of the distance beyond which a beam loses weight (Geman-McClure), m^2."""
+    """Square of the scale of the robust loss (Geman-McClure), m^2: a beam this far off has a quarter of its weight."""
     weight: float
-    """1 / sigma^2."""
+    """1 / sigma^2, 1/m^2, of a beam that fits."""
     corridor: bool
-    """Whether normals along the corridor are corrected."""
+    """Whether beams hardly hold the pose along one direction, so that slanted normals are corrected (``SLANT_RAD``)."""
     along_x: float
     along_y: float
-    """Unit vector along the corridor."""
+    """Unit vector along the corridor, map frame."""
 
 
 @njit(cache=True, nogil=True)
 def sum_beams(
-    tiles: Tiles, points: NDArray[np.float64], x: float, y: float, theta: float, look: Look
+    tiles: Tiles, points: NDArray[np.float64], x: float, y: float, theta: float, weighting: Weighting
 ) -> Sums:  # pragma: no cover - compiled
-    """Return the normal equations of all beams at this pose."""
+    """Return the normal equations of ``points (N, 5)`` at a pose in the map: metres, radians."""
     resolution_m = tiles.resolution_m
     inv = 1.0 / resolution_m
     hxx = hxy = hxt = hyy = hyt = htt = 0.0
@@ -78,7 +83,7 @@ def sum_beams(
         quality = points[i, 4]
         nx = c * points[i, 2] - s * points[i, 3]
         ny = s * points[i, 2] + c * points[i, 3]
-        surface = _surface(tiles, (x + rx) * inv, (y + ry) * inv, nx, ny, quality, look.radius)
+        surface = _surface(tiles, (x + rx) * inv, (y + ry) * inv, nx, ny, quality, weighting.radius)
         if surface.word == 0:
             if surface.visits > 0:
                 conflicts += 1.0
@@ -88,12 +93,12 @@ def sum_beams(
             continue
         dx = surface.dx * resolution_m
         dy = surface.dy * resolution_m
-        line, mx, my = _normal(surface.word, nx, ny, quality, look)
+        line, mx, my = _normal(surface.word, nx, ny, quality, weighting)
         if line:
             r = mx * dx + my * dy  # map minus scan along the normal
             r2 = r * r
-            w = look.scale2 / (look.scale2 + r2)
-            w = w * w * look.weight
+            w = weighting.scale2 / (weighting.scale2 + r2)
+            w = w * w * weighting.weight
             jt = -mx * ry + my * rx
             hxx += w * mx * mx
             hxy += w * mx * my
@@ -109,8 +114,8 @@ def sum_beams(
             )
         else:
             r2 = dx * dx + dy * dy
-            w = look.scale2 / (look.scale2 + r2)
-            w = w * w * look.weight * POINT_WEIGHT
+            w = weighting.scale2 / (weighting.scale2 + r2)
+            w = w * w * weighting.weight * POINT_WEIGHT
             hxx += w
             hyy += w
             hxt += -w * ry
@@ -119,9 +124,9 @@ def sum_beams(
             bx += w * dx
             by += w * dy
             bt += w * (-ry * dx + rx * dy)
-        e = 0.5 * r2 * look.weight
+        e = 0.5 * r2 * weighting.weight
         score -= min(e, CONFLICT_COST)
-        if r2 * look.weight < INLIER_SIGMA2:
+        if r2 * weighting.weight < INLIER_SIGMA2:
             inliers += 1.0
     return Sums(hxx, hxy, hxt, hyy, hyt, htt, bx, by, bt, score, inliers, conflicts)
 
@@ -130,7 +135,7 @@ def sum_beams(
 def _surface(
     tiles: Tiles, x: float, y: float, nx: float, ny: float, quality: float, radius: int
 ) -> Surface:  # pragma: no cover - compiled
-    """Return the surface next to a beam's end, or else the nearest in a wider neighbourhood."""
+    """Return the surface next to a beam's end ``(x, y)`` (cells), or else the nearest at most ``radius`` cells away."""
     near = nearest(tiles, x, y, nx, ny, quality, 1)
     if near.word != 0:
         return near
@@ -142,14 +147,14 @@ def _surface(
 
 @njit(cache=True, nogil=True)
 def _normal(
-    word: Any, nx: float, ny: float, quality: float, look: Look
+    word: Any, nx: float, ny: float, quality: float, weighting: Weighting
 ) -> tuple[bool, float, float]:  # pragma: no cover - compiled
     """Return whether a surface has a unit normal, by its cell's word or the beam's own ``(nx, ny)``, and which."""
     if (word >> 31) & 1 > 0:
         k = (word >> 23) & 0xFF
         mx, my = COS[k], SIN[k]
         if quality > NORMAL_QUALITY:
-            # Where beams are sparse the mean point's wall is known better from both sides.
+            # Where beams are sparse the mean of the map's normal and the beam's own is better than either.
             mx, my = mx + nx, my + ny
             norm = 1.0 / math.sqrt(mx * mx + my * my)
             mx *= norm
@@ -158,10 +163,10 @@ def _normal(
         mx, my = nx, ny
     else:
         return False, 0.0, 0.0
-    if look.corridor:
-        slant = mx * look.along_x + my * look.along_y
+    if weighting.corridor:
+        slant = mx * weighting.along_x + my * weighting.along_y
         if abs(slant) < SLANT_RAD:
-            mx, my = mx - slant * look.along_x, my - slant * look.along_y
+            mx, my = mx - slant * weighting.along_x, my - slant * weighting.along_y
             norm = 1.0 / math.sqrt(mx * mx + my * my)
             mx *= norm
             my *= norm

@@ -15,31 +15,33 @@ from mrslam.spatial.matching.nearest import nearest
 from mrslam.spatial.runtime.crew import Crew
 
 FAR_COST = 1e-3
-"""What a pose at the lattice's corner must be better by, points of the score per beam: only equal poses are decided."""
+"""What a pose at the lattice's corner must be better by, score per beam: so little that it only breaks ties."""
 
 
 class Lattice(NamedTuple):
     """Poses around a centre that a search tries."""
 
     half_turn_rad: float
-    """To either side."""
+    """To either side of the centre."""
     turn_step_rad: float
+    """From one heading to the next."""
     half_shift_m: float
     """To either side, along x and along y of the map."""
     shift_step_m: float
+    """From one position to the next."""
     points_most: int
-    """Points of the scan that are used, about, evenly chosen."""
+    """Every n-th point of the scan is used, with n such that at least this number is, and less than twice as many."""
 
 
 class Found(NamedTuple):
     """The best pose of a lattice."""
 
     pose: NDArray[np.float64]
-    """``(3,)``."""
+    """``(3,)``, in the map."""
     score: float
     """Sum over the points used of 1 / (1 + d^2), d in cells, less a little for the distance from the centre."""
     rank: int
-    """In the order of the search, which decides between equal scores."""
+    """Place in the order of the search; the lowest wins where scores are equal."""
 
 
 @njit(cache=True, nogil=True)

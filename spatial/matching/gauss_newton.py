@@ -10,15 +10,17 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mrslam.spatial.hits.views import Tiles
-from mrslam.spatial.matching.beam_sums import Look, Sums, sum_beams
+from mrslam.spatial.matching.beam_sums import Sums, Weighting, sum_beams
 
 CORRIDOR = 0.05
-"""Where the information along one direction is less than this share of that across, normals along it are corrected."""
+"""Where the least eigenvalue of the position's information is less than this share of the greatest, the scan is taken
+to be of a corridor, and normals along it are corrected."""
 CREDIBLE_BEAMS = 1.0
-"""Beams that look along a corridor and are worth less than this many, all together, may be chance."""
+"""Information along a corridor, in beams of full weight, up to which it is taken out as chance; from twice this
+on it is kept."""
 WIDE_STEPS, WIDE_SIGMAS, WIDE_M, NARROW_SIGMAS = 2, 3.0, 0.12, 1.5
-"""Beams lose weight beyond the second, in sigmas, or the third, metres, in as many steps as the first says; beyond the
-fourth, in sigmas, in those after them."""
+"""Scale of the robust loss: in the first ``WIDE_STEPS`` iterations ``WIDE_SIGMAS`` sigmas, at least ``WIDE_M`` metres;
+in the later ones ``NARROW_SIGMAS`` sigmas."""
 STEP_MOST_M, TURN_MOST_RAD = 0.3, 0.2
 """Longest step of one iteration: beyond, the surfaces found belong to other things."""
 SETTLED_M2, SETTLED_RAD2 = 1e-6, 1e-7
@@ -39,11 +41,12 @@ class Match(NamedTuple):
     conflicts: float
     """Share of beams that end in space the map knows to be free, 0..1."""
     information: NDArray[np.float64]
-    """``(3, 3)``, of the pose by the beams alone, without the prior: 1/m^2, 1/(m rad), 1/rad^2."""
+    """``(3, 3)``, inverse covariance of the pose by the beams alone, map frame, without the prior: 1/m^2, 1/(m rad),
+    1/rad^2."""
     blind: float
-    """0..1: share of the direction seen least about which the beams say nothing."""
+    """0..1: how far the beams leave the position along ``blind_direction`` open; 0 where all directions are seen."""
     blind_direction: NDArray[np.float64]
-    """``(2,)``, unit vector of that direction in the map's frame."""
+    """``(2,)``, unit vector of the direction seen least in the map's frame; means nothing where ``blind`` is 0."""
 
 
 @njit(cache=True, nogil=True)
@@ -59,9 +62,9 @@ def match(
     """Return the pose that fits ``points (N, 5)`` best, beginning at ``start (3,)``.
 
     Minimises the robust sum of squared point-to-line distances over ``sigma_m``, plus the prior
-    ``(x - prior)^T prior_info (x - prior)``, ``prior (3,)``, ``prior_info (3, 3)``. Errors of normals feign knowledge
-    along a corridor; it is taken out, and if hardly anything is left, only the prior counts there (solution remapping,
-    Zhang, Kaess and Singh 2016).
+    ``(x - prior)^T prior_info (x - prior)``, ``prior (3,)``, ``prior_info (3, 3)``, in at most ``iterations`` steps.
+    Poses are of the base in the map. Errors of normals feign information along a corridor; it is taken out, and if
+    hardly anything is left, only the prior counts there (solution remapping, Zhang, Kaess and Singh 2016).
     """
     x, y, theta = start[0], start[1], start[2]
     weight = 1.0 / (sigma_m * sigma_m)
@@ -74,8 +77,8 @@ def match(
         # Wide at first, to draw in what is off; narrow at the end, to leave out what does not belong.
         is_wide = step < WIDE_STEPS
         scale_m = max(WIDE_SIGMAS * sigma_m, WIDE_M) if is_wide else NARROW_SIGMAS * sigma_m
-        look = Look(3 if is_wide else 2, scale_m**2, weight, corridor, along_x, along_y)
-        sums = sum_beams(tiles, points, x, y, theta, look)
+        weighting = Weighting(3 if is_wide else 2, scale_m**2, weight, corridor, along_x, along_y)
+        sums = sum_beams(tiles, points, x, y, theta, weighting)
         middle, half = 0.5 * (sums.xx + sums.yy), math.hypot(0.5 * (sums.xx - sums.yy), sums.xy)
         blind = 0.0
         if corridor:
@@ -109,7 +112,7 @@ def match(
 def _result(
     sums: Sums, pose: NDArray[np.float64], beams: int, blind: float, along_x: float, along_y: float
 ) -> Match:  # pragma: no cover - compiled
-    """Return the match that the sums over a number of ``beams`` at a pose ``(3,)`` mean."""
+    """Return the match at a pose ``(3,)`` from the sums over a number of ``beams``."""
     information = np.empty((3, 3))
     information[0, 0], information[1, 1], information[2, 2] = sums.xx, sums.yy, sums.tt
     information[0, 1] = information[1, 0] = sums.xy

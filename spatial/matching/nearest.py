@@ -22,7 +22,7 @@ WALL_SHARE = 5
 FACING = 0.35
 """Two normals are of one surface where the cosine of the angle between them is at least this: 70 degrees."""
 NEXT_CELLS2 = 0.25
-"""A mean point nearer than half a cell, squared, is taken at once: another cell's is hardly nearer."""
+"""Square of half a cell, cells^2: the own cell's mean point is taken at once if nearer; another's is hardly nearer."""
 
 
 class Surface(NamedTuple):
@@ -31,13 +31,13 @@ class Surface(NamedTuple):
     word: Any
     """Word of the nearest occupied cell, see :mod:`mrslam.spatial.hits.cells`; 0 where there is none."""
     dx: float
-    """Mean point of that cell minus the point asked for, x, cells."""
+    """Mean hit point of that cell minus the point asked for, x, map frame, cells."""
     dy: float
     """The same in y."""
     distance2: float
     """Square of their distance, cells^2."""
     visits: int
-    """Where there is none: visits of the point's own cell, more than 0 where the map knows that it is free."""
+    """Where no surface was found: visits of the point's own cell, above 0 where it is known to be free; else 0."""
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -63,7 +63,7 @@ def nearest(
     """Return the occupied cell nearest to ``(x, y)``, cells, of those at most ``radius`` rows and columns away.
 
     ``(nx, ny)`` is the point's unit normal if its ``quality`` is above 0: cells whose normal looks the other way belong
-    to another surface.
+    to another surface. The window's outermost tiles count as unknown (:meth:`TileStore.cover` keeps one to spare).
     """
     pool, table, row0, col0 = tiles.pool, tiles.table, tiles.row0, tiles.col0
     height, width = table.shape

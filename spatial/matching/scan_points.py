@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 
 POINT_COLUMNS = 5
 """A point is (x, y, nx, ny, q): position and unit normal towards the laser in the base frame, metres; q in [0, 1] says
-how line-like its surroundings are (0 = no normal), or is ``UNSURE`` where it may be no thing at all."""
+how line-like its surroundings are (0 = no normal), or is ``UNSURE`` where there may be no object at all."""
 NORMAL_REACH_M, REACH_SHARE2 = 0.22, 0.0016
 """Neighbours within this distance shape a point's normal, or within 4 % of its range, whose square the second is."""
 GAP_M, GAP_SHARE = 0.10, 0.05
-"""Neighbours farther apart than this and this share of their range lie on different things."""
+"""Neighbours farther apart than this and this share of their range lie on different objects."""
 ROUND = 0.12
-"""A point whose surroundings are as wide as this share of their length, both squared, has no normal."""
+"""A point has no normal where the variance across its surroundings is at least this share of that along them."""
 GRAZING = 0.03
-"""Sine of the angle between beam and surface below which a surface may as well be a veil behind an edge."""
+"""Sine of the angle between beam and surface below which a surface may be mixed pixels behind an edge instead."""
 UNSURE = -1.0
 """Quality of a point that is drawn into the map but not matched."""
 LONE_QUALITY = 0.5
@@ -26,7 +26,7 @@ LONE_QUALITY = 0.5
 LINE_M, LINE_SHARE = 0.03, 0.003
 """Three lone points are in line within this distance, and this share of their range."""
 LONE_REACH = 0.5
-"""They lie at most this share of their range apart."""
+"""Three lone points lie at most this share of their range apart."""
 WIDER = 1.25
 """Where too many points are left, the next try spaces them wider by this factor."""
 
@@ -35,8 +35,8 @@ WIDER = 1.25
 def _lone(points: NDArray[np.float64], i: int, n: int) -> float:  # pragma: no cover - compiled
     """Give a point without close neighbours its normal, if it is in line with the next ones, and return its quality.
 
-    Far along a corridor the beams strike its walls metres apart, always as far ahead of the robot. Taken for things of
-    their own such points would hold the robot where it is.
+    Far along a corridor beams strike the walls metres apart, and at the same distance ahead of the robot in every scan.
+    Taken for small objects such points would hold the matched pose where it is.
     """
     for k in range(3):
         a, b, c = i - 1, i, i + 1
@@ -70,9 +70,10 @@ def _lone(points: NDArray[np.float64], i: int, n: int) -> float:  # pragma: no c
 def _surroundings(
     points: NDArray[np.float64], i: int, n: int
 ) -> tuple[float, float, float, float]:  # pragma: no cover - compiled
-    """Return how many points make up a point's surroundings, itself included, and their covariance xx, xy, yy.
+    """Return how many points make up a point's surroundings, itself included, and their covariance xx, xy, yy (m^2).
 
-    They are its neighbours along the beams up to the first gap, or ``NORMAL_REACH_M``, farther away more.
+    They are its neighbours along the beams up to the first gap or the reach of a normal, and one beyond it where
+    none is nearer.
     """
     x, y = points[i, 0], points[i, 1]
     r = math.hypot(x, y)
@@ -138,9 +139,9 @@ def scan_points(
     usable_range_m: float,
     points: NDArray[np.float64],
 ) -> int:  # pragma: no cover - compiled
-    """Write the usable returns as rows of ``points (B, 5)``, in beam order, and return how many.
+    """Write the usable returns as rows of ``points (B, 5)``, base frame, in beam order, and return how many.
 
-    ``cos, sin (B,)`` are of the beam directions in the laser frame.
+    ``cos, sin (B,)`` are of the beam directions in the laser frame; ``T_base_laser (3,)``.
     """
     n = 0
     for i in range(ranges_m.size):
@@ -170,11 +171,12 @@ def spaced(
     most: int,
     out: NDArray[np.float64],
 ) -> int:  # pragma: no cover - compiled
-    """Copy at most ``most`` points whose beams, from ``origin (2,)``, are ``spacing_m`` apart; return how many.
+    """Copy at most ``most`` of ``points (N, 5)`` to ``out``, ``spacing_m`` apart for the laser; return how many.
 
-    Points that are not for matching are left out. The distance is measured across the beams, where there is no noise:
-    picking points by how far they lie from each other prefers those measured too long where ranges grow from beam to
-    beam, and too short where they fall, which turned the robot by a degree every ten metres.
+    ``origin (>= 2,)`` is the laser's place, in the frame of the points. ``UNSURE`` points are left out. The distance is
+    measured across the beams, where there is no noise: picking points by how far they lie from each other prefers those
+    measured too long where ranges grow from beam to beam, and too short where they fall, which turned the robot by a
+    degree every ten metres.
     """
     n = points.shape[0]
     while True:

@@ -1,1 +1,1 @@
-"""What the process itself needs: memory given back to the system, and temporary storage that grows with time."""
+"""What the process itself needs: threads, memory given back to the system, temporary storage that grows with time."""

@@ -40,7 +40,7 @@ def give_back() -> bool:
 
     Takes some 20 ms; call it after large work. Code that is needed after all is read again as it runs.
     """
-    if _ADVISE is not None and MAPS.exists():  # some kernels do not tell
+    if _ADVISE is not None and MAPS.exists():  # some kernels offer no such file
         for begin, end in _code():
             _ADVISE(ctypes.c_void_p(begin), ctypes.c_size_t(end - begin), DONTNEED)
     return trim()

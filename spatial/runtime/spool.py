@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 ROWS = 1024
-"""So many of the newest rows are in memory; a table that never gets longer never touches the disk."""
+"""Number of the newest rows that are in memory; a table that never gets longer never touches the disk."""
 
 
 class Spool:
@@ -21,9 +21,9 @@ class Spool:
         """Start with no rows; ``row`` is one's dtype, such as ``(np.float64, 7)`` or one with fields."""
         self._dtype = np.dtype(row)
         self._newest = np.zeros(ROWS, self._dtype)
-        self._count = 0  # of the newest
-        self._waiting: list[bytes] = []  # what no disk has taken yet
-        self._stored = 0  # bytes
+        self._count = 0  # rows of `_newest` that are in use
+        self._waiting: list[bytes] = []  # full blocks of rows that are not in the file yet
+        self._stored = 0  # bytes in the file
         self._file: IO[bytes] | None = None
 
     def add(self, row: Any) -> None:
@@ -42,7 +42,7 @@ class Spool:
                 self._waiting.pop(0)
 
     def _write(self, part: bytes) -> None:
-        """Append to the file; what a disk that is full took of it is written again."""
+        """Append to the file; a part that a full disk cut short is written again as a whole."""
         if self._file is None:
             self._file = tempfile.TemporaryFile(prefix="mrslam-", buffering=0)  # noqa: SIM115 - as long as the spool
             weakref.finalize(self, self._file.close)
