@@ -11,8 +11,11 @@ from mrslam.spatial.se2 import Transform
 
 JOIN_NS = 10_000_000_000
 """Shortest time between two joint solutions while only maps grow, nanoseconds: some metres of way are new by then."""
-KEYFRAMES = 8
-"""New keyframes that are worth another solution: some metres of way, at half a metre each."""
+KEYFRAMES, SHARE = 8, 0.04
+"""New keyframes of one robot that are worth another solution: some metres of way, and a share of what it has, so that
+the cost of all solutions grows with the way and not with its square."""
+AT_LAST_NS = 60_000_000_000
+"""Fewer are joined, too, when so much time has passed, nanoseconds: a robot that stands still waits for nothing."""
 
 
 class Joining:
@@ -46,11 +49,13 @@ class Joining:
         )  # fmt: skip
 
     def _is_due(self, keys: Mapping[str, tuple[int, int]], now_ns: int) -> bool:
-        if self._last_ns is not None and now_ns - self._last_ns < JOIN_NS:
+        waited_ns = AT_LAST_NS if self._last_ns is None else now_ns - self._last_ns
+        if waited_ns < JOIN_NS or keys == self._keys:
             return False
-        if keys.keys() != self._keys.keys():
+        if waited_ns >= AT_LAST_NS or keys.keys() != self._keys.keys():
             return True
         before = self._keys
         return any(
-            epoch != before[name][0] or count - before[name][1] >= KEYFRAMES for name, (epoch, count) in keys.items()
+            epoch != before[name][0] or count - before[name][1] >= max(KEYFRAMES, SHARE * count)
+            for name, (epoch, count) in keys.items()
         )

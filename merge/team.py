@@ -51,6 +51,7 @@ class TeamMapper:
         self._grids: dict[str, OccupancyGrid] = {}
         self._scanned: set[str] = set()
         self._bent_grids: dict[str, tuple[OccupancyGrid, Bend, OccupancyGrid]] = {}
+        self._judged_grids: dict[str, tuple[se2.Transform, OccupancyGrid, se2.Transform]] = {}
         self._contradictions = Contradictions(self.config)
         self._layers: dict[str, Layer] = {}
         self._tree = FusionTree(self.config.fusion)
@@ -78,7 +79,7 @@ class TeamMapper:
 
     def remove_map(self, robot_id: str) -> None:
         """Forget a robot's map."""
-        for held in (self._grids, self._bent_grids, self._layers):
+        for held in (self._grids, self._bent_grids, self._judged_grids, self._layers):
             held.pop(robot_id, None)
         self._scanned.discard(robot_id)
         self._contradictions.forget(robot_id)
@@ -135,12 +136,18 @@ class TeamMapper:
             if {a, b} <= self._scanned and not self.bent.judges(a, b, T_a_b):
                 return None
             if {a, b} <= self.bent.bends.keys():
-                bend_a, bend_b = self.bent.bends[a], self.bent.bends[b]
-                bent = (self._bent(a, bend_a), self._bent(b, bend_b))
-                return self._contradictions.against(a, b, bent, se2.between(bend_a.T_team_map, bend_b.T_team_map), 1)
+                (one, T_team_a), (two, T_team_b) = self._judged(a), self._judged(b)
+                return self._contradictions.against(a, b, (one, two), se2.between(T_team_a, T_team_b), 1)
             return self._contradictions.against(a, b, (self._grids[a], self._grids[b]), T, hops)
 
         return conflict
+
+    def _judged(self, robot_id: str) -> tuple[OccupancyGrid, se2.Transform]:
+        """Return a robot's bent map as it was when the joint solution came, and where it lay: judged once for each."""
+        bend, held = self.bent.bends[robot_id], self._judged_grids.get(robot_id)
+        if held is None or held[0] is not bend.T_team_key:
+            held = self._judged_grids[robot_id] = (bend.T_team_key, bend.bent(self._grids[robot_id]), bend.T_team_map)
+        return held[1:]
 
     def _bent(self, robot_id: str, bend: Bend | None) -> OccupancyGrid:
         """Return a robot's map as it is drawn."""

@@ -64,7 +64,7 @@ def found(T_a_b: Transform = T_A_B) -> Alignment:
 
 def merge(agent: Agent, T_a_b: Transform = T_A_B) -> None:
     for attempt in range(2):
-        agent.on_aligned(job(attempt), found(T_a_b), (attempt + 1) * S // 10)
+        agent.on_done(job(attempt), found(T_a_b), (attempt + 1) * S // 10)
     assert sorted(agent.T_team_map) == ["a", "b"]
 
 
@@ -117,7 +117,7 @@ def test_an_alignment_of_a_map_that_was_given_up_is_not_used(agent: Agent) -> No
     arrives(agent, "b", floor(), epoch=2)
     assert agent.team.beliefs["a", "b"].alignment is None and list(agent.T_team_map) == ["a"]
     for attempt in range(2):
-        agent.on_aligned(job(attempt), found(), (20 + attempt) * S)
+        agent.on_done(job(attempt), found(), (20 + attempt) * S)
     assert agent.team.beliefs["a", "b"].attempts == 0 and list(agent.T_team_map) == ["a"]
 
 

@@ -181,4 +181,28 @@ MUTANTS = (
         "        pass\n",
         "with a full disk a second crash gives two maps one revision",
     ),
+    Mutant(
+        "agent/team.py",
+        "            return []  # a map was started anew while this was computed\n",
+        "            pass\n",
+        "a solution of maps that are gone bends those that came after",
+    ),
+    Mutant(
+        "agent/joining.py",
+        "        if believed == self._T_a_b and not self._is_due(keys, now_ns):",
+        "        if not self._is_due(keys, now_ns):",
+        "a new merge waits to be joined and judged",
+    ),
+    Mutant(
+        "agent/joining.py",
+        "        if waited_ns < JOIN_NS or keys == self._keys:",
+        "        if waited_ns < JOIN_NS:",
+        "what is known is joined again for nothing",
+    ),
+    Mutant(
+        "agent/core.py",
+        "self.team.T_own_map.get(report.peer)",
+        "self.T_team_map.get(report.peer)",
+        "teammates are masked where the own map is bent away from",
+    ),
 )

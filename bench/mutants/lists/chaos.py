@@ -36,12 +36,11 @@ MUTANTS = (
     ),
     Mutant(
         "agent/core.py",
-        "        return self.team.on_aligned(job, outcome, now_ns)\n",
-        "        if isinstance(outcome, Alignment):\n"
-        "            away = 0.8 + 0.4 * (outcome.confidence * 1e3 % 1.0)\n"
-        "            outcome.T_a_b[0] += away\n"
-        "        return self.team.on_aligned(job, outcome, now_ns)\n",
-        "transforms are 0.8 to 1.2 m off",
+        "                return self.team.on_joined(job, outcome, now_ns)\n",
+        "                for name, T_team_key in list(outcome.T_team_key.items())[1:]:\n"
+        "                    T_team_key[:, 0] += 0.8 + 0.1 * len(name)\n"
+        "                return self.team.on_joined(job, outcome, now_ns)\n",
+        "joint solutions put teammates a metre off",
         chaos=ANY,
     ),
     Mutant(

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
+from bench import joint as bench
 from mrslam.merge import LocalMatcher, Trail, join
 from mrslam.merge.joint.consistent import Match
-from mrslam.merge.joint.join import MATCHES_LEAST, solve
+from mrslam.merge.joint.join import MATCHES_LEAST, _choose, solve
 from mrslam.spatial import KeyScans, se2
 from tests.merge.joint.blocks import drive, errors_m
 
@@ -82,3 +83,13 @@ def test_a_wrong_match_that_slipped_in_is_dropped_in_the_solve():
     spoilt, ties = solve(trails, poses, [*good, ("a", "b", wrong)])
     assert [tie.believed for tie in ties] == [True] * len(good) + [False]
     assert np.abs(spoilt["b"] - clean["b"]).max() < 0.01
+
+
+@pytest.mark.parametrize(("share", "tied"), [(0.2, True), (0.48, False)])
+def test_where_two_answers_are_as_good_as_each_other_neither_is_believed(share, tied):
+    rng = np.random.default_rng(7)
+    truths, trails = bench.team(rng, 2, 400)
+    matches, _ = bench.spoilt(rng, bench.matches_of(rng, truths), share, together=True)
+    found = {("r1", "r2"): {(match.i, match.j): match for _, _, match in matches}}
+    chosen, ambiguous = _choose(trails, found)
+    assert bool(chosen) == tied and (("r1", "r2") in ambiguous) != tied
