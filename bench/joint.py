@@ -90,7 +90,9 @@ def matches_of(rng: np.random.Generator, truths: dict[str, Transform]) -> Matche
     return found
 
 
-def spoilt(rng: np.random.Generator, matches: Matches, share: float, together: bool) -> tuple[Matches, set[int]]:
+def spoilt(
+    rng: np.random.Generator, trails: dict[str, Trail], matches: Matches, share: float, together: bool
+) -> tuple[Matches, set[int]]:
     """Return the matches with wrong ones among them, and the indices of these: a share of each pair's."""
     out, wrong = list(matches), set[int]()
     for pair in sorted({(a, b) for a, b, _ in matches}):
@@ -98,7 +100,10 @@ def spoilt(rng: np.random.Generator, matches: Matches, share: float, together: b
         shift = np.array([BLOCK_M * rng.choice((-1.0, 1.0)), 0.0, 0.0])
         for k in rng.choice(mine, int(share * len(mine)), replace=False):
             a, b, match = matches[k]
-            T = se2.compose(shift, match.T_i_j) if together else se2.transform(*rng.uniform((-9, -9, -3), (9, 9, 3)))
+            T_map_i = trails[a].T_map_key[match.i]
+            T_map_wrong = se2.compose(shift, se2.compose(T_map_i, match.T_i_j))
+            elsewhere = se2.transform(*rng.uniform((-9, -9, -3), (9, 9, 3)))
+            T = se2.between(T_map_i, T_map_wrong) if together else elsewhere
             out[k] = (a, b, match._replace(T_i_j=T))
             wrong.add(int(k))
     return out, wrong
@@ -125,7 +130,7 @@ def play(seed: int, robots: int, keyframes: int, share: float) -> dict[str, floa
     rng = np.random.default_rng(seed)
     truths, trails = team(rng, robots, keyframes)
     matches = matches_of(rng, truths)
-    bad, wrong = spoilt(rng, matches, share, seed % 2 == 1)
+    bad, wrong = spoilt(rng, trails, matches, share, seed % 2 == 1)
     start = placed(truths, trails)
     clean, _ = solve(trails, start, [matches[k] for k in believed(trails, matches) if k not in wrong])
     began = time.perf_counter()

@@ -89,7 +89,7 @@ def test_a_wrong_match_that_slipped_in_is_dropped_in_the_solve():
 def test_where_two_answers_are_as_good_as_each_other_neither_is_believed(share, tied):
     rng = np.random.default_rng(7)
     truths, trails = bench.team(rng, 2, 400)
-    matches, _ = bench.spoilt(rng, bench.matches_of(rng, truths), share, together=True)
+    matches, _ = bench.spoilt(rng, trails, bench.matches_of(rng, truths), share, together=True)
     found = {("r1", "r2"): {(match.i, match.j): match for _, _, match in matches}}
     chosen, ambiguous = _choose(trails, found)
     assert bool(chosen) == tied and (("r1", "r2") in ambiguous) != tied
