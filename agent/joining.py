@@ -34,7 +34,7 @@ class Joining:
         A changed alignment is joined at once, for until then the maps cannot be judged.
         """
         frame = placement.anchor
-        known = {name: maps[name] for name in placement.T_team_map if name in maps and len(maps[name].trail)}
+        known = {name: maps[name] for name in placement.T_rigid if name in maps and len(maps[name].trail)}
         if frame is None or frame not in known or len(known) < 2:
             return None
         keys = {name: (one.epoch, len(one.trail)) for name, one in known.items()}

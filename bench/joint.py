@@ -17,8 +17,9 @@ import time
 
 import numpy as np
 
-from mrslam.merge.joint.consistent import Match, agreeing, choose
-from mrslam.merge.joint.join import solve
+from mrslam.merge import Pair
+from mrslam.merge.joint.consistent import Match
+from mrslam.merge.joint.join import believable, solve
 from mrslam.merge.joint.trail import Trail
 from mrslam.spatial import KeyScans, se2
 from mrslam.spatial.se2 import Transform
@@ -110,13 +111,14 @@ def spoilt(
 
 
 def believed(trails: dict[str, Trail], matches: Matches) -> list[int]:
-    """Return indices of the matches that are consistent, pair by pair."""
-    keep: list[int] = []
-    for pair in sorted({(a, b) for a, b, _ in matches}):
-        mine = [k for k, (a, b, _) in enumerate(matches) if (a, b) == pair]
-        chosen = choose(agreeing(trails[pair[0]], trails[pair[1]], [matches[k][2] for k in mine]))
-        keep += [mine[k] for k in chosen.keep]
-    return keep
+    """Return indices of the matches that are believable, pair by pair."""
+    found: dict[Pair, dict[tuple[int, int], Match]] = {}
+    at: dict[tuple[str, str, int, int], int] = {}
+    for k, (a, b, match) in enumerate(matches):
+        found.setdefault((a, b), {})[match.i, match.j] = match
+        at[a, b, match.i, match.j] = k
+    chosen, _ = believable(trails, found)
+    return [at[a, b, match.i, match.j] for a, b, match in chosen]
 
 
 def placed(truths: dict[str, Transform], trails: dict[str, Trail]) -> dict[str, Transform]:

@@ -86,7 +86,7 @@ def join(
         news = sum(_compare(trails, poses, pair, found[pair], ties, matcher) for pair in found)
         if not news:
             break
-        chosen, ambiguous = _choose(trails, found)
+        chosen, ambiguous = believable(trails, found)
         poses, ties = solve({name: trails[name] for name in names}, poses, chosen)
     return JointMap(T_team_key=poses, ties=ties, ambiguous=ambiguous)
 
@@ -110,7 +110,7 @@ def _compare(
     return len(found) - before
 
 
-def _choose(
+def believable(
     trails: Mapping[str, Trail], found: Mapping[Pair, Mapping[tuple[int, int], Match]]
 ) -> tuple[list[tuple[str, str, Match]], dict[Pair, str]]:
     """Return the matches to believe of every pair, and why there are none of some."""

@@ -4,7 +4,7 @@ import pytest
 from bench import joint as bench
 from mrslam.merge import LocalMatcher, Trail, join
 from mrslam.merge.joint.consistent import Match
-from mrslam.merge.joint.join import MATCHES_LEAST, _choose, solve
+from mrslam.merge.joint.join import MATCHES_LEAST, believable, solve
 from mrslam.spatial import KeyScans, se2
 from tests.merge.joint.blocks import drive, errors_m
 
@@ -91,5 +91,5 @@ def test_where_two_answers_are_as_good_as_each_other_neither_is_believed(share, 
     truths, trails = bench.team(rng, 2, 400)
     matches, _ = bench.spoilt(rng, trails, bench.matches_of(rng, truths), share, together=True)
     found = {("r1", "r2"): {(match.i, match.j): match for _, _, match in matches}}
-    chosen, ambiguous = _choose(trails, found)
+    chosen, ambiguous = believable(trails, found)
     assert bool(chosen) == tied and (("r1", "r2") in ambiguous) != tied
