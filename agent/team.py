@@ -21,7 +21,7 @@ from mrslam.agent.pairs.belief import PairBelief, Verdict
 from mrslam.agent.pairs.schedule import Schedule
 from mrslam.alignment import Alignment, Rejection
 from mrslam.merge import Bend, BentTeam, JointMap, Pair, Placement, TeamMap, TeamMapper
-from mrslam.merge.graph.edges import pair_of
+from mrslam.merge.graph.edges import inverse_covariance, pair_of
 from mrslam.merge.joint.join import Tie
 from mrslam.mutual_detection import clear_ghosts
 from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, se2
@@ -173,6 +173,17 @@ class Team:
     def frame(self) -> str | None:
         """The robot whose map frame is the team map's; None where there is none yet."""
         return self._mapper.frame
+
+    def covariance_of(self, robot_id: str) -> NDArray[np.float64] | None:
+        """Return the covariance ``(3, 3)`` of the transform from a robot's map to the own one, by their alignment.
+
+        None where the two are not aligned with each other: the robot is placed through others, or not at all.
+        """
+        belief = self.beliefs.get(pair_of(self.robot_id, robot_id))
+        found = None if belief is None else belief.alignment
+        if found is None:
+            return None
+        return found.covariance if self.robot_id < robot_id else inverse_covariance(found.T_a_b, found.covariance)
 
     def keep_placed(self, now_ns: int) -> None:
         """Place maps again that have changed, where that was not done just now."""

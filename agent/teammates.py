@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+from numpy.typing import NDArray
+
 from mrslam.comms import TeammatePose
-from mrslam.mutual_detection import MutualDetectionConfig, TeammateTracker, mask_teammates
+from mrslam.mutual_detection import MutualDetectionConfig, TeammateTracker, mask_teammates, place_covariance
 from mrslam.spatial import Scan, se2
 from mrslam.spatial.se2 import Transform
 
@@ -23,12 +26,18 @@ class Teammates:
         self._tracker = TeammateTracker(config)
         self._reports: dict[str, TeammatePose] = {}
 
-    def observe(self, report: TeammatePose, T_own_peer: Transform | None) -> None:
-        """Take a teammate's place in its own map; ``T_own_peer`` : from its map to the own one, where that is known."""
+    def observe(
+        self, report: TeammatePose, T_own_peer: Transform | None, covariance: NDArray[np.float64] | None = None
+    ) -> None:
+        """Take a teammate's place in its own map.
+
+        ``T_own_peer`` : from its map to the own one, where that is known; ``covariance`` : ``(3, 3)`` of it, if known.
+        """
         self._reports[report.peer] = report
         if T_own_peer is not None:
             place = se2.compose(T_own_peer, report.T_map_base)[:2]
-            self._tracker.observe(report.peer, report.stamp_ns, place)
+            spread_m2 = None if covariance is None else place_covariance(T_own_peer, covariance, place)
+            self._tracker.observe(report.peer, report.stamp_ns, place, spread_m2)
 
     def mask(
         self, scan: Scan, T_map_base: Transform, T_team_map: Mapping[str, Transform], now_ns: int

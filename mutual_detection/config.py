@@ -31,7 +31,7 @@ class MutualDetectionConfig:
     acceleration_m_s2: float = 0.6
     """Expert: how hard teammates brake and turn, one sigma, m/s^2, > 0. More: circles grow faster with age."""
     position_sigma_m: float = 0.05
-    """Expert: error of a reported place that comes without a covariance, one sigma, metres, > 0."""
+    """Expert: error of a reported place beside that of the transform between the maps, one sigma, metres, > 0."""
     gate_sigmas: float = 6.0
     """Expert: a report farther off starts the track afresh (the transform between the maps was corrected), > 0."""
     forget_after_s: float = 2.5

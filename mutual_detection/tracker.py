@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mrslam.mutual_detection.config import MutualDetectionConfig
+from mrslam.spatial.se2 import Transform
 
 if TYPE_CHECKING:
     from filterpy.kalman import KalmanFilter
@@ -38,14 +39,14 @@ class TeammateTracker:
     def observe(self, robot_id: str, stamp_ns: int, xy_m: ArrayLike, covariance_m2: ArrayLike | None = None) -> None:
         """Take a reported place ``(2,)`` in my map frame; reports older than the last one, or not finite, are dropped.
 
-        ``covariance_m2`` : ``(2, 2)``, of the teammate's pose and of the transform between our maps.
+        ``covariance_m2`` : ``(2, 2)`` of the place, as far as the transform between our maps is uncertain (see
+        :func:`place_covariance`); adds to ``position_sigma_m``, which stands for the teammate's own error.
         """
         xy = np.array(xy_m, dtype=np.float64)
-        floor = self._config.position_sigma_m**2 * np.eye(2)
-        noise = floor if covariance_m2 is None else np.array(covariance_m2, dtype=np.float64)
+        noise = np.zeros((2, 2)) if covariance_m2 is None else np.array(covariance_m2, dtype=np.float64)
         if xy.shape != (2,) or noise.shape != (2, 2) or not (np.isfinite(xy).all() and np.isfinite(noise).all()):
             return
-        noise = (noise + noise.T) / 2.0 + 1e-6 * np.eye(2)
+        noise = (noise + noise.T) / 2.0 + self._config.position_sigma_m**2 * np.eye(2)
         track = self._tracks.get(robot_id)
         if track is None or stamp_ns - track.stamp_ns > self._config.forget_after_s * NS:
             self._tracks[robot_id] = _Track(_new_filter(xy, noise), stamp_ns)
@@ -83,6 +84,17 @@ class TeammateTracker:
             centres.append(place)
             radii.append(min(radius, self._config.max_radius_m))
         return np.array(centres, dtype=np.float64).reshape(-1, 2), np.array(radii, dtype=np.float64)
+
+
+def place_covariance(T_a_b: Transform, covariance: ArrayLike, xy_a_m: ArrayLike) -> NDArray[np.float64]:
+    """Return the covariance ``(2, 2)``, m^2, of a place of map b at ``xy_a_m`` ``(2,)`` in map a.
+
+    ``covariance`` : ``(3, 3)`` of ``T_a_b`` (m, m, rad). An error of the angle counts with its lever arm, the distance
+    from the origin of b's frame.
+    """
+    lever_x, lever_y = np.asarray(xy_a_m, dtype=np.float64) - T_a_b[:2]
+    J = np.array([[1.0, 0.0, -lever_y], [0.0, 1.0, lever_x]])
+    return J @ np.asarray(covariance, dtype=np.float64) @ J.T
 
 
 def _new_filter(xy: NDArray[np.float64], noise: NDArray[np.float64]) -> KalmanFilter:

@@ -107,7 +107,7 @@ class PairBelief:
     def revoke(self, reason: str) -> None:
         """Forget the alignment: it was contradicted. The pair is tried again when its maps have changed."""
         self.status, self.reason, self.accepted_at_ns = "revoked", reason, None
-        self.stability = StabilityCheck()
+        self.stability.contradicted()
 
     def row(self, a: str, b: str) -> dict[str, Any]:
         """Return it as plain JSON values, as the mission's metrics list it."""

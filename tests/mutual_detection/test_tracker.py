@@ -4,8 +4,8 @@ import sys
 import numpy as np
 import pytest
 
-from mrslam.mutual_detection import MutualDetectionConfig, TeammateTracker
-from mrslam.spatial import InputError
+from mrslam.mutual_detection import MutualDetectionConfig, TeammateTracker, place_covariance
+from mrslam.spatial import InputError, se2
 
 S = 1_000_000_000
 
@@ -77,12 +77,32 @@ def test_all_teammates_at_once_in_the_order_of_ids():
     assert tracker.predict(0)[0][:, 0].tolist() == [1.0, 3.0]
 
 
-def test_a_poor_transform_widens_the_circle():
-    tracker = TeammateTracker()
-    tracker.observe("r1", 0, [0, 0], 0.01**2 * np.eye(2))
-    tracker.observe("r2", 0, [1, 0], 0.2**2 * np.eye(2))
+def test_a_poor_transform_widens_the_circle_and_none_is_taken_for_exact():
+    tracker = TeammateTracker(MutualDetectionConfig(position_sigma_m=0.05))
+    for robot_id, sigma_m in (("r1", None), ("r2", 0.12), ("r3", 0.0)):
+        tracker.observe(robot_id, 0, [0, 0], None if sigma_m is None else sigma_m**2 * np.eye(2))
     radii = tracker.predict(0)[1]
-    assert radii[1] - radii[0] == pytest.approx(2.0 * 0.19, abs=0.01)
+    assert radii[0] == radii[2] == pytest.approx(0.18 + 0.08 + 2.0 * 0.05)
+    assert radii[1] == pytest.approx(0.18 + 0.08 + 2.0 * 0.13)
+
+
+def test_the_uncertainty_of_a_place_is_that_of_the_transform_with_its_lever():
+    T, C = np.array([3.0, -1.0, 2.0]), np.array([[0.02, 0.003, 0.001], [0.003, 0.01, -0.002], [0.001, -0.002, 0.004]])
+    local = np.array([4.0, 1.5])
+    drawn = np.random.default_rng(0).multivariate_normal(T, C, 4000)
+    places = np.array([se2.apply(one, local) for one in drawn])
+    expected = place_covariance(T, C, se2.apply(T, local))
+    np.testing.assert_allclose(np.cov(places.T), expected, rtol=0.15, atol=0.004)
+    np.testing.assert_allclose(place_covariance(T, C, T[:2]), C[:2, :2])
+
+
+def test_reports_are_forgotten_with_age_and_one_after_long_silence_starts_afresh():
+    tracker = TeammateTracker(MutualDetectionConfig(forget_after_s=2.0, gate_sigmas=1e3))
+    t = drive(tracker, 3)
+    assert len(tracker.predict(round((t - 2.1) * S))[0]) == 0  # nor is it known where it was before
+    tracker.observe("r1", round((t + 2.1) * S), [7.0, 7.0])
+    centres, _ = tracker.predict(round((t + 2.6) * S))
+    np.testing.assert_allclose(centres[0], [7.0, 7.0])  # with no speed left from before
 
 
 def test_settings_are_checked():

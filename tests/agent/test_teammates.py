@@ -1,0 +1,66 @@
+"""Teammates' places carry the uncertainty of the transform to their maps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mrslam.agent.teammates import Teammates
+from mrslam.alignment import Alignment, Evidence
+from mrslam.comms import TeammatePose
+from mrslam.mutual_detection import MutualDetectionConfig
+from mrslam.spatial import Scan, se2
+from tests.agent.duo import S, live, robot
+
+COVARIANCE = np.diag([0.01, 0.02, 0.003])
+
+
+def masked(covariance: np.ndarray | None) -> int:
+    """Return how many of the beams that end around a teammate 4 m ahead are masked."""
+    beams = np.full(200, 4.0, dtype=np.float32)
+    scan = Scan(stamp_ns=S, ranges_m=beams, angle_min_rad=-0.3, angle_increment_rad=0.003, range_max_m=9.0)
+    teammates = Teammates(MutualDetectionConfig())
+    teammates.observe(TeammatePose("r2", S, np.zeros(3), 1), se2.transform(4.0, 0.0, 0.0), covariance)
+    return teammates.mask(scan, np.zeros(3), {"r2": np.zeros(3)}, S)[1]
+
+
+def test_the_less_sure_the_transform_the_wider_the_mask() -> None:
+    assert masked(None) == masked(np.zeros((3, 3))) > 10
+    assert masked(np.diag([0.02, 0.02, 0.0])) > 1.3 * masked(None)
+
+
+@pytest.mark.parametrize("own", ["r1", "r3"])
+def test_the_covariance_is_that_of_the_alignment_seen_from_the_own_map(own: str) -> None:
+    one, two = robot(own, 1), robot("r2", 1)
+    live([one, two], 0, 60)
+    first, T = min(own, "r2"), se2.transform(1.0, 2.0, 0.7)
+    found = Alignment(T, 0.9, Evidence(walls=9), COVARIANCE, "auto")
+    for t_ns in (0, 20 * S):
+        job = one.next_job(t_ns)
+        assert job is not None and job.a == first
+        one.on_done(job, found, t_ns)
+    got = one.team.covariance_of("r2")
+    assert got is not None
+    if own == first:
+        np.testing.assert_array_equal(got, COVARIANCE)
+    else:
+        drawn = np.random.default_rng(0).multivariate_normal(T, COVARIANCE, 4000)
+        np.testing.assert_allclose(got, np.cov(np.array([se2.inverse(one) for one in drawn]).T), rtol=0.2, atol=2e-3)
+
+
+def circle_m(covariance: np.ndarray) -> float:
+    """Return the radius around a teammate that was merged with this covariance and has reported its place since."""
+    one, two = robot("r1", 1), robot("r2", 1)
+    live([one, two], 0, 60)
+    found = Alignment(se2.transform(0.0, 0.0, 0.0), 0.9, Evidence(walls=9), covariance, "auto")
+    for t_ns in (0, 20 * S):
+        job = one.next_job(t_ns)
+        assert job is not None
+        one.on_done(job, found, t_ns)
+    live([one, two], 60, 70)
+    (radius_m,) = one._teammates._tracker.predict(69 * S // 10)[1]
+    return float(radius_m)
+
+
+def test_an_agent_follows_reports_with_that_covariance() -> None:
+    assert circle_m(np.diag([0.02, 0.02, 0.0])) > circle_m(np.diag([1e-8, 1e-8, 0.0])) + 0.05
