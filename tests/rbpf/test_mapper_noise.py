@@ -128,3 +128,17 @@ def test_a_mapper_saved_while_its_laser_fails_goes_on_the_same() -> None:
             half.update(scan, pose)
     assert np.array_equal(half.online_trajectory().T_map_base, whole.online_trajectory().T_map_base)
     assert half.stats.dropped == whole.stats.dropped == 10
+
+
+def test_a_robot_that_is_lost_says_so_at_once() -> None:
+    """Its health by keyframes alone would fall by a fifth."""
+    mapper = Mapper(SMALL, seed=1)
+    rng = np.random.default_rng(6)
+    for k, pose in enumerate(POSES[:30]):
+        info = mapper.update(make_scan(pose, k * 10**8, rng=rng), None)
+    assert info.health > 0.9
+    scan = make_scan(POSES[29], 30 * 10**8)
+    elsewhere = replace(scan, ranges_m=(1.2 + 0.6 * np.cos(3.0 * scan.angles_rad)).astype(np.float32))
+    info = mapper.update(elsewhere, None)
+    assert info.reason is None and info.match_score < 0.4
+    assert info.health < 0.5
