@@ -1,4 +1,4 @@
-"""When a laser is of no use: what a person should hear of, since the robot drives on by its wheels."""
+"""When a laser gives no usable scans: reported as an event, since the robot drives on by odometry."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Blindness:
         self._blind = False
 
     def look(self, reason: str | None, now_ns: int) -> list[Event]:
-        """Take whether a scan could be used, None, or why not; return an event when the robot goes blind, or sees."""
+        """Take why a scan could not be used, or None; return an event when the robot goes blind, or sees again."""
         if reason is None:
             blind_ns = 0 if self._seen_ns is None else now_ns - self._seen_ns
             was_blind, self._blind, self._seen_ns = self._blind, False, now_ns

@@ -22,7 +22,7 @@ KIND = "mrslam-agent"
 """Names the kind of file in its head."""
 VERSION = 3
 """Of the state's layout; a file of another version is refused."""
-FREE = ("threads",)
+WITHOUT_EFFECT = ("threads",)
 """Mapper settings that change no result."""
 REVISIONS_LOST = 1000
 """Revisions a resumed map skips: more than a robot publishes between two checkpoints, so none names two contents."""
@@ -53,7 +53,7 @@ def write(frozen: Packed, path: Path) -> None:
 
 
 def restore(agent: Agent, path: Path) -> None:
-    """Let a robot that has just been made go on as the one that was saved, or leave it as it is where that fails.
+    """Give a new robot the state that was saved, or leave it unchanged where that fails.
 
     Its map keeps its frame and epoch, so that alignments with teammates stay true. Raises ``InputError`` where the file
     is damaged, is another robot's, or was made with other mapper settings.
@@ -80,7 +80,7 @@ def restore(agent: Agent, path: Path) -> None:
     agent.self_doubt = doubt
     store = agent.node.store
     maps = {robot_id: KnownMap(store.version(robot_id), local) for robot_id, local in store.maps.items()}
-    agent.team.take_up(maps, beliefs, frame)
+    agent.team.restore(maps, beliefs, frame)
 
 
 def resume(agent: Agent, path: Path) -> None:
@@ -97,13 +97,14 @@ def _same_settings(saved: dict[str, Any], now: dict[str, Any], path: Path) -> No
     other = [
         f"rbpf.{name} {saved.get(name)} (now {now[name]})"
         for name in now
-        if name not in FREE and saved.get(name) != now[name]
+        if name not in WITHOUT_EFFECT and saved.get(name) != now[name]
     ]
     if other:
         raise InputError(f"{path}: made with other settings: {', '.join(other)}; use these, or start without it")
 
 
 def _belief_state(belief: PairBelief) -> dict[str, Any]:
+    """Return the belief without its last attempt and search, whose times and areas are of the process that ends."""
     return {
         "status": belief.status,
         "reason": belief.reason,

@@ -50,7 +50,7 @@ class Agent(Robot):
         return effects
 
     def publish(self, now_ns: int) -> None:
-        """Give teammates the own map as it is now."""
+        """Publish the own map: a new revision, for teammates and for the own team map alike."""
         self._published_ns = now_ns
         published = self.node.publish(self.local_map(), now_ns)
         if published is not None:
@@ -61,13 +61,13 @@ class Agent(Robot):
         return self._published_ns is None or now_ns - self._published_ns >= interval_ns
 
     def _expected_pose(self, T_odom_base: Transform | None) -> Transform:
-        """Return where the robot is when a scan comes in: the last pose, moved by what odometry says since."""
+        """Return the expected ``T_map_base (3,)`` of a new scan: the last pose, moved by odometry since."""
         if T_odom_base is None or self._T_odom_base is None:
             return self.mapper.T_map_base
         return se2.compose(self.mapper.T_map_base, se2.between(self._T_odom_base, T_odom_base))
 
     def _watch_health(self, info: UpdateInfo, scan: Scan, now_ns: int) -> list[Effect]:
-        """Notice that the robot may be anywhere, that it is localised again, or that it has to give its map up."""
+        """Return an event where the robot begins to doubt its pose, has recovered, or gives its map up."""
         if info.reason is not None:
             return []
 
@@ -114,7 +114,7 @@ class Agent(Robot):
         return self._follow(self.node.leave(), now_ns)
 
     def on_tick(self, now_ns: int) -> list[Effect]:
-        """Look after beacons, rendezvous, exchanges and the places of maps; call it every ``agent.tick_s``."""
+        """Handle beacons, rendezvous, exchanges and the places of maps; call it every ``agent.tick_s``."""
         effects = self._follow(self.node.on_tick(now_ns), now_ns)
         self.team.keep_placed(now_ns)
         if now_ns >= self._report_ns:
@@ -142,7 +142,7 @@ class Agent(Robot):
 
     def _observe(self, report: comms.TeammatePose) -> None:
         known = self.team.maps.get(report.peer)
-        if known is not None and known.epoch == report.epoch:  # a place on another map than the known one says nothing
+        if known is not None and known.epoch == report.epoch:  # else its pose is in the frame of another map
             self._teammates.observe(report, self.team.T_own_map.get(report.peer), self.team.covariance_of(report.peer))
 
     # -- alignment -> team map -> where teammates are ------------------------------------------------------------------

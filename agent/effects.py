@@ -30,34 +30,37 @@ class Event:
 
 @dataclass(frozen=True, eq=False)
 class AlignJob:
-    """Two maps whose relative pose is to be found; slow, so the shell runs it beside the scans."""
+    """Two maps whose transform ``T_a_b`` is to be found; slow, so the shell runs it on another thread."""
 
     a: str
     b: str
     grid_a: OccupancyGrid
     grid_b: OccupancyGrid
     prior: Prior | None
+    """Where to look; None searches all transforms."""
     versions: tuple[tuple[int, int], tuple[int, int]]
     """(epoch, revision) of the two maps."""
     area_m2: tuple[float, float]
+    """Known areas of the two maps, square metres."""
     attempt: int
-    """How often the pair was tried before; seeds the search, so that a second try is an independent witness."""
+    """Number of tries before; seeds the search, so that a second try is independent evidence."""
     trails: tuple[Trail, Trail] | None = None
-    """The ways that made the two maps: where these fit only when bent, it is their scans that say how."""
+    """The trails of the two maps: where these fit only when bent, they are bent by the trails' scans."""
 
 
 @dataclass(frozen=True, eq=False)
 class JoinJob:
-    """Maps that were placed, to be bent until what their robots saw of the same places agrees; slow, too."""
+    """Placed maps whose keyframes are to be solved jointly (:func:`mrslam.merge.join`); slow, too."""
 
     frame: str
     """The robot whose map frame is the team's."""
     trails: Mapping[str, Trail]
     T_team_map: Mapping[str, Transform]
+    """By robot: ``(3,)``, the rigid placement (``Placement.T_rigid``)."""
     T_a_b: Mapping[Pair, Transform]
     """The alignments believed when the maps were placed."""
     epochs: Mapping[str, int]
-    """Which of each robot's maps it is."""
+    """Epoch of each robot's map: the outcome is void where one has changed."""
 
 
 Job = AlignJob | JoinJob
@@ -86,7 +89,7 @@ def _plain_fields(record: Any) -> Iterator[tuple[str, Any]]:
 
 
 def mapped_fields(info: UpdateInfo) -> dict[str, Any]:
-    """Return what the event "mapped" says of one scan: the pose it was mapped at, and how the filter is."""
+    """Return the fields of the event "mapped" of one scan: the pose it was mapped at, and the filter's state."""
     x, y, theta = (round(float(value), 4) for value in info.T_map_base)
     return {
         "x_m": x,
@@ -99,13 +102,13 @@ def mapped_fields(info: UpdateInfo) -> dict[str, Any]:
 
 
 def known_fields(own_m2: float, team: TeamMap) -> dict[str, Any]:
-    """Return what the event "known" says: how large the maps are, and whose are placed."""
+    """Return the fields of the event "known": how large the maps are, and whose are placed."""
     team_m2 = team.grid.known_area_m2()
     return {"own_m2": round(own_m2, 2), "team_m2": round(team_m2, 2), "placed": sorted(team.T_team_map)}
 
 
 def joined_fields(bent: BentTeam) -> dict[str, Any]:
-    """Return what the event "joined" says: how many places tie whom, and how far that moved each robot's keyframes."""
+    """Return the fields of the event "joined": believed ties by pair, and how far each robot's keyframes were bent."""
     tied = Counter(f"{tie.a}-{tie.b}" for tie in bent.ties if tie.believed)
     return {
         "ties": dict(sorted(tied.items())),

@@ -1,4 +1,4 @@
-"""When the maps of a team are bent to fit each other again."""
+"""When the next joint solution of the placed maps is computed."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from mrslam.merge import Pair, Placement
 from mrslam.spatial.se2 import Transform
 
 JOIN_NS = 10_000_000_000
-"""Shortest time between two joint solutions while only maps grow, nanoseconds: some metres of way are new by then."""
+"""Least time between two joint solutions while only maps grow, nanoseconds: robots drive some metres in it."""
 KEYFRAMES, SHARE = 8, 0.04
-"""New keyframes of one robot that are worth another solution: some metres of way, and a share of what it has, so that
-the cost of all solutions grows with the way and not with its square."""
+"""Least new keyframes of one robot for another solution (some metres of path), and least share of all it has, so that
+the cost of all solutions grows with the path and not with its square."""
 AT_LAST_NS = 60_000_000_000
-"""Fewer are joined, too, when so much time has passed, nanoseconds: a robot that stands still waits for nothing."""
+"""Time after which fewer new keyframes are joined, too, nanoseconds: a robot that stands still is not waited for."""
 
 
 class Joining:
-    """Decides by what is placed; it keeps what the last solution was made of."""
+    """Chooses the maps to join; it keeps the versions and alignments that the last job was made of."""
 
     def __init__(self) -> None:
         self._keys: dict[str, tuple[int, int]] = {}
@@ -31,7 +31,7 @@ class Joining:
     ) -> JoinJob | None:
         """Return the maps to join, where more than one is placed and something is new; else None.
 
-        A changed alignment is joined at once, for until then the maps cannot be judged.
+        A changed alignment is joined at once, for until then the maps are not compared for contradictions.
         """
         frame = placement.anchor
         known = {name: maps[name] for name in placement.T_rigid if name in maps and len(maps[name].trail)}

@@ -1,4 +1,4 @@
-"""A robot's map as it was last given out, and what is computed from it once."""
+"""A robot's map as last published, with what is derived from it once."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class KnownMap:
 
     @cached_property
     def trail(self) -> Trail:
-        """The way that made the map, as far as its keyframes have scans."""
+        """The map's keyframes that have scans."""
         return Trail.of(self.local)
 
     @cached_property

@@ -10,7 +10,7 @@ from mrslam.comms import ExchangeDone
 
 @dataclass
 class LinkStats:
-    """Sums over all completed exchanges with one peer, as counted by one side."""
+    """Sums over all completed exchanges with one peer, in bytes, as counted by one side."""
 
     exchanges: int = 0
     bytes_sent: int = 0

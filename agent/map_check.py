@@ -13,7 +13,7 @@ ON_FREE = 0.8
 
 
 def contradicts_itself(local: LocalMap) -> str | None:
-    """Return why a map cannot be what its robot saw: it says to have been where its own map has no free floor.
+    """Return why a map cannot be what its robot saw (its keyframes lie outside its own free cells), or None.
 
     A turned or mirrored map with a true trajectory, or random cells, are found out before anything is aligned.
     """

@@ -1,4 +1,4 @@
-"""The parts of one robot, and what it has to show of them."""
+"""The parts of one robot, and what others read of them: maps, poses, trajectories."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ class Robot:
         seed: int = 0,
         boot_id: int = 1,
     ) -> None:
-        """Make a robot that knows nothing yet."""
+        """Make a robot without any map yet."""
         self.robot_id, self.settings, self.mode, self.seed = robot_id, settings, mode, seed
         self.mapper = Mapper(settings.rbpf, seed=seed)
         self.node = CommsNode(robot_id, team, boot_id, settings.comms, mode=mode, seed=seed)
-        self.team = Team(robot_id, settings, maps=mode != "central")
+        self.team = Team(robot_id, settings, has_own_map=mode != "central")
         self.links: dict[str, LinkStats] = {}
         """By teammate: what exchanges with it cost."""
         self.self_doubt = SelfDoubt(settings.agent.min_health, round(settings.agent.give_up_s * 1e9))
         self.map_number = 0
-        """How often the robot gave its map up and began a new one."""
+        """Number of times the robot gave its map up and began a new one."""
         self.masked_beams = 0
         """Beams dropped so far because they hit teammates."""
         self.scan: Scan | None = None
@@ -50,39 +50,39 @@ class Robot:
 
     @property
     def T_team_map(self) -> dict[str, Transform]:
-        """By robot: maps points of its map into the own map, for those whose place is known."""
+        """By robot: maps points of its map into the team frame, for those that are placed."""
         return self.team.T_team_map
 
     def team_map(self) -> TeamMap:
-        """Return the team map in this robot's own map frame, with who is placed where and who is not and why.
+        """Return the team map in this robot's own map frame, with the places of maps, and why the others have none.
 
         A base station's is in the map frame of one of the robots (``anchor``).
         """
         return self.team.map()
 
     def teammates(self, now_ns: int) -> dict[str, Transform]:
-        """Return where those teammates are, in the own map frame, whose map is placed and who were heard lately."""
+        """Return ``T_team_base (3,)`` of the teammates whose map is placed and whose last report is recent."""
         return self._teammates.places(self.T_team_map, now_ns)
 
     def local_map(self) -> LocalMap:
-        """Return the own map now."""
+        """Return the own map, as tiles with keyframes."""
         return self.mapper.snapshot()
 
     def own_map(self) -> OccupancyGrid:
-        """Return the own map, without what was mapped of teammates before it was known where they are."""
+        """Return the own map as a grid, without ghosts: teammates mapped as walls before their place was known."""
         return self.team.without_ghosts(self.local_map().map.to_grid())
 
     def planning_grid(self) -> OccupancyGrid:
-        """Return what to drive by, in the own map frame: the team's map once someone else is placed, else the own."""
+        """Return the grid to plan on, in the team frame: the team map once a teammate is placed, else the own map."""
         return self.team_map().grid if len(self.T_team_map) > 1 else self.own_map()
 
     @property
     def T_team_base(self) -> Transform:
-        """``(3,)``: where the robot is in the team map, in which its own map may be bent."""
+        """``(3,)``: the robot's pose in the team frame, in which its own map may be bent."""
         return se2.compose(self.team.T_team_own, self.mapper.T_map_base)
 
     def corrected_trajectories(self) -> dict[str, Keyframes]:
-        """Return ways in the team map of the robots whose maps are bent: the own laser's, and teammates' keyframes."""
+        """Return trajectories of robots with bent maps in the team frame: the own laser's, teammates' keyframes."""
         ways = self.team.keyframes()
         bends = self.team.bends
         if self.robot_id in bends:
@@ -96,7 +96,7 @@ class Robot:
         return 0.0 if published is None else published.area_m2
 
     def trajectory_laser(self) -> Keyframes:
-        """Return the pose of the laser for every scan, corrected by all that came later."""
+        """Return the pose of the laser in the own map for every scan, corrected by everything that came later."""
         trajectory = self.mapper.trajectory()
         T_base_laser = se2.IDENTITY if self.scan is None else self.scan.T_base_laser
         return Keyframes(trajectory.stamps_ns, se2.compose(trajectory.T_map_base, T_base_laser))

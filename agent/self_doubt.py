@@ -1,4 +1,4 @@
-"""When a robot doubts where it is."""
+"""When a robot doubts its own pose: its mapper's health is low, or its view has changed suddenly (kidnapped)."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ SAVED = ("doubtful", "torn", "_usual", "_seen", "_fitting", "_doubted_ns")
 
 @dataclass
 class SelfDoubt:
-    """Notices that a robot may be anywhere: it then keeps what it maps to itself.
+    """Detects that a robot's pose may be wrong; it then does not publish its map.
 
-    Either the mapper's health falls, or the view changes at once, as when somebody carries the robot off: then all that
-    the mapper sees afterwards fits well what it saw since, and only the map of before can tell whether it is right.
+    Either the mapper's health falls, or the view changes suddenly, as when the robot is carried off: the mapper's later
+    scans then fit each other well, and only the map published before can show whether the pose is right.
     """
 
     min_health: float
@@ -42,7 +42,7 @@ class SelfDoubt:
     doubtful: bool = False
     """Whether the robot doubts where it is."""
     torn: bool = False
-    """Whether it doubts because its view changed at once."""
+    """Whether it doubts because its view changed suddenly."""
     _usual: float = 1.0
     _seen: int = 0
     _fitting: int = 0
@@ -50,12 +50,12 @@ class SelfDoubt:
     _looked_ns: int | None = None
 
     def look(self, health: float, match_score: float, fits: Callable[[], bool | None], now_ns: int) -> str | None:
-        """Return "doubtful", "recovered" or "given_up" when that has just become so.
+        """Return "doubtful", "recovered" or "given_up" at the scan where the state changes, else None.
 
-        ``match_score`` : share of the scan that fits the scans before, 0..1. ``fits()`` says whether it fits the map
-        that was last given out, None where that cannot tell; it is asked only when the view has changed at once.
-        A robot that was resumed has driven on since it was saved, so its view may well have changed: its place, which
-        its wheels tell, is doubted unless that map confirms it. They may have been set to nought, or the robot carried.
+        ``match_score`` : share of the scan that fits the scans before, 0..1. ``fits()`` returns whether it fits the map
+        last published, None where that has too few known cells; it is called only when the view changed suddenly.
+        A resumed robot has driven on since it was saved, so its view may well have changed: its pose by odometry is
+        doubted unless that map confirms it, for odometry may have been reset, or the robot carried.
         """
         is_back = self._looked_ns is None and self._seen > 0
         self._seen += 1
@@ -78,11 +78,11 @@ class SelfDoubt:
         return None
 
     def state(self) -> dict[str, Any]:
-        """Return everything that a resumed robot needs: one that starts in another place must notice it."""
+        """Return what a checkpoint keeps: a robot that is resumed in another place must notice it."""
         return {name: value for name, value in vars(self).items() if name in SAVED}
 
     def resumed(self, state: dict[str, Any]) -> SelfDoubt:
-        """Return one with these limits that goes on from what :meth:`state` told; the time between does not count."""
+        """Return one with these limits that continues from ``state``; the time between does not count."""
         return replace(self, **{name: state[name] for name in SAVED}, _looked_ns=None)
 
     def _has_recovered(self, health: float, fits: Callable[[], bool | None]) -> bool:
@@ -94,9 +94,9 @@ class SelfDoubt:
 
 
 def fits_map(scan: Scan, T_map_base: Transform, grid: OccupancyGrid) -> bool | None:
-    """Return whether a scan taken at this pose agrees with a map: most of what it hits there are walls.
+    """Return whether a scan taken at ``T_map_base (3,)`` fits a map: most end points in known cells are at walls.
 
-    None where the map knows too little of what the scan hits.
+    None where too few of them are in known cells.
     """
     hit = np.isfinite(scan.ranges_m)
     angles = scan.angles_rad[hit]

@@ -1,7 +1,7 @@
-"""What one robot makes of its team: whose maps it believes, how they lie to each other, and the map they make together.
+"""One robot's knowledge of its team: everyone's newest map, a belief about each pair of maps, and where each map lies.
 
-Maps of teammates come in, pairs of maps to align are returned; an accepted alignment becomes an edge of the team graph,
-and one that is contradicted is taken back.
+Maps come in (:meth:`Team.take_map`), jobs go out (:meth:`Team.next_job`) and come back done. An accepted alignment
+becomes an edge of the team graph; one that the graph drops, or that a later alignment refutes, is withdrawn.
 """
 
 from __future__ import annotations
@@ -28,29 +28,31 @@ from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, se2
 from mrslam.spatial.se2 import Transform
 
 PLACE_NS = 2_000_000_000
-"""How often maps that have changed are compared with each other, nanoseconds: once a ``publish_interval_s``."""
+"""Least time between two placements for changed maps alone, nanoseconds: as ``agent.publish_interval_s`` by default."""
 
 
 class Team:
     """The maps known, what is believed of each pair of them, and who lies where in the own map's frame."""
 
-    def __init__(self, robot_id: str, settings: Settings, *, maps: bool = True) -> None:
-        """Start alone.
+    def __init__(self, robot_id: str, settings: Settings, *, has_own_map: bool = True) -> None:
+        """Start without any map.
 
-        A robot that ``maps`` lays teammates' maps into its own; a base station, which has none, into the map of one of
-        those that it could put together, and keeps to that one's while it can.
+        A robot that ``has_own_map`` is the anchor: its map frame is the team frame. A base station has none; its team
+        frame is the map frame of one robot of the largest component, the same one as long as that is possible.
         """
         self.robot_id = robot_id
         self.maps: dict[str, KnownMap] = {}
-        """By robot: its newest map, where it is believed to be what the robot saw."""
+        """By robot: its newest map, without those that contradict themselves (:attr:`doubted`)."""
         self.doubted: dict[str, str] = {}
-        """By robot: why its map is not believed to be what it saw."""
+        """By robot: why its newest map is refused (:func:`contradicts_itself`)."""
         self.beliefs: dict[Pair, PairBelief] = {}
-        """By pair of those maps, (a, b) with a < b: what is believed of it."""
+        """By pair of the robots in :attr:`maps`, (a, b) with a < b; the only place where alignments are kept."""
         self._schedule, self._joining = Schedule(robot_id, settings.agent), Joining()
         self._mutual_detection = settings.mutual_detection
-        self._mapper = TeamMapper(anchor=robot_id if maps else None, config=settings.merge, keeps_frame=not maps)
-        self._placement = Placement(T_team_map={robot_id: se2.IDENTITY} if maps else {})
+        self._mapper = TeamMapper(
+            anchor=robot_id if has_own_map else None, config=settings.merge, keeps_frame=not has_own_map
+        )
+        self._placement = Placement(T_team_map={robot_id: se2.IDENTITY} if has_own_map else {})
         self._placed_ns = 0
         self._is_placement_old = False
         self._map: TeamMap | None = None
@@ -58,7 +60,7 @@ class Team:
     # -- maps ----------------------------------------------------------------------------------------------------------
 
     def take_map(self, robot_id: str, known: KnownMap) -> None:
-        """Take the newest map of a robot."""
+        """Take the newest map of a robot; one of a new epoch replaces map, place and beliefs of the old one."""
         if self._doubts(robot_id, known.local):
             return
         held = self.maps.get(robot_id)
@@ -75,13 +77,13 @@ class Team:
             self.beliefs.setdefault(pair_of(robot_id, other), PairBelief())
 
     def _begin_pairs(self, robot_id: str) -> None:
-        """Forget what is believed of a robot's pairs, for its map is another one now."""
+        """Reset the beliefs of a robot's pairs, for its new map has another frame."""
         for pair in self.beliefs:
             if robot_id in pair:
                 self.beliefs[pair] = PairBelief(reason=f"{robot_id} started a new map")
 
     def _doubts(self, robot_id: str, local: LocalMap) -> bool:
-        """Return whether a teammate's map contradicts itself; what was believed of it before is forgotten, too."""
+        """Return whether a teammate's map contradicts itself; if so, note why, and drop its map, place and beliefs."""
         reason = contradicts_itself(local) if robot_id != self.robot_id else None
         if reason is None:
             self.doubted.pop(robot_id, None)
@@ -94,14 +96,14 @@ class Team:
         return True
 
     def displace(self, robot_id: str) -> None:
-        """Forget at once where a robot's old map lay; where it was the own one, that was everyone's frame."""
+        """Remove a robot's map and place at once; of the own robot, all places: its map frame was the team frame."""
         self._mapper.remove_map(robot_id)
         lost = self.T_team_map.keys() - {self.robot_id} if robot_id == self.robot_id else {robot_id}
         places = {one: T for one, T in self.T_team_map.items() if one not in lost}
         self._placement, self._is_placement_old = replace(self._placement, T_team_map=places), True
 
-    def take_up(self, maps: Mapping[str, KnownMap], beliefs: Mapping[Pair, PairBelief], frame: str | None) -> None:
-        """Go on with the maps and beliefs of an earlier life."""
+    def restore(self, maps: Mapping[str, KnownMap], beliefs: Mapping[Pair, PairBelief], frame: str | None) -> None:
+        """Continue with the maps, beliefs and frame of a checkpoint."""
         self._mapper.frame = frame
         for robot_id, known in sorted(maps.items()):
             if not self._doubts(robot_id, known.local):
@@ -114,13 +116,13 @@ class Team:
     # -- jobs ----------------------------------------------------------------------------------------------------------
 
     def next_job(self, now_ns: int) -> Job | None:
-        """Return the maps to join where the alignments or much of the maps are new, else a pair to align, or None."""
+        """Return a joint solution to compute where alignments changed or maps grew, else a pair to align, or None."""
         T_a_b = {pair: found.T_a_b for pair, found in self._alignments().items()}
         joining = self._joining.next_job(self._placement, self.maps, T_a_b, now_ns)
         return joining or self._schedule.next_job(self.beliefs, self.maps, self.T_team_map, now_ns)
 
     def on_aligned(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int) -> list[Effect]:
-        """Take the result of an alignment; an accepted and stable one becomes an edge of the team graph."""
+        """Take the result of an alignment; the pair's belief decides whether it becomes an edge of the team graph."""
         verdict = self._settle(job, outcome, now_ns)
         fields = {"a": job.a, "b": job.b, **verdict.fields()}
         effects: list[Effect] = [Event(now_ns, "alignment", fields)]
@@ -134,7 +136,7 @@ class Team:
         return effects + self.revoke(now_ns)
 
     def on_joined(self, job: JoinJob, joint: JointMap, now_ns: int) -> list[Effect]:
-        """Take a joint solution: maps are drawn bent from now on, and judged so."""
+        """Take a joint solution: from now on maps are drawn bent, and compared bent for contradictions."""
         current = {name: one.epoch for name, one in self.maps.items()}
         if any(current.get(name) != epoch for name, epoch in job.epochs.items()):
             return []  # a map was started anew while this was computed
@@ -152,7 +154,7 @@ class Team:
         return self.beliefs[job.a, job.b].settle(job, outcome, now_ns)
 
     def revoke(self, now_ns: int) -> list[Effect]:
-        """Take back the alignments that the maps contradicted when they were placed last."""
+        """Withdraw alignments that the last placement dropped: loops that fail to close, walls on free space."""
         effects: list[Effect] = []
         for (a, b), reason in self._placement.dropped.items():
             belief = self.beliefs.get((a, b))
@@ -166,7 +168,10 @@ class Team:
 
     @property
     def T_team_map(self) -> dict[str, Transform]:
-        """By robot: maps points of its map into the own map (the frame's), for those whose place is known."""
+        """By robot: maps points of its map into the team frame (:attr:`frame`), for those that are placed.
+
+        Of a bent map it is right at the newest keyframe of the joint solution.
+        """
         return self._placement.T_team_map
 
     @property
@@ -186,12 +191,12 @@ class Team:
         return found.covariance if self.robot_id < robot_id else inverse_covariance(found.T_a_b, found.covariance)
 
     def keep_placed(self, now_ns: int) -> None:
-        """Place maps again that have changed, where that was not done just now."""
+        """Compute places again where maps have changed, at most every ``PLACE_NS``."""
         if self._is_placement_old and now_ns - self._placed_ns >= PLACE_NS:
             self._place(now_ns)
 
     def _place(self, now_ns: int) -> None:
-        """Compute where every map lies by what is believed now."""
+        """Compute where every map lies by the alignments believed now."""
         self._placed_ns = now_ns
         self._placement, self._is_placement_old = self._mapper.placement(self._alignments()), False
 
@@ -199,7 +204,7 @@ class Team:
         return {pair: belief.alignment for pair, belief in self.beliefs.items() if belief.alignment is not None}
 
     def map(self) -> TeamMap:
-        """Return the team map in the own map's frame, with who is placed where and who is not and why."""
+        """Return the team map in the team frame, with the places of maps, and why the others have none."""
         if self._map is None:
             team = self._mapper.team_map(self._alignments())
             self._placement, self._is_placement_old = team, False
@@ -208,7 +213,7 @@ class Team:
         return self._map
 
     def _why(self, robot_id: str, reason: str) -> str:
-        """Return why a robot is not placed, with what was taken back."""
+        """Return why a robot is not placed, with its withdrawn alignments."""
         revoked = [
             f"{a}-{b}: {belief.reason}"
             for (a, b), belief in sorted(self.beliefs.items())
@@ -217,7 +222,7 @@ class Team:
         return f"{reason} ({'; '.join(revoked)})" if revoked else reason
 
     def without_ghosts(self, grid: OccupancyGrid) -> OccupancyGrid:
-        """Free the occupied cells where a robot has been: nobody drives through walls."""
+        """Return a team frame's grid with occupied cells freed where robots have been: none drives through walls."""
         if not self._mutual_detection.enabled:
             return grid
         paths = [keyframes.T_map_base[:, :2] for keyframes in self.keyframes().values()]
@@ -225,16 +230,16 @@ class Team:
 
     @property
     def bends(self) -> Mapping[str, Bend]:
-        """By robot: how its map is bent to fit the others, in the team's frame; empty where nothing ties them."""
+        """By robot: how its map is bent to fit the others, in the team frame; empty where no matches tie them."""
         return self._placement.bends
 
     @property
     def ties(self) -> tuple[Tie, ...]:
-        """Places that two robots saw, by the last joint solution."""
+        """Matches between robots that went into the last joint solution."""
         return self._mapper.bent.ties
 
     def ties_m(self, T_team_map: Mapping[str, Transform]) -> list[NDArray[np.float64]]:
-        """Return the ties believed as places of the two robots, ``(2, 2)`` each, with their maps laid like this."""
+        """Return the positions ``(2, 2)``, metres, of each believed tie's two keyframes with maps at ``T_team_map``."""
         keys = {name: se2.compose(T, self.maps[name].trail.T_map_key) for name, T in T_team_map.items()}
         return [
             np.stack([keys[tie.a][tie.match.i, :2], keys[tie.b][tie.match.j, :2]])
@@ -243,7 +248,7 @@ class Team:
         ]
 
     def keyframes(self) -> dict[str, Keyframes]:
-        """Return the keyframes of every robot that is placed, in the team's frame, corrected where maps are bent."""
+        """Return the keyframes of every placed robot in the team frame, corrected where its map is bent."""
         out = {}
         for robot_id, T_team_map in self.T_team_map.items():
             if robot_id in self.maps:
@@ -254,13 +259,13 @@ class Team:
 
     @property
     def T_team_own(self) -> Transform:
-        """``(3,)``: maps points of the own map, near where the robot is, into the team map, in which it may be bent."""
+        """``(3,)``: maps points of the own map into the team frame; of a bent map, right near the robot only."""
         bend = self._placement.bends.get(self.robot_id)
         return se2.IDENTITY if bend is None else bend.T_team_map_now
 
     @property
     def T_own_map(self) -> dict[str, Transform]:
-        """By robot: maps points where it is now into the own map as it is where the own robot is now."""
+        """By robot: maps points of its map into the own map; where maps are bent, right near the two robots only."""
         T_own_team = se2.inverse(self.T_team_own)
         return {
             name: se2.IDENTITY if name == self.robot_id else se2.compose(T_own_team, T)

@@ -29,9 +29,10 @@ class Teammates:
     def observe(
         self, report: TeammatePose, T_own_peer: Transform | None, covariance: NDArray[np.float64] | None = None
     ) -> None:
-        """Take a teammate's place in its own map.
+        """Take a teammate's reported pose in its own map.
 
-        ``T_own_peer`` : from its map to the own one, where that is known; ``covariance`` : ``(3, 3)`` of it, if known.
+        ``T_own_peer (3,)`` maps points of that map into this robot's, where that is known; ``covariance (3, 3)`` : its
+        covariance, m^2 and rad^2, if known.
         """
         self._reports[report.peer] = report
         if T_own_peer is not None:
@@ -44,7 +45,7 @@ class Teammates:
     ) -> tuple[Scan, int]:
         """Return the scan without the beams that end at teammates, and how many these were.
 
-        ``T_map_base`` : where the robot is expected to be. Whose map is placed no more is followed no more.
+        ``T_map_base (3,)`` : where the robot is expected to be. Teammates not in ``T_team_map`` are not tracked.
         """
         if not self._enabled:
             return scan, 0
@@ -53,7 +54,7 @@ class Teammates:
         return mask_teammates(scan, T_map_base, *self._tracker.predict(now_ns))
 
     def places(self, T_team_map: Mapping[str, Transform], now_ns: int) -> dict[str, Transform]:
-        """Return where those teammates are, in the own map frame, whose map is placed and whose report is new."""
+        """Return ``T_team_base (3,)`` of the teammates whose map is placed and whose report is recent."""
         return {
             peer: se2.compose(T_team_map[peer], report.T_map_base)
             for peer, report in sorted(self._reports.items())

@@ -1,4 +1,4 @@
-"""Whether placed maps contradict each other: compared once, remembered while both stay as they are."""
+"""Whether placed maps contradict each other; an answer is cached while neither map changes."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ _Compared = tuple[OccupancyGrid, OccupancyGrid, str | None]
 REMEMBERED = 4
 """Comparisons kept for each pair of robots: the alignment tried, the placement, and one of each from before."""
 SHAPES = 2
-"""Maps of one robot that are kept prepared: as it is, and bent."""
+"""Prepared maps kept for each robot: the published one, and the bent one."""
 
 
 class Contradictions:
-    """Compares maps by the limits of the configuration."""
+    """Compares placed maps under the limits ``merge.contradiction_*``, and caches the answers."""
 
     def __init__(self, config: MergeConfig) -> None:
         self.config = config
@@ -33,7 +33,8 @@ class Contradictions:
     ) -> str | None:
         """Return how two robots' maps contradict each other placed like this, or None.
 
-        ``hops`` : alignments between the two; errors of as many add up.
+        ``T_a_b`` : ``(3,)``, where b's map is placed in a's. ``hops`` : the number of alignments on the path between
+        the two, whose errors add up: the tolerance grows with its square root.
         """
         key = (np.asarray(T_a_b).tobytes(), hops)
         held = self._compared.setdefault((a, b), {})

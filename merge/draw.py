@@ -100,7 +100,7 @@ def _painted(
 
 
 def laid(team_map: TeamMap, layers: Mapping[str, OccupancyGrid]) -> dict[str, OccupancyGrid]:
-    """Return the maps of the robots that are placed in the team's lattice, bent where they are."""
+    """Return the placed robots' maps in the team frame and lattice, bent where the team map bends them."""
     out: dict[str, OccupancyGrid] = {}
     for robot_id, T_team_map in team_map.T_team_map.items():
         if robot_id in layers:

@@ -1,4 +1,4 @@
-"""The team map, kept up to date as maps grow and alignments come and go."""
+"""The team map, kept up to date as maps grow and alignments are added and withdrawn."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class TeamMap(Placement):
 
 
 class TeamMapper:
-    """Builds team maps from robots' maps and accepted alignments; in whatever order these came, the bytes are the same.
+    """Builds team maps from robots' maps and accepted alignments; the result does not depend on their order.
 
     The team frame is the anchor's map frame, for good: growth never moves it. Without an anchor it is the frame of the
     first robot (by id) of the largest component; ``keeps_frame``: of the robot that had it before, while it is in the
@@ -50,8 +50,11 @@ class TeamMapper:
         """How the maps are bent to fit each other, by the last joint solution."""
         self._grids: dict[str, OccupancyGrid] = {}
         self._scanned: set[str] = set()
+        """Robots whose maps came with keyframes' scans; only these can be joined and bent."""
         self._bent_grids: dict[str, tuple[OccupancyGrid, Bend, OccupancyGrid]] = {}
+        """By robot: its map, a bend, and the map bent by it (a cache)."""
         self._judged_grids: dict[str, tuple[se2.Transform, OccupancyGrid, se2.Transform]] = {}
+        """By robot: its ``T_team_key``, the map bent when that solution came, and ``T_team_map`` then (a cache)."""
         self._contradictions = Contradictions(self.config)
         self._layers: dict[str, Layer] = {}
         self._tree = FusionTree(self.config.fusion)
@@ -67,7 +70,7 @@ class TeamMapper:
         return self._tree.fusions
 
     def set_map(self, robot_id: str, grid: OccupancyGrid, trail: Trail | None = None) -> None:
-        """Take a robot's map, with the way behind it where it is known; cells of the same content change nothing."""
+        """Set a robot's map, and its trail where it has one; a map with the same cells changes nothing."""
         (self._scanned.add if trail is not None and len(trail) else self._scanned.discard)(robot_id)
         if trail is not None:
             self.bent = self.bent.corrected(robot_id, trail)
@@ -94,15 +97,17 @@ class TeamMapper:
         return replace(placement, **self._bent_places(placement))
 
     def _bent_places(self, placement: Placement) -> dict[str, Any]:
-        """Return how the maps that are placed are bent, and where the bent ones lie.
+        """Return the fields ``bends`` and ``T_team_map`` of the placement where the last joint solution applies, or {}.
 
-        A solution that someone was part of who is placed no more holds for nobody: what bent a map must be known.
+        It applies only while every robot that it ties is placed: a robot that is not may have bent the others wrongly.
         """
         bends, places = self.bent.bends, placement.T_team_map
         if placement.anchor not in bends or not bends.keys() <= places.keys():
             return {}
-        now = {x: bends[x].T_team_map_now if x in bends and x != placement.anchor else T for x, T in places.items()}
-        return {"bends": dict(bends), "T_team_map": now}
+        at_last_key = {
+            x: bends[x].T_team_map_now if x in bends and x != placement.anchor else T for x, T in places.items()
+        }
+        return {"bends": dict(bends), "T_team_map": at_last_key}
 
     def team_map(self, alignments: Mapping[Pair, AlignmentLike]) -> TeamMap:
         """Return the team map by these accepted alignments; only what changed since the last call is fused again."""
@@ -125,9 +130,10 @@ class TeamMapper:
         return min(finest, default=0.05)
 
     def _conflict(self, alignments: Mapping[Pair, AlignmentLike]) -> Conflict:
-        """Return what compares two maps: bent where a joint solution bends them, else as they are.
+        """Return the function that compares two maps: bent where a joint solution bends them, else as published.
 
-        Maps with scans that no joint solution has seen with these alignments do not contradict each other yet.
+        Maps with scans are not compared until a joint solution was computed with the pair's present alignment: rigidly
+        placed, bent maps would contradict each other though the alignment is right.
         """
         edges = [make_edge(a, b, found) for (a, b), found in alignments.items()]
         T_a_b = {edge.pair: edge.T_a_b for edge in edges}
@@ -136,6 +142,7 @@ class TeamMapper:
             if {a, b} <= self._scanned and not self.bent.judges(a, b, T_a_b):
                 return None
             if {a, b} <= self.bent.bends.keys():
+                # Tied by their own scans: no alignments between them whose errors would add up, so 1.
                 (one, T_team_a), (two, T_team_b) = self._judged(a), self._judged(b)
                 return self._contradictions.against(a, b, (one, two), se2.between(T_team_a, T_team_b), 1)
             return self._contradictions.against(a, b, (self._grids[a], self._grids[b]), T, hops)
@@ -150,7 +157,7 @@ class TeamMapper:
         return held[1:]
 
     def _bent(self, robot_id: str, bend: Bend | None) -> OccupancyGrid:
-        """Return a robot's map as it is drawn."""
+        """Return a robot's map as it is drawn into the team map: bent by ``bend``, or the published one."""
         grid = self._grids[robot_id]
         if bend is None:
             return grid

@@ -11,7 +11,7 @@ from mrslam.spatial import OccupancyGrid, se2
 
 
 def warm_up() -> None:
-    """Call every kernel of this package once with a tiny map."""
+    """Compile the warping, fusing and comparing kernels by calling each once with a tiny map."""
     cells = np.zeros((8, 8), dtype=np.int8)
     cells[3, :] = 100
     grid = OccupancyGrid(cells, 0.05)

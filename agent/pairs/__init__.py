@@ -1,1 +1,1 @@
-"""Pairs of maps: what is believed of each, what one more alignment changes of it, and which pair is aligned next."""
+"""Pairs of maps: the belief about each, how one more alignment changes it, and which pair is aligned next."""

@@ -1,4 +1,4 @@
-"""What is believed of one pair of maps: the one place where its alignment, or why there is none, is kept."""
+"""The belief about one pair of maps: the only place where its alignment, or the reason why there is none, is kept."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mrslam.alignment import Alignment, Rejection, StabilityCheck
 
 Status = Literal["untried", "accepted", "rejected", "revoked"]
 UNCONFIRMED = "found once; a second alignment that agrees is awaited"
-"""Reason of a pair that is tried again as soon as may be."""
+"""Reason of a pair that ``Schedule`` tries again after ``align_interval_s`` even if its maps have not changed."""
 WEAK = "found again, but on weak evidence that has not grown since"
 """Reason of a pair whose second alignment repeats a weak first one."""
 
@@ -24,14 +24,15 @@ class Attempt:
     t_ns: int
     versions: tuple[Version, Version]
     area_m2: tuple[float, float]
+    """Known areas of the two maps, square metres."""
 
 
 @dataclass(frozen=True)
 class Search:
-    """The last alignment of a pair that looked for the transform everywhere."""
+    """The last alignment of a pair without a prior, which searches all transforms."""
 
     area_m2: tuple[float, float] = (0.0, 0.0)
-    """Known areas of the two maps then."""
+    """Known areas of the two maps then, square metres."""
     accepted: bool = False
 
 
@@ -40,10 +41,10 @@ class Verdict:
     """What one more alignment of a pair changed."""
 
     status: Status
-    """"accepted", "rejected" or "revoked"."""
+    """One of "accepted", "rejected" and "revoked"."""
     reason: str
     outcome: Alignment | Rejection
-    """The alignment's result, before the pair's history was asked."""
+    """The alignment's own result, whatever the pair's history made of it."""
     believed: Alignment | None = None
     """Where the status is "accepted": the transform to use, which may be an earlier and better one."""
     is_new: bool = False
@@ -64,17 +65,19 @@ class Verdict:
 
 @dataclass
 class PairBelief:
-    """What is believed of one pair of maps (a, b), and what led to it."""
+    """The alignment ``T_a_b`` believed of one pair of maps, if any, and what led to it."""
 
     status: Status = "untried"
     reason: str = "not tried yet"
     attempts: int = 0
-    """How often the pair was aligned."""
+    """Number of alignments of the pair so far."""
     accepted_at_ns: int | None = None
     stability: StabilityCheck = field(default_factory=StabilityCheck)
+    """Holds the alignment believed, and the previous one that a next must agree with."""
     last: Attempt | None = None
-    """The last alignment in this life of the robot."""
+    """The last alignment since the robot started; a checkpoint does not keep it."""
     search: Search = Search()
+    """A checkpoint does not keep it, either: a resumed robot searches every merged pair once more."""
 
     @property
     def alignment(self) -> Alignment | None:
@@ -105,7 +108,7 @@ class PairBelief:
         return Verdict("accepted", "accepted", outcome, believed, is_new)
 
     def revoke(self, reason: str) -> None:
-        """Forget the alignment: it was contradicted. The pair is tried again when its maps have changed."""
+        """Withdraw the alignment, for it was contradicted. The pair is tried again when its maps have grown."""
         self.status, self.reason, self.accepted_at_ns = "revoked", reason, None
         self.stability.contradicted()
 
@@ -124,14 +127,14 @@ class PairBelief:
         }
 
     def _unmerged_by(self, outcome: Alignment | Rejection, *, searched: bool) -> str | None:
-        """Return why the pair, if merged, must not be any more; only a search everywhere can find another place."""
+        """Return why a merged pair is to be unmerged, or None; only a search without a prior can find another place."""
         if self.alignment is None:
             return None
         reason = lies_elsewhere(self.alignment, outcome) if searched else None
         return reason or refuted(self.alignment, outcome)
 
     def _rejected(self, reason: str, outcome: Alignment | Rejection) -> Verdict:
-        """Reject one alignment; what was accepted before stands, for only contradiction and doubt take it back."""
+        """Reject one alignment; one accepted before stands, for only :meth:`revoke` withdraws it."""
         if self.alignment is None:
             self.status, self.reason = "rejected", reason
         return Verdict("rejected", reason, outcome)

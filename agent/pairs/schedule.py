@@ -16,12 +16,12 @@ from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
 
 PRIOR_COVARIANCE = np.diag([0.5**2, 0.5**2, 0.1**2])
-"""How far a merged pair's transform may have moved since it was last found, for both maps get corrected: m^2, rad^2.
-The standard deviations are those limits within which two estimates count as one (``StabilityCheck``)."""
+"""Covariance of a merged pair's transform, m^2 and rad^2: corrections of both maps may have moved it since. Its
+standard deviations are the limits within which two estimates confirm each other (``StabilityCheck``)."""
 
 
 class Schedule:
-    """Decides by beliefs and maps, of which it keeps none."""
+    """Chooses from beliefs and maps passed in; it has no state of its own."""
 
     def __init__(self, own_id: str, config: AgentConfig) -> None:
         """Take the robot's id, whose own map comes first, and how often pairs are tried again."""
@@ -71,11 +71,11 @@ class Schedule:
         return waited_ns / 1e9 >= self.config.realign_interval_s or self._outgrown(belief, maps)
 
     def _may_follow(self, belief: PairBelief, maps: tuple[KnownMap, KnownMap]) -> bool:
-        """Return whether looking near where the pair was found is enough, which is cheap; else it is searched for."""
+        """Return whether a prior where the pair was found is enough, which is cheap; else everything is searched."""
         return belief.alignment is not None and belief.search.accepted and not self._outgrown(belief, maps)
 
     def _outgrown(self, belief: PairBelief, maps: tuple[KnownMap, KnownMap]) -> bool:
-        """Return whether a merged pair's maps hold so much more that what was the only place may not be so any more."""
+        """Return whether a merged pair's maps have grown so much since the last search that another place may fit."""
         growth = self.config.realign_growth if belief.search.accepted else self.config.align_growth
         return _grown(maps, belief.search.area_m2, growth)
 

@@ -1,7 +1,8 @@
-"""What a further alignment of a pair says of an earlier one: whether it confirms it, or refutes it.
+"""Whether a further alignment of a pair confirms an earlier one, or refutes it.
 
-An alignment can be wrong in two ways that it does not show itself: by chance, where little wall agrees, and because the
-building repeats, where another place fits as well. Both show as the maps grow: at a wrong place, new walls contradict.
+An alignment can be wrong in two ways that its own evidence does not show: by chance, where little wall agrees, and
+because the building repeats, where another place fits as well. Both show as the maps grow: at a wrong place, new walls
+contradict.
 """
 
 from __future__ import annotations
@@ -12,9 +13,9 @@ SAME_PLACE = StabilityCheck(max_dx_m=2.0, max_dy_m=2.0, max_dtheta_rad=0.4)
 """Two transforms that differ by less are one place, corrected; by more, two places. Four times the limits within which
 two estimates confirm each other: bent maps move by that much when they are corrected."""
 STRONG_CONFIDENCE = 0.65
-"""From this confidence on an alignment is confirmed by a second one of the same evidence."""
+"""Least confidence at which a second alignment on the same evidence confirms a first."""
 WALL_GROWTH = 1.2
-"""One of less confidence is confirmed only by this many times as much agreeing wall."""
+"""Least growth factor of the agreeing wall for a second alignment to confirm a weak first."""
 MUCH_WALL_M = 40.0
 """Wall that agrees from which contradiction is forgiven, metres. Chance fits and false maps in small worlds agree along
 20 m; real maps that are bent contradict as much as those along 50 to 100 m."""

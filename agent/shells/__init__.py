@@ -1,1 +1,1 @@
-"""What runs the core: the process shell, the virtual-time shell, and what both do alike."""
+"""What runs the core: the process shell, the virtual-time shell, and what both share."""

@@ -1,4 +1,4 @@
-"""Mission time in a process: the wall clock's, or one that whoever plays the mission moves on."""
+"""Mission time in a process: the wall clock's, or one that the process playing the mission advances."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class WallClock:
 
 @dataclass(frozen=True)
 class SharedClock:
-    """Mission time that another process moves on, at most at ``speed``: it waits for robots that cannot keep up."""
+    """Mission time that another process advances, at most at ``speed``: it waits for robots that cannot keep up."""
 
     counter: Counter
     """Mission time, nanoseconds."""

@@ -17,7 +17,7 @@ TEAM_OVERLAY_FILE = "team_overlay.png"
 TRAJECTORY_FILE = "trajectory.tum"
 """Poses of the robot's laser in its own map."""
 KEYFRAMES_FILE = "keyframes.npz"
-"""The way that made the robot's own map: its keyframes, and what was seen at each."""
+"""The keyframes of the robot's own map, and what was seen at each."""
 TEAM_FOLDER = "team"
 """Trajectories of the robots whose maps are bent to fit, a file each (:func:`team_file`), in the own map's frame."""
 

@@ -1,4 +1,4 @@
-"""Checkpoints now and then, written beside the scans: a robot that dies loses seconds, not its map."""
+"""Periodic checkpoints, written on another thread: a robot that crashes loses seconds, not its map."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mrslam.agent.core import Agent
 from mrslam.agent.effects import Event
 
 FIRST_SHARE = 0.2
-"""Share of ``checkpoint_interval_s`` until a robot is saved first, so that one that dies again and again advances."""
+"""Share of ``checkpoint_interval_s`` until the first save, so that a robot that crashes repeatedly makes progress."""
 
 
 class Inline(Executor):
@@ -29,17 +29,17 @@ class Inline(Executor):
 
 
 class Keeper:
-    """Saves one robot every few seconds; a full disk is told once, and tried again."""
+    """Saves one robot every few seconds; a failure is reported once, and the save tried again."""
 
     def __init__(self, path: Path, interval_s: float, executor: Executor | None = None) -> None:
         """Save to ``path`` every ``interval_s``, by default in a thread of its own."""
         self.path = path
         self.failures = 0
-        """How often the file could not be written."""
+        """Number of times the file could not be written."""
         self.saved_ns: int | None = None
         """Mission time of the state that is in the file."""
         self.frozen_ns = 0
-        """Mission time of the state that was last given out to be written."""
+        """Mission time of the state that was last handed to the writer."""
         self._interval_ns = round(interval_s * 1e9)
         self._due_ns: int | None = None
         self._trouble: str | None = None
@@ -47,8 +47,8 @@ class Keeper:
         self._writing: Future[None] | None = None
 
     def look(self, agent: Agent, clock_ns: int, now_ns: int) -> list[Event]:
-        """Save when it is due by ``clock_ns`` (any clock that only grows); return what is worth telling."""
-        events = self._told(now_ns)
+        """Save when due by ``clock_ns`` (any growing clock); return events where saving fails or works again."""
+        events = self._ended(now_ns)
         if self._due_ns is None:
             self._due_ns = clock_ns + round(FIRST_SHARE * self._interval_ns)
         if clock_ns >= self._due_ns and self._writing is None:
@@ -57,7 +57,7 @@ class Keeper:
             self._writing = self._executor.submit(checkpoint.write, checkpoint.freeze(agent), self.path)
         return events
 
-    def _told(self, now_ns: int) -> list[Event]:
+    def _ended(self, now_ns: int) -> list[Event]:
         """Look at the last writing where it has ended; return an event where things got worse or better."""
         if self._writing is None or not self._writing.done():
             return []

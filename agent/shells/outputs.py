@@ -37,11 +37,11 @@ log = logging.getLogger(__name__)
 class EventLog:
     """Writes events as JSON lines, each at once: what is written survives a crash.
 
-    While the disk is full events are lost, and counted; the robot goes on.
+    While the disk is full events are lost, and counted; the robot continues.
     """
 
     def __init__(self, folder: Path, robot_id: str) -> None:
-        """Begin ``events.jsonl`` in the folder, or go on with it: a robot that starts again has a past."""
+        """Open ``events.jsonl`` in the folder for appending: a robot that starts again continues its file."""
         folder.mkdir(parents=True, exist_ok=True)
         self._file = (folder / EVENTS_FILE).open("a+b", buffering=0)
         self._robot_id = robot_id
@@ -74,7 +74,7 @@ class EventLog:
 
 
 def write_robot(agent: Agent, folder: Path, sent_bytes: Mapping[str, int]) -> None:
-    """Write everything a robot knows at its end into its folder; what cannot be written is told, and the rest is."""
+    """Write a robot's final results into its folder; a file that cannot be written is logged and skipped."""
     folder.mkdir(parents=True, exist_ok=True)
     team, trajectory = agent.team_map(), agent.trajectory_laser()
     layers = {robot_id: known.grid for robot_id, known in sorted(agent.team.maps.items())}
@@ -102,7 +102,7 @@ def write_robot(agent: Agent, folder: Path, sent_bytes: Mapping[str, int]) -> No
 
 
 def write_corrected(agent: Agent, folder: Path) -> None:
-    """Write the corrected ways of the robots whose maps are bent: the own laser's, and others' keyframes."""
+    """Write the corrected trajectories of the robots whose maps are bent: the own laser's, and others' keyframes."""
     shutil.rmtree(folder / TEAM_FOLDER, ignore_errors=True)
     ways = agent.corrected_trajectories()
     if ways:

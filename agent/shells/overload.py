@@ -1,4 +1,4 @@
-"""When a robot's processor cannot keep up with its laser: fewer particles, on purpose, down to a floor, and told."""
+"""When a robot's processor cannot keep up with its laser: fewer particles, down to a floor, with an event."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ FLOOR = 8
 
 @dataclass
 class Overload:
-    """Watches how old scans get, and says how many particles the mapper should go on with.
+    """Watches the age of scans, and sets how many particles the mapper uses.
 
     ``wanted`` : what the settings ask for. Lateness and loss have one cause, a mapper that takes longer than the laser.
     """
 
     wanted: int
     count: int = 0
-    """How many it goes on with now."""
+    """Particles in use now."""
     late: float = 0.0
     """Share of late scans lately, 0..1."""
     _changed_s: float = 0.0

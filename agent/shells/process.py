@@ -43,7 +43,7 @@ def _step_back() -> None:
 
 
 class ProcessShell:
-    """Runs one agent by a clock until it is told to stop."""
+    """Runs one agent by a clock until it is stopped."""
 
     def __init__(self, runner: Runner, clock: Clock) -> None:
         """Take a wired agent."""
@@ -96,7 +96,7 @@ class ProcessShell:
         """Give particles up where the mapper is slower than the laser; where mission time waits, there is no need."""
         if not isinstance(self.clock, WallClock):
             return
-        if self._mapper is not self.runner.agent.mapper:  # begun anew, with all its particles
+        if self._mapper is not self.runner.agent.mapper:  # a new map, with all its particles
             self._mapper, self._load = self.runner.agent.mapper, Overload(self._load.wanted)
         lost = getattr(self.runner.body, "scans_lost", 0)
         now_ns, before = self.clock.now_ns(), self._load.count

@@ -1,4 +1,4 @@
-"""What both shells do alike: hand a robot what came in, and carry out what it asks for."""
+"""What both shells share: hand a robot what came in, and carry out what it asks for."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TRIM_NS = 60_000_000_000
 
 
 class LinkSource(Protocol):
-    """Link qualities told from outside: a radio model or a trace."""
+    """Link qualities that are not measured: a radio model's or a trace's."""
 
     def qualities(self, now_ns: int) -> dict[str, float]:
         """Return the quality in [0, 1] of the link to each peer, now."""
@@ -75,7 +75,7 @@ class Runner:
         return sensed
 
     def tick(self, now_ns: int) -> None:
-        """Tell the agent the link qualities where they come from outside, and let it look after its links."""
+        """Give the agent the link qualities that are not measured, and let it handle what is due."""
         if now_ns >= self._next_trim_ns:
             self._next_trim_ns = now_ns + TRIM_NS
             trim()

@@ -1,4 +1,4 @@
-"""How a robot fares, told once a second to whoever watches (``mrslam top``)."""
+"""A robot's status, sent once a second to those who watch (``mrslam top``)."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ class Network(Protocol):
     """An in-memory network on virtual time."""
 
     def advance(self, now_ns: int) -> None:
-        """Move virtual time on; messages due by then can be polled."""
+        """Move virtual time on; messages due up to ``now_ns`` can be polled."""
 
 
 class Outbox:
@@ -130,8 +130,8 @@ def run_virtual(
 ) -> int:
     """Run the robots until ``duration_ns``, or until ``linger_ns`` after all have finished; return the time.
 
-    ``progress`` is told the virtual time at every step, after which ``stop()`` may end it in good order; ``threads`` :
-    for alignments, 0 = as many as there are cores.
+    ``progress`` is called with the virtual time at every step, after which ``stop()`` may end it in good order;
+    ``threads`` : for alignments, 0 = the number of cores.
     """
     with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0)), thread_name_prefix="align") as worker:
         return _run(robots, network, worker, step_ns, duration_ns, linger_ns, progress, stop)

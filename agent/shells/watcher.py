@@ -1,4 +1,4 @@
-"""Those who look on while a robot runs: recorders and viewers."""
+"""Observers of a running robot: recorders and viewers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Watcher(Protocol):
-    """Is told what happens and changes nothing of it; it must return at once and never raise."""
+    """Is called with what happens and must not change it; it must return at once and never raise."""
 
     def on_scan(self, agent: Agent, sensed: Sensed, now_ns: int) -> None:
         """Take a scan that the agent has just mapped (``agent.scan`` is what was left of it without teammates)."""

@@ -20,7 +20,7 @@ CAUTION = 2.0
 
 
 def try_every_pair(pairs: PairAligner, T_team_map: Mapping[str, se2.Transform]) -> None:
-    """Align all pairs of maps; ``T_team_map`` are the starting poses known of some of them, or none."""
+    """Align all pairs of maps; ``T_team_map (3,)`` by name: starting poses where they are known."""
     names = sorted(pairs.grids)
     jobs = []
     for a, b in combinations(names, 2):
@@ -33,7 +33,7 @@ def try_every_pair(pairs: PairAligner, T_team_map: Mapping[str, se2.Transform]) 
 
 
 def _prior(pairs: PairAligner, a: str, b: str, T_team_map: Mapping[str, se2.Transform]) -> Prior | None:
-    """Return what known starting poses say of a pair: poses may be off, and maps bent by as much over their size."""
+    """Return the prior of a pair by known starting poses, wide enough for maps that are bent over their size."""
     if a not in T_team_map or b not in T_team_map:
         return None
     sigma_m, sigma_rad = pairs.config.known_pose_sigma_m, pairs.config.known_pose_sigma_rad
@@ -43,7 +43,7 @@ def _prior(pairs: PairAligner, a: str, b: str, T_team_map: Mapping[str, se2.Tran
 
 
 def _may_touch(pairs: PairAligner, a: str, b: str, prior: Prior) -> bool:
-    """Whether two maps can overlap at all, given their circles."""
+    """Return whether two maps can overlap within the prior's 3 sigma, by the circles around their known cells."""
     one, two = node_of(pairs.grids[a]), node_of(pairs.grids[b])
     apart = float(np.hypot(*(one.centre_m - se2.apply(prior.T_a_b, two.centre_m))))
     slack = 3.0 * sigma_at(prior, two.centre_m)

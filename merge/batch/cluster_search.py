@@ -28,13 +28,13 @@ PARTNERS = 2
 NEIGHBOURS = 4
 """Members of a finished cluster that each member is aligned with: bounds the alignments to four a map."""
 DENSE_ROUNDS = 2
-"""How often: the second time the maps lie better, which shows further overlaps."""
+"""Times a finished cluster is densified: after the first the maps lie better, which shows further overlaps."""
 GROWTH = 1.1
 """Two clusters are tried again when their joint known area has grown by this factor, as ``agent.align_growth``."""
 LEAST_WALL_M = 4.0
-"""Least common wall for aligning two members, metres: below, alignment would reject them for too little wall."""
+"""Least common wall for aligning two members, metres: with less, alignment would reject them."""
 FOLLOW = np.diag([0.4**2, 0.4**2, 0.06**2])
-"""Covariance of a member's place in the fused map, m^2 and rad^2: about ``loop_tolerance_m`` and ``_rad``."""
+"""Covariance of a member's pose in the fused map, m^2 and rad^2: about the defaults of ``merge.loop_tolerance_*``."""
 
 
 @dataclass
@@ -83,7 +83,7 @@ class ClusterSearch:
         return clusters[0], []
 
     def _densify(self, cluster: TeamMap) -> TeamMap:
-        """Align members with those they share most wall with, for loops that check and stiffen the whole."""
+        """Align members with those they share most wall with, for loops that check the cluster and make it rigid."""
         place = cluster.T_team_map
         walls = {name: self.pairs.walls(name) for name in place}
         shared = {(a, b): self._shared_m(walls, place, a, b) for a in place for b in place if a < b}

@@ -1,4 +1,4 @@
-"""Aligning pairs of many maps side by side, and remembering what came out."""
+"""Aligning pairs of many maps in parallel, and keeping the results."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from mrslam.spatial import OccupancyGrid
 Progress = Callable[[int, int], None]
 """(alignments or maps done, in all)."""
 Job = tuple[str, str, Prior | None]
-"""Two maps by name and what is known of their transform."""
+"""Two maps by name and the prior of their transform."""
 
 
 @dataclass
 class PairAligner:
-    """Aligns pairs of maps by id; remembers what came out."""
+    """Aligns pairs of maps by name, and keeps the result of each pair."""
 
     grids: Mapping[str, OccupancyGrid]
     method: str
@@ -41,7 +41,7 @@ class PairAligner:
     tried: int = 0
     """Alignments computed."""
     vetted: set[Pair] = field(default_factory=set)
-    """Alignments that a cluster hung on by itself and that were looked at."""
+    """Bridges (alignments without which a cluster falls apart) that were checked already."""
 
     _walls: dict[str, Walls] = field(default_factory=dict)
     _matcher: LocalMatcher = field(default_factory=LocalMatcher)
@@ -53,12 +53,12 @@ class PairAligner:
         return self._walls[name]
 
     def report(self, done: int, whole: int) -> None:
-        """Tell whoever waits."""
+        """Report progress, if anyone asked for it."""
         if self.progress is not None:
             self.progress(done, whole)
 
     def align_pairs(self, jobs: Sequence[Job], report: bool = False) -> list[Pair]:
-        """Align pairs side by side; return those accepted, in the order of the jobs."""
+        """Align pairs in parallel; return those accepted, in the order of the jobs."""
         found = self.pool.map(
             lambda job: align(self.grids[job[0]], self.grids[job[1]], method=self.method, prior=job[2]), jobs
         )
@@ -79,12 +79,12 @@ class PairAligner:
         return align_bent(one, two, result, self.method, AlignmentConfig(), self._matcher)
 
     def align_grids(self, one: OccupancyGrid, others: Sequence[OccupancyGrid]) -> list[Alignment | Rejection]:
-        """Align one map with each of the others side by side, remembering nothing."""
+        """Align one map with each of the others in parallel, keeping no result."""
         self.tried += len(others)
         return list(self.pool.map(lambda other: align(one, other, method=self.method), others))
 
     def keep(self, a: str, b: str, result: Alignment | Rejection) -> bool:
-        """Remember what came out of a pair; return whether it fits."""
+        """Keep the result of a pair; return whether it was accepted."""
         pair = pair_of(a, b)
         if isinstance(result, Rejection):
             self.rejections[pair] = result
@@ -94,7 +94,7 @@ class PairAligner:
         return True
 
     def cluster(self, names: Sequence[str]) -> TeamMap:
-        """Return the team map of the first of these maps and those of the others that hang on it."""
+        """Return the team map of the first of these maps and those others that are connected to it."""
         mapper = TeamMapper(names[0], self.config)
         for name in names:
             mapper.set_map(name, self.grids[name])

@@ -1,4 +1,4 @@
-"""Looking again at alignments that hold two groups of maps together all by themselves."""
+"""Checking bridges: alignments that alone hold two groups of maps together, so that no loop checks them."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from mrslam.merge.team import TeamMap
 from mrslam.spatial import se2
 
 SURE = 0.75
-"""Confidence from which an alignment stands although the merged maps on both sides fit there without a clear lead."""
+"""Least confidence of a bridge that stands though the fused maps of both sides fit there without a clear lead."""
 
 
 def vet(pairs: PairAligner, cluster: TeamMap) -> None:
-    """Take back alignments that a cluster hangs on by itself where the merged maps on both sides do not fit."""
+    """Withdraw a cluster's bridges where the fused maps of their two sides do not fit."""
     if len(cluster.T_team_map) < 3:
         return
     for edge in sorted(cluster.edges, key=lambda edge: (edge.confidence, edge.pair)):

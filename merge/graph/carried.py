@@ -1,4 +1,4 @@
-"""Alignments seen from other maps: what is known of a and b, told of x and b or of a and x."""
+"""Alignments and their covariances expressed for other maps: ``T_a_b`` as ``T_x_b``, ``T_a_x`` or ``T_b_a``."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from mrslam.spatial import se2
 
 
 def moved(found: Alignment, T_x_a: se2.Transform) -> Alignment:
-    """Return an alignment ``T_a_b`` as ``T_x_b``."""
+    """Return an alignment ``T_a_b`` as ``T_x_b``; ``T_x_a (3,)`` is taken as exact."""
     J = np.eye(3)
     J[:2, :2] = se2.matrix(T_x_a)[:2, :2]
     return replace(found, T_a_b=se2.compose(T_x_a, found.T_a_b), covariance=J @ found.covariance @ J.T)
 
 
 def seen_from(found: Alignment, T_b_x: se2.Transform) -> Alignment:
-    """Return an alignment ``T_a_b`` as ``T_a_x``; the shift's lever couples position to heading."""
+    """Return an alignment ``T_a_b`` as ``T_a_x``; ``T_b_x (3,)`` is exact, but a lever arm for the heading's error."""
     lever = se2.matrix(found.T_a_b)[:2, :2] @ T_b_x[:2]
     J = np.array([[1.0, 0.0, -lever[1]], [0.0, 1.0, lever[0]], [0.0, 0.0, 1.0]])
     return replace(found, T_a_b=se2.compose(found.T_a_b, T_b_x), covariance=J @ found.covariance @ J.T)
 
 
 def between(T_w_a: se2.Transform, T_w_b: se2.Transform, covariance: NDArray[np.float64]) -> Prior:
-    """Return ``T_a_b`` of two poses in one frame, each with ``covariance`` ``(3, 3)``, to first order.
+    """Return ``T_a_b`` of two poses ``(3,)`` in frame w, each with ``covariance (3, 3)`` in w, to first order.
 
-    A's heading swings b by their distance: what is known of a map's frame says little of one that lies far away in it.
+    An error of a's heading displaces b by that angle times their distance: the farther apart, the weaker the prior.
     """
     T_a_b = se2.between(T_w_a, T_w_b)
     J_b = np.eye(3)

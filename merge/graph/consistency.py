@@ -1,4 +1,4 @@
-"""Which alignments of a team cannot all be right: the transforms around a loop of alignments must compose to nothing.
+"""Which alignments of a team cannot all be right: around a loop of alignments the transforms compose to identity.
 
 Hoerner (2016) keeps every edge of his spanning tree; here a third robot decides: of the edges of a loop that fails to
 close, the one with the least support by other loops is dropped.
@@ -27,18 +27,21 @@ class Loop:
     pairs: tuple[Pair, ...]
     closes: bool
     complaint: str
-    """What is said of an edge that is dropped because this loop fails to close."""
+    """Reason reported for an edge that is dropped because this loop fails to close."""
 
 
 def tolerance(config: MergeConfig, nodes: Iterable[Node], hops: int) -> tuple[float, float]:
-    """Return by how much (metres, radians) a loop of this number of alignments may fail to close."""
+    """Return by how much (metres, radians) a loop of ``hops`` alignments may fail to close.
+
+    The settings are for a triangle; errors of independent alignments add up with the square root of their number.
+    """
     grows = math.sqrt(max(hops, 3) / 3.0)
     bent = config.loop_tolerance_share * max((node.diameter_m for node in nodes), default=0.0)
     return (config.loop_tolerance_m + bent) * grows, config.loop_tolerance_rad * grows
 
 
 def apart(T_1: se2.Transform, T_2: se2.Transform, centre_m: NDArray[np.float64]) -> tuple[float, float]:
-    """Return how far two estimates of one transform are apart: metres at a map's centre, radians."""
+    """Return how far two estimates of one transform are apart: metres where they map ``centre_m (2,)``, radians."""
     one, two = se2.apply(T_1, centre_m), se2.apply(T_2, centre_m)
     return float(np.hypot(*(one - two))), se2.difference(T_1, T_2)[1]
 
@@ -152,6 +155,9 @@ def _loop(
 
 
 def _lever_m(pairs: Iterable[Pair], nodes: Mapping[str, Node], fixed: str | None) -> float:
-    """Return how far from its map's content the farthest known pose of a loop lies: a wrong heading swings it there."""
+    """Return the longest lever arm of a loop's known poses, metres: from a map's origin to its known cells' edge.
+
+    A known pose is that of the map's origin; an error of its heading displaces the cells by that angle times the lever.
+    """
     known = [a if b == fixed else b for a, b in pairs if fixed in (a, b)]
     return max([0.0, *(float(np.hypot(*nodes[x].centre_m)) - nodes[x].diameter_m / 2.0 for x in known)])

@@ -19,7 +19,7 @@ class Node:
     centre_m: NDArray[np.float64]
     """``(2,)`` centre of the known cells in the map's frame, metres."""
     diameter_m: float
-    """Diagonal of the known cells' box, metres."""
+    """Diagonal of the known cells' bounding box, metres."""
 
 
 def node_of(grid: OccupancyGrid) -> Node:

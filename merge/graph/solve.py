@@ -20,7 +20,7 @@ FLOOR = np.diag([0.01**2, 0.01**2, 0.001**2])
 def jointly(
     T_anchor_map: Mapping[str, se2.Transform], edges: Iterable[Edge], anchor: str, config: MergeConfig
 ) -> dict[str, se2.Transform]:
-    """Return the poses of all maps in the anchor's frame that fit all edges best, from a first guess.
+    """Return the poses ``T_anchor_map (3,)`` that fit all edges best, from a first guess, by robot id.
 
     Gauss-Newton on SE(2) with Cauchy weights; the anchor's pose is the identity and stays it. Robots and edges are
     taken in the order of their ids, so that the result depends on nothing else.
@@ -42,6 +42,7 @@ def jointly(
                 gradient[i : i + 3] += weight * (J_i.T @ info @ residual)
                 for j, J_j in blocks:
                     normal[i : i + 3, j : j + 3] += weight * (J_i.T @ info @ J_j)
+        # The damping keeps the system regular; it is far below the information of any alignment.
         step = -np.linalg.solve(normal + 1e-9 * np.eye(len(gradient)), gradient)
         for robot_id, i in index.items():
             pose = poses[robot_id] + step[i : i + 3]
@@ -54,7 +55,7 @@ def jointly(
 def _residual(
     T_w_a: se2.Transform, T_w_b: se2.Transform, T_a_b: se2.Transform
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return predicted minus measured ``T_a_b``, and its derivatives by both poses."""
+    """Return predicted minus measured ``T_a_b (3,)``, and its Jacobians ``(3, 3)`` with respect to both poses."""
     predicted = se2.between(T_w_a, T_w_b)
     residual = predicted - T_a_b
     residual[2] = se2.wrap(residual[2])

@@ -33,11 +33,11 @@ class Placement:
     anchor: str | None = None
     """The robot whose map frame is the team frame; None where known poses define it, or nothing was placed."""
     T_team_map: dict[str, se2.Transform] = field(default_factory=dict)
-    """By robot id, in order: maps points of its map into the team frame; of a bent one, those where it was last."""
+    """By robot id, in order: maps points of its map into the team frame; of a bent map, right at its last keyframe."""
     unplaced: dict[str, str] = field(default_factory=dict)
     """By robot id: why it is not placed."""
     T_rigid: dict[str, se2.Transform] = field(default_factory=dict)
-    """The same by the alignments alone, without any bending."""
+    """``T_team_map`` by the alignments alone, without bending."""
     bends: dict[str, Bend] = field(default_factory=dict)
     """By robot id, for those tied to the anchor by what their scans saw: how its map is bent, in the team frame."""
     edges: tuple[Edge, ...] = ()
@@ -70,7 +70,7 @@ class TeamGraph:
         self._nodes.pop(robot_id, None)
 
     def set_known_poses(self, T_team_map: Mapping[str, ArrayLike]) -> None:
-        """Give starting poses; they define the team frame, and place maps that overlap with none."""
+        """Set starting poses ``T_team_map (3,)``; they define the team frame, and place maps without any overlap."""
         for robot_id, pose in T_team_map.items():
             if np.shape(pose) != (3,) or not np.isfinite(np.asarray(pose, dtype=np.float64)).all():
                 raise InputError(f"known pose of {robot_id} must be x (m), y (m), theta (rad), got {pose!r}")
@@ -83,7 +83,7 @@ class TeamGraph:
         conflict: Conflict | None = None,
         before: str | None = None,
     ) -> Placement:
-        """Return where the maps of the anchor's component lie; without anchor, of the largest component.
+        """Return where the maps of the anchor's component lie; without an anchor, those of the largest component.
 
         ``alignments`` : accepted ``T_a_b`` by pair (a, b); those of robots without a map are left out. With an anchor
         the team frame is its map's frame. Without one it is that of the known poses, else the map frame of the robot
@@ -99,7 +99,9 @@ class TeamGraph:
                 edges, broken = drop_broken(nodes, edges, self.config, root)
                 dropped |= broken
             group = self._component(nodes, edges, anchor or root, before)
-            start = anchor or (before if root is None and before in group else next(iter(group), None))  # ROOT is first
+            start = anchor or (
+                before if root is None and before in group else next(iter(group), None)
+            )  # ROOT sorts first
             poses, tree = self._solve(edges, group, start)
             contradicted = _contradicted(tree, group, poses, conflict) if conflict else None
             if contradicted is None:
@@ -135,18 +137,19 @@ class TeamGraph:
         return usable, dropped
 
     def _with_known_poses(self, edges: dict[Pair, Edge]) -> tuple[dict[str, Node], dict[Pair, Edge], str | None]:
-        """Return nodes and edges with those of the known poses, and the node these are edges of, if there is one."""
+        """Return nodes and edges with those of the known poses added, and ROOT, or None where no pose is known."""
         known = {x: pose for x, pose in self._known_poses.items() if x in self._nodes}
         if not known:
             return self._nodes, edges, None
         sigma_m, sigma_rad = self.config.known_pose_sigma_m, self.config.known_pose_sigma_rad
+        # The solver multiplies every edge's covariance by covariance_scale; that of known poses is to stay as set.
         covariance = np.diag([sigma_m**2, sigma_m**2, sigma_rad**2]) / self.config.covariance_scale
         nodes = {**self._nodes, ROOT: Node(area_m2=0.0, centre_m=np.zeros(2), diameter_m=0.0)}
-        hung = {
+        known_edges = {
             (ROOT, x): Edge(a=ROOT, b=x, T_a_b=pose, confidence=CERTAIN, covariance=covariance)
             for x, pose in known.items()
         }
-        return nodes, edges | hung, ROOT
+        return nodes, edges | known_edges, ROOT
 
     def _component(
         self, nodes: Mapping[str, Node], edges: Mapping[Pair, Edge], must: str | None, before: str | None
@@ -177,7 +180,7 @@ class TeamGraph:
 def _contradicted(
     tree: Mapping[Pair, Edge], group: list[str], poses: Mapping[str, se2.Transform], conflict: Conflict
 ) -> tuple[Pair, str] | None:
-    """Return the weakest alignment between two maps that contradict each other as they are placed, and why; or None."""
+    """Return the weakest alignment on the tree path between two maps that contradict each other, and why."""
     for i, a in enumerate(group):
         for b in group[i + 1 :]:
             if ROOT in (a, b):

@@ -13,13 +13,14 @@ from mrslam.spatial import FREE_MAX, OccupancyGrid, se2
 from mrslam.spatial.distance import euclidean
 
 BLOCK = 64
-"""Distances to walls are kept in squares of this number of cells, where any distance is shorter than the edge."""
+"""Least edge of the blocks of cells that distances to walls are kept in; a block without a wall nearer than its edge is
+left out."""
 FAR_M = 2.0
-"""Least edge of such a square, metres: more than ``contradiction_tolerance_m`` over any path of alignments."""
+"""Least edge of such a block, metres: ``contradiction_tolerance_m`` (0.3 m) over a path of up to 44 alignments."""
 MOST = np.iinfo(np.uint16).max
-"""Largest squared distance kept, cells^2; farther counts as this far."""
+"""Largest squared distance kept, cells^2; larger ones are clipped."""
 STRIP = 4
-"""Rows of blocks whose distances are computed at once: bounds memory to this and a block on either side."""
+"""Rows of blocks whose distances are computed at once, plus one on either side: bounds memory."""
 
 
 @njit(cache=True, nogil=True)
@@ -66,10 +67,10 @@ class Agreement:
 
 
 def distances(is_wall: NDArray[np.bool_], edge: int = BLOCK) -> tuple[NDArray[np.int32], NDArray[np.uint16]]:
-    """Return squared distances to the nearest wall, in cells, of the blocks where any is less than ``edge``.
+    """Return squared distances to the nearest wall, cells^2, of the blocks that have a distance less than ``edge``.
 
-    Which of ``distance2 (K, edge, edge)`` each block of the map is, ``(H / edge, W / edge)``, -1 where none, and
-    these. Long corridors on a slant are mostly nothing: whole fields of them took hundreds of megabytes.
+    ``block_at`` : ``(ceil(H / edge), ceil(W / edge))``, index of each block of ``is_wall (H, W)`` in ``distance2``, or
+    -1; ``distance2`` : ``(K, edge, edge)``. The whole field of a long diagonal corridor took hundreds of megabytes.
     """
     height, width = is_wall.shape
     rows, cols = -(-height // edge), -(-width // edge)
@@ -102,7 +103,7 @@ class Walls:
         self.block_at, self.distance2 = distances(grid.is_occupied, max(BLOCK, math.ceil(FAR_M / grid.resolution_m)))
 
     def count(self, points_m: NDArray[np.float64], near_m: float) -> tuple[float, float]:
-        """Return lengths of wall (metres) that agree and that are on free space; points in this map's frame."""
+        """Return how many points ``(N, 2)`` (metres, this map's frame) are near its walls, and on its free space."""
         points = (points_m - np.asarray(self.grid.origin_m)) / self.grid.resolution_m
         near = near_m / self.grid.resolution_m
         agree, against = count_walls(self.grid.cells, self.block_at, self.distance2, points, near)
@@ -110,7 +111,7 @@ class Walls:
 
 
 def compare(a: Walls, b: Walls, T_a_b: se2.Transform, near_m: float) -> Agreement:
-    """Return the agreement of two maps with b placed at ``T_a_b`` in a's frame."""
+    """Return the agreement of two maps with b placed at ``T_a_b (3,)``; walls within ``near_m`` metres agree."""
     b_in_a = a.count(se2.apply(T_a_b, b.points_m), near_m)
     a_in_b = b.count(se2.apply(se2.inverse(T_a_b), a.points_m), near_m)
     res_a, res_b = a.grid.resolution_m, b.grid.resolution_m

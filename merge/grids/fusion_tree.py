@@ -1,4 +1,4 @@
-"""The fusion tree (mrgs): fusions of some robots' layers are kept, and a changed layer re-fuses only its branch.
+"""The fusion tree (mrgs, Martins et al. 2021): partial fusions are kept, a changed layer re-fuses only its branch.
 
 Each tile of the team map has a tree of its own over the robots that know something of it.
 """
@@ -33,7 +33,7 @@ class FusionTree:
         self._nodes: dict[TileIndex, Nodes] = {}
 
     def update(self, layers: Mapping[str, Layer]) -> list[TileIndex]:
-        """Bring the fused tiles up to date; return those that were made anew, in order."""
+        """Bring the fused tiles up to date; return the indices of those fused again, in order."""
         here: dict[TileIndex, list[tuple[str, bytes]]] = {}
         for robot_id in sorted(layers):
             layer = layers[robot_id]
@@ -61,7 +61,7 @@ class FusionTree:
         old: Nodes,
         fresh: Nodes,
     ) -> NDArray[np.int32]:
-        """Return the evidence of these robots, halves first; inner nodes are kept, leaves are cheap to make."""
+        """Return these robots' evidence ``(64, 64)``, by halves; inner nodes are kept, leaves are cheap to make."""
         if len(versions) == 1:
             return to_evidence(layers[versions[0][0]].tiles[index], self.method)
         ids = tuple(robot_id for robot_id, _ in versions)

@@ -27,7 +27,7 @@ class Layer:
         self._resolution_m = 0.0
 
     def update(self, grid: OccupancyGrid, T_team_map: se2.Transform, resolution_m: float) -> None:
-        """Bring the tiles up to date with a map and its place."""
+        """Bring the tiles up to date with a map placed at ``T_team_map (3,)``, in cells of ``resolution_m``."""
         same_place = np.array_equal(T_team_map, self._T_team_map) and resolution_m == self._resolution_m
         before = self._grid if same_place else None
         if before is not None and before is grid:
@@ -58,7 +58,7 @@ def _touched(part: OccupancyGrid, T_team_map: se2.Transform, resolution_m: float
 
 
 def changed_parts(before: OccupancyGrid | None, after: OccupancyGrid) -> list[OccupancyGrid]:
-    """Return blocks of the map's frame, 64 cells wide, that hold all cells that differ."""
+    """Return blocks of 64 x 64 cells that hold all cells that differ; both maps where their lattices differ."""
     grids = [after] if before is None else [before, after]
     grids = [grid for grid in grids if grid.cells.size]
     if before is not None and not _same_lattice(before, after):

@@ -51,7 +51,7 @@ def to_source(grid: OccupancyGrid, T_target_grid: NDArray[np.float64], resolutio
         [cos * scale, sin * scale, left / grid.resolution_m],
         [-sin * scale, cos * scale, bottom / grid.resolution_m],
     ]
-    # A millionth of a cell is no rotation or shift worth a different rounding: lattice to lattice is then exact.
+    # Rounding noise would decide between two cells where a point is on their border: lattice to lattice is thus exact.
     return np.array([[round(value, 9) for value in row] for row in affine])
 
 

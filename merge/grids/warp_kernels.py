@@ -16,7 +16,10 @@ MOST_SAMPLES = 8
 
 @njit(cache=True, nogil=True)
 def _beside(cells: NDArray[np.int8], r: int, c: int, fx: float, fy: float) -> int:  # pragma: no cover - compiled
-    """Return what lies beside a thin wall cell on the side of the offset (fx, fy) from its centre."""
+    """Return the value beside a thin wall cell, on the side of (fx, fy), cells from its centre; -1 off the grid.
+
+    The four neighbours are tried nearest first; where all are walls the cell's own value is returned.
+    """
     sx, sy = (1 if fx >= 0.0 else -1), (1 if fy >= 0.0 else -1)
     for k in range(4):
         side = sx if k < 2 else -sx
@@ -34,7 +37,7 @@ def _beside(cells: NDArray[np.int8], r: int, c: int, fx: float, fy: float) -> in
 
 @njit(cache=True, nogil=True)
 def _sample(cells: NDArray[np.int8], sx: float, sy: float, draws_thin: bool) -> int:  # pragma: no cover - compiled
-    """Return the value at a point of the source (in cells): thin walls give way to what is beside them."""
+    """Return the value at a point (x, y) of the source in cells; of thin walls, that of the neighbour beside them."""
     c, r = int(math.floor(sx)), int(math.floor(sy))
     if not (0 <= r < cells.shape[0] and 0 <= c < cells.shape[1]):
         return -1

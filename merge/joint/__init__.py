@@ -1,1 +1,1 @@
-"""Several robots' keyframes as one pose graph: what both have seen ties their ways together, and bends their maps."""
+"""Several robots' keyframes as one pose graph: matches between two robots' scans tie them, and bend their maps."""

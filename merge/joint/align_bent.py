@@ -1,4 +1,4 @@
-"""Aligning two maps that do not fit rigidly: bent until their scans agree, they are judged once more."""
+"""Aligning two maps that do not fit rigidly: bent until their scans agree, they are tested once more."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from mrslam.merge.joint.trail import Trail
 from mrslam.spatial import OccupancyGrid, se2
 
 TIES_LEAST = 6
-"""Matched places that two maps must share before bending may help them: twice what ties two maps that fit."""
+"""Least believed matches before a pair is bent to pass the tests: twice ``MATCHES_LEAST``, for a pair rejected once."""
 SAME_M, SAME_RAD = 1.0, 0.1
-"""The bent maps must fit where they were bent to fit, within this."""
+"""Largest difference of the bent maps' alignment from the transform they were bent to, metres and radians."""
 
 
 @dataclass(frozen=True, eq=False)
 class Scanned:
-    """A map with the way that made it."""
+    """A map with the trail that made it, both in the map's frame."""
 
     grid: OccupancyGrid
     trail: Trail
@@ -28,9 +28,10 @@ class Scanned:
 def align_bent(
     a: Scanned, b: Scanned, rejected: Rejection, method: str, config: AlignmentConfig, matcher: LocalMatcher
 ) -> Alignment | Rejection:
-    """Return an alignment where the maps fit once they are bent, else the rejection as it is.
+    """Return an alignment ``T_a_b`` where the maps fit once they are bent, else the rejection.
 
-    The bent maps pass the same tests against everything else they might fit, and fit where the ways were joined.
+    ``rejected`` : of the unbent maps; only one with ``may_bend`` is reconsidered. The bent maps are aligned without a
+    prior, pass all tests, and must fit where their trails were joined (``SAME_M``, ``SAME_RAD``).
     """
     if not rejected.may_bend or rejected.T_a_b is None or not (len(a.trail) and len(b.trail)):
         return rejected
@@ -45,4 +46,5 @@ def align_bent(
     away_m, turned_rad = se2.difference(outcome.T_a_b, T_a_b)
     if away_m > SAME_M or turned_rad > SAME_RAD:
         return replace(rejected, reason=f"{rejected.reason}; bent to fit, they fit {away_m:.1f} m elsewhere")
+    # The edge is between the maps as published; the next joint solution starts from it and bends them again.
     return replace(outcome, T_a_b=rejected.T_a_b)

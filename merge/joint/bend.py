@@ -1,4 +1,4 @@
-"""How a robot's map lies in the team's frame once its keyframes are corrected: rigidly on the whole, bent in detail."""
+"""Where a map lies in the team frame once its keyframes are corrected: a rigid transform, and a displacement field."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ NEIGHBOURS = 12
 STEP_CELLS = 0.125
 """Displacements are whole multiples of this: a solution that differs by less leaves the map as it was."""
 PLACE_M, PLACE_RAD = 0.25, 0.01
-"""The rigid part is rounded to this, for the same reason; the bent part has the rest."""
+"""Grid that the rigid part is rounded to, metres and radians, for the same reason; the displacement has the rest."""
 
 
 @dataclass(frozen=True, eq=False)
 class Bend:
-    """Keyframes of one robot in its own map and in the team's frame."""
+    """A robot's keyframes in its own map and, corrected, in the team frame; row k of both is one keyframe."""
 
     T_map_key: Transform
-    """``(K, 3)``, K > 0."""
+    """``(K, 3)``, K > 0, as published: metres, metres, radians."""
     T_team_key: Transform
-    """``(K, 3)``."""
+    """``(K, 3)``, corrected by the joint solution."""
 
     @cached_property
     def T_team_map(self) -> Transform:
-        """``(3,)``: the rigid transform on which the map is drawn, rounded."""
+        """``(3,)``: the rounded rigid transform with which the bent map (:meth:`bent`) is drawn into the team map."""
         if len(self.T_map_key) == 1 or np.ptp(self.T_map_key[:, :2], axis=0).max() < 1.0:
-            fitted = self.T_team_map_now
+            fitted = self.T_team_map_now  # positions within 1 m fix no heading
         else:
             fitted = se2.fit_rigid(self.T_team_key[:, :2], self.T_map_key[:, :2])
         x, y, theta = fitted
@@ -48,21 +48,22 @@ class Bend:
 
     @property
     def T_team_map_now(self) -> Transform:
-        """``(3,)``: the rigid transform that is right where the robot was last."""
+        """``(3,)``: the rigid transform that is right at the newest corrected keyframe; elsewhere the map is bent."""
         return se2.compose(self.T_team_key[-1], se2.inverse(self.T_map_key[-1]))
 
     @cached_property
     def most_m(self) -> float:
-        """How far the bending moves any keyframe against the rigid transform, metres."""
+        """Largest displacement of a keyframe by the bending, beyond the rigid transform, metres."""
         rigid = se2.apply(self.T_team_map, self.T_map_key[:, :2])
         return float(np.hypot(*(self.T_team_key[:, :2] - rigid).T).max())
 
     def bent(self, grid: OccupancyGrid) -> OccupancyGrid:
-        """Return the map so bent that ``T_team_map`` lays it where the corrected keyframes say."""
+        """Return the map bent in its own frame, so that ``T_team_map`` places it where the corrected keyframes are."""
         grid = grid.cropped(NODE_CELLS)
         if grid.cells.size == 0:
             return grid
-        row0, col0 = (-(cell % NODE_CELLS) for cell in grid.cell0)  # nodes keep their places as the map grows
+        # Nodes are on multiples of NODE_CELLS of the map's lattice, so that they stay in place as the map grows.
+        row0, col0 = (-(cell % NODE_CELLS) for cell in grid.cell0)
         rows, cols = (
             np.arange(start, size + NODE_CELLS + 1, NODE_CELLS)
             for start, size in zip((row0, col0), grid.shape, strict=True)
@@ -77,7 +78,7 @@ class Bend:
         return OccupancyGrid(out, grid.resolution_m, grid.origin_m).cropped()
 
     def displacement(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return how far the bending moves points ``(N, 2)`` of the map, in the map's frame, metres."""
+        """Return the displacement ``(N, 2)`` of points ``(N, 2)``, both in the map's frame, metres."""
         count = min(NEIGHBOURS, len(self.T_map_key))
         away, near = self._tree.query(points, count)
         away, near = np.reshape(away, (-1, count)), np.reshape(near, (-1, count))
@@ -92,15 +93,15 @@ class Bend:
         return cKDTree(self.T_map_key[:, :2])
 
     def extended(self, T_map_key: Transform) -> Transform:
-        """Return keyframes ``(N, 3)`` of the map in the team's frame; those after the corrected ones go on rigidly."""
+        """Return keyframes ``(N, 3)`` of the map in the team frame; those newer than the solution follow rigidly."""
         later = se2.compose(self.T_team_map_now, T_map_key[len(self.T_team_key) :])
         return np.concatenate([self.T_team_key, later])[: len(T_map_key)]
 
     def corrected_at(self, key_stamps_ns: NDArray[np.int64], way: Keyframes) -> Keyframes:
-        """Return a way in the robot's own map, any part of the robot, as it is in the team's frame.
+        """Return a trajectory of any frame fixed to the robot (base, laser), given in its own map, in the team frame.
 
-        ``key_stamps_ns`` : stamps of the map's keyframes, more than the corrected ones or not. What lies between two
-        keyframes joins both; what comes before the first or after the last goes on rigidly.
+        ``key_stamps_ns (N,)`` : stamps of the map's keyframes, N may exceed K. Poses between two keyframes are
+        interpolated between both corrections; those before the first or after the last follow it rigidly.
         """
         stamps_ns = key_stamps_ns[: len(self.T_map_key)]
         order = np.argsort(stamps_ns, kind="stable")  # a log's time may step backward
@@ -114,6 +115,7 @@ class Bend:
     def _between(
         self, key: NDArray[np.int64], after: NDArray[np.int64], share: NDArray[np.float64], T_map_x: Transform
     ) -> Transform:
+        """Return poses ``T_map_x (N, 3)`` in the team frame; ``share (N,)`` 0..1 from keyframe ``key`` to ``after``."""
         by_last, by_next = (
             se2.compose(self.T_team_key[k], se2.between(self.T_map_key[k], T_map_x)) for k in (key, after)
         )

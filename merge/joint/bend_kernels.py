@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 OCCUPIED = 65
 """Equals ``mrslam.spatial.OCCUPIED_MIN``."""
 BLOCK = 32
-"""Edge of the blocks that are looked at for anything known, cells."""
+"""Edge of the blocks that are skipped where all is unknown, cells."""
 
 
 @njit(cache=True, nogil=True)
@@ -36,8 +36,8 @@ def bend_cells(
     """Write ``cells (H, W)`` moved by ``field (R, C, 2)`` into ``out (H, W)``.
 
     Node (0, 0) of the field is at cell corner (row0, col0), the others every ``node`` cells; a displacement is (x, y)
-    in cells. Every cell shows what was where it came from; walls are then moved once more, forward, and joined to their
-    neighbours, so that none is lost where the map is pressed together or pulled apart.
+    in cells. Every cell gets the value at the point that is moved to it; walls are then moved once more, forward, and
+    joined to their neighbours, so that none is lost where the map is compressed or stretched.
     """
     reach = int(math.ceil(np.max(np.abs(field)))) + 1
     for top in range(0, cells.shape[0], BLOCK):
@@ -68,7 +68,7 @@ def _fetch_block(
             if known:
                 x, y = c + 0.5, r + 0.5
                 dx, dy = displaced(field, node, row0, col0, x, y)
-                # Where it came from is moved here: once around is enough, for the field changes by a few per cent.
+                # Inverse of the displacement by one fixed-point step: enough, for the field changes by a few per cent.
                 dx, dy = displaced(field, node, row0, col0, x - dx, y - dy)
                 i, j = int(math.floor(y - dy)), int(math.floor(x - dx))
                 if 0 <= i < height and 0 <= j < width:

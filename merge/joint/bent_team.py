@@ -1,4 +1,4 @@
-"""A team whose maps are bent to fit each other: what the last joint solution says of each robot and each pair."""
+"""The last joint solution, as seen from the team frame: one bend a robot, and the matches of each pair."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ class BentTeam:
     """Corrected keyframes of the robots that are tied to the one whose map frame is the team's."""
 
     bends: Mapping[str, Bend] = field(default_factory=dict)
-    """By robot; empty where nobody is tied to anybody."""
+    """By robot; empty where no robot is tied to the frame's."""
     ties: tuple[Tie, ...] = ()
-    """All matches between robots."""
+    """The mutually consistent matches between robots, with whether the solution believes them."""
     ambiguous: Mapping[Pair, str] = field(default_factory=dict)
-    """Pairs that are not tied though there are matches, and why."""
+    """Pairs whose matches are not used, for a rival set is nearly as large; and why."""
     joined: frozenset[str] = frozenset()
-    """The robots that the solution was made of, tied or not."""
+    """The robots that were in the solution, tied or not."""
     T_a_b: Mapping[Pair, Transform] = field(default_factory=dict)
-    """The alignments it started from."""
+    """The alignments believed when the solution was begun."""
 
     @classmethod
     def of(cls, joint: JointMap, frame: str, trails: Mapping[str, Trail], T_a_b: Mapping[Pair, Transform]) -> BentTeam:
-        """Return a joint solution as it is seen from the map of the robot ``frame``, whose first keyframe stays."""
+        """Return a joint solution in the map frame of the robot ``frame``, whose first keyframe stays in place."""
         bends: dict[str, Bend] = {}
         if frame in joint.T_team_key:
             group = next(g for g in components(joint.T_team_key, joint.tied_pairs) if frame in g)
@@ -41,7 +41,7 @@ class BentTeam:
         )
 
     def without(self, robot_id: str) -> BentTeam:
-        """Return what holds without a robot whose map is gone."""
+        """Return the same without a robot whose map was removed."""
         return replace(
             self,
             bends={name: bend for name, bend in self.bends.items() if name != robot_id},
@@ -50,7 +50,7 @@ class BentTeam:
         )
 
     def corrected(self, robot_id: str, trail: Trail) -> BentTeam:
-        """Return the same with keyframes of a robot's map as it has them now: its loops may have moved them."""
+        """Return the same with ``T_map_key`` of a robot's newest map: closed loops may have moved its keyframes."""
         bend = self.bends.get(robot_id)
         if bend is None or len(trail) < len(bend.T_map_key):
             return self
@@ -58,7 +58,7 @@ class BentTeam:
         return replace(self, bends={**self.bends, robot_id: newer})
 
     def judges(self, a: str, b: str, alignments: Mapping[Pair, Transform]) -> bool:
-        """Return whether the solution knew both robots, and the pair's alignment if there is one."""
+        """Return whether the solution included both robots, and started from the pair's present alignment (or none)."""
         if not {a, b} <= self.joined:
             return False
         used, now = self.T_a_b.get((a, b)), alignments.get((a, b))

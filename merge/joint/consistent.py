@@ -13,13 +13,13 @@ from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
 
 LOOSE_M, LOOSE_RAD = 0.10, 0.02
-"""Standard deviation of a loop through two matches at one place: what both may be off."""
+"""Standard deviation of the loop through two matches at one place, metres and radians: both matches' errors."""
 LOOSE_PER_M, TURN_PER_M = 0.02, 0.002
-"""Its growth for each metre of both robots' ways between the matches: the drift of a map (as for loops within one)."""
+"""Its growth for each metre of both robots' paths between the matches (1, rad/m): drift, as for loops within a map."""
 GATE = 3.0
-"""A loop closes when its error is within so many standard deviations."""
+"""A loop closes when its error is within this number of standard deviations."""
 STARTS = 20
-"""Cliques are grown from so many matches, those that agree with most others first."""
+"""Number of matches that cliques are grown from, those that agree with most others first: bounds the time."""
 
 
 class Match(NamedTuple):
@@ -30,11 +30,11 @@ class Match(NamedTuple):
     T_i_j: Transform
     """``(3,)`` metres, radians."""
     information: NDArray[np.float64]
-    """``(3, 3)``, its inverse covariance."""
+    """``(3, 3)``, its inverse covariance: 1/m^2, 1/(m rad), 1/rad^2."""
 
 
 class Chosen(NamedTuple):
-    """What is believed of the matches between two robots."""
+    """The consistent matches between two robots, and how strong their best rivals are."""
 
     keep: NDArray[np.int64]
     """Indices of a largest set whose members all agree with each other."""
@@ -43,7 +43,7 @@ class Chosen(NamedTuple):
 
 
 def agreeing(a: Trail, b: Trail, matches: Sequence[Match]) -> NDArray[np.bool_]:
-    """Return ``(M, M)``: whether the loop through two matches and both robots' ways between them closes."""
+    """Return ``(M, M)``: whether the loop through two matches and both robots' paths between them closes."""
     i, j = (np.array([match[side] for match in matches], dtype=np.int64) for side in (0, 1))
     T_i_j = np.array([match.T_i_j for match in matches])
     way_m = a.way_from(i)[:, i] + b.way_from(j)[:, j]
@@ -56,7 +56,7 @@ def agreeing(a: Trail, b: Trail, matches: Sequence[Match]) -> NDArray[np.bool_]:
 
 
 def choose(agrees: NDArray[np.bool_]) -> Chosen:
-    """Return the matches to believe by who agrees with whom ``(M, M)``, and how many others stand against them."""
+    """Return the largest set of matches that agree by ``agrees (M, M)``, and the size of its largest rival set."""
     everyone = np.arange(agrees.shape[0])
     keep = _clique(agrees, everyone)
     others = np.setdiff1d(everyone, keep)

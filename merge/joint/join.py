@@ -1,8 +1,8 @@
-"""Several robots' ways as one pose graph: places that two of them saw tie them together, and bend their maps.
+"""Several robots' keyframes as one pose graph: places that two of them saw tie them together, and bend their maps.
 
-Whole-map alignment proposes how the maps lie to each other; stretches of way that may have seen the same place are
-matched locally; matches are believed as a set, then robustly in the solve. With every solve more stretches come near
-enough to each other to be compared, until there are no more.
+Whole-map alignment gives the first guess; keyframes that may have seen the same place are matched locally; of the
+matches the largest consistent set is taken, and a robust solve rejects what still does not fit. Each solve brings more
+keyframes within reach of a comparison; it ends when a round finds no new match.
 """
 
 from __future__ import annotations
@@ -24,37 +24,39 @@ from mrslam.spatial.pose_graph import Edges, relax_graduated
 from mrslam.spatial.se2 import Transform
 
 ROUNDS = 6
-"""Comparing and solving alternate at most so often; each round reaches as far as drift lets the next match be found."""
+"""Most rounds of comparing and solving: bounds the time; each extends the matches as far as drift allows."""
 CHI2_MOST = 16.27
-"""A match that misses by more is not believed: 99.9 % of chi2 with 3 degrees of freedom."""
+"""Largest squared Mahalanobis residual of a believed match: 99.9 % of chi2 with 3 degrees of freedom."""
 MATCHES_LEAST = 3
-"""Fewer matches that agree tie nobody: two agree by chance where a corridor repeats itself."""
+"""Least matches that agree for a pair to be tied: two agree by chance where a corridor repeats itself."""
 CLEAR = 1.25
-"""Factor by which the believed matches must outnumber those that say otherwise together, or the pair is ambiguous."""
+"""Least ratio of the consistent matches to the largest rival set; below, the pair is ambiguous and not tied."""
 
 
 class Tie(NamedTuple):
-    """A match between two robots, as one that is believed or not."""
+    """A match between two robots that went into the solve."""
 
     a: str
     b: str
     match: Match
+    """``i`` is a keyframe of ``a``, ``j`` of ``b``."""
     believed: bool
+    """Whether the solve kept it (``CHI2_MOST``)."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JointMap:
-    """Several robots' keyframes, corrected by what they saw of each other."""
+    """Several robots' keyframes, corrected by the matches between them."""
 
     T_team_key: Mapping[str, Transform]
-    """By robot, in order: ``(K, 3)`` in the map frame of the first robot, whose first keyframe stays where it was."""
+    """By robot, in order: ``(K, 3)`` in the frame of :func:`join`'s ``T_team_map``."""
     ties: tuple[Tie, ...] = ()
-    """All matches between robots."""
+    """The matches that went into the last solve: each pair's largest consistent set, none of ambiguous pairs."""
     ambiguous: Mapping[Pair, str] = field(default_factory=dict)
-    """Pairs that are not tied though there are matches, and why."""
+    """Pairs whose matches are not used, for a rival set is nearly as large; and why."""
 
     def seen_from(self, robot_id: str, T_map_first: Transform) -> dict[str, Transform]:
-        """Return all keyframes in the map frame of one robot, whose first keyframe is at ``T_map_first``."""
+        """Return all keyframes in the map frame of one robot, whose first keyframe is at ``T_map_first (3,)`` there."""
         T_own_team = se2.compose(T_map_first, se2.inverse(self.T_team_key[robot_id][0]))
         return {one: se2.compose(T_own_team, T_team_key) for one, T_team_key in self.T_team_key.items()}
 
@@ -73,8 +75,9 @@ def join(
 ) -> JointMap:
     """Return all robots' keyframes as they fit together best; the same input gives the same bytes.
 
-    ``T_team_map`` says how the maps lie to each other as far as alignment knows; robots without are left out. A
-    ``matcher`` that is used again knows the answers it gave before.
+    ``T_team_map`` : ``(3,)`` by robot, the rigid placement that alignment found; robots without one are left out. The
+    first robot's first keyframe stays where it is by this.
+    ``matcher`` : pass the same one again to reuse the matches it has computed before.
     """
     names = [name for name in sorted(trails) if name in T_team_map and len(trails[name])]
     matcher = matcher or LocalMatcher()
@@ -99,7 +102,7 @@ def _compare(
     ties: Sequence[Tie],
     matcher: LocalMatcher,
 ) -> int:
-    """Match what two robots may both have seen; add to ``found``, and return how much came new."""
+    """Match keyframes of two robots that may have seen the same place; add to ``found``, return the number added."""
     a, b = (trails[name] for name in pair)
     believed = [tie.match for tie in ties if tie.believed and (tie.a, tie.b) == pair]
     before = len(found)
@@ -113,7 +116,7 @@ def _compare(
 def believable(
     trails: Mapping[str, Trail], found: Mapping[Pair, Mapping[tuple[int, int], Match]]
 ) -> tuple[list[tuple[str, str, Match]], dict[Pair, str]]:
-    """Return the matches to believe of every pair, and why there are none of some."""
+    """Return every pair's largest consistent set of matches, and why the ambiguous pairs have none."""
     chosen: list[tuple[str, str, Match]] = []
     ambiguous: dict[Pair, str] = {}
     for (a, b), by_keys in found.items():
@@ -131,9 +134,9 @@ def believable(
 def solve(
     trails: Mapping[str, Trail], poses: Mapping[str, Transform], matches: Sequence[tuple[str, str, Match]]
 ) -> tuple[dict[str, Transform], tuple[Tie, ...]]:
-    """Return keyframes ``(K, 3)`` of every robot that fit all ways and matches best, and which matches are believed.
+    """Return keyframes ``(K, 3)`` of every robot that fit all trails and matches best, and which matches are believed.
 
-    The first robot's first keyframe stays where ``poses`` has it.
+    ``poses`` : first guess, ``(K, 3)`` by robot in one frame; the first robot's first keyframe stays where it has it.
     """
     counts = [len(trail) for trail in trails.values()]
     starts = dict(zip(trails, np.cumsum([0, *counts]), strict=False))

@@ -1,7 +1,7 @@
-"""Matches a short stretch of one robot's way with the map that another robot's scans make of the same place.
+"""Matches a few keyframes' scans of one robot with a local map drawn from another robot's scans of the same place.
 
-The same steps as for loops within one robot's map: descend from where the stretch should be; where that does not fit,
-search around it in a coarse map, then in the fine one, and descend again.
+The same steps as for loops within one robot's map: Gauss-Newton from the expected pose; where that does not fit,
+correlative search around it in a coarse map, then in the fine one, and Gauss-Newton again.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from mrslam.spatial.matching.gauss_newton import Match, match
 from mrslam.spatial.se2 import Transform
 
 GROUP = 12
-"""Keyframes to either side of the old one whose scans make the map."""
+"""Keyframes to either side of a's keyframe i whose scans make the local map."""
 TAIL = 2
-"""Keyframes to either side of the new one that are matched with it."""
+"""Keyframes to either side of b's keyframe j that are matched with it: the stretch."""
 POINTS_LEAST = 20
 """A stretch with fewer points is not compared: a wall and a corner have as many."""
 FINE_M, COARSE_M = 0.05, 0.2
@@ -34,47 +34,48 @@ SIGMA_M = 0.03
 SKIP_M = 0.1
 """Beams clear the map up to this far before their end, metres."""
 LOST_M, LOST_RAD, DRIFT, TURN_DRIFT = 0.05, 0.02, 0.02, 0.002
-"""Standard deviation of where a stretch should be, and its growth with each metre of way from what is known to fit."""
+"""Standard deviation of the expected pose (m, rad), and its growth per metre of path since a match (1, rad/m)."""
 FAR_MOST_M, TURN_MOST_RAD = 6.0, 0.35
-"""Nothing is searched for farther away or more turned than this."""
+"""Most that is searched to either side of the expected pose, metres and radians."""
 OVERLAP_LEAST, AGREEING_LEAST = 0.5, 0.85
-"""Share of beams that must lie on walls, and share of these among those on walls or known free space."""
+"""Least share of beams on walls, and least share of these among the beams that end on walls or in known free space."""
 SHARE = 0.02
-"""Beams of several scans on one wall are far from independent: share of the matcher's information that counts."""
+"""Factor of the matcher's information: beams of several scans on one wall are far from independent."""
 FLOOR = np.diag([0.01**2, 0.01**2, 0.003**2])
-"""Covariance that no match is better than: the lattice of the scans' ranges, and a laser's own bias."""
+"""Covariance added to every match's, m^2 and rad^2: rounding of the scans' ranges, and the lasers' bias."""
 ROUND_M, ROUND_RAD = 0.02, 0.005
-"""Where a stretch should be is rounded to this: nearly the same question is not asked again."""
+"""The expected pose is rounded to this, so that a slightly different guess finds the cached match."""
 NEARBY = Lattice(0.045, 0.015, 0.3, 0.1, 120)
-"""What is searched in the fine map around what the coarse one says."""
+"""Poses searched in the fine map around the best one in the coarse map."""
 REMEMBERED = 20_000
-"""Answers kept; at 0.3 kB each they fill some megabytes."""
+"""Most matches cached; at 0.3 kB each 6 MB."""
 
 
 class Fit(NamedTuple):
-    """How one stretch lies to another."""
+    """Where a stretch of b lies in the local map of a."""
 
     T_i_j: Transform
     """``(3,)``: keyframe j of b in the frame of keyframe i of a."""
     information: NDArray[np.float64]
-    """``(3, 3)``, its inverse covariance."""
+    """``(3, 3)``, its inverse covariance: 1/m^2, 1/(m rad), 1/rad^2."""
 
 
 class LocalMatcher:
-    """Answers the same question the same way, and a question asked before at once."""
+    """Matches stretches, and caches the results by content; for one thread at a time, as it reuses its tile stores."""
 
     def __init__(self) -> None:
         self._fine, self._coarse = TileStore(1, FINE_M), TileStore(1, COARSE_M)
         self._answers: OrderedDict[bytes, Fit | None] = OrderedDict()
         self.matched = 0
-        """Stretches matched so far, those remembered not counted."""
+        """Stretches matched so far, without those answered from the cache."""
 
     def match(self, a: Trail, i: int, b: Trail, j: int, T_i_j: Transform, lost_m: float) -> Fit | None:
-        """Return how ``b``'s keyframe ``j`` lies to ``a``'s keyframe ``i``, or None where the two do not fit.
+        """Return the pose of ``b``'s keyframe ``j`` in the frame of ``a``'s keyframe ``i``, None where they do not fit.
 
-        ``T_i_j (3,)`` is where it should be; it may be off by what ``lost_m`` metres of way bring.
+        ``T_i_j (3,)`` is the expected pose; its uncertainty is the drift over ``lost_m`` metres of path.
         """
         expected = np.round(T_i_j / (ROUND_M, ROUND_M, ROUND_RAD)) * (ROUND_M, ROUND_M, ROUND_RAD)
+        # Powers of two, so that a growing path finds the cached match again.
         lost_m = 2.0 ** np.ceil(np.log2(max(lost_m, 1.0)))
         group, tail = _around(a, i, GROUP), _around(b, j, TAIL)
         question = hashlib.blake2b(expected.tobytes() + np.float64(lost_m).tobytes(), digest_size=16)
@@ -100,6 +101,7 @@ class LocalMatcher:
         expected: Transform,
         lost_m: float,
     ) -> Fit | None:
+        """Return how ``source (N, 5)``, points in the frame of b's keyframe, fits the map of a's ``group``."""
         if source.shape[0] < POINTS_LEAST:
             return None
         spread = np.array([LOST_M + DRIFT * lost_m] * 2 + [LOST_RAD + TURN_DRIFT * lost_m])
@@ -119,15 +121,17 @@ class LocalMatcher:
 
 
 def _around(trail: Trail, k: int, count: int) -> NDArray[np.int64]:
+    """Return the indices of keyframe ``k`` and up to ``count`` to either side."""
     return np.arange(max(0, k - count), min(k + count + 1, len(trail)))
 
 
 def _relative(trail: Trail, centre: int, keys: NDArray[np.int64]) -> Transform:
+    """Return poses ``(len(keys), 3)`` in the frame of the keyframe ``centre``."""
     return se2.between(trail.T_map_key[centre], trail.T_map_key[keys])
 
 
 def _stretch(trail: Trail, j: int, keys: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return the points ``(N, 5)`` of several keyframes in the frame of one of them."""
+    """Return the points ``(N, 5)`` of several keyframes in the frame of ``j``, without unsure ones (quality < 0)."""
     parts = []
     for T, k in zip(_relative(trail, j, keys), keys, strict=True):
         points = trail.points(int(k))
@@ -140,7 +144,7 @@ def _stretch(trail: Trail, j: int, keys: NDArray[np.int64]) -> NDArray[np.float6
 def _draw(
     store: TileStore, trail: Trail, i: int, keys: NDArray[np.int64], source: NDArray[np.float64], expected: Transform
 ) -> Tiles:
-    """Return a map of some keyframes' scans in the frame of ``i``, that holds wherever the source may be laid."""
+    """Return a map of some keyframes' scans in the frame of ``i``, large enough for every pose that is searched."""
     poses = _relative(trail, i, keys)
     scans = [trail.points(int(k)) for k in keys]
     origins = trail.scans.origins[keys].astype(np.float64)
@@ -153,6 +157,9 @@ def _draw(
 
 
 def _fits(found: Match, more: float = 0.0) -> bool:
-    """Return whether enough beams match, and few contradict the map; what it never saw is neutral."""
+    """Return whether enough beams match, and few contradict the map; beams in unknown cells count as neither.
+
+    ``more`` raises both limits: a fit without a search must be clearer.
+    """
     seen = found.inliers + found.conflicts
     return bool(found.inliers >= OVERLAP_LEAST + more and found.inliers >= (AGREEING_LEAST + 0.5 * more) * seen)

@@ -1,4 +1,4 @@
-"""One robot's way: its keyframes with what was seen at each, and how stiff the way is between them."""
+"""One robot's keyframes with their scans, as a pose graph: relative poses and their information."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from mrslam.spatial.pose_graph import Edges
 from mrslam.spatial.se2 import Transform
 
 STEP_M, STEP_RAD = 0.01, 0.0015
-"""Standard deviation of the motion between keyframes at one place: the noise of a scan match (as in the mapper)."""
+"""Standard deviation of the motion between keyframes at one place, metres and radians: the noise of a scan match."""
 STEP_PER_M, TURN_PER_M = 0.03, 0.003
 """Its growth for each metre between them (1, rad/m): the mapper's own motion model."""
 STEP_PER_RAD, TURN_PER_RAD = 0.01, 0.01
 """And for each radian (m/rad, 1)."""
 SEEN_AGAIN_M, SEEN_AGAIN_RAD = 0.03, 0.005
-"""How well two keyframes of one place lie to each other (standard deviations): both were matched with one map of it.
-Measured: three times as much changes no error between robots by more than 1 %."""
+"""Standard deviation of the relative pose of two keyframes at one place, metres and radians: both were matched with one
+map of it. Measured: three times as much changes no error between robots by more than 1 %."""
 NEAR_M = 2.0
 """Keyframes closer to each other than this saw the same place, metres."""
 OLD_WAY_M = 12.0
-"""A place is an old one when at least this much way lies between, metres: more than a scan's usual reach indoors."""
+"""Least path between two keyframes for a place seen again, metres: more than a scan's usual reach indoors."""
 EVERY_M = 2.0
-"""Old places are looked for once in so much way, metres: as far apart as ``NEAR_M``, so that no stretch is left out."""
+"""Least path between two edges to places seen again, metres: ``NEAR_M``, so that no stretch is left out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,13 +39,13 @@ class Trail:
     T_map_key: Transform
     """``(K, 3)``, as the robot published them."""
     scans: KeyScans
-    """What was seen at each."""
+    """The scans of these keyframes, at most 60 points each."""
     stamps_ns: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
     """``(K,)`` where they are known."""
 
     @classmethod
     def of(cls, local: LocalMap) -> Trail:
-        """Return the way behind a robot's map: those of its keyframes that have scans."""
+        """Return the trail of a robot's map: those of its keyframes that have scans (the newest may come without)."""
         count = min(len(local.key_scans), len(local.keyframes.stamps_ns))
         poses = np.asarray(local.keyframes.T_map_base[:count], dtype=np.float64)
         return cls(poses, local.key_scans.part(0, count), local.keyframes.stamps_ns[:count])
@@ -56,13 +56,17 @@ class Trail:
 
     @cached_property
     def way_m(self) -> NDArray[np.float64]:
-        """``(K,)``: length of the way to each keyframe, metres."""
+        """``(K,)``: length of the path from the first keyframe to each, metres."""
         steps = np.hypot(*np.diff(self.T_map_key[:, :2], axis=0).T)
         return np.concatenate([np.zeros(min(len(self), 1)), np.cumsum(steps)])
 
     @cached_property
     def edges(self) -> Edges:
-        """Motion from keyframe to keyframe, and places the robot came back to: its map, as stiff as it is."""
+        """The robot's own pose graph: motion from keyframe to keyframe, and places seen again.
+
+        Measured poses are those of the published keyframes, so that without matches nothing moves; the information says
+        how much a match may bend the map.
+        """
         chain = np.arange(max(len(self) - 1, 0))
         pairs = np.concatenate([np.stack([chain, chain + 1], axis=1), self._seen_again])
         T = se2.between(self.T_map_key[pairs[:, 0]], self.T_map_key[pairs[:, 1]])
@@ -91,14 +95,14 @@ class Trail:
         return np.array(found, dtype=np.int64).reshape(-1, 2)
 
     def way_from(self, keys: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return ``(len(keys), K)``: length of the shortest way from these keyframes, through places seen again."""
+        """Return ``(len(keys), K)``: shortest path in the pose graph from these keyframes to all, metres."""
         edges = self.edges
         length = np.hypot(*edges.T_first_second[:, :2].T) + 1e-6  # a length of 0 would be no edge
         graph = coo_matrix((length, (edges.first, edges.second)), shape=(len(self), len(self)))
         return np.asarray(dijkstra(graph.tocsr(), directed=False, indices=keys))
 
     def points(self, k: int) -> NDArray[np.float64]:
-        """Return ``(n, 5)``: the scan of keyframe ``k`` as points with normals, in the keyframe's frame."""
+        """Return ``(n, 5)``: the scan of keyframe ``k`` as (x, y, nx, ny, quality) in the keyframe's frame, metres."""
         held = self._points.get(k)
         if held is None:
             held = self._points[k] = with_normals(self.scans.of(k), self.scans.origins[k])
@@ -110,9 +114,9 @@ class Trail:
 
 
 def with_normals(points: NDArray[np.float32], origin: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Return points ``(n, 2)``, metres, with the normals of the surface they lie on: ``(n, 5)``.
+    """Return points ``(n, 2)`` with normals: up to n rows (x, y, nx, ny, quality) as :func:`scan_points` makes them.
 
-    Normals come from the points' neighbours, looked at from the laser at ``origin (2,)``, and point toward it.
+    ``points`` and the laser's position ``origin (2,)`` are in the base frame, metres; normals point toward the laser.
     """
     laser = origin.astype(np.float64)
     away = points.astype(np.float64) - laser
