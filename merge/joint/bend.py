@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from mrslam.merge.joint.bend_kernels import bend_cells
+from mrslam.merge.joint.trail import rigid
 from mrslam.spatial import Keyframes, OccupancyGrid, se2
 from mrslam.spatial.se2 import Transform
 
@@ -37,11 +38,7 @@ class Bend:
     @cached_property
     def T_team_map(self) -> Transform:
         """``(3,)``: the rounded rigid transform with which the bent map (:meth:`bent`) is drawn into the team map."""
-        if len(self.T_map_key) == 1 or np.ptp(self.T_map_key[:, :2], axis=0).max() < 1.0:
-            fitted = self.T_team_map_now  # positions within 1 m fix no heading
-        else:
-            fitted = se2.fit_rigid(self.T_team_key[:, :2], self.T_map_key[:, :2])
-        x, y, theta = fitted
+        x, y, theta = rigid(self.T_team_key, self.T_map_key)
         return se2.transform(
             PLACE_M * round(x / PLACE_M), PLACE_M * round(y / PLACE_M), PLACE_RAD * round(theta / PLACE_RAD)
         )

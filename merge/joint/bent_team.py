@@ -30,11 +30,11 @@ class BentTeam:
 
     @classmethod
     def of(cls, joint: JointMap, frame: str, trails: Mapping[str, Trail], T_a_b: Mapping[Pair, Transform]) -> BentTeam:
-        """Return a joint solution in the map frame of the robot ``frame``, whose first keyframe stays in place."""
+        """Return a joint solution in the map frame of the robot ``frame``."""
         bends: dict[str, Bend] = {}
         if frame in joint.T_team_key:
             group = next(g for g in components(joint.T_team_key, joint.tied_pairs) if frame in g)
-            seen = joint.seen_from(frame, trails[frame].T_map_key[0])
+            seen = joint.seen_from(frame, trails[frame].T_map_key)
             bends = {name: Bend(trails[name].T_map_key, seen[name]) for name in group if len(group) > 1}
         return cls(
             bends=bends, ties=joint.ties, ambiguous=joint.ambiguous, joined=frozenset(joint.T_team_key), T_a_b=T_a_b

@@ -18,7 +18,7 @@ from mrslam.merge.graph.edges import Pair
 from mrslam.merge.joint.candidates import candidates
 from mrslam.merge.joint.consistent import Chosen, Match, agreeing, choose
 from mrslam.merge.joint.local_match import LocalMatcher
-from mrslam.merge.joint.trail import Trail
+from mrslam.merge.joint.trail import Trail, rigid
 from mrslam.spatial import se2
 from mrslam.spatial.pose_graph import Edges, relax_graduated
 from mrslam.spatial.se2 import Transform
@@ -55,9 +55,12 @@ class JointMap:
     ambiguous: Mapping[Pair, str] = field(default_factory=dict)
     """Pairs whose matches are not used, for a rival set is nearly as large; and why."""
 
-    def seen_from(self, robot_id: str, T_map_first: Transform) -> dict[str, Transform]:
-        """Return all keyframes in the map frame of one robot, whose first keyframe is at ``T_map_first (3,)`` there."""
-        T_own_team = se2.compose(T_map_first, se2.inverse(self.T_team_key[robot_id][0]))
+    def seen_from(self, robot_id: str, T_map_key: Transform) -> dict[str, Transform]:
+        """Return all keyframes in the map frame of one robot, whose own are at ``T_map_key (K, 3)`` in its map.
+
+        The frames are laid over each other by all of them: a single keyframe's heading would turn what is far away.
+        """
+        T_own_team = rigid(T_map_key, self.T_team_key[robot_id])
         return {one: se2.compose(T_own_team, T_team_key) for one, T_team_key in self.T_team_key.items()}
 
     @property
