@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from mrslam.spatial.errors import require
 
 MODES = ("distributed", "mapper", "central")
+"""What a robot does: maps and merges; maps only; merges only (a base station). Messages carry the index."""
 LINK_SOURCES = ("measured", "model", "trace")
+"""Values of ``comms.link_source``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +35,7 @@ class CommsConfig:
     beacon_window: int = 64
     """Expert: beacons over which the received share is taken, 8..1024: more is steadier and slower."""
     beacon_deadline_s: float = 0.5
-    """Expert: a beacon this much later than the quickest of late ones counts as lost, seconds."""
+    """Expert: a beacon this much later than the quickest recent one counts as lost, seconds."""
     beacon_neighbours: int = 16
     """Expert: neighbours whose LQ one beacon reports, taken in turn; bounds the beacon's size, 1..64."""
     peer_timeout_s: float = 3.0
@@ -43,7 +45,7 @@ class CommsConfig:
     exchange_budget_bytes: int = 0
     """Most bytes of map that one robot serves in one exchange; the rest follows at the next. 0: no limit."""
     retry_s: float = 1.0
-    """Expert: silence in an exchange after which an open question is repeated, seconds; doubles up to four times."""
+    """Expert: silence in an exchange after which an open question is repeated, seconds; then 2 and 4 times this."""
     stall_timeout_s: float = 8.0
     """Expert: silence inside an exchange after which it has failed (and is resumed later), seconds."""
     backoff_s: float = 2.0
@@ -53,7 +55,7 @@ class CommsConfig:
     chunk_bytes: int = 24_000
     """Expert: most bytes of one map chunk on the wire, 1000..200000."""
     window_tiles: int = 128
-    """Expert: tiles asked for at once, 1..4096: bounds what is in flight on a slow link."""
+    """Expert: tiles and keyframe blocks asked for at once, 1..4096: bounds what is in flight on a slow link."""
     history: int = 24
     """Expert: snapshots kept per robot for sending differences, 1..1000; tiles are shared between snapshots."""
     max_message_bytes: int = 262_144

@@ -1,4 +1,4 @@
-"""Looks at this machine's network the way a robot will use it, and says plainly what is wrong and what to do."""
+"""Checks of this machine's network as a robot uses it; each finding says what is wrong and what to do."""
 
 from __future__ import annotations
 
@@ -22,12 +22,14 @@ WORKS = (
     "a datagram to oneself came back; whether the network carries it to other machines shows only with a robot there"
 )
 PROBE_BYTES = 20_000
+"""Size of a message of the throughput check, bytes: about that of a map chunk (``comms.chunk_bytes``)."""
 PROBES = 100
+"""Messages of the throughput check: 2 MB, well below the outbox's bound."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was looked at."""
+    """The result of one check."""
 
     level: Level
     topic: str

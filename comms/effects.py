@@ -1,4 +1,4 @@
-"""What the network core wants done or known: values that :class:`mrslam.comms.CommsNode` returns."""
+"""Effects: what :class:`mrslam.comms.CommsNode` returns for the shell to send or to report."""
 
 from __future__ import annotations
 
@@ -50,14 +50,14 @@ class LinkChanged:
     quality: float
     """LQ x NLQ, 0..1."""
     state: int
-    """-1 myself, 0 weak, 1 strong (the source dissertation's three states)."""
+    """0 weak, 1 strong (of the three states in Martins 2013, section 3.3; -1, the robot itself, is never reported)."""
 
 
 @dataclass(frozen=True)
 class ExchangeStarted:
     """An exchange with a peer began: both have agreed. Exactly one ExchangeDone or ExchangeFailed follows.
 
-    The number of a robot's exchanges is that of its ExchangeDone, everywhere.
+    Reports count a robot's exchanges by ExchangeDone alone.
     """
 
     peer: str
@@ -106,7 +106,7 @@ class MapUpdated:
     epoch: int
     revision: int
     changed: tuple[TileIndex, ...]
-    """The tiles that are news to me; none of the own map."""
+    """(row, column) of the tiles that changed since the version held before; empty for the own map."""
     source: str
     """The peer it came from: the robot itself, or a third party."""
     map: LocalMap = field(repr=False)
@@ -121,6 +121,7 @@ class TeammatePose:
     stamp_ns: int
     """When it was there, on my clock."""
     T_map_base: NDArray[np.float64]
+    """``(3,)``: x (m), y (m), theta (rad)."""
     epoch: int
     """Which of its maps (a restarted robot may start a new one)."""
 

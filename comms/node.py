@@ -66,17 +66,17 @@ class CommsNode:
             self._takes_maps,
         )
         self._exchanges = Exchanges(station)
-        self._around = Neighbourhood(station, self._exchanges.abort)
-        self.peers, self.links = self._around.peers, self._around.links.monitor
+        self._neighbourhood = Neighbourhood(station, self._exchanges.abort)
+        self.peers, self.links = self._neighbourhood.peers, self._neighbourhood.links.monitor
 
     def uptime_ms(self, now_ns: int) -> int:
         """Return how long this robot has been up, milliseconds."""
-        return self._around.beacons.uptime_ms(now_ns)
+        return self._neighbourhood.beacons.uptime_ms(now_ns)
 
     @property
     def must_stop(self) -> bool:
         """Whether another live process had this robot's id before."""
-        return self._around.must_stop
+        return self._neighbourhood.must_stop
 
     # -- from the robot --------------------------------------------------------------------------------------------
 
@@ -85,28 +85,28 @@ class CommsNode:
         self.store.use_seal(seal)
 
     def publish(self, local_map: LocalMap, now_ns: int) -> fx.MapUpdated | None:
-        """Take the own newest map; return it as teammates will get it, or None where it is no news."""
+        """Take the own newest map; return it as teammates will get it, or None where its revision is not newer."""
         if not self.store.publish(local_map):
             return None
         version, whole = self.store.version(self.robot_id), self.store.maps[self.robot_id]
         return fx.MapUpdated(self.robot_id, *version, (), self.robot_id, whole)
 
     def begin_map(self) -> None:
-        """Say that what is published next is another map, whose frame has nothing to do with the last one's."""
+        """Start a new epoch: what is published next is another map, in a frame unrelated to the last one's."""
         self.store.begin_map()
 
     def set_own_pose(self, T_map_base: Transform, stamp_ns: int) -> None:
         """Set where the robot is in its own map, and when it was (same clock as ``now_ns``); beacons carry it."""
-        self._around.beacons.set_pose(T_map_base, stamp_ns)
+        self._neighbourhood.beacons.set_pose(T_map_base, stamp_ns)
 
     def set_link_quality(self, peer: str, quality: float, now_ns: int) -> list[fx.Effect]:
         """Set a link's quality (0..1) from a radio model or a trace; without effect where links are measured."""
-        self._around.links.give(peer, quality, now_ns, is_here=peer in self.peers)
+        self._neighbourhood.links.give(peer, quality, now_ns, is_here=peer in self.peers)
         return self._out.take()
 
     def on_tick(self, now_ns: int) -> list[fx.Effect]:
-        """Send beacons, judge links, notice who is gone, open and look after exchanges. Call it about every 0.1 s."""
-        self._around.on_tick(now_ns)
+        """Send beacons, judge links, notice who is gone, open, repeat and end exchanges. Call it about every 0.1 s."""
+        self._neighbourhood.on_tick(now_ns)
         self._exchanges.on_tick(now_ns)
         if not self.must_stop:
             for peer in self.rendezvous.due(now_ns, self._has_business_with):
@@ -132,12 +132,12 @@ class CommsNode:
 
     def on_peer_joined(self, peer: str, now_ns: int) -> list[fx.Effect]:
         """A teammate's liveliness token is up."""
-        self._around.on_token(peer, now_ns)
+        self._neighbourhood.on_token(peer, now_ns)
         return self._out.take()
 
     def on_peer_left(self, peer: str, now_ns: int) -> list[fx.Effect]:
         """A teammate's liveliness token is gone, and it did not say goodbye."""
-        self._around.lose(peer, "lost: its process or its link is gone", now_ns)
+        self._neighbourhood.lose(peer, "lost: its process or its link is gone", now_ns)
         return self._out.take()
 
     def on_message(self, payload: bytes, now_ns: int, sender: str | None = None) -> list[fx.Effect]:
@@ -157,13 +157,13 @@ class CommsNode:
     def _dispatch(self, message: AnyMessage, size: int, now_ns: int) -> None:
         if message.sender == self.robot_id:
             if isinstance(message, Beacon) and message.boot != self.boot_id:
-                self._around.on_twin(message, now_ns)
+                self._neighbourhood.on_duplicate_id(message, now_ns)
             return
         match message:
             case Beacon():
-                self._around.on_beacon(message, now_ns)
+                self._neighbourhood.on_beacon(message, now_ns)
             case Bye():
-                self._around.on_bye(message, now_ns)
+                self._neighbourhood.on_bye(message, now_ns)
             case Status():
                 return  # for watchers
             case Open():
@@ -179,7 +179,7 @@ class CommsNode:
         return known is None or MODES[known.mode] != "mapper"
 
     def _has_business_with(self, peer: str) -> bool:
-        """Return whether an exchange with a peer can bring anything to either.
+        """Return whether an exchange with a peer can bring a map to either side.
 
         Its first beacon must have come: until then its mode is unknown. Two "mapper" robots take no maps, so an
         exchange between them would be empty.

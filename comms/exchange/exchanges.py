@@ -13,9 +13,9 @@ from mrslam.comms.exchange.own_map_claims import OwnMapClaims
 from mrslam.comms.exchange.past_exchanges import PastExchanges
 from mrslam.comms.exchange.station import Station
 from mrslam.comms.wire.messages import (
+    ALREADY_OVER,
     GIVE_NO_MORE,
     HOLD_ALL,
-    LONG_DONE,
     Accept,
     Ask,
     Chunk,
@@ -28,17 +28,17 @@ from mrslam.comms.wire.messages import (
 
 PATIENCE = 4
 """An exchange without progress, though messages come, has failed after this multiple of ``stall_timeout_s``: chunks
-that are sent again (after 4 ``retry_s``) are some of it."""
+that are sent again (after 4 ``retry_s``) are part of that."""
 XID_STEP = 2654435761
 """Odd, about 2^32 over the golden ratio (Knuth's multiplicative hash): exchange ids of two boots next to each other lie
 far apart."""
 
-Question = Accept | Refuse | Ask | Manifest | Get | Chunk | Done
-"""Messages that belong to an exchange begun before."""
+ExchangeMessage = Accept | Refuse | Ask | Manifest | Get | Chunk | Done
+"""Messages of an exchange after its Open."""
 
 
 class Exchanges:
-    """The exchanges going on."""
+    """The exchanges in progress."""
 
     def __init__(self, station: Station) -> None:
         """Start with none."""
@@ -82,7 +82,7 @@ class Exchanges:
         running.progress_ns = now_ns
         self._claims.hear(running, message)
         self._send_digest(Accept, running)
-        self._meet(running, message, now_ns)
+        self._on_digest(running, message, now_ns)
 
     def _begin(self, peer: str, xid: int, opened_by_me: bool, now_ns: int) -> Exchange:
         exchange = Exchange(peer, xid, opened_by_me, now_ns, now_ns, asked_ns=now_ns, useful_ns=now_ns)
@@ -90,8 +90,8 @@ class Exchanges:
         self._station.rendezvous.started(peer)
         return exchange
 
-    def _meet(self, exchange: Exchange, message: Open | Accept, now_ns: int) -> None:
-        """Both digests are known: offer what the peer lacks, and see what I lack."""
+    def _on_digest(self, exchange: Exchange, message: Open | Accept, now_ns: int) -> None:
+        """Both digests are known: send manifests of what the peer lacks, and Done if nothing is wanted from it."""
         if not exchange.accepted:
             exchange.accepted = True
             exchange.useful_ns = now_ns
@@ -110,9 +110,9 @@ class Exchanges:
         message = kind(self._station.own_id, self._station.boot, exchange.xid, held, staged)
         exchange.bytes_sent += self._station.out.post(message, exchange.peer, "control")
 
-    # -- in between --------------------------------------------------------------------------------------------------
+    # -- in between ------------------------------------------------------------------------------------------------
 
-    def on_message(self, message: Question, size: int, now_ns: int) -> None:
+    def on_message(self, message: ExchangeMessage, size: int, now_ns: int) -> None:
         """Take a message of an exchange; raises ``WireError`` where it makes no sense."""
         exchange = self.active.get(message.sender)
         if exchange is None or exchange.xid != message.xid:
@@ -124,7 +124,7 @@ class Exchanges:
             case Accept():
                 if exchange.opened_by_me:
                     self._claims.hear(exchange, message)
-                    self._meet(exchange, message, now_ns)
+                    self._on_digest(exchange, message, now_ns)
             case Refuse():
                 self._on_refuse(exchange, message, now_ns)
             case Ask():
@@ -146,16 +146,16 @@ class Exchanges:
             else:
                 self._receiver.on_chunk(exchange, message, now_ns)
         finally:
-            self._look_after(exchange, now_ns)
+            self._fail_or_settle(exchange, now_ns)
 
     def _on_own_map(self, exchange: Exchange, message: Manifest | Chunk) -> None:
-        """The peer proves which map of an earlier life it holds: give it the own one, labelled above that."""
+        """The peer proves which earlier version of the own map it holds: offer it the own one, labelled above that."""
         held = self._claims.on_manifest(exchange, message) if isinstance(message, Manifest) else None
         if held is not None and self._sender.offer(exchange, self._station.own_id, held):
-            # It wants more now: a Done that it has sent, or that is on its way, was said before it knew.
+            # It wants more now: a Done that it has sent, or that is on its way, does not count.
             exchange.skips_done, exchange.peer_done = not exchange.peer_done, False
 
-    def _look_after(self, exchange: Exchange, now_ns: int) -> None:
+    def _fail_or_settle(self, exchange: Exchange, now_ns: int) -> None:
         if exchange.broken:
             self._fail(exchange, exchange.broken, now_ns)
         else:
@@ -183,12 +183,12 @@ class Exchanges:
         if exchange.is_done and not exchange.broken:
             self._say_done(exchange)
         else:
-            self._look_after(exchange, now_ns)
+            self._fail_or_settle(exchange, now_ns)
 
     # -- ending ----------------------------------------------------------------------------------------------------
 
     def _on_refuse(self, exchange: Exchange, message: Refuse, now_ns: int) -> None:
-        """The peer does not want to exchange now, or knows nothing of this exchange."""
+        """The peer does not want to exchange now, or does not know this exchange."""
         if exchange.accepted:
             self._fail(exchange, message.reason, now_ns)
         else:
@@ -207,11 +207,11 @@ class Exchanges:
         else:
             exchange.peer_done = True
         self._settle(exchange, now_ns)
-        if message.code == LONG_DONE and self.active.get(exchange.peer) is exchange:
+        if message.code == ALREADY_OVER and self.active.get(exchange.peer) is exchange:
             self._fail(exchange, "it is over there", now_ns)  # and I want more: open another
 
     def _settle(self, exchange: Exchange, now_ns: int) -> None:
-        """Tell the peer when I hold all it had; close when both do."""
+        """Send Done once nothing more is wanted from the peer; close the exchange once both have."""
         if not exchange.accepted or exchange.claim is not None or self._receiver.wants_more(exchange):
             return
         if not exchange.is_done:
@@ -235,7 +235,7 @@ class Exchanges:
     def _fail(self, exchange: Exchange, reason: str, now_ns: int) -> None:
         self._close(exchange, completed=False)
         self._station.rendezvous.failed(exchange.peer, now_ns)
-        if exchange.accepted:  # else it never began: nobody has counted it
+        if exchange.accepted:  # else ExchangeStarted was never emitted
             self._station.out.emit(ExchangeFailed(exchange.peer, exchange.costs(now_ns), reason))
 
     def _close(self, exchange: Exchange, *, completed: bool) -> None:

@@ -1,7 +1,7 @@
-"""What of a manifest has been sent and may still be on its way.
+"""Which items of a manifest were sent and may still be on their way.
 
-Who waits for chunks asks again after a second of silence, and a chunk may take longer than that. Sent again each time,
-chunks would fill the link with what has arrived already, and the map would never be there.
+A receiver asks again after ``retry_s`` of silence, and a chunk may take longer than that on a slow link. If every
+question were answered in full, the link would fill with copies, and the map would never be complete.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ class InFlight:
 
     def __init__(self, now_ns: int) -> None:
         """Nothing has been sent."""
-        self._order: dict[int, int] = {}
+        self._order: dict[int, int] = {}  # item -> its place in the order of all sendings, from 1
         self._sent = self._arrived = 0
         self.moved_ns = now_ns
         """When progress was last seen, or all was sent again."""
 
     def due(self, wanted: Sequence[int], now_ns: int, patience_ns: int) -> list[int]:
-        """Return which of the items that the peer has not got are to be sent now; they count as sent.
+        """Return which of the items ``wanted``, those that the peer lacks, are to be sent now; they count as sent.
 
-        What goes one way arrives in its order, so an item is lost where one that was sent after it has arrived; and all
-        are where nothing has arrived for ``patience_ns``.
+        A lane keeps the order of its messages, so an item is lost where one that was sent after it has arrived; and all
+        are lost where nothing has arrived for ``patience_ns``.
         """
         lacking = set(wanted)
         arrived = [order for item, order in self._order.items() if item not in lacking]

@@ -21,10 +21,10 @@ class MapReceiver:
     """Receives maps, each from one peer at a time."""
 
     def __init__(self, station: Station) -> None:
-        """Receive as this robot."""
+        """Receive into this station's store."""
         self._station = station
         self._source: dict[str, Exchange] = {}  # robot -> the exchange in which its map is being taken
-        self._idle: set[tuple[str, str]] = set()  # (peer, robot) where a manifest brought no item since
+        self._idle: set[tuple[str, str]] = set()  # (peer, robot): asked for items of the map, and has sent none since
 
     def wants(self, peer: str, robot: str, version: Version) -> bool:
         """Return whether this version of a robot's map is worth taking from this peer now."""
@@ -44,11 +44,11 @@ class MapReceiver:
         return source is None or source.peer == peer or (source.peer, robot) in self._idle
 
     def wants_more(self, exchange: Exchange) -> bool:
-        """Return whether the peer has something I want and do not hold yet."""
+        """Return whether the peer has a version of some map that is still wanted from it."""
         return bool(exchange.pulls) or any(self.wants(exchange.peer, *item) for item in exchange.theirs.items())
 
     def on_manifest(self, exchange: Exchange, message: Manifest) -> None:
-        """The peer says what I lack of one map; raises ``WireError`` where that makes no sense."""
+        """Take a manifest of what is missing of one map; raises ``WireError`` where it is not valid or is forged."""
         arrivals = self._station.arrivals
         if self._disowns(exchange, message):
             self._station.store.disown(message.robot)
@@ -78,7 +78,7 @@ class MapReceiver:
         self._continue(exchange, pull)
 
     def _disowns(self, exchange: Exchange, message: Manifest) -> bool:
-        """Return whether a robot offers its own map below what it knows is held of it, in a team without keys.
+        """Return whether a robot offers its own map at a version below the one it knows is held here, without keys.
 
         A robot goes above what its earlier lives labelled (``own_map_claims``), so what is held is not its own: made up
         by some other robot, or lifted beyond all numbers by a false claim.
@@ -88,14 +88,14 @@ class MapReceiver:
         return is_own_word and message.base == 0 and held == exchange.shown and message.epoch < held[0]
 
     def _is_at_work(self, pull: Pull, other: Manifest) -> bool:
-        """Return whether items of a manifest as new as the other one, and still of use, are on their way."""
+        """Return whether items are on their way, of a manifest that is as new as the other one and still applies."""
         current = pull.manifest
         if current is None or not pull.asked or self._station.arrivals.base_of(current) is None:
             return False
         return (current.epoch, current.target) >= (other.epoch, other.target)
 
     def on_chunk(self, exchange: Exchange, message: Chunk, now_ns: int) -> None:
-        """Some of what I asked for; raises ``WireError`` where it is not what it says."""
+        """Take items that were asked for; raises ``WireError`` where the content is not what the chunk says."""
         pull = exchange.pulls.get(message.robot)
         if pull is None:
             return
@@ -114,7 +114,7 @@ class MapReceiver:
             if robot not in exchange.pulls and self.wants(exchange.peer, robot, version):
                 self._ask(exchange, robot)
         for pull in list(exchange.pulls.values()):
-            self._judge(exchange.peer, pull)
+            self._note_if_idle(exchange.peer, pull)
             if pull.manifest is None or self._station.arrivals.base_of(pull.manifest) is None:
                 pull.manifest = None
                 self._ask(exchange, pull.robot)
@@ -139,7 +139,7 @@ class MapReceiver:
         if changed is not None:
             store = self._station.store
             version, whole = store.version(pull.robot), store.maps[pull.robot]
-            self._believe_again(exchange.peer, manifest)
+            self._end_disowning(exchange.peer, manifest)
             self._station.out.emit(MapUpdated(pull.robot, *version, changed, exchange.peer, whole))
             self._drop(exchange, pull.robot)
             return
@@ -147,12 +147,14 @@ class MapReceiver:
         if get is not None:
             exchange.bytes_sent += self._station.out.post(get, exchange.peer, "control")
             return
-        arrivals.staging.pop(pull.robot, None)  # it cannot be put together: start this map over at another exchange
+        arrivals.staging.pop(
+            pull.robot, None
+        )  # all items are here and do not make the target: start this map over in another exchange
         self._drop(exchange, pull.robot)
         exchange.broken = "a snapshot did not fit together"
 
-    def _believe_again(self, peer: str, manifest: Manifest) -> None:
-        """Take a robot's map from others again, once it has itself reached the version that it had disowned."""
+    def _end_disowning(self, peer: str, manifest: Manifest) -> None:
+        """Take a robot's map from all peers again, once it has itself reached the version that it had disowned."""
         disowned = self._station.store.disowned
         if peer == manifest.robot and (manifest.epoch, manifest.target) >= disowned.get(peer, BEYOND):
             del disowned[peer]
@@ -165,12 +167,12 @@ class MapReceiver:
     def _drop(self, exchange: Exchange, robot: str) -> None:
         pull = exchange.pulls.pop(robot, None)
         if pull is not None:
-            self._judge(exchange.peer, pull)
+            self._note_if_idle(exchange.peer, pull)
         if self._source.get(robot) is exchange:
             del self._source[robot]
 
-    def _judge(self, peer: str, pull: Pull) -> None:
-        """Remember who was asked for items of a map and sent none."""
+    def _note_if_idle(self, peer: str, pull: Pull) -> None:
+        """Remember a peer that was asked for items of a map and has sent none."""
         if pull.asked and not pull.has_brought:
             if len(self._idle) >= MOST_IDLE:
                 self._idle.clear()

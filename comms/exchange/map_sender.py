@@ -21,11 +21,11 @@ class MapSender:
     """Sends maps, within the bytes allowed for one exchange."""
 
     def __init__(self, station: Station) -> None:
-        """Send as this robot."""
+        """Send the maps of this station's store."""
         self._station = station
 
     def begin(self, exchange: Exchange) -> None:
-        """Note what sending whole maps would have cost: the own one at every exchange."""
+        """Count the own map among those whose whole size is compared with the costs, even where it is not offered."""
         if self._station.takes_maps(exchange.peer):
             self._count_whole(exchange, self._station.own_id)
 
@@ -49,7 +49,7 @@ class MapSender:
         offer = offer_of(message)
         offered = exchange.offered.get(offer)
         if offered is None or store.at(message.robot, message.epoch, message.target) is None:
-            self._offer_or_end(exchange, message)  # a map that was given up since, or a version too old to be kept
+            self._offer_or_end(exchange, message)  # a map disowned since, or a version no longer in the history
             return
         flow = exchange.in_flight.setdefault(offer, InFlight(now_ns))
         wanted = from_mask(message.mask, len(offered.blocks) + len(offered.rows))

@@ -1,4 +1,4 @@
-"""Messages and events on their way from the core to its shell, counted."""
+"""Effects waiting for the shell, and counters of bytes sent and messages dropped."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Outgoing:
         self.totals: defaultdict[str, Totals] = defaultdict(Totals)
         """What the exchanges with each peer cost so far."""
         self.bytes_sent: Counter[str] = Counter()
-        """Bytes sent on each lane: beacons are apart from control and bulk, which the exchanges count."""
+        """Bytes sent on each lane."""
         self._effects: list[Effect] = []
 
     def post(self, message: Message, to: str | None, lane: Lane) -> int:
@@ -63,6 +63,6 @@ class Outgoing:
             self._effects.append(Dropped(kind, count, sender))
 
     def take(self) -> list[Effect]:
-        """Return what has gathered since the last call."""
+        """Return the effects since the last call."""
         taken, self._effects = self._effects, []
         return taken

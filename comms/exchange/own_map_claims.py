@@ -18,7 +18,7 @@ teammates align its map again; honest ones come from as many earlier lives as te
 
 
 class OwnMapClaims:
-    """Believes or questions claims about the own map."""
+    """Follows claims about the own map, or asks for their proof."""
 
     def __init__(self, station: Station) -> None:
         """Start with none heard."""
@@ -26,7 +26,7 @@ class OwnMapClaims:
         self._followed = 0
 
     def hear(self, exchange: Exchange, digest: Open | Accept) -> None:
-        """A peer says what it holds: go above its version of the own map, or ask for the proof of it."""
+        """Take a peer's digest: go above its version of the own map, or with team keys ask for the proof of it."""
         station = self._station
         exchange.claim = None
         for robot, epoch, revision in digest.digest:
@@ -47,7 +47,9 @@ class OwnMapClaims:
             exchange.bytes_sent += self._station.out.post(question, exchange.peer, "control")
 
     def on_manifest(self, exchange: Exchange, message: Manifest) -> Version | None:
-        """Return the version of the own map that a peer holds and that the own one is above now; None: not asked for.
+        """Return the version of the own map that a peer has proven to hold, once the own one is labelled above it.
+
+        None where no proof was asked for, or the own map is above it already.
 
         Raises ``WireError`` where the robot's own signature is missing or wrong.
         """

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections import OrderedDict
 
 from mrslam.comms.exchange.outgoing import Outgoing
-from mrslam.comms.wire.messages import LONG_DONE, Ask, Done, Get, Message, Refuse
+from mrslam.comms.wire.messages import ALREADY_OVER, Ask, Done, Get, Message, Refuse
 
 REMEMBERED = 256
 """Exchanges remembered: one with each of ``max_robots`` peers at its default; bounds memory alone."""
 
 
 class PastExchanges:
-    """How the last exchanges ended."""
+    """The last exchanges, by (peer, xid), and whether each was completed."""
 
     def __init__(self, own_id: str, out: Outgoing) -> None:
         """Start with none."""
@@ -32,7 +32,7 @@ class PastExchanges:
     def answer(self, peer: str, xid: int) -> None:
         """Say that the exchange is over here: completed, or given up (or never heard of)."""
         completed = self._completed.get((peer, xid))
-        done = Done(self._own_id, xid, LONG_DONE)
+        done = Done(self._own_id, xid, ALREADY_OVER)
         self._out.post(done if completed else Refuse(self._own_id, xid, "that exchange is over"), peer, "control")
 
     def answer_stray(self, message: Message) -> None:
@@ -40,5 +40,5 @@ class PastExchanges:
         match message:
             case Ask() | Get():
                 self.answer(message.sender, message.xid)
-            case Done() if message.code != LONG_DONE:  # or two robots would answer each other for ever
+            case Done() if message.code != ALREADY_OVER:  # or two robots would answer each other for ever
                 self.answer(message.sender, message.xid)

@@ -1,4 +1,4 @@
-"""One robot's map on its way from one peer: what to ask for next, and what arrived."""
+"""The receiving side of one robot's map from one peer: what to ask for next, and what arrived."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ Offer = tuple[str, int, int, int]
 
 
 def offer_of(one: Manifest | Get | Chunk) -> Offer:
-    """Return which manifest this is, or is about."""
+    """Return the key of a manifest, or of the one that a message refers to."""
     return one.robot, one.epoch, one.base, one.target
 
 
 @dataclass
 class Pull:
-    """The receiving side of one robot's map."""
+    """One robot's map being received from one peer."""
 
     robot: str
     manifest: Manifest | None = None
     asked: set[int] = field(default_factory=set)
-    """Items of the manifest asked for and not here yet."""
+    """Numbers of the manifest's items (tiles, then blocks) asked for and not here yet."""
     has_brought: bool = False
     """Whether any item has arrived."""
 

@@ -1,6 +1,6 @@
 """When to exchange with whom: a pure state machine over peers, link qualities and time.
 
-A peer's link is weak (0) or strong (1), with hysteresis; -1 is the robot itself. An exchange is due on a strong link
+A peer's link is weak (0) or strong (1), with hysteresis. An exchange is due on a strong link
 when ``exchange_timeout_s`` has passed since the last completed one, and the pause after a failed one is over. The peer
 that has waited longest goes first.
 """
@@ -14,11 +14,14 @@ import numpy as np
 
 from mrslam.comms.config import CommsConfig
 
-SELF, WEAK, STRONG = -1, 0, 1
+WEAK, STRONG = 0, 1
 ANSWERER_DELAY_NS = 500_000_000
-"""The robot with the greater id waits this much longer, so that the two do not open at the same moment."""
+"""The robot with the greater id waits this much longer, nanoseconds, so that the two do not open at once: five ticks of
+0.1 s."""
 BUSY_PAUSE_NS = 500_000_000
-"""Pause after a peer said "not now"."""
+"""Pause after a peer refused, nanoseconds, times 1 to 2 at random."""
+NEVER_NS = -(2**62)
+"""Before every time: no pause."""
 
 
 @dataclass
@@ -28,20 +31,20 @@ class PeerState:
     quality: float = 0.0
     state: int = WEAK
     is_busy: bool = False
-    """An exchange with it is going on."""
+    """Whether an exchange with it is in progress."""
     strong_since_ns: int = 0
     done_ns: int | None = None
     """When the last exchange was completed."""
     turn: int = 0
     """When an exchange last began, in the order of all exchanges."""
-    paused_until_ns: int = -(2**62)
+    paused_until_ns: int = NEVER_NS
     failures: int = 0
     """Failed exchanges in a row."""
 
 
 @dataclass
 class Rendezvous:
-    """Decides; does nothing itself."""
+    """Returns when an exchange is due and whether one may be answered; sends nothing itself."""
 
     own_id: str
     config: CommsConfig
@@ -91,8 +94,8 @@ class Rendezvous:
         since_done = known.strong_since_ns
         if known.done_ns is not None:
             since_done = max(since_done, known.done_ns + round(self.config.exchange_timeout_s * 1e9))
-        courtesy = ANSWERER_DELAY_NS if self.own_id > peer else 0
-        return max(since_done + courtesy, known.paused_until_ns)
+        answerer_delay_ns = ANSWERER_DELAY_NS if self.own_id > peer else 0
+        return max(since_done + answerer_delay_ns, known.paused_until_ns)
 
     def next_exchange_s(self, peer: str, now_ns: int) -> float:
         """Return in how many seconds an exchange with a peer is due; 0 now, inf while its link is weak."""
@@ -101,7 +104,7 @@ class Rendezvous:
         return max(0.0, (self._due_ns(peer) - now_ns) / 1e9)
 
     def may_answer(self, peer: str) -> str | None:
-        """Return None where an exchange that the peer opens is welcome, else why not."""
+        """Return None where an exchange that the peer opens is accepted, else the reason for Refuse."""
         known = self.peers.get(peer)
         if known is None or known.quality < self.config.link_threshold - self.config.link_hysteresis:
             return "weak link"
@@ -116,7 +119,7 @@ class Rendezvous:
         known.is_busy, known.turn = True, self._turn
 
     def refused(self, peer: str, now_ns: int) -> None:
-        """The peer has no time now: no failure, ask again soon."""
+        """The peer refused: no failure, open again after a short pause."""
         known = self.peers.setdefault(peer, PeerState())
         known.is_busy = False
         known.paused_until_ns = now_ns + round(BUSY_PAUSE_NS * (1.0 + self.rng.random()))
@@ -124,7 +127,7 @@ class Rendezvous:
     def done(self, peer: str, now_ns: int) -> None:
         """An exchange with a peer was completed."""
         known = self.peers.setdefault(peer, PeerState())
-        known.is_busy, known.failures, known.done_ns, known.paused_until_ns = False, 0, now_ns, -(2**62)
+        known.is_busy, known.failures, known.done_ns, known.paused_until_ns = False, 0, now_ns, NEVER_NS
 
     def failed(self, peer: str, now_ns: int) -> None:
         """An exchange broke off: pause, twice as long with each further failure, with some jitter."""

@@ -1,4 +1,4 @@
-"""What all parts of the network core share: who this robot is, what it knows, and how it sends."""
+"""What all parts of :class:`mrslam.comms.CommsNode` share: identity, settings, maps, outgoing messages."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ from mrslam.comms.maps.store import MapStore
 
 @dataclass(frozen=True)
 class Station:
-    """One robot's identity, settings, maps and line out. Nothing in it does I/O."""
+    """One robot's end of the network, of any mode (not a base station). Nothing in it does I/O."""
 
     own_id: str
     boot: int
     mode: str
+    """One of ``MODES``."""
     config: CommsConfig
     store: MapStore
     arrivals: Arrivals

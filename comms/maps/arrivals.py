@@ -1,4 +1,7 @@
-"""Maps of others on their way in: parts are gathered beside the store, and put in place whole or not at all."""
+"""Staging of others' maps: parts are gathered beside the store, and put in place whole or not at all.
+
+Unrelated to :data:`mrslam.comms.transport.base.Arrival`, which is one message or token from a transport.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,7 @@ class Arrivals:
         return self._store.newest(robot_id) is not None or len(self._store.maps) < self._max_robots
 
     def staged(self) -> dict[str, Version]:
-        """Return which snapshots have arrived in part."""
+        """Return (epoch, revision) of the snapshots that have arrived in part, by robot."""
         return {robot: (part.epoch, part.target) for robot, part in sorted(self.staging.items())}
 
     def base_of(self, manifest: Manifest) -> Snapshot | None:
@@ -40,9 +43,9 @@ class Arrivals:
         return self._parts_of(manifest).missing(manifest)
 
     def stage(self, manifest: Manifest) -> Staging:
-        """Return where the parts of this manifest's target are gathered, keeping parts that still hold.
+        """Return the staging for this manifest's target, with the parts staged before that the manifest names.
 
-        At most as many robots as may be known are staged: the oldest of a robot of which there is no map goes first.
+        At most ``max_robots`` have a map or a staging: of robots without a map, the longest unused staging goes first.
         """
         staging = self._parts_of(manifest)
         self.staging.pop(manifest.robot, None)  # the newest comes last

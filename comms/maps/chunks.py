@@ -1,4 +1,7 @@
-"""Chunks: items of a manifest as bytes, made and opened, with a hash over what they mean."""
+"""Chunks: items of a manifest as bytes, made and opened, with a hash over their content.
+
+Throughout, ``k`` is a position in a list of the manifest, and ``i`` the number of a keyframe block in the map.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,10 @@ UNKNOWN_TILE = unknown_tile()
 def content_hash(
     manifest: Manifest, blocks: list[KeyframeBlock], tile_positions: list[int], cells: NDArray[np.int8]
 ) -> bytes:
-    """Return eight bytes over what a chunk means, not how it was coded: a wrong base or place changes them too."""
+    """Return BLAKE2b-64 over a chunk's decoded content, so that a wrong base or place is noticed too.
+
+    ``tile_positions``: of the tiles in the manifest's lists; ``cells``: ``(len(tile_positions), 64, 64)``.
+    """
     digest = blake2b(digest_size=8)
     for k in tile_positions:
         place = (manifest.rows[k], manifest.cols[k], manifest.target - manifest.ages[k])
@@ -79,7 +85,7 @@ def open_chunk(
 
 
 def make_chunks(store: MapStore, manifest: Manifest, items: list[int], config: CommsConfig) -> list[Chunk]:
-    """Return these items of a manifest as chunks, each below ``chunk_bytes``; none where the snapshot is gone."""
+    """Return these items of a manifest as chunks, each below ``chunk_bytes``; none where the target is not kept."""
     target = store.at(manifest.robot, manifest.epoch, manifest.target)
     if target is None:
         return []

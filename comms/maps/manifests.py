@@ -58,7 +58,7 @@ def make_manifest(
 
 
 def _replaces(target: Snapshot, base: Snapshot | None, base_revision: int) -> bool:
-    """Return whether nothing the asker holds stands any more: so it is after a robot took up an older state of itself.
+    """Return whether to send the whole target instead of differences, as after its robot was restored from disk.
 
     Then the asker may hold tiles that the target does not have at all, and differences would leave them in place.
     """
@@ -90,7 +90,7 @@ def check_manifest(manifest: Manifest, config: CommsConfig) -> None:
 
 
 def check_extent(manifest: Manifest, base: Snapshot, config: CommsConfig) -> None:
-    """Raise :class:`WireError` where the map would span more cells than any memory holds, or hold too many tiles."""
+    """Raise :class:`WireError` where the map would span above ``MOST_CELLS`` cells or hold above ``max_tiles``."""
     tiles = {*base.map.tiles, *zip(manifest.rows, manifest.cols, strict=True)}
     if box_cells(tiles) > MOST_CELLS or len(tiles) > config.max_tiles:
         raise WireError("bad manifest", "the map is too large")

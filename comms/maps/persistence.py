@@ -1,4 +1,4 @@
-"""What a robot knows of all maps, as a state that can be written to disk and restored."""
+"""The maps of a store as a state that can be written to disk and restored."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from mrslam.spatial.tiles import MOST_CELLS, box_cells
 
 
 def store_state(store: MapStore) -> dict[str, Any]:
-    """Return the newest map of every robot and the own epoch; parts of snapshots still on their way are left out."""
+    """Return the newest snapshot of every robot and the own epoch; what is staged is left out."""
     newest = {robot: store.newest(robot) for robot in store.digest()}
     maps = {robot: _snapshot_state(snapshot) for robot, snapshot in newest.items() if snapshot is not None}
     return {"epoch": store.own_epoch, "maps": maps}
 
 
 def restore_store(store: MapStore, state: dict[str, Any], skip: int) -> None:
-    """Restore what an earlier life knew; the own map continues under its old epoch, ``skip`` revisions later.
+    """Restore the maps of an earlier run; the own map continues under its old epoch, ``skip`` revisions later.
 
-    Between its last saving and its end that life may have published revisions that are lost now, and teammates hold:
-    which tiles they changed nobody here knows, so all of the own map counts as changed and is sent once more.
+    Between its last checkpoint and its end that run may have published revisions that are lost here and that teammates
+    hold. Which tiles they changed is unknown, so all of the own map counts as changed and is sent once more.
     """
     store.own_epoch = int(state["epoch"])
     for robot, kept in sorted(state["maps"].items()):
@@ -40,6 +40,11 @@ def restore_store(store: MapStore, state: dict[str, Any], skip: int) -> None:
 
 
 def _snapshot_state(snapshot: Snapshot) -> dict[str, Any]:
+    """Return a snapshot of N tiles and K keyframes in B blocks as arrays.
+
+    ``places (N, 2)``, ``revisions (N,)``, ``cells (N, 64, 64) int8``; ``block_revisions (B,)``, ``stamps_ns (K,)``,
+    ``poses (K, 3) int32`` (mm, mm, 0.1 mrad), ``edges (E, 11)`` as ``wire.edge_codec`` has them; ``proof`` in hex.
+    """
     tiles = snapshot.map.tiles
     cells = (
         np.stack([tile.cells for tile in tiles.values()]) if tiles else np.empty((0, TILE_CELLS, TILE_CELLS), np.int8)

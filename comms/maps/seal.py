@@ -1,4 +1,4 @@
-"""Whose map it is, proven: each robot signs what its own map is at each revision, with the key of its certificate.
+"""Signatures of maps: each robot signs every version of its own map with the key of its certificate.
 
 A map may come through third parties. With team keys they can pass it on, but not change it or make one up: the
 signature is over the robot, the version, and a hash of everything in the map.
@@ -26,9 +26,12 @@ from mrslam.spatial import InputError, Tile
 from mrslam.spatial.tiles import TileIndex
 
 PURPOSE = b"mrslam map 2\n"
-"""First bytes of what is signed: the key serves TLS too, and no signature may mean two things."""
+"""First bytes of what is signed: the key serves TLS too, and no signature may mean two things. 2: scans are
+signed, as of protocol version 2."""
 HASH_BYTES = 16
+"""Size of the root and of each leaf, bytes: BLAKE2b-128 (the format)."""
 MAX_SIGNERS = 4096
+"""Certificates whose keys are remembered; bounds memory alone."""
 ALGORITHM = ec.ECDSA(hashes.SHA256())
 
 
@@ -45,8 +48,12 @@ class MapSeal:
     revocations: Revocations
     ends_s: float
     """When the own certificate ends, seconds since 1970."""
-    _signers: dict[bytes, tuple[str, ec.EllipticCurvePublicKey]] = field(default_factory=dict)
-    _leaves: dict[str, dict[TileIndex, tuple[Tile, bytes]]] = field(default_factory=dict)
+    _signers: dict[bytes, tuple[str, ec.EllipticCurvePublicKey]] = field(
+        default_factory=dict
+    )  # certificate -> name, key
+    _leaves: dict[str, dict[TileIndex, tuple[Tile, bytes]]] = field(
+        default_factory=dict
+    )  # robot -> hashes of its tiles
 
     @classmethod
     def load(cls, keys: RobotKeys, team: str, own_id: str) -> MapSeal:
@@ -68,7 +75,7 @@ class MapSeal:
         )
 
     def check(self, robot: str, version: Version, proof: Proof) -> None:
-        """Raise :class:`WireError` unless the robot itself has said that its map at this version has this root."""
+        """Raise :class:`WireError` unless the robot itself has signed that its map at this version has this root."""
         if robot in self.revocations.names:
             raise WireError("revoked", f"a map of {robot!r}")
         name, public_key = self._signer(proof.certificate)
@@ -80,7 +87,7 @@ class MapSeal:
             raise WireError("forged", f"a map of {robot!r} with a wrong signature") from error
 
     def _signer(self, certificate: bytes) -> tuple[str, ec.EllipticCurvePublicKey]:
-        """Return whom a certificate of this team names, and its key; those seen before cost nothing."""
+        """Return whom a certificate of this team names, and its key; checked once for each certificate."""
         known = self._signers.get(certificate)
         if known is None:
             try:
@@ -98,6 +105,7 @@ class MapSeal:
         return known
 
     def _statement(self, robot: str, version: Version, root: bytes) -> bytes:
+        """Return the bytes that are signed (the format)."""
         return PURPOSE + f"{self.team}\n{robot}\n".encode() + struct.pack("<QQ", *version) + root
 
     def root_of(self, robot: str, snapshot: Snapshot) -> bytes:

@@ -1,4 +1,4 @@
-"""One robot's map at one version, in the form in which every robot holds it."""
+"""Snapshots: one robot's map at one version, equal in every robot that holds it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from mrslam.spatial.tiles import TileIndex
 
 @dataclass(frozen=True)
 class Proof:
-    """What a robot says its own map is at one version; ``comms/seal.py`` makes and checks it."""
+    """A robot's signature of its own map at one version; ``comms/maps/seal.py`` makes and checks it."""
 
     root: bytes
     """Hash of everything in the snapshot."""
@@ -28,7 +28,7 @@ class Proof:
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """A map, its keyframes, and the epoch (which start of the robot) they belong to."""
+    """A map, its keyframes, and the epoch (one life of the map) they belong to."""
 
     epoch: int
     map: TiledMap
@@ -97,7 +97,7 @@ def relabelled(snapshot: Snapshot, epoch: int) -> Snapshot:
 
 
 def value_of(tile: Tile, base: Tile | None) -> int:
-    """Return how many cells of a tile are news to one who holds ``base``."""
+    """Return how many cells of a tile differ from ``base``; without it, how many are known."""
     if base is None:
         return int(np.count_nonzero(tile.cells != -1))
     return int(np.count_nonzero(tile.cells != base.cells))

@@ -1,4 +1,4 @@
-"""A snapshot on its way: what has arrived of it, what is missing, and how it is put together."""
+"""A snapshot that arrives in parts: what is here, what is missing, and how the whole is made."""
 
 from __future__ import annotations
 
@@ -17,17 +17,18 @@ class Staging:
 
     epoch: int
     manifest: Manifest | None = None
-    """The newest one that something was gathered for."""
+    """The last one that parts were gathered for."""
     tiles: dict[TileIndex, Tile] = field(default_factory=dict)
     blocks: dict[int, KeyframeBlock] = field(default_factory=dict)
+    """By number of the block in the map."""
 
     @property
     def target(self) -> int:
-        """Revision that the newest manifest leads to."""
+        """Revision that the manifest leads to; 0 without one."""
         return 0 if self.manifest is None else self.manifest.target
 
     def keep_for(self, manifest: Manifest) -> None:
-        """Gather for this manifest from now on, and keep of what is here only what it names."""
+        """Gather for this manifest from now on, and drop parts that it does not name."""
         if manifest is self.manifest:
             return
         self.manifest = manifest

@@ -1,7 +1,7 @@
-"""What a robot knows: the newest whole map of every robot, and older ones to send differences from.
+"""The store: the newest whole snapshot of every robot's map, and older ones to send differences from.
 
-Readers only ever see whole snapshots. Versions never go back. Only maps as their own robots made them are kept, so no
-evidence is counted twice however it travelled.
+Readers only ever see whole snapshots. Versions never decrease, but where a robot disowns one. Maps are kept as their
+own robots made them, never merged, so no evidence is counted twice by whichever way it came.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from mrslam.comms.wire.messages import Version
 from mrslam.spatial import LocalMap
 
 NOTHING: Version = (0, 0)
-"""The version of a map one has nothing of."""
+"""The version of a map that is not held."""
 LAST_EPOCH = 2**61 + 2**32
 """Claims of my own map's epoch above this are lies, for boot ids end at 2^61 and each map begun adds one: a robot must
 always be able to go above what is claimed, and to begin maps after that, with numbers that fit into a message."""
@@ -31,7 +31,7 @@ class MapStore:
         self.own_epoch = self._first_epoch = max(epoch, 1)
         self.maps: dict[str, LocalMap] = {}
         self.disowned: dict[str, Version] = {}
-        """By robot: the version above which other robots are not believed about its map, for it said so itself."""
+        """By robot: the version that it disowned itself; from there on its map is taken from the robot alone."""
         self._config = config
         self.seal: MapSeal | None = None
         self._newest: dict[str, Snapshot] = {}
@@ -73,7 +73,10 @@ class MapStore:
             kept.popitem(last=False)
 
     def publish(self, local_map: LocalMap) -> bool:
-        """Take the own newest map; return whether it is news."""
+        """Take the own newest map; return whether its revision is newer.
+
+        A lower revision, or another resolution, begins another map (a new epoch).
+        """
         before = self._newest.get(self.own_id)
         if before is not None and (
             local_map.map.revision < before.map.revision or local_map.map.resolution_m != before.map.resolution_m
@@ -88,17 +91,17 @@ class MapStore:
         return True
 
     def begin_map(self) -> None:
-        """What is published next is another map, not the last one gone on, whatever its revision."""
+        """Start a new epoch: what is published next is another map, whatever its revision."""
         if self.version(self.own_id)[0] == self.own_epoch:
             self.own_epoch = self._unused_epoch()
             self._history.pop(self.own_id, None)
 
     def _unused_epoch(self) -> int:
-        """Return a label for a map that no earlier life used, not even after the saving this one began with."""
+        """Return an epoch that no earlier run used, not even after the checkpoint from which this one was restored."""
         return max(self.own_epoch + 1, self._first_epoch)
 
     def outrank(self, version: Version) -> bool:
-        """Relabel the own map above a version that a teammate holds of an earlier life; return whether needed."""
+        """Relabel the own map above a version of an earlier life that a teammate holds; return whether needed."""
         if not self.is_outranked_by(version):
             return False
         self.new_epoch(version[0] + 1)
@@ -109,9 +112,9 @@ class MapStore:
         return version > max(self.version(self.own_id), (self.own_epoch, 0)) and version[0] <= LAST_EPOCH
 
     def disown(self, robot_id: str) -> None:
-        """Give up a map that its own robot does not know as its own; such versions count only from that robot now.
+        """Give up a map that its own robot disowns; versions as high are taken only from that robot now.
 
-        Readers of ``maps`` see it until the robot's own takes its place.
+        Readers of ``maps`` see it until the robot's own map replaces it.
         """
         snapshot = self._newest.pop(robot_id, None)
         self._history.pop(robot_id, None)
@@ -119,12 +122,12 @@ class MapStore:
             self.disowned[robot_id] = snapshot.version
 
     def new_epoch(self, epoch: int | None = None) -> None:
-        """Give the own map a new label, by default an unused one: whoever holds it takes it for another map."""
+        """Give the own map a new epoch, by default an unused one: teammates take it for another map."""
         own = self._newest.get(self.own_id)
-        goes_on = own is not None and own.epoch == self.own_epoch
+        is_current = own is not None and own.epoch == self.own_epoch
         self.own_epoch = self._unused_epoch() if epoch is None else epoch
         self._history.pop(self.own_id, None)
-        if own is not None and goes_on:
+        if own is not None and is_current:
             self.put(self.own_id, relabelled(own, self.own_epoch))
 
     def put(self, robot_id: str, snapshot: Snapshot) -> None:

@@ -18,7 +18,7 @@ class BeaconClock:
     _was_calm: bool = False
 
     def is_due(self, now_ns: int, *, calm: bool) -> bool:
-        """Return whether to send a beacon now; what disturbs the calm is answered at the full rate at once."""
+        """Return whether to send a beacon now; where the calm ends, the full rate holds at once."""
         if self._due_ns is None:
             return True
         if self._was_calm and not calm:

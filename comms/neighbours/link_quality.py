@@ -36,20 +36,31 @@ class HeardBeacon:
 class BeaconWindow:
     """Which of the last W beacons of one neighbour arrived in time, as the bits of one integer (newest lowest)."""
 
-    __slots__ = ("_best_delay_ns", "_bits", "_delay_ns", "_expected", "_heard_ns", "_mask", "_seq", "_since", "_size")
+    __slots__ = (
+        "_bits",
+        "_current_best_ns",
+        "_expected",
+        "_heard_in_turn",
+        "_heard_ns",
+        "_mask",
+        "_previous_best_ns",
+        "_seq",
+        "_size",
+    )
 
     def __init__(self, size: int) -> None:
         """Start with nothing heard."""
         self._size, self._mask = size, (1 << size) - 1
-        self._bits = self._expected = self._since = 0
+        self._bits = self._expected = self._heard_in_turn = 0
         self._seq: int | None = None
         self._heard_ns = 0
-        # Clocks of two robots differ, so lateness is measured against the quickest of the recent beacons.
-        self._best_delay_ns: int | None = None
-        self._delay_ns: int | None = None
+        # Clocks of two robots differ, so lateness is measured against the least delay of the recent beacons: of the
+        # last W beacons counted in full (previous), and of those heard since (current, ``_heard_in_turn`` of them).
+        self._previous_best_ns: int | None = None
+        self._current_best_ns: int | None = None
 
     def hear(self, seq: int, sent_ns: int, now_ns: int, deadline_ns: int) -> None:
-        """Count a beacon that arrived now; one later than ``deadline_ns`` behind the quickest counts as lost."""
+        """Count a beacon that arrived now; one more than ``deadline_ns`` later than the quickest counts as lost."""
         delay_ns = now_ns - sent_ns
         is_late = self._lateness_ns(delay_ns) > deadline_ns
         if self._seq is None:
@@ -64,11 +75,16 @@ class BeaconWindow:
         self._heard_ns = max(self._heard_ns, now_ns)
 
     def _lateness_ns(self, delay_ns: int) -> int:
-        if self._since >= self._size:  # forget the quickest of long ago: routes and clocks drift
-            self._best_delay_ns, self._delay_ns, self._since = self._delay_ns, None, 0
-        self._since += 1
-        self._delay_ns = delay_ns if self._delay_ns is None else min(self._delay_ns, delay_ns)
-        best = self._delay_ns if self._best_delay_ns is None else min(self._best_delay_ns, self._delay_ns)
+        """Return by how much a delay (with the unknown clock offset in it) exceeds the least of the recent ones."""
+        if self._heard_in_turn >= self._size:  # forget the quickest of long ago: routes change, clocks drift
+            self._previous_best_ns, self._current_best_ns, self._heard_in_turn = self._current_best_ns, None, 0
+        self._heard_in_turn += 1
+        self._current_best_ns = delay_ns if self._current_best_ns is None else min(self._current_best_ns, delay_ns)
+        best = (
+            self._current_best_ns
+            if self._previous_best_ns is None
+            else min(self._previous_best_ns, self._current_best_ns)
+        )
         return delay_ns - best
 
     def quality(self, now_ns: int, period_ns: int) -> float:
@@ -87,6 +103,8 @@ class BeaconWindow:
 
 @dataclass
 class _Neighbour:
+    """What is measured of the link to one neighbour."""
+
     window: BeaconWindow
     period_ns: int = 1_000_000_000
     nlq: float = 0.0
@@ -126,6 +144,7 @@ class LinkMonitor:
     def update(self, now_ns: int) -> dict[str, float]:
         """Return every neighbour's smoothed LQ x NLQ after one more smoothing step; call it once a beacon period."""
         qualities = {}
+        # An NLQ not renewed for two windows of beacons at the calm pace counts as 0.
         stale_ns = 2e9 * self.config.beacon_window * self.config.beacon_period_s * self.config.beacon_calm_factor
         for peer, neighbour in self._neighbours.items():
             nlq = neighbour.nlq if neighbour.nlq_ns is not None and now_ns - neighbour.nlq_ns < stale_ns else 0.0
@@ -135,7 +154,7 @@ class LinkMonitor:
         return qualities
 
     def is_calm(self, now_ns: int) -> bool:
-        """Return whether nobody is heard, or no link loses beacons: then fewer of them measure as well."""
+        """Return whether nobody is heard, or no link loses beacons: then a lower rate measures as well."""
         return all(
             (neighbour.nlq >= STEADY_NLQ and neighbour.window.is_steady(now_ns, neighbour.period_ns))
             or neighbour.window.quality(now_ns, neighbour.period_ns) == 0.0

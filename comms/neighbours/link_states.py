@@ -1,4 +1,4 @@
-"""How good each link is by now: measured with beacons, or given by a radio model or a trace."""
+"""The current quality of each link: measured with beacons, or given by a radio model or a trace."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ EXACT = 1e-9
 
 
 class LinkStates:
-    """Judges links, and reports what changed of them."""
+    """Keeps the quality of every link and emits :class:`LinkChanged` where one moved."""
 
     def __init__(self, station: Station, abort: Callable[[str, str, int], None]) -> None:
         """Start without links; ``abort(peer, reason, now_ns)`` ends the exchange with a peer that is out of reach."""
@@ -21,7 +21,7 @@ class LinkStates:
         self.monitor = LinkMonitor(station.config)
         self._is_measured = station.config.link_source == "measured"
         self._reported: dict[str, float] = {}
-        self._given: dict[str, float] = {}  # by the model or trace, also of peers that are not here
+        self._given: dict[str, float] = {}  # peer -> quality by the model or trace, also of peers out of sight
         self._period_ns = round(station.config.beacon_period_s * 1e9)
         self._judge_ns = 0
 
@@ -33,7 +33,7 @@ class LinkStates:
                 self._set(peer, self._given[peer], now_ns)
 
     def on_seen(self, peer: str, now_ns: int) -> None:
-        """A peer came into sight: what was given of its link holds from now on."""
+        """A peer came into sight: a quality given for its link before applies from now on."""
         if peer in self._given:
             self._set(peer, self._given[peer], now_ns)
 
@@ -45,7 +45,7 @@ class LinkStates:
         self._station.rendezvous.forget(peer)
 
     def judge(self, here: Callable[[str], bool], now_ns: int) -> None:
-        """Take one step of the measured qualities when a beacon period has passed; of peers that are ``here``."""
+        """Update the measured qualities once a beacon period; ``here(peer)``: whether the peer is in sight."""
         if now_ns < self._judge_ns:
             return
         self._judge_ns = max(self._judge_ns, now_ns - self._period_ns) + self._period_ns

@@ -1,4 +1,4 @@
-"""Who is here: beacons in and out, tokens, restarts, departures."""
+"""The teammates in sight: beacons in and out, liveliness tokens, restarts, departures."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from mrslam.comms.exchange.station import Station
 from mrslam.comms.neighbours.link_quality import HeardBeacon
 from mrslam.comms.neighbours.link_states import LinkStates
 from mrslam.comms.neighbours.own_beacons import LEVELS, OwnBeacons
-from mrslam.comms.neighbours.presence import Peer, TwinWatch, am_newcomer
+from mrslam.comms.neighbours.presence import DuplicateIdWatch, Peer, am_newcomer
 from mrslam.comms.wire.frames import WireError
 from mrslam.comms.wire.keyframe_codec import SCALE
 from mrslam.comms.wire.messages import Beacon, Bye
 
 PAST_BOOTS = 4
-"""Past lives of a teammate remembered, so that a late beacon of one is not taken for another restart; beacons are late
-by seconds, and a robot restarts less often."""
+"""Past boot ids of a teammate remembered, so that a late beacon of one is not taken for another restart; beacons are
+late by seconds, and a robot restarts less often."""
 
 
 class Neighbourhood:
-    """The teammates in sight."""
+    """Keeps the list of teammates in sight, by their beacons, tokens and goodbyes."""
 
     def __init__(self, station: Station, abort: Callable[[str, str, int], None]) -> None:
         """Start alone; ``abort(peer, reason, now_ns)`` ends the exchange with a peer that is out of reach."""
@@ -33,7 +33,7 @@ class Neighbourhood:
         self.beacons = OwnBeacons(station)
         self.must_stop = False
         """Set when another live process had this robot's id before."""
-        self._twins = TwinWatch()
+        self._duplicates = DuplicateIdWatch()
 
     def on_tick(self, now_ns: int) -> None:
         """Send a beacon when it is time, judge the links, notice who fell silent."""
@@ -51,7 +51,7 @@ class Neighbourhood:
     # -- beacons of others -----------------------------------------------------------------------------------------
 
     def on_beacon(self, beacon: Beacon, now_ns: int) -> None:
-        """A teammate is here; raises ``WireError`` where there are too many."""
+        """Take a teammate's beacon; raises ``WireError`` where ``max_robots`` are in sight already."""
         peer = beacon.sender
         known = self.peers.get(peer)
         if known is None:
@@ -76,7 +76,7 @@ class Neighbourhood:
             self._take_pose(known, beacon, now_ns)
 
     def _meet_again(self, known: Peer, beacon: Beacon, now_ns: int) -> Peer:
-        """A teammate restarted: what was known of its last life no longer holds."""
+        """A teammate restarted: drop what was known of its last boot, and return its new entry."""
         past = (*[boot for boot in known.past_boots if boot != beacon.boot][1 - PAST_BOOTS :], known.boot)
         self.lose(beacon.sender, "restarted", now_ns)
         self._station.rendezvous.on_restart(beacon.sender)
@@ -92,12 +92,12 @@ class Neighbourhood:
             # Its age, not its stamp: robots' clocks need not agree.
             T_map_base = np.array((x, y, theta), dtype=np.float64) / SCALE
             stamp_ns = now_ns - age_ms * 1_000_000
-            self._station.out.emit(TeammatePose(beacon.sender, stamp_ns, T_map_base, beacon.boot + beacon.bumps))
+            self._station.out.emit(TeammatePose(beacon.sender, stamp_ns, T_map_base, beacon.boot + beacon.epoch_offset))
 
-    def on_twin(self, beacon: Beacon, now_ns: int) -> None:
-        """Another process uses my name: when that is certain, report it; the newcomer must stop."""
+    def on_duplicate_id(self, beacon: Beacon, now_ns: int) -> None:
+        """Another process uses this robot's id: when that is certain, report it; the newcomer must stop."""
         own = self._station
-        if self._twins.hear(beacon):
+        if self._duplicates.hear(beacon):
             newcomer = am_newcomer(self.beacons.uptime_ms(now_ns), own.boot, beacon)
             self.must_stop |= newcomer
             own.out.emit(DuplicateId(own.own_id, own.boot, beacon.boot, newcomer))
@@ -120,7 +120,7 @@ class Neighbourhood:
         return known
 
     def on_bye(self, message: Bye, now_ns: int) -> None:
-        """A teammate says that it leaves; what a past life of it said counts no more."""
+        """A teammate leaves; the goodbye of an earlier boot of it, come late, is ignored."""
         known = self.peers.get(message.sender)
         if known is not None and known.boot in (0, message.boot):
             self.lose(message.sender, "left", now_ns)

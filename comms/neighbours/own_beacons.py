@@ -1,4 +1,4 @@
-"""The own beacons: their pace, and what they say."""
+"""The own beacons: when they are sent, and their content."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ class OwnBeacons:
     """Sends this robot's beacons."""
 
     def __init__(self, station: Station) -> None:
-        """Start at the first tick."""
+        """Nothing is sent before the first tick."""
         self._station = station
         self._clock = BeaconClock(station.config)
         self._started_ns: int | None = None
         self._pose: tuple[int, int, int, int] | None = None  # x (mm), y (mm), theta (0.1 mrad), stamp (ns)
 
     def set_pose(self, T_map_base: Transform, stamp_ns: int) -> None:
-        """Set where the robot is in its own map, and when it was."""
+        """Set the pose ``(3,)`` (m, m, rad) that beacons carry, and its time, nanoseconds."""
         x, y, theta = (int(v) for v in quantise(np.asarray(T_map_base, dtype=np.float64)))
         self._pose = (x, y, theta, int(stamp_ns))
 

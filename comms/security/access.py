@@ -10,7 +10,7 @@ ROBOT, ROUTER = "robot", "router"
 
 
 def access_rules(team: str, roster: Mapping[str, str]) -> dict[str, Any]:
-    """Return Zenoh access rules: a robot writes only under its own name, a router passes on for all, others nothing."""
+    """Return Zenoh access rules; ``roster``: name -> role. A robot writes only under its own name, a router for all."""
     everything = f"mrslam/{team}/**"
     listening = ["declare_subscriber", "liveliness_query", "declare_liveliness_subscriber"]
     writing = ["put", "delete", "liveliness_token", "reply"]

@@ -16,7 +16,7 @@ from mrslam.spatial.files.atomic import write_bytes
 
 
 def team_authority(folder: Path, team: str, valid_days: float) -> tuple[ec.EllipticCurvePrivateKey, x509.Certificate]:
-    """Return the team's CA from its folder, made now if there is none; ``InputError`` where it cannot be read."""
+    """Return the team's CA from its folder, made now if there is none; raises ``InputError`` where it is damaged."""
     key_path, certificate_path = folder / "key.pem", folder / "certificate.pem"
     if key_path.exists() and certificate_path.exists():
         try:
@@ -99,12 +99,12 @@ def pem(certificate: x509.Certificate) -> bytes:
 
 
 def new_key() -> ec.EllipticCurvePrivateKey:
-    """Return a fresh key of the kind that all certificates are for."""
+    """Return a new key on the curve P-256, as all certificates have."""
     return ec.generate_private_key(ec.SECP256R1())
 
 
 def read_private_key(path: Path) -> ec.EllipticCurvePrivateKey:
-    """Return the key of a file; raise ``InputError`` where it is none of the kind made here."""
+    """Return the key of a file; raise ``InputError`` where it is not an elliptic curve key."""
     try:
         key = serialization.load_pem_private_key(path.read_bytes(), password=None)
     except (OSError, ValueError, TypeError) as error:

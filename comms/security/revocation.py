@@ -1,4 +1,4 @@
-"""Who is no longer of the team: a list of names, signed by the team's authority, that agents read again while they run.
+"""Revocation: a list of names, signed by the team's authority, that agents read again while they run.
 
 Names are revoked, not certificates: links name their robot, not the certificate it showed. A robot whose key was
 stolen comes back under another name.
@@ -26,6 +26,7 @@ from mrslam.spatial.files.atomic import write_text
 log = logging.getLogger(__name__)
 
 FILE = "revoked.json"
+"""Name of the list in a key folder; the format is in docs/protocol.md."""
 PURPOSE = b"mrslam revoked 1\n"
 """First bytes of what is signed: the authority's key signs certificates too, and no signature may mean two things."""
 ALGORITHM = ec.ECDSA(hashes.SHA256())
@@ -78,7 +79,7 @@ def _statement(team: str, number: int, names: list[str]) -> bytes:
 
 @dataclass
 class Revocations:
-    """A robot's list of who is revoked, kept up to date with its file. Names never leave it."""
+    """The revoked names, kept up to date with a key folder's file. A name once on the list stays."""
 
     folder: Path
     team: str
@@ -87,7 +88,7 @@ class Revocations:
     _seen: tuple[int, int] | None = field(default=None, repr=False)
 
     def refresh(self) -> frozenset[str]:
-        """Read the file if it has changed; return the names that are new.
+        """Read the file if it has changed; return the names added.
 
         A list that is older than the one known, damaged, or not signed by the authority changes nothing.
         """

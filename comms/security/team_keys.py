@@ -32,21 +32,22 @@ VALID_DAYS = 3650.0
 """Lifetime of certificates, days, where none is chosen, and of the authority's own at least."""
 WARN_DAYS = 30.0
 """A certificate that ends within this is reported, days: time to renew it and copy it to the robot."""
-log = logging.getLogger(__name__)
 ROSTER = "roster.json"
+"""Name of the file with the team and its members, in each key folder."""
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class RobotKeys:
-    """What one robot needs to speak in a closed team: paths of PEM files, who else is of it, and who is no more."""
+    """What one robot needs to take part in a closed team: paths of PEM files, the roster, and who is revoked."""
 
     ca: Path
     certificate: Path
     key: Path
     roster: Mapping[str, str]
-    """Everyone with a certificate and not revoked: name -> "robot" or "router"."""
+    """All members with a certificate and not revoked: name -> "robot" or "router"."""
     revocations: Revocations
-    """Who is not of the team any more."""
+    """Members that were revoked."""
     ends_s: float
     """When the certificate ends, seconds since 1970."""
 
@@ -65,7 +66,7 @@ def make_team_keys(
     ``folder/ca`` holds the CA's own key: it stays with the owner. ``folder/<robot>`` is what is copied to that robot.
     Called again with more names, it signs those with the same CA and brings every roster up to date; old keys stay, and
     so do their certificates unless ``renew``: then they are signed again, for ``valid_days`` from now on.
-    Raises ``InputError`` for bad, no and revoked names, and where the folder holds another team.
+    Raises ``InputError`` for bad or revoked names, without any name, and where the folder holds another team.
     """
     check_name(team, "team name")
     names = {check_name(name, "robot id"): ROBOT for name in robots}
@@ -135,12 +136,12 @@ def load_keys(folder: Path, robot_id: str, team: str) -> RobotKeys:
 
 
 def revoke_robots(folder: Path, team: str, names: Sequence[str]) -> list[Path]:
-    """Revoke members of a team; return the lists to copy to the robots. Raises ``InputError`` for who is none."""
+    """Revoke members of a team; return the lists to copy to the robots. Raises ``InputError`` for others."""
     return revoke(folder, team, names, _known_roster(folder / "ca", team))
 
 
 def own_keys(folder: Path) -> tuple[str, RobotKeys]:
-    """Return the team of a robot's key folder and the keys, whoever the robot is; ``InputError`` as above."""
+    """Return the team of a robot's key folder and the keys, whoever the robot is; raises as :func:`load_keys` does."""
     try:
         team = str(json.loads((folder / ROSTER).read_text(encoding="utf-8"))["team"])
         certificate = x509.load_pem_x509_certificate((folder / "certificate.pem").read_bytes())

@@ -1,4 +1,4 @@
-"""What a robot knows of its team now: as values, and as the message that ``mrslam top`` shows."""
+"""A robot's status: the state of its links as values, and as the message that ``mrslam top`` shows."""
 
 from __future__ import annotations
 

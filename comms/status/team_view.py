@@ -1,4 +1,4 @@
-"""What a watcher knows of the teams it sees: the newest status of every robot. No I/O."""
+"""A watcher's view of teams: the newest status of every robot. No I/O."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class TeamView:
     _robots: dict[tuple[str, str], _Robot] = field(default_factory=dict)
 
     def take(self, sightings: Iterable[Sighting], now_s: float) -> None:
-        """Take what was seen; ``now_s`` is any clock that runs evenly, seconds."""
+        """Take what a watcher received; ``now_s``: monotonic clock, seconds."""
         for seen in sightings:
             key = (seen.team, seen.robot)
             if key not in self._robots and len(self._robots) >= MAX_SHOWN:

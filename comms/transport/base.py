@@ -1,4 +1,4 @@
-"""What carries bytes between robots."""
+"""The interface of a transport, and what it delivers."""
 
 from __future__ import annotations
 
@@ -33,11 +33,12 @@ class PeerLeft:
 
 
 Arrival = Incoming | PeerJoined | PeerLeft
+"""What a transport delivers, in order."""
 
 
 @dataclass(frozen=True)
 class Sighting:
-    """What a watcher saw of one robot."""
+    """A status, or a change of presence, that a watcher received from one robot."""
 
     team: str
     robot: str

@@ -1,4 +1,4 @@
-"""What arrived and was not fetched yet, bounded, filled by the network's threads and emptied by the robot's own."""
+"""A bounded queue of arrivals, filled by the network's threads and emptied by the robot's own."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which robots run on this machine and where they listen: for ``mrslam top``, so that nothing need be said or opened.
+"""Which robots run on this machine and where they listen, so that ``mrslam top`` needs no address and opens no port.
 
 Each robot leaves a small file in a folder that only its user can enter. Nothing of it goes over a network.
 """
@@ -15,7 +15,7 @@ from pathlib import Path
 from mrslam.spatial.files.atomic import write_text
 
 ANYWHERE = {"0.0.0.0": "127.0.0.1", "[::]": "[::1]"}
-"""Addresses that stand for all of a machine's, and how to reach them from itself."""
+"""Wildcard addresses, and the loopback address that reaches each."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ def withdraw(path: Path | None) -> None:
 
 
 def local_robots() -> list[LocalRobot]:
-    """Return the robots that run on this machine now; what killed ones left is cleared away."""
+    """Return the robots that run on this machine now; files of processes that were killed are removed."""
     found = []
     place = folder()
     if not place.is_dir() or place.stat().st_uid != os.getuid():

@@ -21,7 +21,7 @@ class LinkConditions:
     """How one direction of a link treats messages."""
 
     loss: float = 0.0
-    """Share of messages lost, 0..1; 1: cut off."""
+    """Share of messages lost, 0..1; 1: no link."""
     delay_s: float = 0.001
     """Time on the way, seconds."""
     jitter_s: float = 0.0
@@ -39,7 +39,7 @@ class LinkConditions:
 
 PERFECT = LinkConditions()
 Conditions = Callable[[str, str, int], LinkConditions]
-"""(sender, receiver, now_ns) -> how the link is."""
+"""(sender, receiver, now_ns) -> conditions of that direction of the link."""
 
 RETRANSMIT_S = 0.2
 """Time that one loss costs on a reliable lane, seconds: the least retransmission timeout of Linux' TCP."""
@@ -94,7 +94,7 @@ class MemoryNetwork:
         return len(self._events)
 
     def crash(self, robot_id: str) -> None:
-        """Take a robot off the network without a word; its token falls when the lease is over."""
+        """Take a robot off the network without a goodbye; its token falls when the lease is over."""
         if self._ends.pop(robot_id, None) is not None:
             self._announce_leave(robot_id, LEASE_NS)
 

@@ -12,7 +12,7 @@ from mrslam.spatial import InputError, Scan
 from mrslam.spatial.se2 import Transform
 
 MAX_BYTES = 2**20
-"""A scan of 20,000 beams, the most allowed, takes about half of it as JSON, bytes."""
+"""Largest message, bytes: a scan of 20,000 beams, the most allowed, takes about half of it as JSON."""
 Number = float | None
 """JSON knows no infinity: null is "no return"."""
 Pose = tuple[float, float, float]
@@ -34,7 +34,7 @@ class ScanMessage(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class OdometryMessage(msgspec.Struct, forbid_unknown_fields=True):
-    """Where the wheels say the robot is."""
+    """Odometry: the pose of the base by its wheels."""
 
     stamp_ns: Annotated[int, msgspec.Meta(ge=-(2**62), le=2**62)]
     T_odom_base: Pose

@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 LOW, HIGH, CODE, AT = 0, 1, 2, 3
-"""Fields of the coder's state: ends of the interval, window of the code being read, place in the buffer."""
+"""Fields of the coder's state: ends of the interval, window of the code being read, position in the buffer."""
 HALF = 32768
 """A probability of 1/2, of 65536."""
 SLOWEST = 40
@@ -36,7 +36,7 @@ def begin(buffer: NDArray[np.uint8], writing: bool) -> NDArray[np.int64]:  # pra
 
 @njit(cache=True, nogil=True)
 def contexts(count: int, probability: int) -> NDArray[np.int64]:  # pragma: no cover - compiled
-    """Return contexts ``(count, 2)``: probability of 1 (of 65536), and bits seen."""
+    """Return models ``(count, 2)``, one a context: probability of 1 (of 65536), and bits seen (38 at most)."""
     made = np.zeros((count, 2), dtype=np.int64)
     made[:, 0] = probability
     return made
@@ -58,13 +58,13 @@ def decide(
     state: NDArray[np.int64],
     buffer: NDArray[np.uint8],
     writing: bool,
-    chances: NDArray[np.int64],
+    models: NDArray[np.int64],
     context: int,
     bit: int,
 ) -> int:  # pragma: no cover - compiled
-    """Write ``bit``, or read and return it, under a context; ``chances (C, 2)``: probability of 1 (of 65536), count."""
+    """Write ``bit``, or read and return it, under a context; ``models (C, 2)``: as :func:`contexts` makes them."""
     low, high = state[LOW], state[HIGH]
-    p = chances[context, 0]
+    p = models[context, 0]
     span = high - low
     middle = low + (span >> 16) * p + (((span & 0xFFFF) * p) >> 16)
     if not writing:
@@ -84,13 +84,13 @@ def decide(
         low = (low << 8) & 0xFFFFFFFF
         high = ((high << 8) & 0xFFFFFFFF) | 0xFF
     state[LOW], state[HIGH] = low, high
-    count = chances[context, 1]
+    count = models[context, 1]
     if bit:
         p += (65536 - p) // (count + 2)
     else:
         p -= p // (count + 2)
-    chances[context, 0] = min(max(p, LEAST), 65536 - LEAST)
-    chances[context, 1] = min(count + 1, SLOWEST - 2)
+    models[context, 0] = min(max(p, LEAST), 65536 - LEAST)
+    models[context, 1] = min(count + 1, SLOWEST - 2)
     return bit
 
 
@@ -99,7 +99,7 @@ def code_value(
     state: NDArray[np.int64],
     buffer: NDArray[np.uint8],
     writing: bool,
-    chances: NDArray[np.int64],
+    models: NDArray[np.int64],
     context: int,
     bits: int,
     value: int,
@@ -107,6 +107,6 @@ def code_value(
     """Write a value of ``bits`` bits, or read and return it: a binary tree of decisions, highest bit first."""
     node = 1
     for s in range(bits - 1, -1, -1):
-        bit = decide(state, buffer, writing, chances, (context << bits) + node, (value >> s) & 1)
+        bit = decide(state, buffer, writing, models, (context << bits) + node, (value >> s) & 1)
         node = 2 * node + bit
     return node - (1 << bits)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from mrslam.comms.wire.binary_coder import HALF, begin, code_value, contexts, decide, end
 
 SIDE = 64
-"""Edge of a tile, cells."""
+"""Edge of a tile, cells: ``mrslam.spatial.TILE_CELLS``, repeated since kernel files import no other package."""
 SQUARE = 8
 """Edge of a square that is skipped where nothing changed, cells (the format)."""
 PER_SIDE = SIDE // SQUARE
@@ -23,6 +23,7 @@ PER_SIDE = SIDE // SQUARE
 CLASSES = 8
 """Cell values that contexts distinguish: palette indices 0 to 6, and all above (the format)."""
 TOP = CLASSES - 1
+"""The class of all values above."""
 NEAR = 27
 """States of the west, north and north-west neighbours together: each as held, unknown now, or another value."""
 KNOWN = 16

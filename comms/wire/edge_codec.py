@@ -1,4 +1,7 @@
-"""Loop edges as whole numbers: poses as those of keyframes, information as its Cholesky factor, which stays one."""
+"""Loop edges as whole numbers: poses as those of keyframes, information as its Cholesky factor.
+
+A rounded factor is still one of a positive definite matrix, which a rounded information matrix need not be.
+"""
 
 from __future__ import annotations
 
@@ -10,20 +13,22 @@ from mrslam.spatial import LoopEdges
 COLUMNS = 11
 """The newer keyframe, how many keyframes before it the older one is, pose (mm, 0.1 mrad), and six of the factor."""
 POSE_SCALE = np.array([1e3, 1e3, 1e4])
-"""Units per metre, metre, radian."""
+"""Units per metre, metre, radian: ``keyframe_codec.SCALE``, which imports this module."""
 FACTOR_SCALE = 100.0
 """Units of the factor per 1/m or 1/rad: a deviation of 1 cm or 0.01 rad is 10 000, coded to 0.01 %."""
 POSE_MOST = 2**30
-"""As far as keyframes may be."""
+"""Bound of a pose's numbers, mm and 0.1 mrad: ``keyframe_codec.POSE_LIMIT``."""
 FACTOR_MOST, FACTOR_LEAST = 2**17, 1
-"""Deviations from 0.8 mm to 100 m: no edge within a map is surer, or less sure and still of use."""
+"""Bounds of the factor's numbers: deviations from 0.8 mm to 100 m, beyond which no edge within a map is of use."""
 JITTER = 2e-9
 """Added to the information, as a share of its trace: a direction of which nothing is known has a factor, too."""
 ROWS, COLS = np.tril_indices(3)
+"""Places of the factor's six numbers, row by row."""
 
 
 def to_rows(edges: LoopEdges) -> NDArray[np.int64]:
     """Return edges as rows ``(E, 11)``, by the newer keyframe; equal ones keep their order."""
+    # Half a squared unit: the diagonal of the factor of an edge that knows nothing rounds to 1, not to 0.
     known = JITTER * np.trace(edges.information, axis1=1, axis2=2)[:, None, None] + 0.5 / FACTOR_SCALE**2
     factor = np.round(np.linalg.cholesky(edges.information + known * np.eye(3))[:, ROWS, COLS] * FACTOR_SCALE)
     factor = np.clip(factor, np.where(ROWS == COLS, FACTOR_LEAST, -FACTOR_MOST), FACTOR_MOST)

@@ -10,16 +10,19 @@ from mrslam.comms.wire.fields import MAX_LIST, U32, Count, Digest, Message, Name
 
 
 class Open(Message, frozen=True, tag=2):
-    """Let us exchange. This is what I hold, and which snapshots I hold in part."""
+    """Proposes an exchange, with the versions that the sender holds."""
 
     boot: Count
     xid: U32
+    """Id of the exchange, chosen by who opens it."""
     digest: Digest
+    """Versions held."""
     staged: Digest
+    """Versions held in part."""
 
 
 class Accept(Message, frozen=True, tag=3):
-    """Yes; this is what I hold."""
+    """Accepts an exchange; fields as in :class:`Open`."""
 
     boot: Count
     xid: U32
@@ -28,14 +31,14 @@ class Accept(Message, frozen=True, tag=3):
 
 
 class Refuse(Message, frozen=True, tag=4):
-    """Not now."""
+    """Refuses an exchange, or ends one that the sender does not know."""
 
     xid: U32
     reason: Annotated[str, msgspec.Meta(max_length=64)]
 
 
 class Ask(Message, frozen=True, tag=5):
-    """Tell what I lack of this robot's map, if I hold this version."""
+    """Asks for a manifest of what this robot's map has beyond version (epoch, base)."""
 
     xid: U32
     robot: Name
@@ -44,36 +47,46 @@ class Ask(Message, frozen=True, tag=5):
 
 
 class Manifest(Message, frozen=True, tag=6):
-    """What differs between the asker's version and the target, most valuable first."""
+    """Lists the items (tiles, keyframe blocks) that differ between the asker's version and the target.
+
+    Tiles come with the most news first, then by place; blocks by number.
+    """
 
     xid: U32
     robot: Name
+    """Whose map it is."""
     epoch: Count
     base: Count
+    """Revision that the asker holds; 0 for none of this epoch."""
     target: Count
+    """Revision that the items lead to."""
     resolution_m: Annotated[float, msgspec.Meta(ge=1e-3, le=100.0)]
+    """Edge of a cell, metres."""
     keyframes: Count
+    """Keyframes of the whole target."""
     blocks: Annotated[list[U32], msgspec.Meta(max_length=MAX_LIST)]
+    """Numbers of the blocks in the map."""
     block_ages: Annotated[list[Count], msgspec.Meta(max_length=MAX_LIST)]
-    """target - revision, for each block."""
+    """target - revision, for each of ``blocks``."""
     rows: Annotated[list[TileCoordinate], msgspec.Meta(max_length=MAX_LIST)]
     cols: Annotated[list[TileCoordinate], msgspec.Meta(max_length=MAX_LIST)]
+    """With ``rows``: the places of the tiles, in tiles."""
     ages: Annotated[list[Count], msgspec.Meta(max_length=MAX_LIST)]
     """target - revision, for each tile."""
 
 
 class SignedManifest(Manifest, frozen=True, tag=11):
-    """A manifest with the proof, by the map's own robot, of what the target is."""
+    """A manifest with the signature of the target by the map's own robot."""
 
     root: Annotated[bytes, msgspec.Meta(min_length=16, max_length=16)]
     """Hash of the whole target, see :meth:`mrslam.comms.maps.seal.MapSeal.root_of`."""
     signature: Annotated[bytes, msgspec.Meta(max_length=80)]
     certificate: Annotated[bytes, msgspec.Meta(max_length=2048)]
-    """The signer's, DER."""
+    """The signer's, DER; empty where the asker has it with its base."""
 
 
 class Get(Message, frozen=True, tag=7):
-    """Send these items of the manifest (bit i of the mask: tile i; after the tiles the keyframe blocks)."""
+    """Asks for items of a manifest (bit i of the mask: tile i; after the tiles the keyframe blocks)."""
 
     xid: U32
     robot: Name
@@ -84,7 +97,7 @@ class Get(Message, frozen=True, tag=7):
 
 
 class Chunk(Message, frozen=True, tag=8):
-    """Some items of a manifest."""
+    """Carries items of a manifest."""
 
     xid: U32
     robot: Name
@@ -97,14 +110,16 @@ class Chunk(Message, frozen=True, tag=8):
     raw_bytes: Annotated[int, msgspec.Meta(ge=0, le=1 << 20)]
     """Size of ``packed`` when decompressed."""
     packed: bytes
+    """One LZ4 block."""
     content_hash: Annotated[bytes, msgspec.Meta(min_length=8, max_length=8)]
 
 
-HOLD_ALL, GIVE_NO_MORE, LONG_DONE = 0, 1, 2
+HOLD_ALL, GIVE_NO_MORE, ALREADY_OVER = 0, 1, 2
+"""Codes of :class:`Done` (the format); the last is never answered."""
 
 
 class Done(Message, frozen=True, tag=9):
-    """I hold what I wanted (0); I give no more now (1); it is over here and I held all (2, never answered)."""
+    """Ends an exchange: the sender holds what it wanted (0), gives no more (1), or had completed it before (2)."""
 
     xid: U32
-    code: Annotated[int, msgspec.Meta(ge=HOLD_ALL, le=LONG_DONE)]
+    code: Annotated[int, msgspec.Meta(ge=HOLD_ALL, le=ALREADY_OVER)]

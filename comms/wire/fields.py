@@ -7,18 +7,20 @@ from typing import Annotated
 import msgspec
 
 Name = Annotated[str, msgspec.Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.-]+$")]
+"""A robot id. ``frames.check_name`` also refuses a leading "." for the own names, which become file names."""
 Percent = Annotated[int, msgspec.Meta(ge=0, le=100)]
 U32 = Annotated[int, msgspec.Meta(ge=0, le=2**32 - 1)]
 Count = Annotated[int, msgspec.Meta(ge=0, le=2**62)]
+"""Boot ids, epochs, revisions, sequence numbers, bytes: below 2^63 with room for sums."""
 I32 = Annotated[int, msgspec.Meta(ge=-(2**31), le=2**31 - 1)]
 Milliseconds = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
 TileCoordinate = Annotated[int, msgspec.Meta(ge=-(2**20), le=2**20)]
+"""Row or column of a tile, tiles."""
 MAX_LIST = 65_536
-"""Entries of one list: tiles or blocks of the largest map (``max_tiles`` ends there)."""
+"""Entries of one list: tiles or blocks of the largest map (``max_tiles`` and ``max_keyframes`` / 64 end there)."""
 
 Version = tuple[int, int]
 """(epoch, revision): a newer epoch beats any revision of an older one."""
-
 
 Digest = Annotated[list[tuple[Name, Count, Count]], msgspec.Meta(max_length=4096)]
 """(robot, epoch, revision), by robot."""

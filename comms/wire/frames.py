@@ -11,8 +11,9 @@ from mrslam.spatial.errors import InputError
 
 MAGIC = b"MR"
 PROTOCOL_VERSION = 2
-"""2: what was seen at each keyframe travels. Robots with another version do not hear each other."""
+"""2 carries keyframes' scans and loop edges, see docs/protocol.md. A robot drops messages of any other version."""
 HEADER = struct.Struct("<2sBII")
+"""Magic, protocol version, team tag, CRC-32 of the body; little endian."""
 NAME = re.compile(r"(?!\.)[A-Za-z0-9_.-]{1,64}")
 
 
@@ -32,17 +33,17 @@ def check_name(name: str, what: str) -> str:
 
 
 def team_tag(team: str) -> int:
-    """Return four bytes of the team's name hashed, which distinguish foreign messages from broken ones."""
+    """Return the first four bytes of BLAKE2b-32 of a team's name as a number: messages with another are foreign."""
     return int.from_bytes(blake2b(team.encode(), digest_size=4).digest(), "little")
 
 
 def frame(body: bytes, tag: int) -> bytes:
-    """Return the message as it goes out."""
+    """Return the header for a team's tag, and the body."""
     return HEADER.pack(MAGIC, PROTOCOL_VERSION, tag, zlib.crc32(body)) + body
 
 
 def unframe(payload: bytes, tag: int, max_bytes: int) -> bytes:
-    """Return the body, or raise :class:`WireError` for what is too long, cut off, foreign or corrupt."""
+    """Return the body; raise :class:`WireError` for what is too long, cut off, of another tag, or corrupt."""
     if len(payload) > max_bytes:
         raise WireError("oversized", f"{len(payload)} bytes > {max_bytes}")
     if len(payload) < HEADER.size:

@@ -1,4 +1,4 @@
-"""Keyframes as bytes: blocks of 64, poses in millimetres and tenths of a milliradian, and what was seen at each."""
+"""Keyframes as bytes: blocks of 64 with poses (mm, 0.1 mrad), scans, and the loop edges that lead to them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,9 @@ EDGES_MOST = 64
 SCALE = np.array([1e3, 1e3, 1e4])
 """Units per metre, metre, radian."""
 STAMP_LIMIT_NS = 2**62
+"""Bound of stamps, nanoseconds: 146 years."""
 POSE_LIMIT = 2**30
+"""Bound of a pose's numbers, mm and 0.1 mrad: some 1000 km."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,14 +41,14 @@ class KeyframeBlock:
 
     @property
     def content(self) -> bytes:
-        """What a hash over the block is taken of, its revision apart."""
+        """The bytes that hashes of the block are taken over; its revision is not among them."""
         sizes = np.array([self.stamps_ns.size, len(self.scans), len(self.edges)], dtype="<i8").tobytes()
         poses = self.stamps_ns.astype("<i8").tobytes() + self.poses.astype("<i4").tobytes()
         return sizes + poses + self.edges.astype("<i4").tobytes() + scan_content(self.scans)
 
     @cached_property
     def packed_scans(self) -> bytes:
-        """The scans as those get them who have none of them."""
+        """The scans as coded for an asker that holds none of them."""
         return pack_scans(self.scans, 0)
 
     def equals(self, other: KeyframeBlock) -> bool:
@@ -56,7 +58,7 @@ class KeyframeBlock:
 
 
 def quantise(T_map_base: NDArray[np.float64]) -> NDArray[np.int32]:
-    """Return poses ``(K, 3)`` as whole millimetres and tenths of a milliradian; what is not finite becomes 0."""
+    """Return poses ``(K, 3)`` as whole millimetres and tenths of a milliradian; NaN and infinity become 0."""
     scaled = np.nan_to_num(np.round(T_map_base * SCALE), nan=0.0, posinf=0.0, neginf=0.0)
     return np.clip(scaled, -POSE_LIMIT, POSE_LIMIT).astype(np.int32)
 
@@ -64,7 +66,7 @@ def quantise(T_map_base: NDArray[np.float64]) -> NDArray[np.int32]:
 def to_blocks(
     keyframes: Keyframes, scans: KeyScans, loops: LoopEdges, before: tuple[KeyframeBlock, ...], revision: int
 ) -> tuple[KeyframeBlock, ...]:
-    """Return the keyframes in blocks; a block that did not change keeps the object, and revision, it had."""
+    """Return the keyframes in blocks; one that equals that of ``before`` is the same object, with its revision."""
     stamps, poses = np.asarray(keyframes.stamps_ns, dtype=np.int64), quantise(keyframes.T_map_base)
     edges, blocks = to_rows(loops), []
     for i, start in enumerate(range(0, stamps.size, BLOCK)):
@@ -139,12 +141,12 @@ def _pack_edges(block: KeyframeBlock, base: KeyframeBlock | None) -> bytes:
 
 
 def _common(scans: KeyScans, held: KeyScans) -> int:
-    """Return how many scans an asker need not be sent: what a keyframe saw never changes, unless its map was redone."""
+    """Return how many scans an asker holds already: a keyframe's scan is fixed for an epoch; 0 where they differ."""
     return len(held) if len(held) <= len(scans) and scans.part(0, len(held)).equals(held) else 0
 
 
 def unpack_block(raw: bytes, base: KeyframeBlock | None, revision: int, index: int = 0) -> tuple[KeyframeBlock, int]:
-    """Return a map's block of this index, and how many bytes it took.
+    """Return a map's keyframe block number ``index``, and how many bytes it took; ``base``: the block held, if any.
 
     Raises :class:`WireError` where it is cut off or out of range.
     """
@@ -184,7 +186,7 @@ def _sizes(raw: bytes, at: int, count: int) -> tuple[list[int], int]:
 
 
 def varints(values: NDArray[np.int64]) -> bytes:
-    """Return signed numbers as zigzag LEB128, few bytes for small ones."""
+    """Return signed numbers as zigzag LEB128, 7 bits a byte."""
     out = bytearray()
     for value in values.tolist():
         rest = value << 1 if value >= 0 else (-value << 1) - 1

@@ -19,7 +19,7 @@ def mark_present(cells: NDArray[np.uint8], present: NDArray[np.bool_]) -> None: 
 def look_up(
     table: NDArray[np.uint8], cells: NDArray[np.uint8], out: NDArray[np.uint8]
 ) -> int:  # pragma: no cover - compiled
-    """Write ``table (256,)`` at each cell to ``out`` of the same shape, and return the greatest cell."""
+    """Write ``table (256,)`` at each cell to ``out`` of the same shape, and return the greatest value of ``cells``."""
     source, target = cells.reshape(-1), out.reshape(-1)
     greatest = 0
     for i in range(source.size):

@@ -1,13 +1,13 @@
-"""All messages, and how they become bytes and are read back. docs/protocol.md describes each byte."""
+"""All messages, and their encoding and decoding. docs/protocol.md describes each byte."""
 
 from __future__ import annotations
 
 import msgspec
 
 from mrslam.comms.wire.exchange_messages import (
+    ALREADY_OVER,
     GIVE_NO_MORE,
     HOLD_ALL,
-    LONG_DONE,
     Accept,
     Ask,
     Chunk,
@@ -23,9 +23,9 @@ from mrslam.comms.wire.frames import WireError, frame, unframe
 from mrslam.comms.wire.presence_messages import Beacon, Bye, LinkRow, Status
 
 __all__ = [
+    "ALREADY_OVER",
     "GIVE_NO_MORE",
     "HOLD_ALL",
-    "LONG_DONE",
     "Accept",
     "AnyMessage",
     "Ask",
@@ -53,7 +53,7 @@ _decoder = msgspec.msgpack.Decoder(AnyMessage)
 
 
 def encode(message: Message, tag: int) -> bytes:
-    """Return the message framed for a team."""
+    """Return the message framed for the team with this tag."""
     return frame(_encoder.encode(message), tag)
 
 

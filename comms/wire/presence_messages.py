@@ -1,4 +1,4 @@
-"""Messages about a robot itself: that it is here, how it is, that it leaves."""
+"""Messages about a robot itself: beacon, goodbye, status."""
 
 from __future__ import annotations
 
@@ -10,29 +10,35 @@ from mrslam.comms.wire.fields import I32, Count, Digest, Message, Milliseconds, 
 
 
 class Beacon(Message, frozen=True, tag=1):
-    """I am here; I hear you this well; I stand there."""
+    """Announces the sender, the LQ of its neighbours, and its pose."""
 
     boot: Count
+    """Number of this start of the robot, see ``CommsNode``."""
     seq: Count
+    """Number of this beacon since the start."""
     uptime_ms: Milliseconds
     """When it was sent, on the sender's clock since its start."""
     period_ms: Annotated[int, msgspec.Meta(ge=1, le=10**9)]
+    """Until the next one."""
     mode: Annotated[int, msgspec.Meta(ge=0, le=2)]
+    """Index in ``MODES``."""
     heard: Annotated[list[tuple[Name, Percent]], msgspec.Meta(max_length=64)]
-    bumps: Annotated[int, msgspec.Meta(ge=-(2**62), le=2**62)]
+    """(neighbour, LQ in percent) of those whose turn it is."""
+    epoch_offset: Annotated[int, msgspec.Meta(ge=-(2**62), le=2**62)]
     """Epoch of the sender's map - boot; below 0 for a map continued from an earlier start."""
     pose: tuple[I32, I32, I32, Milliseconds] | None
     """x (mm), y (mm), theta (0.1 mrad), age (ms)."""
 
 
 class Bye(Message, frozen=True, tag=10):
-    """I leave."""
+    """Announces that the sender leaves."""
 
     boot: Count
 
 
 Words = Annotated[str, msgspec.Meta(max_length=120)]
 Bytes = Annotated[int, msgspec.Meta(ge=-(2**62), le=2**62)]
+"""Signed: what was saved may be negative."""
 
 
 class LinkRow(msgspec.Struct, array_like=True, frozen=True):
@@ -52,7 +58,7 @@ class LinkRow(msgspec.Struct, array_like=True, frozen=True):
 
 
 class Status(Message, frozen=True, tag=12):
-    """How a robot fares, for those who watch; robots do not listen to it."""
+    """A robot's state, for watchers; robots ignore it."""
 
     boot: Count
     uptime_ms: Milliseconds
@@ -60,11 +66,11 @@ class Status(Message, frozen=True, tag=12):
     beacon_bytes: Count
     """Bytes of beacons sent since the start."""
     other_bytes: Count
-    """Bytes of all else sent since the start, but of statuses."""
+    """Bytes sent since the start on the control and bulk lanes."""
     links: Annotated[list[LinkRow], msgspec.Meta(max_length=64)]
     digest: Digest
     """The maps it holds."""
     alignments: Annotated[list[tuple[Name, Name, Words]], msgspec.Meta(max_length=64)]
-    """Pairs of maps and what is believed of them."""
+    """(robot, robot, state of the alignment of their maps)."""
     certificate_ends_s: Annotated[int, msgspec.Meta(ge=0, le=2**53)] | None = None
     """When the sender's certificate ends, seconds since 1970; nil, or left out, without keys."""

@@ -12,13 +12,13 @@ from mrslam.spatial import InputError, KeyScans
 from mrslam.spatial.key_scans import ORIGIN_M, POINTS_MOST
 
 POINT_BYTES_MOST = 48
-"""Least room for a point that is written: its 37 decisions at most take 10 bits each at most."""
+"""Room for a point that is written, bytes: its 37 decisions at most take 10 bits each at most."""
 KEYFRAME_BYTES_MOST = 64
-"""And of what comes with each keyframe: 39 such decisions."""
+"""Room for a keyframe's count and laser, bytes: 39 such decisions."""
 
 
 def pack_scans(scans: KeyScans, known: int) -> bytes:
-    """Return the scans of all but the first ``known`` keyframes, coded for one who has those."""
+    """Return the scans of all but the first ``known`` keyframes, coded for an asker that holds those."""
     counts = np.diff(scans.starts).astype(np.int64)
     size = KEYFRAME_BYTES_MOST * (1 + counts.size) + POINT_BYTES_MOST * scans.polar.shape[0]
     room = np.empty(size, dtype=np.uint8)
@@ -27,7 +27,7 @@ def pack_scans(scans: KeyScans, known: int) -> bytes:
 
 
 def unpack_scans(body: bytes, known: KeyScans, count: int) -> KeyScans:
-    """Return the ``count`` keyframes that follow on those ``known``; raise :class:`WireError` where they are none."""
+    """Return the scans of the ``count`` keyframes after those ``known``; raise :class:`WireError` for a bad code."""
     before, points = len(known), known.polar.shape[0]
     counts, lasers = np.zeros(before + count, np.int64), np.zeros(before + count, np.int64)
     polar = np.zeros((points + POINTS_MOST * count, 2), np.uint16)
@@ -43,18 +43,18 @@ def unpack_scans(body: bytes, known: KeyScans, count: int) -> KeyScans:
 
 
 def scan_content(scans: KeyScans) -> bytes:
-    """Return what a hash over scans is taken of."""
+    """Return the bytes that hashes of scans are taken over."""
     counts, lasers = np.diff(scans.starts).astype("<i4"), _lasers(scans.origins).astype("<u4")
     return counts.tobytes() + lasers.tobytes() + scans.polar.astype("<u2").tobytes()
 
 
 def _lasers(origins: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Return lasers' places ``(K, 2)`` as 32 bits each: x and y, whole millimetres in 16 bits."""
+    """Return positions of the laser ``(K, 2)``, metres in the base frame, as 32 bits each: x, y in mm, 16 bits each."""
     mm = np.round(origins.astype(np.float64) / ORIGIN_M).astype("<i2").astype("<u2").astype(np.int64)
     return mm[:, 0] << 16 | mm[:, 1]
 
 
 def _origins(lasers: NDArray[np.int64]) -> NDArray[np.float32]:
-    """Return the places ``(K, 2)``, metres, of which these are the bits."""
+    """Return the positions ``(K, 2)``, metres, of these bits ``(K,)``."""
     mm = np.stack([lasers >> 16, lasers & 0xFFFF], axis=-1).astype("<u2").view("<i2")
     return (mm * ORIGIN_M).astype(np.float32)

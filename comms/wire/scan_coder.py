@@ -1,8 +1,8 @@
-"""Keyframes' scans as an adaptive arithmetic code: steps of the bearing, and what walls do not tell of the range.
+"""Keyframes' scans as an adaptive arithmetic code: steps of the bearing, and the error of a predicted range.
 
-Points come by bearing, as far apart across the beams as those before, so the range predicts the step; and they mostly
-lie on the straight line through the two before, or as far away as the last. Whichever of these two guesses missed by
-less of late is used, and how much it missed by is the context of what is left.
+Points are in order of bearing. Neighbours are about equally far apart, so the last distance and range predict the step.
+A range is predicted by the last one, or by the straight line through the last two points: by whichever of the two had
+the smaller error recently, and that error is the context under which the remaining one is coded.
 """
 
 from __future__ import annotations
@@ -16,29 +16,32 @@ from numpy.typing import NDArray
 from mrslam.comms.wire.binary_coder import HALF, begin, code_value, contexts, decide, end
 
 COUNT_BITS = 6
-"""Numbers of points below 64; 60 is the most."""
+"""Bits of a keyframe's number of points, at most 60 (the format)."""
 LENGTH_BITS = 5
-"""A number's length in bits is below 32; bearings and ranges need 17."""
-LEARNT_DIGITS = 6
-"""A number's highest digits have chances of their own each; the lower ones are as good as random."""
+"""Bits of a number's length in bits, below 32 (the format); bearings and ranges need 17."""
+MODELLED_DIGITS = 6
+"""A number's highest digits below the first have a model for each prefix; the lower ones are nearly random, and share
+one for each place (the format)."""
 STEP_CONTEXTS = 32
-"""Of the step that is expected: none, and two to each octave."""
+"""Contexts of the expected step of the bearing: none, and two to each octave (the format)."""
 MISS_CONTEXTS, FIRST = 11, 10
-"""Of how far the guess missed of late: ten octaves; and of the first range, for which there is no guess."""
+"""Contexts of the recent error of the predicted range: ten octaves, and one for the first range, which has none (the
+format)."""
 UNSETTLED = 16
-"""A guess that has not been tried yet counts as missing by four steps, of which each is 4 here."""
+"""Recent error of a prediction before its first use, quarters of a range step: four steps (the format)."""
 MISS_MOST = 255
-"""A greater miss is a jump from one thing to another, and says no more about the guess."""
+"""Greatest error counted, range steps: a jump to another object says nothing about the next point (the format)."""
 BEARINGS, RANGE_MOST, POINTS_MOST = 8192, 65535, 60
-"""As in ``mrslam.spatial.key_scans``; nothing beyond is ever read."""
+"""Bearings in a turn, greatest range in steps, most points of a keyframe: those of ``mrslam.spatial.key_scans``,
+repeated since kernel files import no other package; nothing beyond is ever read."""
 ONE = 1 << 20
-"""Sines are whole numbers, of so many."""
+"""Scale of the sines, which are whole numbers."""
 SINE = np.round(ONE * np.sin(2.0 * np.pi * np.arange(BEARINGS) / BEARINGS)).astype(np.int64)
 """``(8192,)``; no sine is so near to a half that machines could round it differently."""
 
 
-class Chances(NamedTuple):
-    """What has been learnt, by what it is about; see :func:`mrslam.comms.wire.binary_coder.decide`."""
+class ScanModels(NamedTuple):
+    """Adaptive models ``(C, 2)`` by what they code, see :func:`mrslam.comms.wire.binary_coder.contexts`."""
 
     counts: NDArray[np.int64]
     lasers: NDArray[np.int64]
@@ -50,9 +53,9 @@ class Chances(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def _nothing_learnt() -> Chances:  # pragma: no cover - compiled
-    digits = 1 << (LENGTH_BITS + LEARNT_DIGITS)
-    return Chances(
+def _fresh_models() -> ScanModels:  # pragma: no cover - compiled
+    digits = 1 << (LENGTH_BITS + MODELLED_DIGITS)
+    return ScanModels(
         contexts(1 << COUNT_BITS, HALF),
         contexts(5 << 8, HALF),
         contexts(STEP_CONTEXTS << LENGTH_BITS, HALF),
@@ -65,7 +68,7 @@ def _nothing_learnt() -> Chances:  # pragma: no cover - compiled
 
 @njit(cache=True, nogil=True)
 def _length(value: int) -> int:  # pragma: no cover - compiled
-    """Return how many bits a number takes."""
+    """Return the length of a number in bits; 0 for 0."""
     bits = 0
     while value > 0:
         bits += 1
@@ -89,11 +92,13 @@ def _number(
         return 0
     out = node = 1
     for s in range(length - 2, -1, -1):
-        learnt = length - 2 - s < LEARNT_DIGITS
-        known = (length << LEARNT_DIGITS) + node if learnt else s  # lengths with digits are 2 or more: these are free
+        modelled = length - 2 - s < MODELLED_DIGITS
+        known = (
+            (length << MODELLED_DIGITS) + node if modelled else s
+        )  # lengths with digits are 2 or more: these are free
         bit = decide(state, buffer, writing, digits, known, (value >> s) & 1)
         out = 2 * out + bit
-        if learnt:
+        if modelled:
             node = 2 * node + bit
     return out
 
@@ -102,7 +107,7 @@ def _number(
 def _on_line(
     b0: int, r0: int, b1: int, r1: int, b2: int, sine: NDArray[np.int64]
 ) -> int:  # pragma: no cover - compiled
-    """Return the range at bearing ``b2`` of the line through two points; ``r1`` where it is far beyond both."""
+    """Return the range at bearing ``b2`` of the line through two points, or ``r1`` where it is far beyond both."""
     if b1 == b0:
         return r1
     above = r0 * r1 * sine[b1 - b0]
@@ -117,18 +122,18 @@ def _range(
     state: NDArray[np.int64],
     buffer: NDArray[np.uint8],
     writing: bool,
-    chances: Chances,
+    models: ScanModels,
     recent: int,
     guess: int,
     value: int,
 ) -> int:  # pragma: no cover - compiled
-    """Write a range, or read and return it, by how far a guess that missed by ``recent`` of late misses it."""
+    """Write a range, or read and return it, as the error of ``guess``; ``recent``: its recent error, quarter steps."""
     context = min(_length(recent), FIRST - 1)
-    if decide(state, buffer, writing, chances.kinds, context, 1 if value == guess else 0):
+    if decide(state, buffer, writing, models.kinds, context, 1 if value == guess else 0):
         return guess
-    nearer = decide(state, buffer, writing, chances.kinds, MISS_CONTEXTS + context, 1 if value < guess else 0)
+    nearer = decide(state, buffer, writing, models.kinds, MISS_CONTEXTS + context, 1 if value < guess else 0)
     rest = abs(value - guess) - 1
-    miss = 1 + _number(state, buffer, writing, chances.miss_lengths, chances.miss_digits, context, rest)
+    miss = 1 + _number(state, buffer, writing, models.miss_lengths, models.miss_digits, context, rest)
     return guess - miss if nearer else guess + miss
 
 
@@ -137,12 +142,12 @@ def _scan(
     state: NDArray[np.int64],
     buffer: NDArray[np.uint8],
     writing: bool,
-    chances: Chances,
+    models: ScanModels,
     polar: NDArray[np.uint16],
     sine: NDArray[np.int64],
 ) -> bool:  # pragma: no cover - compiled
-    """Write the points ``(n, 2)`` of a keyframe, or read them; return whether what was read are points."""
-    steps, digits = chances.step_lengths, chances.step_digits
+    """Write the points ``(n, 2)`` (bearing, range) of a keyframe, or read them; return False for a bad code."""
+    steps, digits = models.step_lengths, models.step_digits
     b0 = r0 = b1 = r1 = apart = 0
     flat = straight = UNSETTLED
     for i in range(polar.shape[0]):
@@ -157,11 +162,11 @@ def _scan(
         if b >= BEARINGS:
             return False
         if i == 0:
-            r = _number(state, buffer, writing, chances.miss_lengths, chances.miss_digits, FIRST, r)
+            r = _number(state, buffer, writing, models.miss_lengths, models.miss_digits, FIRST, r)
         else:
             line = _on_line(b0, r0, b1, r1, b, sine) if i > 1 else r1
             guess, recent = (line, straight) if straight < flat else (r1, flat)
-            r = _range(state, buffer, writing, chances, recent, guess, r)
+            r = _range(state, buffer, writing, models, recent, guess, r)
             flat += (4 * min(abs(r - r1), MISS_MOST) - flat) >> 1
             straight += (4 * min(abs(r - line), MISS_MOST) - straight) >> 1
         if not 0 < r <= RANGE_MOST:
@@ -177,19 +182,19 @@ def _laser(
     state: NDArray[np.int64],
     buffer: NDArray[np.uint8],
     writing: bool,
-    chances: NDArray[np.int64],
+    models: NDArray[np.int64],
     lasers: NDArray[np.int64],
     k: int,
 ) -> None:  # pragma: no cover - compiled
     """Write where the laser was at keyframe ``k``, 32 bits, or read it; next to nothing where it stayed."""
     before = lasers[k - 1] if k > 0 else 0
-    if decide(state, buffer, writing, chances, 0, 1 if lasers[k] == before else 0):
+    if decide(state, buffer, writing, models, 0, 1 if lasers[k] == before else 0):
         lasers[k] = before
         return
     value = 0
     for part in range(4):
         shift = 24 - 8 * part
-        value |= code_value(state, buffer, writing, chances, 1 + part, 8, (lasers[k] >> shift) & 255) << shift
+        value |= code_value(state, buffer, writing, models, 1 + part, 8, (lasers[k] >> shift) & 255) << shift
     lasers[k] = value
 
 
@@ -206,20 +211,20 @@ def code_scans(
     """Code the scans of K keyframes, all but the first ``known``, into ``buffer``, or read them from it.
 
     ``counts (K,)`` points of each; ``lasers (K,)`` 32 bits each; ``polar (P, 2)``, to be read: with room for
-    ``POINTS_MOST`` points of each keyframe that is not known. Those known only teach what scans look like here.
-    Returns the bytes needed; more than ``buffer`` has where it is too small. Reading past its end reads zeros; what
-    are no scans is -1.
+    ``POINTS_MOST`` points of each keyframe that is not known. Scans known are coded first, into nothing: they only
+    train the models. Returns the bytes needed, more than ``buffer`` has where it is too small; -1 for a bad code.
+    Reading past the buffer's end reads zeros.
     """
-    state, lesson = begin(buffer, writing), begin(buffer[:0], True)
-    chances, at = _nothing_learnt(), 0
+    state, primer = begin(buffer, writing), begin(buffer[:0], True)
+    models, at = _fresh_models(), 0
     for k in range(counts.size):
-        coder, out, to_write = (lesson, buffer[:0], True) if k < known else (state, buffer, writing)
-        count = code_value(coder, out, to_write, chances.counts, 0, COUNT_BITS, counts[k])
+        coder, out, to_write = (primer, buffer[:0], True) if k < known else (state, buffer, writing)
+        count = code_value(coder, out, to_write, models.counts, 0, COUNT_BITS, counts[k])
         if count > POINTS_MOST:
             return -1
         counts[k] = count
-        _laser(coder, out, to_write, chances.lasers, lasers, k)
-        if not _scan(coder, out, to_write, chances, polar[at : at + count], sine):
+        _laser(coder, out, to_write, models.lasers, lasers, k)
+        if not _scan(coder, out, to_write, models, polar[at : at + count], sine):
             return -1
         at += count
     return end(state, buffer, writing)

@@ -19,11 +19,12 @@ from mrslam.spatial import TILE_CELLS, UNKNOWN
 
 CELLS = TILE_CELLS * TILE_CELLS
 MAX_TILES_PER_CHUNK = 64
-"""Items in a chunk (the format): bounds what a receiver decompresses at once to about 300 kB."""
+"""Items in a chunk, tiles and keyframe blocks (the format): bounds what a receiver decompresses at once to about 300 kB
+of tiles; with blocks, the field ``raw_bytes`` bounds it to 1 MiB."""
 HEAD_BYTES = 512
 """Room for the palette (at most 103 bytes) and the coder's last bytes, bytes."""
 BLOCK_BYTES = 1 << 15
-"""Bounds 64 keyframes: pose 40 bytes at most, loop 110, scan 350 (measured: 195 where it is pure noise)."""
+"""Bound of a block of 64 keyframes, bytes: of each, pose 40 at most, loop 110, scan 350 (measured: 195 for noise)."""
 PLANES = 128
 """Added to the palette's size where bit planes follow it."""
 TOP_VALUE = 101
@@ -118,7 +119,7 @@ def decompress(packed: bytes, raw_bytes: int, bound: int) -> bytes:
 
 
 def full_map_bytes(cells: NDArray[np.int8]) -> int:
-    """Return what the whole grid costs as one LZ4 block, the way mrgs sends it."""
+    """Return the size of a whole grid ``(H, W)`` as one LZ4 block, bytes: how mrgs (Martins et al. 2021) sends maps."""
     return len(lz4.block.compress(np.ascontiguousarray(cells).tobytes(), store_size=False))
 
 

@@ -1,4 +1,4 @@
-"""Zenoh: the only room that imports it. Robots over Zenoh, watchers, and sensors from a robot's own drivers."""
+"""Zenoh: the only package that imports it. Robots over Zenoh, watchers, and sensors from a robot's own drivers."""
 
 from mrslam.comms.zenoh.sensors import SensorPublisher, ZenohSensors
 from mrslam.comms.zenoh.transport import ZenohTransport

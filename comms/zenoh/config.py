@@ -1,4 +1,4 @@
-"""How Zenoh is set up for a robot, as plain settings."""
+"""Zenoh's settings for a robot or watcher, as a dict."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def datagram_settings(
 def watcher_settings(
     team: str, listen: Sequence[str], connect: Sequence[str], multicast: bool, keys: RobotKeys | None
 ) -> dict[str, Any]:
-    """Return the settings of one who only looks on: it scouts, but is not found, and opens no port unasked."""
+    """Return the settings of a watcher: it scouts, but is not found, and opens no port unless asked to."""
     chosen = settings(team, mode="peer", listen=listen, connect=connect, multicast=multicast, keys=keys)
     return chosen | {
         "listen/endpoints": [_tuned(endpoint) for endpoint in listen],

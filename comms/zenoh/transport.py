@@ -33,12 +33,12 @@ GOODBYE_S = 0.1
 the goodbye."""
 
 LOOK_S = 1.0
-"""How often the file of who is revoked is looked at, seconds: one call of ``stat``."""
+"""Time between two looks at the revocation list's file, seconds; each is one call of ``stat``."""
 
 log = logging.getLogger(__name__)
 
 LANES: tuple[Lane, ...] = ("beacon", "control", "bulk")
-"""What robots say to each other."""
+"""Lanes of messages between robots; ``status`` is for watchers."""
 
 
 class ZenohTransport:
@@ -114,7 +114,7 @@ class ZenohTransport:
         return beacons, status
 
     def _subscribe(self) -> list[Any]:
-        """Return subscribers to what others say to all and to this robot, and to their liveliness tokens."""
+        """Return subscribers to what others send to all and to this robot, and to their liveliness tokens."""
         everyone, me, remote = f"{self._root}/*/all/*", f"{self._root}/*/to/{self.robot_id}/*", zenoh.Locality.REMOTE
         subscribers: list[Any] = [
             self._session.declare_subscriber(everyone, self._on_sample, allowed_origin=remote),
@@ -148,7 +148,7 @@ class ZenohTransport:
         return [*self._newly_revoked(self._revocations), *without(arrivals, self._revocations.names, self.refused)]
 
     def _newly_revoked(self, revocations: Revocations) -> list[Arrival]:
-        """Read the list of who is revoked again, where it is time; who has come onto it has left."""
+        """Read the revocation list again, where it is time; return a ``PeerLeft`` for each name added."""
         now_s = time.monotonic()
         if now_s - self._looked_s < LOOK_S:
             return []
@@ -218,7 +218,7 @@ class ZenohTransport:
 
 
 def without(arrivals: list[Arrival], revoked: Set[str], refused: Counter[str]) -> list[Arrival]:
-    """Return what did not come from revoked robots; the rest is counted."""
+    """Return the arrivals that are not from revoked robots; those are counted in ``refused``, by name."""
     if not revoked:
         return arrivals
     kept: list[Arrival] = []

@@ -1,4 +1,4 @@
-"""Those who watch robots over Zenoh: they listen to statuses and liveliness tokens, and publish nothing."""
+"""Watching robots over Zenoh: subscribes to statuses and liveliness tokens, and publishes nothing."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from mrslam.comms.zenoh.session import open_session, warn_if_open
 
 log = logging.getLogger(__name__)
 MAX_SIGHTINGS = 4096
-"""A watcher that does not look loses the oldest."""
+"""Sightings kept between two polls; the oldest are lost. Bounds memory alone."""
 
 
 class ZenohWatcher:
-    """Watches: takes part in nothing, is seen by no robot, listens on no address unless asked to."""
+    """Receives statuses and presence; is seen by no robot, and listens on no address unless asked to."""
 
     def __init__(
         self,
@@ -51,7 +51,7 @@ class ZenohWatcher:
         return seen
 
     def close(self) -> None:
-        """Look away."""
+        """Stop watching."""
         try:
             for declared in self._subscribers:
                 declared.undeclare()
