@@ -120,7 +120,7 @@ def test_a_log_is_gone_on_with_after_a_restart(data_dir: Path, tmp_path: Path) -
     before = (out / "trajectory.tum").read_text().splitlines()
     process = start(*options)
     wait_for(lambda: count(out, "restarted") == 1 and count(out, "mapped") >= 5, process)
-    assert "goes on after the last scan" in stop(process)
+    assert "continues after the last scan" in stop(process)
     stamps = [float(line.split()[0]) for line in (out / "trajectory.tum").read_text().splitlines()]
     assert len(stamps) > len(before) and stamps == sorted(set(stamps))
 

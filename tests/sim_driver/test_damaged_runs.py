@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import sys
 import warnings
 from collections.abc import Callable
 from contextlib import redirect_stderr, redirect_stdout
@@ -58,7 +57,7 @@ def said_by(command: str, folder: Path) -> str:
         except (InputError, OSError) as error:
             print(f"mrslam: {error}", file=out)
         finally:
-            console.console.file = sys.stderr
+            console.console.file = None  # type: ignore[assignment]  # standard error, whatever it is then
     return out.getvalue()
 
 
