@@ -5,7 +5,7 @@ A mission is a TOML file; ``docs/missions.md`` lists its keys. Everything in it 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -42,6 +42,9 @@ class Mission:
     mission: MissionConfig
     robots: tuple[RobotConfig, ...]
     settings: Settings
+    """What holds for every robot that has no settings of its own."""
+    settings_of: Mapping[str, Settings]
+    """By robot: those settings with its own laid over them."""
     links: LinksConfig
     truth: TruthConfig
     world: WorldConfig | None
@@ -92,6 +95,7 @@ def make_mission(tables: dict[str, Any], path: Path) -> Mission:
         mission=mission,
         robots=robots,
         settings=make_settings(tables, where),
+        settings_of=_settings_of(tables, robots, where),
         links=links,
         truth=build(TruthConfig, tables.get("truth", {}), f"{where}: truth"),
         world=world,
@@ -157,3 +161,12 @@ def make_settings(tables: dict[str, Any], where: str) -> Settings:
         for section in fields(Settings)
     }
     return Settings(**parts)
+
+
+def _settings_of(tables: dict[str, Any], robots: Sequence[RobotConfig], where: str) -> dict[str, Settings]:
+    """Return every robot's settings: the mission's, with its own laid over them."""
+    settings_of = {}
+    for i, robot in enumerate(robots):
+        own = {section: {**tables.get(section, {}), **table} for section, table in robot.own_settings.items()}
+        settings_of[robot.id] = make_settings({**tables, **own}, f"{where}: robots[{i}]")
+    return settings_of

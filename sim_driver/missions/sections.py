@@ -6,6 +6,7 @@ What the packages and the simulator's parts want to know they define themselves.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from mrslam.spatial.errors import SEEDS, require, require_bounds
 from mrslam.spatial.grid import RESOLUTIONS_M
@@ -18,6 +19,9 @@ MISSION_BOUNDS = {
     "seed": SEEDS, "duration_s": (0.1, LONGEST_S), "linger_s": (0.0, LONGEST_S), "speed": (0.01, 1e3),
 }  # fmt: skip
 """Least and largest value of the numbers in ``[mission]``."""
+
+OWN_SECTIONS = ("rbpf", "alignment", "mutual_detection", "merge", "agent")
+"""Sections of settings of which a robot may have its own; those of the network, ``[comms]``, are the team's."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,6 +77,16 @@ class RobotConfig:
     """Whether the driver "waypoints" begins again at the first when it has reached the last."""
     trajectory: str | None = None
     """TUM file of poses in the world for the driver "trajectory"; the robot starts at the first unless told."""
+    rbpf: dict[str, Any] = field(default_factory=dict)
+    """Its own settings over the mission's ``[rbpf]``: ``rbpf.particles = 60``, ``rbpf.resolution_m = 0.1``."""
+    alignment: dict[str, Any] = field(default_factory=dict)
+    """Its own settings over ``[alignment]``."""
+    mutual_detection: dict[str, Any] = field(default_factory=dict)
+    """Its own settings over ``[mutual_detection]``."""
+    merge: dict[str, Any] = field(default_factory=dict)
+    """Its own settings over ``[merge]``."""
+    agent: dict[str, Any] = field(default_factory=dict)
+    """Its own settings over ``[agent]``, but for ``tick_s``: all robots tick together."""
 
     def __post_init__(self) -> None:
         ok = bool(self.id) and all(c.isalnum() or c in "-_" for c in self.id) and self.id.isascii()
@@ -98,6 +112,14 @@ class RobotConfig:
         for point in self.waypoints:
             ok = len(point) == 2 and all(abs(value) <= FARTHEST_M for value in point)
             require(ok, f"robots.{self.id}.waypoints", f"[x_m, y_m] each, none beyond {FARTHEST_M:g}", point)
+        tick_s = self.agent.get("tick_s")
+        require(tick_s is None, f"robots.{self.id}.agent.tick_s", "that of the mission, for all robots", tick_s)
+
+    @property
+    def own_settings(self) -> dict[str, dict[str, Any]]:
+        """Settings of this robot alone, by section."""
+        own = {name: getattr(self, name) for name in OWN_SECTIONS}
+        return {name: table for name, table in own.items() if table}
 
 
 @dataclass(frozen=True, kw_only=True)

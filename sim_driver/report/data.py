@@ -93,4 +93,7 @@ def _settings(run: RunResults) -> list[list[Any]]:
     for section, table in chosen.items():
         for key, value in table.items():
             rows.append([f"{section}.{key}", value, value != default[section][key]])
+    for robot in run.mission.robots:
+        for section, table in robot.own_settings.items():
+            rows += [[f"{robot.id}: {section}.{key}", value, True] for key, value in table.items()]
     return sorted(rows, key=lambda row: not row[2])

@@ -177,7 +177,7 @@ def _come_up(
     if radio is not None:
         transport = ShapedTransport(transport, radio, clock, seed_for(mission, f"radio/{robot.id}"))
     watchers = [*watchers_of(mission, robot, out), known]
-    keeper = Keeper(out / CHECKPOINT, mission.settings.agent.checkpoint_interval_s)
+    keeper = Keeper(out / CHECKPOINT, agent.settings.agent.checkpoint_interval_s)
     runner = Runner(agent, body, transport, out, told_links(mission, radio), watchers, keeper)
     runner.perform(past)
     return ProcessShell(runner, clock), body

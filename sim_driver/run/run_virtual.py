@@ -83,10 +83,13 @@ def _conditions(radios: Mapping[str, LinkSource | None]) -> Conditions:
 
 def _one_thread_a_mapper(mission: Mission) -> Mission:
     """Return the mission for robots that take their turns side by side: enough of them keep all cores busy."""
-    settings = mission.settings
-    if settings.rbpf.threads or len(mission.robots) < len(os.sched_getaffinity(0)):
+    if len(mission.robots) < len(os.sched_getaffinity(0)):
         return mission
-    return replace(mission, settings=replace(settings, rbpf=replace(settings.rbpf, threads=1)))
+    settled = {
+        robot_id: settings if settings.rbpf.threads else replace(settings, rbpf=replace(settings.rbpf, threads=1))
+        for robot_id, settings in mission.settings_of.items()
+    }
+    return replace(mission, settings_of=settled)
 
 
 class VirtualTeam:
@@ -139,7 +142,7 @@ class VirtualTeam:
             rng = np.random.default_rng([seed_for(mission, f"faults/{robot.id}"), start.life])
             body = FaultySenses(body, faults, rng)
             transport = CorruptingTransport(transport, faults, rng.spawn(1)[0], disk)
-            keeper = Keeper(folder / CHECKPOINT, mission.settings.agent.checkpoint_interval_s, disk)
+            keeper = Keeper(folder / CHECKPOINT, agent.settings.agent.checkpoint_interval_s, disk)
         past = take_up(agent, folder / CHECKPOINT, start.now_ns) if start.resumes else []
         watchers = watchers_of(mission, robot, folder)
         runner = Runner(agent, body, transport, folder, told_links(mission, radio), watchers, keeper)

@@ -59,7 +59,7 @@ def make_agent(mission: Mission, robot: RobotConfig, boot_id: int) -> Agent:
     kind = partial(Liar, way=WAYS[seed_for(mission, "lies") % len(WAYS)]) if lies else Agent
     return kind(
         robot.id,
-        mission.settings,
+        mission.settings_of[robot.id],
         team=mission.mission.name,
         mode=robot.mode,
         seed=seed_for(mission, f"agent/{robot.id}"),

@@ -22,6 +22,16 @@ def test_a_mission_needs_only_robots() -> None:
     assert mission.settings.comms.link_threshold == 0.8
 
 
+def test_a_robots_own_settings_lie_over_those_of_the_mission() -> None:
+    robots = [ROBOT, {**ROBOT, "id": "r2", "mode": "mapper", "rbpf": {"particles": 60}, "agent": {"give_up_s": 9.0}}]
+    mission = make(robots=robots, rbpf={"particles": 7, "resolution_m": 0.1})
+    r1, r2 = (mission.settings_of[robot.id] for robot in mission.robots)
+    assert r1 == mission.settings
+    assert (r1.rbpf.particles, r2.rbpf.particles) == (7, 60)
+    assert r1.rbpf.resolution_m == r2.rbpf.resolution_m == 0.1
+    assert r2.agent.give_up_s == 9.0 and r2.comms == mission.settings.comms
+
+
 def test_a_trace_makes_the_links_traced() -> None:
     assert make(links={"trace": "t.csv"}).settings.comms.link_source == "trace"
     assert make().settings.comms.link_source == "measured"
@@ -50,6 +60,14 @@ def test_a_trace_makes_the_links_traced() -> None:
         ({"mission": {"duration_s": float("inf")}}, r"mission\.duration_s must be a finite number, got inf"),
         ({"radio": {"power_dbm": "nan"}}, r"radio\.power_dbm must be a finite number"),
         ({"comms": 3}, r"\[comms\] must be a section"),
+        ({"robots": [ROBOT | {"rbpf": {"particle": 9}}]}, r"robots\[0\]: rbpf: unknown key 'particle'; did you mean"),
+        (
+            {"robots": [ROBOT | {"rbpf": {"particles": 0}}]},
+            r"rbpf\.particles must be a whole number in 1\.\.1000, got 0",
+        ),
+        ({"robots": [ROBOT | {"rbpf": 3}]}, r"robots\[0\]\.rbpf = 3: Expected `object`"),
+        ({"robots": [ROBOT | {"comms": {"link_threshold": 0.5}}]}, "unknown key 'comms'"),
+        ({"robots": [ROBOT | {"agent": {"tick_s": 0.2}}]}, r"robots\.r1\.agent\.tick_s must be that of the mission"),
     ],
 )
 def test_every_mistake_is_named(tables: dict[str, Any], message: str) -> None:
