@@ -13,7 +13,7 @@ import numpy as np
 from mrslam.agent import Agent, Settings, resume
 from mrslam.agent.checkpoint import freeze, write
 from mrslam.rbpf import Mapper, MapperConfig, load_checkpoint, save_checkpoint
-from mrslam.sim_driver.cli.merge import read_poses
+from mrslam.sim_driver.cli.maps.merge import read_poses
 from mrslam.sim_driver.evaluate.relations import read_relations
 from mrslam.sim_driver.feeds import open_feed
 from mrslam.sim_driver.missions.mission import load_mission

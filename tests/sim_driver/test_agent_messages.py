@@ -11,8 +11,8 @@ import pytest
 
 from mrslam.agent import Agent, Event, Settings, checkpoint
 from mrslam.rbpf import MapperConfig
-from mrslam.sim_driver.cli import agent_messages
-from mrslam.sim_driver.cli.agent_messages import WORDS, DoubtMessages, begin
+from mrslam.sim_driver.cli.live import agent_messages
+from mrslam.sim_driver.cli.live.agent_messages import WORDS, DoubtMessages, begin
 from mrslam.spatial import Scan
 
 

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from mrslam.sim_driver.cli import bag, console, eval, gather, report
+from mrslam.sim_driver.cli import console
+from mrslam.sim_driver.cli.runs import bag, eval, gather, report
 from mrslam.sim_driver.evaluate import assess
 from mrslam.sim_driver.missions.run_files import SCANS_FILE
 from mrslam.sim_driver.replay import read_recording

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mrslam.sim_driver.cli.merge import in_folders, merge_files, read_poses, read_trails, short_names, target_of
+from mrslam.sim_driver.cli.maps.merge import in_folders, merge_files, read_poses, read_trails, short_names, target_of
 from mrslam.spatial import InputError, OccupancyGrid, write_map
 from mrslam.spatial.files.keyframes import write_keyframes
 from mrslam.spatial.files.tum import read_tum

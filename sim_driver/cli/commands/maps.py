@@ -38,7 +38,7 @@ def map_(
     mrslam map slam/intel.clf.gz --particles 30 --seed 1 --out out/intel
     mrslam map monday.bag --no-odometry --out out/monday
     """
-    from mrslam.sim_driver.cli.map_log import MapOptions, map_log
+    from mrslam.sim_driver.cli.maps.map_log import MapOptions, map_log
 
     options = MapOptions(
         log=log, particles=particles, seed=seed, out=out, no_odometry=no_odometry, relations=relations, salvage=salvage,
@@ -55,7 +55,7 @@ def feed(
     mrslam feed slam/intel.clf.gz
     mrslam feed monday.bag --json
     """
-    from mrslam.sim_driver.cli.feed import inspect_file
+    from mrslam.sim_driver.cli.live.feed import inspect_file
 
     inspect_file(log, json, salvage)
 
@@ -77,7 +77,7 @@ def align(
     mrslam align a/map.yaml b/map.yaml --json
     mrslam align a.png b.png --resolution 0.05 --method surf
     """
-    from mrslam.sim_driver.cli.align import align_files
+    from mrslam.sim_driver.cli.maps.align import align_files
 
     align_files(a, b, method, resolution, set_ or [], json)
 
@@ -110,6 +110,6 @@ def merge(
     mrslam merge out/monday out/tuesday/r1 -o out/both
     mrslam merge a/map.yaml b/map.yaml --known-poses poses.csv -o out/merged
     """
-    from mrslam.sim_driver.cli.merge import merge_files
+    from mrslam.sim_driver.cli.maps.merge import merge_files
 
     merge_files(maps, out, known_poses, method, resolution, set_ or [], json)

@@ -48,7 +48,7 @@ def agent(
     mrslam agent r1 --team depot --listen tcp/0.0.0.0:7447 --connect tcp/10.0.0.2:7447
     mrslam agent r1 --team desk --log slam/intel.clf.gz    play a log as if it were the laser
     """
-    from mrslam.sim_driver.cli.agent import AgentOptions, run_agent
+    from mrslam.sim_driver.cli.live.agent import AgentOptions, run_agent
 
     options = AgentOptions(
         robot=robot, team=team, mode=mode, listen=listen or [], connect=connect or [],
@@ -78,8 +78,8 @@ def top(
     mrslam top                   in a second terminal, while mrslam demo runs
     mrslam top --once --json     for scripts; exit code 1 where nobody is here
     """
-    from mrslam.sim_driver.cli.top import TopOptions
-    from mrslam.sim_driver.cli.top import top as show_top
+    from mrslam.sim_driver.cli.live.top import TopOptions
+    from mrslam.sim_driver.cli.live.top import top as show_top
 
     options = TopOptions(
         team=team, listen=listen or [], connect=connect or [], keys=keys, multicast=multicast, once=once, wait_s=wait,
@@ -104,7 +104,7 @@ def doctor(
 
     mrslam doctor --listen tcp/0.0.0.0:7447 --connect tcp/192.168.1.5:7447
     """
-    from mrslam.sim_driver.cli.network import diagnose
+    from mrslam.sim_driver.cli.live.network import diagnose
 
     diagnose(listen or [], connect or [], multicast, json)
 
@@ -132,7 +132,7 @@ def keys(
     mrslam keys demo r1 r2 r3 --out keys
     mrslam agent r1 --team demo --keys keys/r1
     """
-    from mrslam.sim_driver.cli.network import make_keys, revoke_keys
+    from mrslam.sim_driver.cli.live.network import make_keys, revoke_keys
 
     if revoke:
         revoke_keys(team, revoke, out)

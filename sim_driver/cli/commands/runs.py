@@ -24,7 +24,7 @@ def demo(
     mrslam demo --out out/demo
     mrslam demo --out out/demo7 --seed 7 --robots 2
     """
-    from mrslam.sim_driver.cli.demo import demo as run_demo
+    from mrslam.sim_driver.cli.runs.demo import demo as run_demo
 
     run_demo(out, seed, robots, rrd, view)
 
@@ -54,7 +54,7 @@ def run(
     mrslam run missions/intel-two.toml --out out/intel-two --set comms.exchange_timeout_s=10
     mrslam run --from out/intel-two --out out/again --set comms.link_threshold=0.5
     """
-    from mrslam.sim_driver.cli.run import RunOptions, run_file
+    from mrslam.sim_driver.cli.runs.run import RunOptions, run_file
 
     options = RunOptions(
         mission=mission, recorded=from_, out=out, shell=shell, speed=speed, seed=seed, assignments=set_ or [], rrd=rrd,
@@ -97,8 +97,8 @@ def sweep(
     mrslam sweep missions/office-two.toml
     mrslam sweep office --vary comms.link_threshold=0.2,0.5,0.8 --vary comms.exchange_timeout_s=5,30 --seeds 3
     """
-    from mrslam.sim_driver.cli.sweep import SweepOptions
-    from mrslam.sim_driver.cli.sweep import sweep as run_sweep
+    from mrslam.sim_driver.cli.runs.sweep import SweepOptions
+    from mrslam.sim_driver.cli.runs.sweep import sweep as run_sweep
 
     options = SweepOptions(
         mission=mission, vary=vary or [], seeds=seeds, out=out, drive=drive, workers=workers, scheduler=scheduler,
@@ -126,7 +126,7 @@ def eval_(
     mrslam eval out/demo
     mrslam eval out/run --reference r1=truth_r1.tum --reference r2=truth_r2.tum --true-map plan.yaml
     """
-    from mrslam.sim_driver.cli.eval import eval_run
+    from mrslam.sim_driver.cli.runs.eval import eval_run
 
     eval_run(run, relations, reference or [], true_map, json)
 
@@ -143,7 +143,7 @@ def gather(
     mrslam gather from-r1 from-r2 --out out/depot
     mrslam eval out/depot --reference r1=truth_r1.tum --reference r2=truth_r2.tum
     """
-    from mrslam.sim_driver.cli.gather import gather_agents
+    from mrslam.sim_driver.cli.runs.gather import gather_agents
 
     gather_agents(folders, out, json)
 
@@ -158,7 +158,7 @@ def report(
 
     mrslam report out/demo
     """
-    from mrslam.sim_driver.cli.report import report_run
+    from mrslam.sim_driver.cli.runs.report import report_run
 
     report_run(run, out)
 
@@ -188,6 +188,6 @@ def bag(
 
     mrslam bag out/demo --out demo.mcap
     """
-    from mrslam.sim_driver.cli.bag import bag_run
+    from mrslam.sim_driver.cli.runs.bag import bag_run
 
     bag_run(run, out)

@@ -14,7 +14,7 @@ from mrslam.comms import revoke_robots as revoke
 from mrslam.comms.security.revocation import FILE, Revocations
 from mrslam.comms.wire.frames import WireError
 from mrslam.comms.zenoh import ZenohWatcher
-from mrslam.sim_driver.cli.top_tables import _certificate_lines
+from mrslam.sim_driver.cli.live.top_tables import _certificate_lines
 from mrslam.spatial import InputError
 from tests.comms.processes import Robot, free_port, robot_keys
 from tests.comms.sealed import SealedTeam, seal, team_keys

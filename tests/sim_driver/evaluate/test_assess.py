@@ -165,7 +165,7 @@ def test_a_folder_without_a_run_is_an_error(tmp_path: Path) -> None:
 
 
 def test_the_command_prints_tables_or_json(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from mrslam.sim_driver.cli.eval import eval_run
+    from mrslam.sim_driver.cli.runs.eval import eval_run
 
     eval_run(folder, None, [], None, as_json=True)
     assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(assess(folder)))
@@ -182,7 +182,7 @@ def test_the_command_prints_tables_or_json(folder: Path, capsys: pytest.CaptureF
 
 
 def test_relations_are_counted(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from mrslam.sim_driver.cli.eval import eval_run
+    from mrslam.sim_driver.cli.runs.eval import eval_run
 
     stamps = [row[0] for row in rows(folder / "r1" / "trajectory.tum")]
     relations = tmp_path / "some.relations"

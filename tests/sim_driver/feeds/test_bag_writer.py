@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mrslam.agent import Sensed
-from mrslam.sim_driver.cli.bag import bag_run
+from mrslam.sim_driver.cli.runs.bag import bag_run
 from mrslam.sim_driver.feeds import open_feed
 from mrslam.sim_driver.feeds.bag_writer import BagWriter
 from mrslam.sim_driver.replay.recording import write_recording

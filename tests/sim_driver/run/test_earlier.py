@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from mrslam.sim_driver.cli.bag import bag_run
+from mrslam.sim_driver.cli.runs.bag import bag_run
 from mrslam.sim_driver.evaluate import assess
 from mrslam.sim_driver.missions.mission import Mission, make_mission
 from mrslam.sim_driver.missions.run_folder import robots_of

@@ -19,8 +19,8 @@ from rich.text import Text
 from mrslam.comms import TeamView, own_keys
 from mrslam.comms.transport.local_robots import LocalRobot, local_robots
 from mrslam.comms.zenoh import ZenohWatcher
+from mrslam.sim_driver.cli.live.top_tables import render
 from mrslam.sim_driver.cli.signals import signals_heard
-from mrslam.sim_driver.cli.top_tables import render
 
 console = Console(soft_wrap=False)
 """The view is what was asked for, so it goes to the standard output."""

@@ -14,7 +14,7 @@ import typer
 
 from mrslam import rbpf
 from mrslam.sim_driver.cli.console import say
-from mrslam.sim_driver.cli.map_results import Mapped, Way, results_of
+from mrslam.sim_driver.cli.maps.map_results import Mapped, Way, results_of
 from mrslam.sim_driver.cli.progress import progress_bar
 from mrslam.sim_driver.evaluate.relations import read_relations
 from mrslam.sim_driver.feeds import Feed, Reading, open_feed

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mrslam.sim_driver import missions
 from mrslam.sim_driver.cli.console import say
-from mrslam.sim_driver.cli.run import end_as_interrupted, report, run_with_progress
+from mrslam.sim_driver.cli.runs.run import end_as_interrupted, report, run_with_progress
 from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.sim_driver.missions.settings import read_toml
 

@@ -17,8 +17,8 @@ from mrslam.alignment import Alignment, Rejection
 from mrslam.merge import MergeConfig, MergeResult, Pair, Trail, merge_maps
 from mrslam.merge.draw import draw_team
 from mrslam.merge.grids.upright import read_upright
-from mrslam.sim_driver.cli.align import as_row, check_method
 from mrslam.sim_driver.cli.console import say
+from mrslam.sim_driver.cli.maps.align import as_row, check_method
 from mrslam.sim_driver.cli.progress import progress_bar
 from mrslam.sim_driver.kernels import ensure_compiled
 from mrslam.sim_driver.missions.run_files import KEYFRAMES_FILE, MAP_FILE, TEAM_MAP_FILE, team_file

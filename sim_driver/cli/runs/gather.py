@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from mrslam.sim_driver.cli.console import say
-from mrslam.sim_driver.cli.run import report
+from mrslam.sim_driver.cli.runs.run import report
 from mrslam.sim_driver.report import write_report
 from mrslam.sim_driver.run.gather import gather
 

@@ -15,8 +15,8 @@ from rich.status import Status
 from mrslam.agent import Agent, Body, Event, Keeper, ProcessShell, Runner, SensorBody, Settings, WallClock
 from mrslam.comms import load_keys
 from mrslam.comms.zenoh import ZenohSensors
-from mrslam.sim_driver.cli.agent_messages import DoubtMessages, begin
 from mrslam.sim_driver.cli.console import console, say
+from mrslam.sim_driver.cli.live.agent_messages import DoubtMessages, begin
 from mrslam.sim_driver.cli.progress import Lines
 from mrslam.sim_driver.cli.signals import signals_heard
 from mrslam.sim_driver.feeds import open_feed

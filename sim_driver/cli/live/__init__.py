@@ -1,0 +1,1 @@
+"""Commands on robots that are running: agent, feed, top, keys, doctor."""

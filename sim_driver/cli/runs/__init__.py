@@ -1,0 +1,1 @@
+"""Commands on missions and what they left: run, demo, sweep, eval, report, bag, gather."""
