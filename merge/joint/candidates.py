@@ -8,18 +8,14 @@ from typing import NamedTuple
 import numpy as np
 
 from mrslam.merge.joint.consistent import Match
-from mrslam.merge.joint.local_match import DRIFT, FAR_MOST_M
 from mrslam.merge.joint.trail import Trail
 from mrslam.spatial import se2
+from mrslam.spatial.matching.places import TURN_COST_M, within_m
 from mrslam.spatial.se2 import Transform
 
 EVERY_M = 2.5
 """Least path between two keyframes of b that are compared, metres. Measured: half of it costs twice the time and
 changes the results by 1 to 3 %."""
-NEAR_M = 2.0
-"""Keyframes closer than this are compared even where their relative pose has no drift, metres."""
-TURN_COSTS_M = 0.7
-"""Distance that one radian of turn counts as, m/rad: lasers with a limited field of view see something else."""
 FIRST_LOST_M = 20.0
 """``lost_m`` before any match is believed, metres: rigid placement is off by about the drift over this path."""
 
@@ -58,9 +54,9 @@ def candidates(
         if b.way_m[j] - last_m < EVERY_M:
             continue
         away = np.hypot(*(T_a[:, :2] - T_b[j, :2]).T)
-        i = int(np.argmin(away + TURN_COSTS_M * np.abs(se2.wrap(T_a[:, 2] - T_b[j, 2]))))
+        i = int(np.argmin(away + TURN_COST_M * np.abs(se2.wrap(T_a[:, 2] - T_b[j, 2]))))
         lost_m = float((to_a[:, i] + to_b[:, j]).min()) if believed else FIRST_LOST_M
-        if away[i] > min(NEAR_M + DRIFT * lost_m, FAR_MOST_M):
+        if away[i] > within_m(lost_m):
             continue
         last_m = b.way_m[j]
         if done_m.size == 0 or np.abs(done_m - last_m).min() >= 0.5 * EVERY_M:

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from mrslam.merge.joint.trail import Trail
 from mrslam.spatial import se2
+from mrslam.spatial.matching.places import DRIFT_M_PER_M, DRIFT_RAD_PER_M
 from mrslam.spatial.se2 import Transform
 
 LOOSE_M, LOOSE_RAD = 0.10, 0.02
-"""Standard deviation of the loop through two matches at one place, metres and radians: both matches' errors."""
-LOOSE_PER_M, TURN_PER_M = 0.02, 0.002
-"""Its growth for each metre of both robots' paths between the matches (1, rad/m): drift, as for loops within a map."""
+"""Standard deviation of the loop through two matches at one place, metres and radians: both matches' errors.
+Drift along both robots' paths between the matches is added."""
 GATE = 3.0
 """A loop closes when its error is within this number of standard deviations."""
 STARTS = 20
@@ -51,7 +51,8 @@ def agreeing(a: Trail, b: Trail, matches: Sequence[Match]) -> NDArray[np.bool_]:
     T_j_other = se2.between(b.T_map_key[j][:, None], b.T_map_key[j][None])
     error = se2.between(T_a_j[None], se2.compose(T_a_j[:, None], T_j_other))
     off_m, off_rad = np.hypot(error[..., 0], error[..., 1]), np.abs(se2.wrap(error[..., 2]))
-    closes = (off_m <= GATE * (LOOSE_M + LOOSE_PER_M * way_m)) & (off_rad <= GATE * (LOOSE_RAD + TURN_PER_M * way_m))
+    tight_m, tight_rad = LOOSE_M + DRIFT_M_PER_M * way_m, LOOSE_RAD + DRIFT_RAD_PER_M * way_m
+    closes = (off_m <= GATE * tight_m) & (off_rad <= GATE * tight_rad)
     return np.asarray(closes & closes.T)
 
 

@@ -13,20 +13,19 @@ from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.loops.kept_scans import KeptScans
-from mrslam.rbpf.loops.place_matcher import DRIFT_M_PER_M, FAR_MOST_M, TAIL, VERY_CLEAR, PlaceMatcher, fits
 from mrslam.rbpf.rows import Rows
 from mrslam.spatial import LoopEdges, se2
 from mrslam.spatial.hits.views import Beams
+from mrslam.spatial.matching import places
 from mrslam.spatial.matching.gauss_newton import Match
+from mrslam.spatial.matching.places import Place, PlaceMatcher, edge_information, fits
 from mrslam.spatial.pose_graph import Edges, relax
 from mrslam.spatial.se2 import Transform
 
 OLD_WAY_M = 12.0
 """A place is old when at least this much way lies between: what was seen on less is still in the rolling map."""
-NEAR_M = 2.0
-"""A keyframe closer than this is looked at even where the way there is known without error."""
-TURN_COST_M = 0.7
-"""The nearest old place is compared; a turn of one radian counts as this, metres."""
+TAIL = 4
+"""Keyframes before the newest one that are matched with it: one scan alone fits many places."""
 EDGE_WAY_M = 2.5
 """Places that agreed are compared again after this much way."""
 CONSISTENT_M, CONSISTENT_RAD = 0.12, 0.03
@@ -36,12 +35,6 @@ AT_ONCE_M = 0.6
 AGREE_M, AGREE_RAD, AGREE_WAY_M = 0.25, 0.05, 5.0
 """Two fits confirm each other that correct the trajectory alike within ``AGREE_M`` and ``AGREE_RAD``, at most
 ``AGREE_WAY_M`` of way apart."""
-INDEPENDENT = 0.02
-"""Share of the matcher's information that an edge gets: beams of many scans on one wall are far from independent."""
-EDGE_SIGMA = np.array([0.01, 0.01, 0.003])
-"""Least standard deviations of an edge, metres and radians: a fifth of a cell."""
-FLAT = 1e-2
-"""Added to an edge's information, which has no inverse where the places have no wall across one direction."""
 
 
 class LoopCloser:
@@ -49,7 +42,7 @@ class LoopCloser:
 
     def __init__(self, config: MapperConfig) -> None:
         self.scans = KeptScans()
-        self._matcher = PlaceMatcher(config, self.scans)
+        self._matcher = PlaceMatcher(config.resolution_m, config.sigma_m)
         self._edges = Rows(2, np.int64)  # an old keyframe, and the one that saw it again
         self._edge_values = Rows(3 + 9)  # where the second is in the frame of the first, and the information of that
         # A fit to be confirmed: its keyframe, and its correction of the trajectory in the map frame.
@@ -85,12 +78,12 @@ class LoopCloser:
         old = self._candidate(T_map_key, lost_m)
         if old is None:
             return False
-        found = self._matcher.compare(T_map_key, old, lost_m)
+        found = self._compare(T_map_key, old, lost_m)
         if not fits(found):
             return False
         away_m, turned = se2.difference(found.pose, se2.between(T_map_key[old], T_map_key[-1]))
         consistent = away_m < CONSISTENT_M and turned < CONSISTENT_RAD
-        sure = consistent or (away_m < AT_ONCE_M and fits(found, VERY_CLEAR))
+        sure = consistent or (away_m < AT_ONCE_M and fits(found, places.VERY_CLEAR))
         if not sure and not self._is_confirmed(T_map_key, old, found):
             return False
         self._add_edge(old, found)
@@ -101,11 +94,21 @@ class LoopCloser:
         kept, away_m, turned = self.scans.from_newest(T_map_key)
         way_m, newest = self.scans.way_m, T_map_key.shape[0] - 1
         is_old = (way_m[newest] - way_m[kept] > OLD_WAY_M) & (kept < newest - TAIL)
-        is_near = is_old & (away_m < min(NEAR_M + DRIFT_M_PER_M * lost_m, FAR_MOST_M))
+        is_near = is_old & (away_m < places.within_m(lost_m))
         if not is_near.any():
             return None
-        cost = np.where(is_near, away_m + TURN_COST_M * turned, np.inf)
+        cost = np.where(is_near, away_m + places.TURN_COST_M * turned, np.inf)
         return int(kept[np.argmin(cost)])
+
+    def _compare(self, T_map_key: Transform, old: int, lost_m: float) -> Match:
+        """Return how the newest of the keyframes ``(K, 3)`` matches the place of an ``old`` one, in its frame."""
+        new = T_map_key.shape[0] - 1
+        group = range(max(0, old - places.GROUP), min(old + places.GROUP + 1, new - TAIL))
+        keys = [k for k in group if k in self.scans.points]
+        T_old_key = se2.between(T_map_key[old], T_map_key[keys])
+        place = Place(self.scans.origins[keys], T_old_key, [self.scans.points[k] for k in keys])
+        points = self.scans.joined(T_map_key, range(max(0, new - TAIL), new + 1), new)
+        return self._matcher.match(place, points, se2.between(T_map_key[old], T_map_key[new]), lost_m)
 
     def _is_confirmed(self, T_map_key: Transform, old: int, found: Match) -> bool:
         """Return whether the fit before this one corrects the trajectory alike; if not, this one waits for the next."""
@@ -121,9 +124,8 @@ class LoopCloser:
         """Believe a fit of the newest keyframe."""
         self._last_fit_m = self._anchored_m = float(self.scans.way_m[-1])
         self._waiting = None
-        covariance = np.linalg.inv(INDEPENDENT * found.information + np.diag([FLAT] * 3)) + np.diag(EDGE_SIGMA**2)
         self._edges.add((old, self.scans.way_m.size - 1))
-        self._edge_values.add((*found.pose, *np.linalg.inv(covariance).flat))
+        self._edge_values.add((*found.pose, *edge_information(found).flat))
 
     def relaxed(self, T_map_key: Transform, motion_cov: NDArray[np.float64]) -> Transform:
         """Return the trajectory ``(K, 3)`` that fits all edges; ``motion_cov (K, 3, 3)`` of each arrival.

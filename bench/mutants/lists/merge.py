@@ -170,8 +170,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/local_match.py",
-        "    return bool(found.inliers >= OVERLAP_LEAST + more and",
-        "    return bool(True or",
+        " if fits(found) else None",
+        "",
         "places that do not fit tie robots",
     ),
     Mutant(

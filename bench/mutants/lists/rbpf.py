@@ -74,12 +74,6 @@ MUTANTS = (
         "a sum of weights short of 1 runs past the last particle",
     ),
     Mutant(
-        "rbpf/loops/place_matcher.py",
-        " and found.inliers >= (AGREEING_LEAST + 0.5 * more) * seen",
-        "",
-        "a loop is closed where walls contradict",
-    ),
-    Mutant(
         "rbpf/loops/loop_closer.py",
         "return bool(away_m <= AGREE_M and turned <= AGREE_RAD)",
         "return True",

@@ -129,4 +129,22 @@ MUTANTS = (
         "            while self._waiting:\n                self._write(self._waiting[-1])",
         "after a full disk the rows of a log are in the wrong order",
     ),
+    Mutant(
+        "spatial/matching/places.py",
+        " and found.inliers >= (AGREEING_LEAST + 0.5 * more) * seen",
+        "",
+        "a loop is closed where walls contradict",
+    ),
+    Mutant(
+        "spatial/matching/places.py",
+        "        return searched if searched.score > descended.score else descended",
+        "        return descended",
+        "places that drift has put a metre away are not seen again",
+    ),
+    Mutant(
+        "spatial/matching/places.py",
+        " + np.diag(EDGE_SIGMA**2)",
+        "",
+        "an edge is believed to micrometres, and nothing can correct it",
+    ),
 )

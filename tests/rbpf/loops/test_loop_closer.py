@@ -8,31 +8,11 @@ from numpy.typing import NDArray
 
 from mrslam.rbpf import MapperConfig
 from mrslam.rbpf.loops.loop_closer import LoopCloser
-from mrslam.rbpf.loops.place_matcher import VERY_CLEAR, fits
 from mrslam.spatial import se2
-from mrslam.spatial.matching.gauss_newton import Match
 from tests.rbpf.rooms import drive, keyframe
 
 BLIND_KEYS = 24
 """Keyframes between the two rounds that see nothing: more than 12 m of way."""
-
-
-def found(inliers: float, conflicts: float) -> Match:
-    return Match(np.zeros(3), -0.5, inliers, conflicts, np.eye(3), 0.0, np.array([1.0, 0.0]))
-
-
-@pytest.mark.parametrize(
-    ("inliers", "conflicts", "more", "enough"),
-    [
-        (0.6, 0.02, 0.0, True),
-        (0.4, 0.0, 0.0, False),  # too little in common
-        (0.6, 0.2, 0.0, False),  # walls where the old map saw floor
-        (0.6, 0.02, VERY_CLEAR, False),
-        (0.9, 0.0, VERY_CLEAR, True),
-    ],
-)
-def test_a_fit_needs_overlap_and_no_contradiction(inliers: float, conflicts: float, more: float, enough: bool) -> None:
-    assert fits(found(inliers, conflicts), more) == enough
 
 
 def two_rounds(off: NDArray[np.float64]) -> tuple[LoopCloser, NDArray[np.float64], int]:
