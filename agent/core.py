@@ -143,7 +143,7 @@ class Agent(Robot):
     def _observe(self, report: comms.TeammatePose) -> None:
         known = self.team.maps.get(report.peer)
         if known is not None and known.epoch == report.epoch:  # else its pose is in the frame of another map
-            self._teammates.observe(report, self.team.T_own_map.get(report.peer), self.team.covariance_of(report.peer))
+            self._teammates.observe(report, self.team.T_own_map(report.peer), self.team.covariance_of(report.peer))
 
     # -- alignment -> team map -> where teammates are ------------------------------------------------------------------
 

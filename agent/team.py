@@ -263,11 +263,12 @@ class Team:
         bend = self._placement.bends.get(self.robot_id)
         return se2.IDENTITY if bend is None else bend.T_team_map_now
 
-    @property
-    def T_own_map(self) -> dict[str, Transform]:
-        """By robot: maps points of its map into the own map; where maps are bent, right near the two robots only."""
-        T_own_team = se2.inverse(self.T_team_own)
-        return {
-            name: se2.IDENTITY if name == self.robot_id else se2.compose(T_own_team, T)
-            for name, T in self.T_team_map.items()
-        }
+    def T_own_map(self, robot_id: str) -> Transform | None:
+        """Return ``(3,)``, from a robot's map to the own map, None where it is not placed.
+
+        Where maps are bent it is right near the two robots only.
+        """
+        if robot_id == self.robot_id:
+            return se2.IDENTITY
+        T_team_map = self.T_team_map.get(robot_id)
+        return None if T_team_map is None else se2.compose(se2.inverse(self.T_team_own), T_team_map)

@@ -25,8 +25,9 @@ class Contradictions:
         self._compared: dict[Pair, dict[tuple[bytes, int], _Compared]] = {}
 
     def forget(self, robot_id: str) -> None:
-        """Forget a robot's maps."""
+        """Forget a robot's maps, and what they were compared with."""
         self._walls.pop(robot_id, None)
+        self._compared = {pair: held for pair, held in self._compared.items() if robot_id not in pair}
 
     def against(
         self, a: str, b: str, grids: tuple[OccupancyGrid, OccupancyGrid], T_a_b: se2.Transform, hops: int

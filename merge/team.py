@@ -153,7 +153,7 @@ class TeamMapper:
         """Return a robot's bent map as it was when the joint solution came, and where it lay: judged once for each."""
         bend, held = self.bent.bends[robot_id], self._judged_grids.get(robot_id)
         if held is None or held[0] is not bend.T_team_key:
-            held = self._judged_grids[robot_id] = (bend.T_team_key, bend.bent(self._grids[robot_id]), bend.T_team_map)
+            held = self._judged_grids[robot_id] = (bend.T_team_key, self._bent(robot_id, bend), bend.T_team_map)
         return held[1:]
 
     def _bent(self, robot_id: str, bend: Bend | None) -> OccupancyGrid:

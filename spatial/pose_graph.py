@@ -94,20 +94,24 @@ def relax_graduated(
     if not doubtful.any():
         return poses, weight
     worst = float(edges.chi2(poses)[doubtful].max())
-    mu = bound / max(2.0 * worst - bound, 1e-9)
+    if worst > bound:
+        _anneal(poses, edges, doubtful, bound, worst)
+    weight = np.where(doubtful & (edges.chi2(poses) > bound), 0.0, 1.0)
+    _settle(poses, edges, weight)
+    return poses, weight
+
+
+def _anneal(poses: Transform, edges: Edges, doubtful: NDArray[np.bool_], bound: float, worst: float) -> None:
+    """Relax the poses in place under a loss that becomes sharper, from convex for squared lengths up to ``worst``."""
+    mu, weight = bound / (2.0 * worst - bound), np.ones(edges.first.size)
     for _ in range(ANNEALING_STEPS):
-        if mu < 0.0 or worst <= bound:
-            break
         before = weight
         weight = np.where(doubtful, _truncated(edges.chi2(poses), bound, mu), 1.0)
         moved = _step(poses, edges, weight)
         certain = bool(((weight < 1e-3) | (weight > 1.0 - 1e-3)).all())
         if certain and moved < SETTLED_M and np.array_equal(before, weight):
-            break
+            return
         mu *= ANNEALING
-    weight = np.where(doubtful & (edges.chi2(poses) > bound), 0.0, 1.0)
-    _settle(poses, edges, weight)
-    return poses, weight
 
 
 def _truncated(chi2: NDArray[np.float64], bound: float, mu: float) -> NDArray[np.float64]:

@@ -51,8 +51,8 @@ class Bend:
     @cached_property
     def most_m(self) -> float:
         """Largest displacement of a keyframe by the bending, beyond the rigid transform, metres."""
-        rigid = se2.apply(self.T_team_map, self.T_map_key[:, :2])
-        return float(np.hypot(*(self.T_team_key[:, :2] - rigid).T).max())
+        unbent = se2.apply(self.T_team_map, self.T_map_key[:, :2])
+        return float(np.hypot(*(self.T_team_key[:, :2] - unbent).T).max())
 
     def bent(self, grid: OccupancyGrid) -> OccupancyGrid:
         """Return the map bent in its own frame, so that ``T_team_map`` places it where the corrected keyframes are."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from mrslam.merge.graph.edges import Pair
 from mrslam.merge.graph.tree import components
 from mrslam.merge.joint.bend import Bend
@@ -50,12 +52,17 @@ class BentTeam:
         )
 
     def corrected(self, robot_id: str, trail: Trail) -> BentTeam:
-        """Return the same with ``T_map_key`` of a robot's newest map: closed loops may have moved its keyframes."""
+        """Return the same with ``T_map_key`` of a robot's newest map: closed loops may have moved its keyframes.
+
+        Where they did not, it is this very object, so that what was computed for its bends stays valid.
+        """
         bend = self.bends.get(robot_id)
         if bend is None or len(trail) < len(bend.T_map_key):
             return self
-        newer = Bend(trail.T_map_key[: len(bend.T_map_key)], bend.T_team_key)
-        return replace(self, bends={**self.bends, robot_id: newer})
+        T_map_key = trail.T_map_key[: len(bend.T_map_key)]
+        if np.array_equal(T_map_key, bend.T_map_key):
+            return self
+        return replace(self, bends={**self.bends, robot_id: Bend(T_map_key, bend.T_team_key)})
 
     def judges(self, a: str, b: str, alignments: Mapping[Pair, Transform]) -> bool:
         """Return whether the solution included both robots, and started from the pair's present alignment (or none)."""

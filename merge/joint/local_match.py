@@ -57,8 +57,9 @@ class LocalMatcher:
         group, tail = _around(a, i, GROUP), _around(b, j, TAIL)
         question = hashlib.blake2b(expected.tobytes() + np.float64(lost_m).tobytes(), digest_size=16)
         for trail, centre, keys in ((a, i, group), (b, j, tail)):
-            question.update(_relative(trail, centre, keys).tobytes())
-            question.update(trail.scans.part(keys[0], keys[-1] + 1).polar.tobytes())
+            starts = trail.scans.starts[keys[0] : keys[-1] + 2]
+            question.update(_relative(trail, centre, keys).tobytes() + np.diff(starts).tobytes())
+            question.update(trail.scans.polar[starts[0] : starts[-1]].tobytes() + trail.scans.origins[keys].tobytes())
         key = question.digest()
         if key in self._answers:
             self._answers.move_to_end(key)

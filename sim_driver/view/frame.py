@@ -27,5 +27,5 @@ class Frame:
     maps: Mapping[str, LocalMap] = field(default_factory=dict)
     """Maps by robot, each in its own frame."""
     T_own_map: Mapping[str, Transform] = field(default_factory=dict)
-    """Where those maps lie, for robots whose place is known."""
+    """Where those maps lie, for robots whose place is known; where maps are bent, right near this robot."""
     teammates: Mapping[str, Transform] = field(default_factory=dict)

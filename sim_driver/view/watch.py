@@ -10,7 +10,7 @@ from typing import Protocol
 from mrslam.agent import Agent, Event, Sensed
 from mrslam.rbpf import Mapper
 from mrslam.sim_driver.view.frame import Frame
-from mrslam.spatial import Scan
+from mrslam.spatial import Scan, se2
 
 FRAME_NS = 400_000_000
 """Least mission time between two frames, nanoseconds."""
@@ -110,6 +110,7 @@ class ViewWatcher:
             self._show(agent, sensed.scan, now_ns)
 
     def _show(self, agent: Agent, scan: Scan | None, now_ns: int) -> None:
+        maps, T_own_team = dict(agent.node.store.maps), se2.inverse(agent.team.T_team_own)
         self._view.show(
             Frame(
                 t_ns=now_ns,
@@ -117,9 +118,9 @@ class ViewWatcher:
                 scan=scan,
                 masked=agent.scan,
                 particles=agent.mapper.particles,
-                maps=dict(agent.node.store.maps),
-                T_own_map=agent.T_team_map,
-                teammates=agent.teammates(now_ns),
+                maps=maps,
+                T_own_map={name: T for name in maps if (T := agent.team.T_own_map(name)) is not None},
+                teammates={peer: se2.compose(T_own_team, T) for peer, T in agent.teammates(now_ns).items()},
             )
         )
 

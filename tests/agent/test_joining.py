@@ -10,9 +10,9 @@ from mrslam.agent.effects import AlignJob, Event, JoinJob
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.team import Team
 from mrslam.alignment import Alignment, Evidence, WallEvidence
-from mrslam.merge import join
+from mrslam.merge import Bend, join
 from mrslam.merge.grids.agreement import Walls, compare
-from mrslam.spatial import LocalMap, OccupancyGrid, se2
+from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, se2
 from tests.merge.joint.blocks import drive, errors_m, local_map
 
 S = 1_000_000_000
@@ -152,5 +152,30 @@ def test_where_the_own_map_is_bent_the_own_place_in_the_team_map_is_another() ->
     joined(team)
     last = A.trail.T_map_key[-1]
     assert se2.compose(team.T_team_own, last) == pytest.approx(team.keyframes()["a"].T_map_base[-1])
-    T_own_b = team.T_own_map["b"]
+    T_own_b = team.T_own_map("b")
     assert se2.compose(team.T_team_own, T_own_b) == pytest.approx(team.T_team_map["b"])
+
+
+def test_a_solution_bends_each_map_once_for_judging_and_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
+    bent: list[object] = []
+    bend_map = Bend.bent
+    monkeypatch.setattr(Bend, "bent", lambda self, grid: bent.append(self) or bend_map(self, grid))
+    team = team_of()
+    align(team)
+    joined(team)
+    team.map()
+    assert len(bent) == 2
+
+
+def test_a_map_whose_keyframes_stayed_keeps_its_bend() -> None:
+    team = team_of()
+    align(team)
+    joined(team)
+    before = dict(team.bends)
+    moved = LocalMap(MAPS["b"].map, Keyframes(MAPS["b"].keyframes.stamps_ns, B.trail.T_map_key + 0.01), B.trail.scans)
+    team.take_map("a", KnownMap((1, 2), local_map(A, 2)))
+    team.take_map("b", KnownMap((1, 2), moved))
+    team.keep_placed(60 * S)
+    assert team.bends["a"] is before["a"]
+    assert np.array_equal(team.bends["b"].T_map_key, B.trail.T_map_key + 0.01)
+    assert team.bends["b"].T_team_key is before["b"].T_team_key

@@ -201,7 +201,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/core.py",
-        "self.team.T_own_map.get(report.peer)",
+        "self.team.T_own_map(report.peer)",
         "self.T_team_map.get(report.peer)",
         "teammates are masked where the own map is bent away from",
     ),

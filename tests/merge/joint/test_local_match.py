@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from mrslam.merge import LocalMatcher
-from mrslam.spatial import se2
+from mrslam.merge import LocalMatcher, Trail
+from mrslam.spatial import KeyScans, se2
 from tests.merge.joint.blocks import drive
 
 A, B = drive(0.0, 40.0, seed=1), drive(10.0, 30.0, seed=2)
@@ -49,4 +49,12 @@ def test_nearly_the_same_question_is_answered_from_memory():
     two = matcher.match(A.trail, 30, B.trail, 12, TRUE + 1e-6, 4.5)
     assert matcher.matched == 1 and one is two
     matcher.match(A.trail, 30, B.trail, 13, TRUE, 5.0)
+    assert matcher.matched == 2
+
+
+def test_scans_that_differ_only_in_where_the_laser_sat_are_matched_again():
+    matcher, scans = LocalMatcher(), B.trail.scans
+    matcher.match(A.trail, 30, B.trail, 12, TRUE, 5.0)
+    ahead = Trail(B.trail.T_map_key, KeyScans(scans.starts, scans.polar, scans.origins + np.float32([0.5, 0.0])))
+    matcher.match(A.trail, 30, ahead, 12, TRUE, 5.0)
     assert matcher.matched == 2

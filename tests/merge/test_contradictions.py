@@ -1,0 +1,35 @@
+import gc
+import weakref
+
+import numpy as np
+
+from mrslam.merge import MergeConfig
+from mrslam.merge.contradictions import Contradictions
+from mrslam.spatial import OccupancyGrid, se2
+
+
+def room(open_to_m: float) -> OccupancyGrid:
+    """A room of 5 x 5 m with walls, its free space ending at ``open_to_m``."""
+    cells = np.full((120, 120), -1, dtype=np.int8)
+    cells[10:110, 10 : round(open_to_m / 0.05)] = 0
+    cells[10, 10:110] = cells[109, 10:110] = cells[10:110, 10] = 100
+    return OccupancyGrid(cells, 0.05)
+
+
+def test_walls_on_free_space_are_a_contradiction_with_its_length():
+    kept = Contradictions(MergeConfig())
+    grids = room(5.0), room(5.0)
+    assert kept.against("a", "b", grids, se2.IDENTITY, 1) is None
+    against = kept.against("a", "b", grids, se2.transform(0.0, 1.0, 0.0), 1)
+    assert against is not None and "of wall of a and b" in against
+
+
+def test_a_forgotten_robots_maps_are_let_go():
+    kept, gone, stays = Contradictions(MergeConfig()), room(5.0), room(4.0)
+    of_gone, of_stays = weakref.ref(gone), weakref.ref(stays)
+    kept.against("a", "b", (stays, gone), se2.IDENTITY, 1)
+    kept.against("a", "c", (stays, stays), se2.IDENTITY, 1)
+    kept.forget("b")
+    del gone, stays
+    gc.collect()
+    assert of_gone() is None and of_stays() is not None
