@@ -143,6 +143,11 @@ class Mapper:
         return se2.compose(particles.ends, self._T_key_base)
 
     @property
+    def is_settled(self) -> bool:
+        """Whether the back end has done with the newest keyframe: what it holds, as the covariance, costs no wait."""
+        return self._pending is None or self._pending.is_done
+
+    @property
     def covariance(self) -> NDArray[np.float64]:
         """``(3, 3)`` of the pose over the particles, and of the motion since the newest keyframe."""
         if self._history.keys == 0:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from mrslam.agent.shells.body import Sensed
@@ -28,10 +29,16 @@ class SensorBody:
     finished = False
     next_ns: int | None = None
 
-    def __init__(self, clock: Clock) -> None:
-        """Take the agent's clock."""
+    def __init__(self, clock: Clock, *, patience_s: float = 0.0, on_ready: Callable[[], None] = lambda: None) -> None:
+        """Take the agent's clock.
+
+        ``patience_s`` : a scan that has waited for less is never replaced; ``on_ready()`` is called after each scan, on
+        the driver's thread, and may wake the agent.
+        """
         self.scans_lost = 0
+        self.on_ready = on_ready
         self._clock = clock
+        self._patience_ns = round(patience_s * 1e9)
         self._waiting: deque[Sensed] = deque()
         self._odometry: deque[tuple[int, Transform]] = deque(maxlen=ODOMETRY_KEPT)
         self._lock = threading.Lock()
@@ -41,10 +48,12 @@ class SensorBody:
         with self._lock:
             if T_odom_base is None:
                 T_odom_base = self._odometry_at(scan.stamp_ns)
-            self._waiting.append(Sensed(self._clock.now_ns(), scan, T_odom_base))
-            if len(self._waiting) > WAITING:
+            now_ns = self._clock.now_ns()
+            self._waiting.append(Sensed(now_ns, scan, T_odom_base))
+            if len(self._waiting) > WAITING and now_ns - self._waiting[0].t_ns >= self._patience_ns:
                 self._waiting.popleft()
                 self.scans_lost += 1
+        self.on_ready()
 
     def on_odometry(self, stamp_ns: int, T_odom_base: Transform) -> None:
         """Take an odometry reading."""

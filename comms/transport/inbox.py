@@ -23,6 +23,7 @@ class Inbox:
         self._beacons: deque[Arrival] = deque(maxlen=max_beacons)
         self._others: deque[Arrival] = deque()
         self._bytes = 0
+        self._woken = False
         self.refused: Counter[str] = Counter()
         """Messages not taken, by lane."""
 
@@ -40,11 +41,18 @@ class Inbox:
                 self._others.append(arrival)
             self._ready.notify()
 
+    def wake(self) -> None:
+        """End the wait that is under way, or the next one: the robot has something else to do."""
+        with self._ready:
+            self._woken = True
+            self._ready.notify()
+
     def take(self, timeout_s: float) -> list[Arrival]:
         """Return all that arrived, liveliness and maps before beacons; wait at most ``timeout_s`` for the first."""
         with self._ready:
-            if not self._beacons and not self._others and timeout_s > 0.0:
+            if not self._beacons and not self._others and not self._woken and timeout_s > 0.0:
                 self._ready.wait(timeout_s)
+            self._woken = False
             taken = [*self._others, *self._beacons]
             self._others.clear()
             self._beacons.clear()

@@ -38,6 +38,7 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "bag": runs.bag,
     "sweep": runs.sweep,
     "agent": network.agent,
+    "ros": network.ros,
     "gather": runs.gather,
     "top": network.top,
     "doctor": network.doctor,
@@ -45,6 +46,10 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "config": network.config,
 }
 """Sub-command -> its function, in the order of the help."""
+
+
+CONTEXTS = {"ros": {"allow_extra_args": True, "ignore_unknown_options": True}}
+"""Sub-command -> how its arguments are read, where they are not all its own."""
 
 
 def _print_version(wanted: bool) -> None:
@@ -69,4 +74,4 @@ def as_help(function: Callable[..., None]) -> str:
 
 
 for name, function in COMMANDS.items():
-    app.command(name, help=as_help(function))(function)
+    app.command(name, help=as_help(function), context_settings=CONTEXTS.get(name))(function)

@@ -25,7 +25,7 @@ class Motion:
 
     def add(self, stamp_ns: int, position: Any, orientation: Any) -> None:
         """Add one ROS pose; those that are not finite are passed over."""
-        yaw = float(np.arctan2(*_rotation(orientation)[1::-1, 0]))
+        yaw = float(np.arctan2(*rotation_matrix(orientation)[1::-1, 0]))
         pose = (float(position.x), float(position.y), yaw)
         if np.isfinite(pose).all():
             self._stamps_ns.append(stamp_ns)
@@ -65,7 +65,7 @@ class TransformTree:
     def add(self, parent: str, child: str, stamp_ns: int, translation: Any, rotation: Any) -> None:
         """Add one transform; the first one of a pair of frames is the mounting."""
         mount = np.eye(4)
-        mount[:3, :3] = _rotation(rotation)
+        mount[:3, :3] = rotation_matrix(rotation)
         mount[:3, 3] = translation.x, translation.y, translation.z
         if not np.isfinite(mount).all() or parent == child:
             return
@@ -119,7 +119,7 @@ class TransformTree:
         return chain
 
 
-def _rotation(q: Any) -> NDArray[np.float64]:
+def rotation_matrix(q: Any) -> NDArray[np.float64]:
     """Return the ``(3, 3)`` rotation of a quaternion of any length; all-zero ones count as no rotation."""
     w, x, y, z = float(q.w), float(q.x), float(q.y), float(q.z)
     n = w * w + x * x + y * y + z * z

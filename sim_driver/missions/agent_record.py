@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -40,6 +41,14 @@ class AgentRecord:
             write_text(folder / AGENT_FILE, json.dumps(as_table(self), indent=1) + "\n")
         except OSError as error:
             log.warning("%s: %s cannot be written (%s)", self.id, folder / AGENT_FILE, error.strerror)
+
+    @classmethod
+    def begin_of(cls, folder: Path, now_s: float, is_resumed: bool) -> float:
+        """Return when the agent of a folder began its map: now, or where it resumed what its record says."""
+        if is_resumed:
+            with suppress(InputError):
+                return cls.read(folder).begun_s
+        return round(now_s, 3)
 
     @classmethod
     def read(cls, folder: Path) -> AgentRecord:

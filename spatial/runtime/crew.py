@@ -42,6 +42,11 @@ class Pending(Generic[T]):
         future.set_result(value)
         return cls(None, future)
 
+    @property
+    def is_done(self) -> bool:
+        """Whether the task has ended."""
+        return self._future.done()
+
     def result(self) -> T:
         """Wait for the task, working on shared jobs meanwhile; return its result, or raise what it raised."""
         if self._crew is not None:

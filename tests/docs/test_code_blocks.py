@@ -62,6 +62,8 @@ def check_call(words: list[str], *, whole: bool) -> None:
         }, words
         return
     assert words[0] in GROUP.commands, f"there is no sub-command {words[0]!r}"
+    if words[0] == "ros" and "--ros-args" in words:  # what follows is ROS's
+        words = words[: words.index("--ros-args")]
     command = GROUP.commands[words[0]]
     known = {name for option in command.params for name in [*option.opts, *option.secondary_opts]} | {"--help"}
     for word in words[1:]:

@@ -58,6 +58,47 @@ def agent(
     run_agent(options)
 
 
+def ros(
+    context: typer.Context,
+    robot: Annotated[str | None, typer.Argument(help="The robot's name, unique in its team.")] = None,
+    team: Annotated[str | None, typer.Option("--team", help="The team's name.")] = None,
+    listen: Annotated[
+        list[str] | None, typer.Option("--listen", metavar="ENDPOINT", help="tcp/0.0.0.0:7447; several are fine.")
+    ] = None,
+    connect: Annotated[
+        list[str] | None, typer.Option("--connect", metavar="ENDPOINT", help="A teammate's or router's address.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="The robot's folder; out/ROBOT unless given.")] = None,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Begin a new map; a checkpoint is kept as checkpoint.old.")
+    ] = False,
+    set_: Set = None,
+) -> None:
+    """Run one robot's agent as a ROS 2 node.
+
+    Scans, odometry and tf in; maps, the transform map -> odom, teammates and services out. Every setting is a
+    parameter. What follows --ros-args is ROS's: namespace, remappings, parameters.
+
+    mrslam ros r1 --team depot --connect tcp/10.0.0.2:7447 --ros-args -r __ns:=/r1
+    mrslam ros r1 --ros-args -p base_frame:=base_footprint -p rbpf.particles:=60
+    """
+    from mrslam.sim_driver.cli.live.ros import run_ros
+    from mrslam.sim_driver.missions.settings import parse_assignment
+
+    if robot is not None and robot.startswith(
+        "-"
+    ):  # mrslam ros --ros-args ...: the name is a parameter, or the namespace
+        context.args.insert(0, robot)
+        robot = None
+    given = {
+        "robot": robot, "team": team, "listen": listen or None, "connect": connect or None,
+        "out": None if out is None else str(out), "fresh": fresh or None,
+    }  # fmt: skip
+    for path, value in map(parse_assignment, set_ or []):
+        given[".".join(path)] = value
+    run_ros({name: value for name, value in given.items() if value is not None}, context.args)
+
+
 def top(
     team: Annotated[str | None, typer.Option("--team", help="Show this team only (mission.name).")] = None,
     listen: Annotated[

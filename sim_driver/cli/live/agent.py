@@ -6,7 +6,7 @@ import math
 import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -30,7 +30,6 @@ from mrslam.sim_driver.missions.usage import write_usage
 from mrslam.sim_driver.run.known_area import KnownArea
 from mrslam.sim_driver.run.team import NoBody, go_online
 from mrslam.sim_driver.simulation.recorded import RecordedBody
-from mrslam.spatial import InputError
 from mrslam.spatial.files.atomic import held
 
 SHOW_S = 1.0
@@ -117,17 +116,14 @@ def _record(
     options: AgentOptions, settings: Settings, log: Path | None, past: Sequence[Event], now_s: float
 ) -> AgentRecord:
     """Return what the agent says of itself; one that resumed from a checkpoint began its map before."""
-    begun_s = now_s
-    if any(event.fields["checkpoint"] for event in past):
-        with suppress(InputError):
-            begun_s = AgentRecord.read(options.out).begun_s
+    is_resumed = any(event.fields["checkpoint"] for event in past)
     return AgentRecord(
         id=options.robot,
         team=options.team,
         mode=options.mode,
         log=None if log is None else str(log),
         settings=as_table(settings),
-        begun_s=round(begun_s, 3),
+        begun_s=AgentRecord.begin_of(options.out, now_s, is_resumed),
     )
 
 

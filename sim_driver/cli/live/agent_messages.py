@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 
@@ -22,40 +23,50 @@ WORDS = {
 """Event -> what the robot does, with the event's fields."""
 
 
-def begin(agent: Agent, folder: Path, fresh: bool, now_ns: int) -> list[Event]:
-    """Resume an agent from the checkpoint in its folder and say so; else keep that under another name."""
+def begin(
+    agent: Agent, folder: Path, fresh: bool, now_ns: int, tell: Callable[[str], None] | None = None
+) -> list[Event]:
+    """Resume an agent from the checkpoint in its folder and say so; else keep that under another name.
+
+    ``tell`` says a line, by default on the terminal.
+    """
+    tell = tell or say
     path, kept = folder / CHECKPOINT, folder / KEPT
     if not path.exists():
         return []
     if fresh:
         path.replace(kept)
-        say(f"{agent.robot_id} begins a new map; its checkpoint is kept as {kept}")
+        tell(f"{agent.robot_id} begins a new map; its checkpoint is kept as {kept}")
         return []
     saved = datetime.fromtimestamp(path.stat().st_mtime)
     (event,) = take_up(agent, path, now_ns)
     if event.fields["checkpoint"]:
         unsure = ", and doubted where it is" if agent.self_doubt.doubtful else ""
-        say(
+        tell(
             f"{agent.robot_id} resumes from its checkpoint of {saved:%Y-%m-%d %H:%M:%S}, which holds "
             f"{event.fields['scans']} scans{unsure}; --fresh begins a new map"
         )
     else:
         path.replace(kept)
-        say(f"{event.fields['reason']}; {agent.robot_id} begins a new map, and the checkpoint is kept as {kept}")
+        tell(f"{event.fields['reason']}; {agent.robot_id} begins a new map, and the checkpoint is kept as {kept}")
     return [event]
 
 
 class DoubtMessages:
-    """Prints when a robot is blind or doubts its pose, and how that ends."""
+    """Says when a robot is blind or doubts its pose, and how that ends."""
+
+    def __init__(self, tell: Callable[[str], None] | None = None) -> None:
+        """``tell`` says a line, by default on the terminal."""
+        self._tell = tell
 
     def on_scan(self, agent: Agent, sensed: Sensed, now_ns: int) -> None:
         """Scans are counted in the line of status."""
 
     def on_event(self, agent: Agent, event: Event) -> None:
-        """Print the events of ``WORDS``; the agent's clock shows the world's time."""
+        """Say the events of ``WORDS``; the agent's clock shows the world's time."""
         if event.kind in WORDS:
             words = WORDS[event.kind].format(**event.fields)
-            say(f"{datetime.fromtimestamp(event.t_ns / 1e9):%H:%M:%S} {agent.robot_id} {words}")
+            (self._tell or say)(f"{datetime.fromtimestamp(event.t_ns / 1e9):%H:%M:%S} {agent.robot_id} {words}")
 
     def close(self, agent: Agent, now_ns: int) -> None:
         """Nothing to close."""

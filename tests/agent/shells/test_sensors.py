@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mrslam.agent import WallClock
+from mrslam.agent import SharedClock, WallClock
 from mrslam.agent.shells.sensors import SensorBody
 from mrslam.comms.transport.sensors import decode_odometry, decode_scan, encode_odometry, encode_scan
 from mrslam.spatial import InputError, Scan
@@ -59,6 +60,19 @@ def test_newest_scans_win_and_lost_ones_are_counted() -> None:
     first, second = body.sense(0), body.sense(0)
     assert first is not None and second is not None and body.sense(0) is None
     assert (first.scan.stamp_ns, second.scan.stamp_ns, body.scans_lost) == (3, 4, 3)
+
+
+def test_a_patient_body_keeps_scans_that_have_not_waited_long() -> None:
+    clock, heard = SharedClock(SimpleNamespace(value=0)), []
+    body = SensorBody(clock, patience_s=0.5, on_ready=lambda: heard.append(1))
+    for k in range(5):
+        clock.counter.value = k * 100_000_000
+        body.on_scan(scan(stamp_ns=k))
+    assert body.scans_lost == 0 and len(heard) == 5
+    clock.counter.value = 500_000_000
+    body.on_scan(scan(stamp_ns=5))
+    first = body.sense(0)
+    assert first is not None and (first.scan.stamp_ns, body.scans_lost) == (1, 1)
 
 
 def test_a_scan_gets_the_odometry_of_its_moment() -> None:

@@ -1,0 +1,135 @@
+"""tf as it comes in, live: mountings of lasers, and odometry at the moment of a scan."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrslam.sim_driver.feeds.tf_tree import rotation_matrix
+from mrslam.spatial import se2
+from mrslam.spatial.se2 import Transform
+
+KEPT = 1000
+"""Most poses kept of a moving frame: 10 s at 100 Hz, more than a scan waits."""
+BACKWARD_NS = 1_000_000_000
+"""Stamps that run backward by more than this begin a new time, as of a bag that loops; less is disorder."""
+DEEPEST = 64
+"""Most frames from a laser up to the odometry's: a longer chain is a loop in a broken tf."""
+
+
+class RecentMotion:
+    """The newest poses ``(3,)`` of something that moves, by stamp."""
+
+    def __init__(self) -> None:
+        self._stamps_ns: list[int] = []
+        self._poses: list[Transform] = []
+
+    @property
+    def newest_ns(self) -> int | None:
+        """Stamp of the newest pose."""
+        return self._stamps_ns[-1] if self._stamps_ns else None
+
+    def add(self, stamp_ns: int, pose: Transform) -> None:
+        """Add a pose; one that is not finite, or a little out of order, is passed over."""
+        if not np.isfinite(pose).all():
+            return
+        if self._stamps_ns and stamp_ns < self._stamps_ns[-1] - BACKWARD_NS:
+            self._stamps_ns, self._poses = [], []
+        if self._stamps_ns and stamp_ns <= self._stamps_ns[-1]:
+            return
+        self._stamps_ns.append(stamp_ns)
+        self._poses.append(pose)
+        if len(self._stamps_ns) > 2 * KEPT:
+            del self._stamps_ns[:KEPT], self._poses[:KEPT]
+
+    def at(self, stamp_ns: int) -> tuple[Transform, int] | None:
+        """Return the pose at a stamp, and by how many nanoseconds that lies beyond what is known; None without any.
+
+        Between two poses it is interpolated; beyond the newest or oldest it is that one, and the number is positive
+        (the stamp is newer) or negative.
+        """
+        if not self._stamps_ns:
+            return None
+        after = bisect_right(self._stamps_ns, stamp_ns)
+        if after == 0:
+            return self._poses[0], stamp_ns - self._stamps_ns[0]
+        before_ns, before = self._stamps_ns[after - 1], self._poses[after - 1]
+        if after == len(self._stamps_ns):
+            return before, stamp_ns - before_ns
+        share = (stamp_ns - before_ns) / (self._stamps_ns[after] - before_ns)
+        return se2.compose(before, share * se2.between(before, self._poses[after])), 0
+
+
+class LiveFrames:
+    """The transforms heard so far: fixed ones for good, moving ones for the last seconds."""
+
+    def __init__(self) -> None:
+        self._parents: dict[str, str] = {}
+        self._fixed: dict[str, NDArray[np.float64]] = {}  # (4, 4), by child
+        self._moving: dict[str, RecentMotion] = {}
+
+    def add(self, transform: Any, is_static: bool) -> None:
+        """Take one ``geometry_msgs/TransformStamped``; what is not finite is passed over."""
+        parent, child = transform.header.frame_id.lstrip("/"), transform.child_frame_id.lstrip("/")
+        place, turn = transform.transform.translation, rotation_matrix(transform.transform.rotation)
+        matrix = np.eye(4)
+        matrix[:3, :3], matrix[:3, 3] = turn, (place.x, place.y, place.z)
+        if not parent or not child or parent == child or not np.isfinite(matrix).all():
+            return
+        self._parents[child] = parent
+        self._fixed[child] = matrix
+        if is_static:
+            self._moving.pop(child, None)
+            return
+        stamp = transform.header.stamp
+        motion = self._moving.setdefault(child, RecentMotion())
+        motion.add(stamp.sec * 1_000_000_000 + stamp.nanosec, _flat(matrix))
+
+    def mounting(self, base: str, frame: str) -> tuple[Transform, bool] | None:
+        """Return how a frame is mounted on the base in the plane, and whether upside down; None if tf does not say."""
+        chain = self._chain(frame, base)
+        if chain is None:
+            return None
+        mount = np.eye(4)
+        for name in chain:
+            mount = self._fixed[name] @ mount
+        return _flat(mount), bool(mount[2, 2] < 0.0)
+
+    def pose(self, parent: str, frame: str, stamp_ns: int) -> tuple[Transform, int] | None:
+        """Return ``T_parent_frame (3,)`` at a stamp, and by how much that lies beyond what is known.
+
+        As :meth:`RecentMotion.at`. None where tf does not link the two.
+        """
+        chain = self._chain(frame, parent)
+        if chain is None:
+            return None
+        pose, beyond_ns = se2.IDENTITY, 0
+        for name in chain:
+            if name in self._moving:
+                found = self._moving[name].at(stamp_ns)
+                if found is None:
+                    return None
+                step, off_ns = found
+                beyond_ns = max(beyond_ns, off_ns, key=abs)
+            else:
+                step = _flat(self._fixed[name])
+            pose = se2.compose(step, pose)
+        return pose, beyond_ns
+
+    def _chain(self, frame: str, above: str) -> list[str] | None:
+        """Return the frames from this one up to below ``above``; None where they do not lead there."""
+        chain: list[str] = []
+        while frame != above:
+            chain.append(frame)
+            if frame not in self._parents or len(chain) > DEEPEST:
+                return None
+            frame = self._parents[frame]
+        return chain
+
+
+def _flat(matrix: NDArray[np.float64]) -> Transform:
+    """Return a ``(4, 4)`` transform as one in the plane."""
+    return np.array([matrix[0, 3], matrix[1, 3], np.arctan2(matrix[1, 0], matrix[0, 0])])

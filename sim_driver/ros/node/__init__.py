@@ -1,0 +1,1 @@
+"""The node itself: the only place where ``rclpy`` and ROS messages are imported."""

@@ -1,0 +1,37 @@
+"""The queue of arrivals: a robot that waits on it can be woken."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+from mrslam.comms import Incoming
+from mrslam.comms.transport.inbox import Inbox
+
+
+def test_a_wake_ends_the_wait_under_way() -> None:
+    inbox, ended = Inbox(), threading.Event()
+
+    def wait() -> None:
+        inbox.take(60.0)
+        ended.set()
+
+    threading.Thread(target=wait, daemon=True).start()
+    inbox.wake()
+    assert ended.wait(30.0)
+
+
+def test_a_wake_before_the_wait_ends_that_one_alone() -> None:
+    inbox = Inbox()
+    inbox.wake()
+    begin_s = time.monotonic()
+    assert inbox.take(60.0) == []
+    assert inbox.take(0.01) == []
+    assert 0.01 <= time.monotonic() - begin_s < 60.0
+
+
+def test_what_arrived_is_taken_with_the_wake() -> None:
+    inbox = Inbox()
+    inbox.put(Incoming(b"x", "r2", "control"))
+    inbox.wake()
+    assert [one.payload for one in inbox.take(0.0) if isinstance(one, Incoming)] == [b"x"]

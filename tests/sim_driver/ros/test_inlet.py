@@ -1,0 +1,197 @@
+"""From messages to scans: mountings, odometry of the moment, and one warning for each kind of trouble."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mrslam.sim_driver.ros.complaints import Complaints
+from mrslam.sim_driver.ros.inlet import MOUNTING_WAIT_S, ODOMETRY_WAIT_S, QUIET_S, Inlet
+from mrslam.sim_driver.ros.options import RosOptions
+from mrslam.spatial import Scan
+from mrslam.spatial.se2 import Transform
+from tests.sim_driver.ros.fakes import NS, odometry, scan, tf, transform
+
+
+class Rig:
+    """An inlet with what it said, and what it handed on."""
+
+    def __init__(self, **options: Any) -> None:
+        self.said: list[str] = []
+        self.out: list[tuple[Scan, Transform | None]] = []
+        self.jumps: list[float] = []
+        self.now_s = 0.0
+        self.inlet = Inlet(
+            RosOptions(robot="r1", **options),
+            lambda scan, T: self.out.append((scan, T)),
+            Complaints(self.said.append),
+            0.0,
+            self.jumps.append,
+        )
+
+    def mounted(self, x: float = 0.2) -> Rig:
+        self.inlet.take_transforms(tf(transform("base_link", "laser", 0.0, x, 0.0, 0.0)), True, self.now_s)
+        return self
+
+    def wheels(self, stamp_s: float, x: float, **more: Any) -> None:
+        self.inlet.take_odometry(odometry(stamp_s, x, **more), 0, self.now_s)
+
+    def tf(self, stamp_s: float, x: float) -> None:
+        self.inlet.take_transforms(tf(transform("odom", "base_link", stamp_s, x, 0.0, 0.0)), False, self.now_s)
+
+    def scan(self, stamp_s: float, topic: str = "scan", **more: Any) -> None:
+        self.inlet.take_scan(topic, scan(stamp_s, **more), 0, self.now_s)
+
+    def at(self, now_s: float) -> None:
+        self.now_s = now_s
+        self.inlet.pump(now_s)
+
+
+def test_a_scan_waits_for_odometry_newer_than_itself() -> None:
+    rig = Rig().mounted()
+    rig.wheels(10.0, 1.0)
+    rig.scan(10.05)
+    assert not rig.out
+    rig.wheels(10.1, 2.0)
+    ((taken, T_odom_base),) = rig.out
+    assert T_odom_base is not None and T_odom_base[0] == pytest.approx(1.5)
+    assert taken.stamp_ns == round(10.05 * NS) and taken.T_base_laser[0] == pytest.approx(0.2)
+
+
+def test_it_does_not_wait_for_long_nor_for_odometry_that_ended() -> None:
+    rig = Rig().mounted()
+    rig.wheels(10.0, 1.0)
+    rig.scan(10.05)
+    rig.at(ODOMETRY_WAIT_S + 0.01)
+    assert len(rig.out) == 1 and rig.out[0][1] is not None
+    rig.scan(15.0)
+    assert len(rig.out) == 2 and rig.out[1][1] is None
+    assert len(rig.said) == 1 and "odometry (topic) is 5.0 s away" in rig.said[0]
+
+
+def test_without_any_odometry_scans_are_handed_on_at_once() -> None:
+    rig = Rig().mounted()
+    rig.scan(10.0)
+    assert [T for _, T in rig.out] == [None]
+
+
+def test_tf_counts_more_than_the_topic_and_a_change_between_them_is_no_motion() -> None:
+    rig = Rig().mounted()
+    rig.wheels(10.0, 100.0)
+    rig.scan(10.0)
+    rig.tf(10.1, 3.0)
+    rig.wheels(10.1, 101.0)
+    rig.scan(10.1)
+    rig.tf(10.2, 4.0)
+    rig.scan(10.2)
+    assert [None if T is None else T[0] for _, T in rig.out] == [100.0, None, 4.0]
+
+
+@pytest.mark.parametrize(("source", "expected"), [("tf", 3.0), ("topic", 100.0), ("none", None)])
+def test_the_source_of_odometry_can_be_chosen(source: str, expected: float | None) -> None:
+    rig = Rig(odometry=source).mounted()
+    rig.tf(10.0, 3.0)
+    rig.wheels(10.0, 100.0)
+    rig.scan(10.0)
+    (T_odom_base,) = [T for _, T in rig.out]
+    assert (None if T_odom_base is None else T_odom_base[0]) == expected
+
+
+def test_the_first_scans_wait_for_their_mounting_and_none_is_lost() -> None:
+    rig = Rig()
+    for k in range(15):
+        rig.at(0.1 * k)
+        rig.scan(10.0 + 0.1 * k)
+    assert not rig.out
+    rig.mounted(0.3)
+    assert len(rig.out) == 15 and all(taken.T_base_laser[0] == pytest.approx(0.3) for taken, _ in rig.out)
+    assert not rig.said
+
+
+def test_a_frame_that_tf_does_not_know_is_named_once_and_nothing_is_lost() -> None:
+    rig = Rig().mounted()
+    for k in range(60):
+        rig.at(0.1 * k)
+        rig.scan(10.0 + 0.1 * k, frame="lazer")
+    rig.at(6.0 + MOUNTING_WAIT_S)
+    assert len(rig.out) == 60 and all(not taken.T_base_laser.any() for taken, _ in rig.out)
+    assert len(rig.said) == 1 and "how 'lazer' is mounted on 'base_link'" in rig.said[0]
+
+
+def test_two_lasers_have_their_own_mountings() -> None:
+    rig = Rig(scan_topics=("front", "rear")).mounted(0.2)
+    back = transform("base_link", "back", 0.0, -0.3, 0.0, math.pi, roll=math.pi)
+    rig.inlet.take_transforms(tf(back), True, 0.0)
+    rig.scan(10.0, "front")
+    rig.scan(10.01, "rear", frame="back")
+    (front, _), (rear, _) = rig.out
+    assert front.T_base_laser[0] == pytest.approx(0.2) and rear.T_base_laser[0] == pytest.approx(-0.3)
+    assert (front.angle_increment_rad, rear.angle_increment_rad) == pytest.approx((0.02, -0.02))  # upside down
+    assert not rig.said
+
+
+def test_stamps_that_run_backward_are_said_once_and_mapped_without_a_step_of_odometry() -> None:
+    rig = Rig().mounted()
+    for begin_s in (100.0, 10.0, 10.0):  # a bag of one second that loops twice
+        for k in range(11):
+            rig.wheels(begin_s + 0.1 * k, 0.1 * k)
+            rig.scan(begin_s + 0.1 * k)
+    assert len(rig.out) == 33
+    assert [k for k, (_, T) in enumerate(rig.out) if T is None] == [11]
+    assert rig.jumps == [pytest.approx(91.0)]
+    assert len(rig.said) == 1 and "run backward by 91.0 s" in rig.said[0]
+
+
+@pytest.mark.parametrize(
+    ("changed", "words", "is_used"),
+    [
+        ({"ranges": [float("nan")] * 100}, "without any finite range", True),
+        ({"ranges": [2.0] * 50}, "scans of 100 and of 50 beams", True),
+        ({"angle_increment": float("nan")}, "make no sense are dropped: angle_increment_rad must be finite", False),
+        ({"range_max": 0.0}, "need 0 <= range_min_m < range_max_m", False),
+    ],
+)
+def test_odd_scans_are_named_once(changed: dict[str, Any], words: str, is_used: bool) -> None:
+    rig = Rig().mounted()
+    rig.scan(10.0)
+    for k in range(1, 4):
+        rig.scan(10.0 + 0.1 * k, **changed)
+    rig.scan(11.0)
+    assert len(rig.out) == (5 if is_used else 2)
+    assert len(rig.said) == 1 and words in rig.said[0]
+
+
+def test_odometry_that_is_not_finite_or_of_another_frame_is_named_once() -> None:
+    rig = Rig().mounted()
+    for k in range(3):
+        rig.wheels(10.0 + 0.1 * k, float("nan"))
+        rig.wheels(10.0 + 0.1 * k, 1.0, child="wheels")
+    rig.scan(10.0)
+    assert len(rig.said) == 2
+    assert any("not finite" in words for words in rig.said)
+    assert any("'wheels'" in words and "'base_link'" in words for words in rig.said)
+    assert rig.out[0][1] is not None
+
+
+@pytest.mark.parametrize(("what", "words"), [("scan", "but no odometry"), ("wheels", "but no scan on scan")])
+def test_one_without_the_other_is_said_once(what: str, words: str) -> None:
+    rig = Rig().mounted()
+    for k in range(round(QUIET_S) + 3):
+        rig.at(float(k))
+        rig.scan(10.0 + k) if what == "scan" else rig.wheels(10.0 + k, 0.0)
+        rig.inlet.watch_silence(rig.now_s)
+    assert len(rig.said) == 1 and words in rig.said[0]
+
+
+def test_a_prefix_is_put_before_the_frames_that_are_looked_up() -> None:
+    rig = Rig(frame_prefix="r1/")
+    mount = transform("r1/base_link", "r1/laser", 0.0, 0.4, 0.0, 0.0)
+    rig.inlet.take_transforms(tf(mount), True, 0.0)
+    rig.inlet.take_transforms(tf(transform("r1/odom", "r1/base_link", 10.0, 7.0, 0.0, 0.0)), False, 0.0)
+    rig.scan(10.0, frame="r1/laser")
+    ((taken, T_odom_base),) = rig.out
+    np.testing.assert_allclose(taken.T_base_laser, [0.4, 0.0, 0.0])
+    assert T_odom_base is not None and T_odom_base[0] == 7.0
