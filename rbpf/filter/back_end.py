@@ -89,7 +89,7 @@ class BackEnd:
         """Bend the trajectory until it agrees with all places seen again; return whether that changed the maps."""
         trajectory = self.filter.trajectory
         relaxed = self.loops.relaxed(trajectory, chain_cov(self.config, self.arrivals))
-        if np.hypot(*(relaxed - trajectory)[:, :2].T).max() < MOVED_M:
+        if np.hypot(*(relaxed - trajectory)[:, :2].T).max() < MOVED_M or not self.filter.has_room(relaxed):
             return False
         self.filter.adopt(relaxed, self.loops.scans.points, self.loops.scans.origins)
         return True

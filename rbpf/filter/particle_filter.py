@@ -18,8 +18,9 @@ from mrslam.rbpf.front_end.motion import BLIND_M, MOTION, WAY, Agreement, Keyfra
 from mrslam.rbpf.front_end.sight import SPACING_M
 from mrslam.rbpf.outcome import Stopwatch
 from mrslam.spatial import se2
+from mrslam.spatial.hits.cells import TILE
 from mrslam.spatial.hits.drawing import SKIP_M
-from mrslam.spatial.hits.store import TileStore
+from mrslam.spatial.hits.store import GROWTH_TILES, TileStore
 from mrslam.spatial.matching.scan_points import spaced
 from mrslam.spatial.runtime.crew import Crew
 from mrslam.spatial.se2 import Transform
@@ -35,6 +36,11 @@ DRAWN_AT_ONCE = 64
 """Scans that are unpacked at a time where a map is drawn again: it bounds the memory that takes."""
 BEYOND_M = 2.0
 """Maps reach this much farther than the laser is used, metres."""
+MOST_TILES = 1 << 20
+"""Most tiles in the maps' window, filled or not: 1.6 x 1.6 km at 5 cm, 4 MB for each particle. Where more would be
+needed keyframes go by dead reckoning, and are not drawn."""
+SCANS_WIDE = 2.0
+"""A window this many scans wide is allowed at any rate, whatever the laser's range and the cells' size."""
 SKIP_CELLS = 2.0
 """In maps of small cells beams clear the map up to this number of cells before their end, where ``SKIP_M`` is more."""
 
@@ -56,6 +62,7 @@ class ParticleFilter:
         self._walls = WallDirections()
         self._rng = np.random.default_rng(seed)
         self._reach_m = config.usable_range_m + BEYOND_M
+        self._is_beyond = False  # whether the newest keyframe lies where maps have no room
         self._skip_m = min(SKIP_M, SKIP_CELLS * config.resolution_m)
 
     @property
@@ -85,10 +92,15 @@ class ParticleFilter:
         """
         agreement: Agreement | None = None
         poses = np.zeros((self.count, 3))
-        if self.ancestry.keys == 0:
-            self._cover(poses[:, :2])
-        else:
+        if self.ancestry.keys > 0:
             self.ancestry.make_room(self.best)
+            poses = se2.compose(self.ends, key.arrival[MOTION])
+        self._is_beyond = not self.has_room(poses)
+        if self._is_beyond:
+            agreement = Agreement(inliers=0.0, conflicts=1.0)
+        else:
+            self._cover(poses[:, :2])
+        if self.ancestry.keys > 0 and not self._is_beyond:
             proposals = self._propose(key)
             self._reweigh(proposals.gains)
             poses, agreement = proposals.poses, proposals.agreement(self.best)
@@ -103,7 +115,6 @@ class ParticleFilter:
         config, before, beams = self.config, self.ends, key.beams
         motion = Motion(key.arrival[MOTION].copy(), motion_cov(config, key.arrival[MOTION], key.arrival[BLIND_M]))
         noise = PROPOSAL_SPREAD * self._rng.standard_normal((self.count, 3))
-        self._cover(se2.compose(before, motion.mean)[:, :2])
         points = np.empty_like(beams.points)
         points = points[: spaced(beams.points, beams.origin, SPACING_M, config.beams_filter, points)]
         maps, out = self.store.maps, Proposals.empty(self.count)
@@ -157,6 +168,9 @@ class ParticleFilter:
 
     def draw(self, key: Keyframe, beside: Callable[[], None]) -> None:
         """Draw the newest keyframe into all maps; ``beside`` is called meanwhile, and must not touch them."""
+        if self._is_beyond:
+            beside()
+            return
         poses = np.ascontiguousarray(self.ends)
 
         def insert(first: int, last: int) -> None:
@@ -184,9 +198,21 @@ class ParticleFilter:
         self.ancestry.replace(trajectory)
         self.log_weights[:] = 0.0
 
+    def has_room(self, T_map_base: Transform) -> bool:
+        """Return whether maps can hold all that is seen from poses ``(n, 3)``."""
+        if not np.isfinite(T_map_base).all():
+            return False
+        tiles = self.store.window_tiles(*self._seen_from(T_map_base[:, :2]))
+        scan_tiles = (2.0 * self._reach_m / (TILE * self.config.resolution_m) + 4.0 * GROWTH_TILES) ** 2
+        return tiles <= max(MOST_TILES, SCANS_WIDE**2 * scan_tiles)
+
+    def _seen_from(self, places: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the corners ``(2,)`` of the box that holds all that can be seen from ``places (n, 2)``."""
+        return places.min(axis=0) - self._reach_m, places.max(axis=0) + self._reach_m
+
     def _cover(self, places: NDArray[np.float64]) -> None:
         """Widen the maps' window to all that can be seen from ``places (n, 2)``."""
-        self.store.cover(places.min(axis=0) - self._reach_m, places.max(axis=0) + self._reach_m)
+        self.store.cover(*self._seen_from(places))
 
     def state(self) -> dict[str, Any]:
         """Return everything that a resumed filter needs."""

@@ -43,6 +43,11 @@ FAR_PRIOR = np.diag([1.0 / 0.3**2, 1.0 / 0.3**2, 1.0 / 0.1**2])
 """Information ``(3, 3)`` of a pose that the search farther off found: deviations of three steps, 0.3 m and 0.1 rad."""
 
 
+FARTHEST_M = 1.5
+"""No match is believed farther from the prediction than this, metres: the searches reach 0.6 m, and a descent from
+there may slide along a wall. On recorded logs the farthest was at 0.8 m."""
+
+
 class _Aim(NamedTuple):
     """What to match, to what, and where."""
 
@@ -82,6 +87,8 @@ class LocalMatcher:
             found = self._search_far(aim, found, max(half_turn, FAR_TURN_RAD))
             if found.inliers < LOST_INLIERS and is_lost:
                 found = self._search_far(aim, found, math.pi)
+        if not math.hypot(found.pose[0] - start[0], found.pose[1] - start[1]) <= FARTHEST_M:
+            found = match(tiles, points, start, start, aim.prior, self._sigma_m, 0)
         if found.inliers > GOOD_INLIERS:
             self.usual_score += USUAL_MEMORY * (found.score - self.usual_score)
         return found

@@ -26,6 +26,9 @@ from mrslam.spatial.se2 import Transform
 
 MAX_STEP_M, MAX_SPEED_M_S = 5.0, 3.0
 """Odometry that jumps farther between two scans, and faster where no scan came for long, is disbelieved."""
+PAUSE_MOST_M = 200.0
+"""The same where it says to have come farther than this without a scan, however long that took: maps have to hold what
+lies between."""
 PAUSE_S, PAUSE_TIMES, INTERVAL_MEMORY = 2.0, 5.0, 0.1
 """No scan for this time, and for this multiple of the usual interval, is a pause: a robot that was off, a laser
 unplugged. The velocity before it means nothing then, and odometry over it is no jump. The third is the share of a new
@@ -187,8 +190,10 @@ class Predictor:
 
     def _is_void(self, T_before_odom: Transform) -> bool:
         """Return whether odometry says nothing: impossibly far, or wheels that stopped counting."""
-        too_far = math.hypot(T_before_odom[0], T_before_odom[1]) > max(MAX_STEP_M, MAX_SPEED_M_S * self._pause_s)
-        return too_far or (self.odometry.is_dead and is_still(T_before_odom))
+        most_m = max(MAX_STEP_M, min(MAX_SPEED_M_S * self._pause_s, PAUSE_MOST_M))
+        return not math.hypot(T_before_odom[0], T_before_odom[1]) <= most_m or (
+            self.odometry.is_dead and is_still(T_before_odom)
+        )
 
     def _has_jumped(self, T_before_odom: Transform) -> bool:
         before, way = self._odom_before, math.hypot(self._odom_before[0], self._odom_before[1])

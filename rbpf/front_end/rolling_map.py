@@ -38,11 +38,21 @@ class RollingMap:
 
     def tiles_around(self, T_local_base: Transform) -> Tiles:
         """Return the map, with a window that holds all that can be seen from a pose ``(3,)``."""
+        if self._is_out_of_sight(T_local_base):
+            self._store.restart(T_local_base[:2])
+            self._scans.clear()
         self._store.cover(T_local_base[:2] - self._reach_m, T_local_base[:2] + self._reach_m)
         return self._store.tiles(0)
 
+    def _is_out_of_sight(self, T_local_base: Transform) -> bool:
+        """Return whether nothing in the map can be seen from a pose ``(3,)``."""
+        near_m = 2.0 * self._reach_m
+        return all(np.abs(place[:2] - T_local_base[:2]).max() > near_m for place, _ in reversed(self._scans))
+
     def is_due(self, T_local_base: Transform) -> bool:
         """Return whether a scan from this pose ``(3,)`` should be added."""
+        if not self._scans:
+            return True
         since = between(self._scans[-1][0], T_local_base)
         return math.hypot(since[0], since[1]) > SCAN_DISTANCE_M or abs(since[2]) > SCAN_TURN_RAD
 
@@ -51,7 +61,7 @@ class RollingMap:
         self._scans.append((T_local_base.copy(), points.copy()))
         if len(self._scans) >= SCANS_MOST:
             self._scans = self._scans[-SCANS_KEPT:]
-            self._store.clear(0)
+            self._store.restart(T_local_base[:2])  # its window would grow with the way driven
             for old, old_points in self._scans:
                 self._store.add_points(0, old, old_points)
         else:

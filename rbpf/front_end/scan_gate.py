@@ -14,6 +14,8 @@ from mrslam.spatial.se2 import Transform
 
 POINTS_LEAST = 10
 """A scan with fewer usable returns is dropped: they fix no pose."""
+LASER_MOST_M = 100.0
+"""A scan whose laser is farther from the base is dropped: no robot is as long."""
 STUCK = 5e-3
 """A scan equal to the one before bit by bit is dropped if odometry moved by more than this, metres or radians."""
 ON_SURFACES = 0.25
@@ -58,6 +60,8 @@ class ScanGate:
             return "the scan repeats the one before"
         elif self._moved(T_odom_base):
             return "the scan repeats one that was taken elsewhere, by odometry"
+        if np.abs(scan.T_base_laser[:2]).max() > LASER_MOST_M:
+            return f"a laser more than {LASER_MOST_M:g} m from the base"
         if points.shape[0] < POINTS_LEAST:
             return f"{points.shape[0]} usable returns, {POINTS_LEAST} are needed"
         if not _is_scattered(scan, points) or (not same and _resembles(scan, before_m)) or knows():

@@ -77,23 +77,44 @@ class TileStore:
 
     def cover(self, low_m: NDArray[np.float64], high_m: NDArray[np.float64]) -> None:
         """Widen the window until it holds the box ``low_m (2,) .. high_m (2,)``, map frame, and a tile around it."""
-        edge = TILE * self.resolution_m
-        c_low, r_low = math.floor(low_m[0] / edge), math.floor(low_m[1] / edge)
-        c_high, r_high = math.floor(high_m[0] / edge), math.floor(high_m[1] / edge)
         height, width = self._mark.shape
-        r1, c1 = self.row0 + height, self.col0 + width
-        if r_low - 1 >= self.row0 and c_low - 1 >= self.col0 and r_high + 1 < r1 and c_high + 1 < c1:
+        row0, col0, r1, c1 = self._window(low_m, high_m)
+        if (row0, col0, r1, c1) == (self.row0, self.col0, self.row0 + height, self.col0 + width):
             return
-        row0 = self.row0 if r_low - 1 >= self.row0 else r_low - GROWTH_TILES
-        col0 = self.col0 if c_low - 1 >= self.col0 else c_low - GROWTH_TILES
-        r1 = r1 if r_high + 1 < r1 else r_high + GROWTH_TILES
-        c1 = c1 if c_high + 1 < c1 else c_high + GROWTH_TILES
         tables = np.zeros((self.tables.shape[0], r1 - row0, c1 - col0), dtype=np.int32)
         r, c = self.row0 - row0, self.col0 - col0
         tables[:, r : r + height, c : c + width] = self.tables
         self.tables, self.row0, self.col0 = tables, row0, col0
         self._mark = np.zeros(tables.shape[1:], dtype=np.int32)
         self._marked = 0
+
+    def _window(self, low_m: NDArray[np.float64], high_m: NDArray[np.float64]) -> tuple[int, int, int, int]:
+        """Return first and end rows and columns, (row0, col0, row1, col1), of the window that would hold a box."""
+        edge = TILE * self.resolution_m
+        c_low, r_low = math.floor(low_m[0] / edge), math.floor(low_m[1] / edge)
+        c_high, r_high = math.floor(high_m[0] / edge), math.floor(high_m[1] / edge)
+        height, width = self._mark.shape
+        r1, c1 = self.row0 + height, self.col0 + width
+        return (
+            self.row0 if r_low - 1 >= self.row0 else r_low - GROWTH_TILES,
+            self.col0 if c_low - 1 >= self.col0 else c_low - GROWTH_TILES,
+            r1 if r_high + 1 < r1 else r_high + GROWTH_TILES,
+            c1 if c_high + 1 < c1 else c_high + GROWTH_TILES,
+        )
+
+    def window_tiles(self, low_m: NDArray[np.float64], high_m: NDArray[np.float64]) -> int:
+        """Return how many tiles the window would have, filled or not, after :meth:`cover` of a box."""
+        row0, col0, r1, c1 = self._window(low_m, high_m)
+        return (r1 - row0) * (c1 - col0)
+
+    def restart(self, centre_m: NDArray[np.float64]) -> None:
+        """Empty all maps, and shrink the window to some metres around ``centre_m (2,)``, map frame."""
+        for index in range(self.tables.shape[0]):
+            self.clear(index)
+        edge, side = TILE * self.resolution_m, 2 * GROWTH_TILES
+        self.row0, self.col0 = (math.floor(centre_m[k] / edge) - GROWTH_TILES for k in (1, 0))
+        self.tables = np.zeros((self.tables.shape[0], side, side), dtype=np.int32)
+        self._mark, self._marked = np.zeros((side, side), dtype=np.int32), 0
 
     def own(self, first: int, beams: Beams, poses: NDArray[np.float64], through: bool) -> None:
         """Make every tile that this scan touches from ``poses[i]``, ``(n, 3)``, map ``first + i``'s own.

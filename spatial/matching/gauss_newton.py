@@ -84,7 +84,7 @@ def match(
         if corridor:
             blind = min(max(2.0 - (middle - half) / (CREDIBLE_BEAMS * weight), 0.0), 1.0)
         corridor = middle - half < CORRIDOR * (middle + half)
-        if corridor:
+        if corridor or blind > 0.0:  # the direction has to be this step's: along another one, too much is taken out
             angle = 0.5 * math.atan2(2.0 * sums.xy, sums.xx - sums.yy) + 0.5 * math.pi
             along_x, along_y = math.cos(angle), math.sin(angle)
         if blind > 0.0:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from mrslam.spatial.hits.store import TileStore
 from mrslam.spatial.matching.gauss_newton import match
@@ -47,3 +48,22 @@ def test_a_bare_corridor_tells_nothing_of_the_way_along_it() -> None:
     assert found.information[0, 0] < 0.02 * found.information[1, 1]
     store, points = seen_room()
     assert match(store.tiles(0), points, np.zeros(3), np.zeros(3), prior, 0.03, 12).blind == 0.0
+
+
+@pytest.mark.parametrize("seed", [1882, 2287, 2484])
+def test_information_is_never_negative_where_a_corridor_just_ends(seed: int) -> None:
+    """Three of 3000 cluttered corridors where the direction that is blind was another one step before."""
+    rng = np.random.default_rng(seed)
+    angles = np.radians(np.arange(-90.0, 91.0, 3.0))
+    ranges = np.minimum(1.5 / np.maximum(np.abs(np.sin(angles)), 1e-3), 6.0)
+    clutter = rng.random(angles.size) < rng.uniform(0.0, 0.3)
+    ranges = np.where(clutter, ranges * rng.uniform(0.3, 1.0, angles.size), ranges)
+    ranges = np.where(ranges < 6.0, ranges + rng.normal(0.0, 0.02, angles.size), np.nan)
+    points = np.zeros((angles.size, 5))
+    points = points[: scan_points(ranges.astype(np.float32), np.cos(angles), np.sin(angles), np.zeros(3), 30.0, points)]
+    store = TileStore(1, 0.05)
+    store.add_points(0, np.zeros(3), points)
+    start = rng.normal(0.0, [0.1, 0.1, 0.05])
+    found = match(store.tiles(0), points, start, start, np.diag([1.0 / 0.2**2] * 3), 0.03, int(rng.integers(0, 8)))
+    least, _, most = np.linalg.eigvalsh(found.information)
+    assert least > -1e-9 * most
