@@ -164,7 +164,7 @@ class Robot:
                 os.kill(self.process.pid, signal.SIGCONT)
             with contextlib.suppress(OSError):
                 self.tell("stop")
-            self.process.join(10)
+            self.process.join(DEADLINE_S)
         if self.process.is_alive():
             self.process.kill()
             self.process.join()

@@ -48,7 +48,7 @@ def start(*arguments: str) -> subprocess.Popen[str]:
 
 def stop(process: subprocess.Popen[str]) -> str:
     process.send_signal(signal.SIGTERM)
-    words, _ = process.communicate(timeout=60)
+    words, _ = process.communicate(timeout=300)
     assert process.returncode == 0, words
     return words
 

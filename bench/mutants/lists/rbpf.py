@@ -89,6 +89,12 @@ MUTANTS = (
         "spatial/hits/cells.py",
         "        hits, visits = (hits + 1) >> 1, (visits + 1) >> 1\n",
         "        hits, visits = HITS_CAP - 1, VISITS_CAP - 1\n",
+        "walls that are seen often become half walls",
+    ),
+    Mutant(
+        "spatial/hits/cells.py",
+        "(hits_of(cell) >> 1) | ((visits >> 1) << 5)",
+        "hits_of(cell) | ((visits >> 1) << 5)",
         "what went away never fades",
     ),
     Mutant(

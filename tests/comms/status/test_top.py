@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import pty
+import select
 import signal
 import subprocess
 import sys
@@ -14,7 +16,7 @@ import pytest
 from mrslam.comms import CommsConfig, ExchangeDone, PeerSeen, make_team_keys
 from mrslam.comms.transport.local_robots import folder, local_robots
 from mrslam.comms.zenoh import ZenohTransport
-from tests.comms.processes import Robot, free_port, robot_keys
+from tests.comms.processes import DEADLINE_S, Robot, free_port, robot_keys
 from tests.comms.team import big_map
 
 EAGER = CommsConfig(exchange_timeout_s=20.0, beacon_period_s=0.1, beacon_window=20)
@@ -22,7 +24,7 @@ COMMAND = [sys.executable, "-c", "from mrslam.sim_driver.cli import main; main()
 
 
 def top(*options: str) -> tuple[int, str]:
-    done = subprocess.run([*COMMAND, *options], capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run([*COMMAND, *options], capture_output=True, text=True, timeout=300, check=False)
     return done.returncode, done.stdout + done.stderr
 
 
@@ -78,27 +80,33 @@ def test_nobody_is_said_plainly_with_what_to_check(alone):
 
 
 def test_the_live_view_shows_a_robot_that_starts_later_and_one_that_dies(alone):
-    live = subprocess.Popen([*COMMAND], stdout=subprocess.PIPE, text=True, env={**os.environ, "COLUMNS": "150"})
+    screen, end = pty.openpty()
+    live = subprocess.Popen([*COMMAND], stdout=end, env={**os.environ, "COLUMNS": "150", "LINES": "40"})
+    os.close(end)
     robot = Robot("late", config=EAGER, listen=[f"tcp/127.0.0.1:{free_port()}"])
     try:
-        robot.up()
-        deadline = time.monotonic() + 30
-        while not _is_watched(robot) and time.monotonic() < deadline:
-            robot.drain(0.2)
-        robot.drain(2.0)  # its next status comes, and the view is drawn anew
+        assert _shows(screen, "late")
         robot.kill()
-        robot.drain(1.5)
+        assert _shows(screen, "gone")
     finally:
         live.send_signal(signal.SIGINT)
-        shown, _ = live.communicate(timeout=20)
+        _shows(screen, "")
+        live.wait(DEADLINE_S)
+        os.close(screen)
         robot.stop()
     assert live.returncode == 0
-    assert "late" in shown
-    assert "gone" in shown
 
 
-def _is_watched(robot: Robot) -> bool:
-    return len(local_robots()) == 1
+def _shows(screen: int, text: str) -> bool:
+    """Read a terminal until a text is there, or with none to its end; return whether it came in time."""
+    shown, deadline = "", time.monotonic() + DEADLINE_S
+    while (not text or text not in shown) and time.monotonic() < deadline:
+        if select.select([screen], [], [], 0.2)[0]:
+            try:
+                shown += os.read(screen, 65_536).decode(errors="replace")
+            except OSError:  # how a terminal ends
+                return not text
+    return text in shown and bool(text)
 
 
 def test_a_closed_team_is_seen_with_keys_only(alone, tmp_path):

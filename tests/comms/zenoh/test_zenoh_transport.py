@@ -20,14 +20,17 @@ from mrslam.comms import (
 )
 from mrslam.comms.doctor import multicast
 from mrslam.comms.zenoh import ZenohTransport
+from mrslam.comms.zenoh.config import LEASE_MS
 from mrslam.spatial import InputError
-from tests.comms.processes import Robot, free_port
+from tests.comms.processes import DEADLINE_S, Robot, free_port
 from tests.comms.team import big_map
 
 EAGER = CommsConfig(exchange_timeout_s=2.0, beacon_period_s=0.1, beacon_window=20)
+PATIENT = CommsConfig(exchange_timeout_s=2.0, beacon_period_s=0.1, beacon_window=20, peer_timeout_s=10 * DEADLINE_S)
+"""Silence alone makes no robot gone before the test has failed: only what the network says of it does."""
 
 
-def collect(transport: ZenohTransport, count: int, deadline_s: float = 10.0) -> list:
+def collect(transport: ZenohTransport, count: int, deadline_s: float = DEADLINE_S) -> list:
     end, items = time.monotonic() + deadline_s, []
     while len(items) < count and time.monotonic() < end:
         items += transport.poll(0.1)
@@ -127,7 +130,7 @@ def test_fifty_opens_and_closes_leave_no_thread():
         return len(list(Path("/proc/self/task").iterdir()))
 
     few = open_and_close(5)
-    left, deadline = open_and_close(45), time.monotonic() + 60.0
+    left, deadline = open_and_close(45), time.monotonic() + DEADLINE_S
     while left > few + 2 and time.monotonic() < deadline:  # on a busy machine the pool's last ones leave later
         time.sleep(0.5)
         left = threads()
@@ -157,17 +160,20 @@ def test_an_open_team_is_warned_about(caplog):
     assert "team team is open" in caplog.text
 
 
-def test_processes_exchange_and_a_killed_one_is_gone_within_three_seconds():
+def test_a_silent_link_is_given_up_before_three_seconds():
+    assert LEASE_MS < 1000 * CommsConfig().peer_timeout_s == 3000.0
+
+
+def test_processes_exchange_and_the_network_says_who_was_killed():
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     a = Robot("a", config=EAGER, listen=[endpoint], local_map=big_map(300))
-    b = Robot("b", config=EAGER, connect=[endpoint])
+    b = Robot("b", config=PATIENT, connect=[endpoint])
     try:
         done = b.effect(ExchangeDone, peer="a")
         assert done[2].costs.tiles > 10
         b.wait(lambda report: report[0] == "digest" and "a" in report[2], "a's map")
-        killed = a.kill()
-        gone = b.effect(PeerGone, deadline_s=10)
-        assert gone[1] - killed <= 3.0
+        a.kill()
+        assert "lost" in b.effect(PeerGone)[2].reason
         again = Robot("a", config=EAGER, listen=[endpoint], local_map=big_map(200, seed=2))
         try:
             heard = len(b.heard)
@@ -176,41 +182,38 @@ def test_processes_exchange_and_a_killed_one_is_gone_within_three_seconds():
         finally:
             again.stop()
         left = len(b.heard)
-        b.wait(lambda r: r in b.heard[left:] and r[0] == "effect" and isinstance(r[2], PeerGone), "a's departure", 3)
+        b.wait(lambda r: r in b.heard[left:] and r[0] == "effect" and isinstance(r[2], PeerGone), "a's departure")
     finally:
         a.stop()
         b.stop()
 
 
-def gone(robot: Robot, since_s: float) -> tuple[float, str]:
-    """Wait for the news that a teammate is gone; return how long it took and why."""
-    heard = robot.wait(lambda r: r[0] == "effect" and isinstance(r[2], PeerGone) and r[1] >= since_s, "a departure", 10)
-    return heard[1] - since_s, heard[2].reason
+def gone(robot: Robot, since_s: float) -> str:
+    """Wait for the news that a teammate is gone, and return why."""
+    heard = robot.wait(lambda r: r[0] == "effect" and isinstance(r[2], PeerGone) and r[1] >= since_s, "a departure")
+    return heard[2].reason
 
 
-def test_a_robot_that_hangs_is_gone_within_three_seconds():
+def test_the_network_says_who_hangs():
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     a = Robot("a", config=EAGER, listen=[endpoint])
-    b = Robot("b", config=EAGER, connect=[endpoint])
+    b = Robot("b", config=PATIENT, connect=[endpoint])
     try:
         a.effect(PeerSeen)
         b.effect(PeerSeen)
-        took_s, reason = gone(b, a.freeze())
-        assert took_s <= 3.0
-        assert "lost" in reason
+        assert "lost" in gone(b, a.freeze())
     finally:
         a.stop()
         b.stop()
 
 
 def exchange_and_leave(a: Robot, b: Robot, *, by_router: bool = False) -> None:
-    """Both hold a's map in the end; a's departure is seen at once."""
+    """Both hold a's map in the end; a's departure is seen."""
     b.effect(ExchangeDone, peer="a")
     b.wait(lambda report: report[0] == "digest" and "a" in report[2], "a's map")
     left_s = time.monotonic()
     a.stop()
-    took_s, reason = gone(b, left_s)
-    assert took_s <= 3.0  # with the process's own end in it
+    reason = gone(b, left_s)
     # On its way through a router the goodbye may be overtaken by the token's fall, which has the higher priority.
     assert reason == "left" or (by_router and "lost" in reason)
 
