@@ -13,6 +13,7 @@ import numpy as np
 
 from mrslam.sim_driver.evaluate.lost import map_begun_s, pairs_by_events
 from mrslam.sim_driver.evaluate.trajectories import Trajectory, fit
+from mrslam.sim_driver.faults.clock import mission_times_s
 from mrslam.sim_driver.missions.mission import Mission
 from mrslam.sim_driver.missions.run_files import METRICS_FILE, ROBOT_FILE, TRAJECTORY_FILE, TRUTH_FILE, USAGE_FILE
 from mrslam.sim_driver.missions.run_folder import Event, read_events, read_metrics, read_robot, read_table
@@ -91,11 +92,16 @@ class RunResults:
 
     @cached_property
     def events(self) -> dict[str, list[Event]]:
-        """Events of every robot in the order they were written; lines that a crash cut off are left out."""
+        """Events of every robot in the order they were written; lines that a crash cut off are left out.
+
+        At mission times, also of a robot whose clock was made to jump.
+        """
         found = {}
         for robot in self.mission.robots:
             read = read_events(self.folder / robot.id)
-            found[robot.id] = read.events
+            faults = [fault for fault in self.mission.faults if fault.robot == robot.id]
+            times_s = mission_times_s(faults, [event["t"] for event in read.events])
+            found[robot.id] = [{**event, "t": t_s} for event, t_s in zip(read.events, times_s, strict=True)]
             self.damage.extend([read.damage] if read.damage else [])
         return found
 

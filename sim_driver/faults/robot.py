@@ -9,10 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from mrslam.agent import Inline, Runner, VirtualRobot
+from mrslam.sim_driver.faults.clock import shown_ns
 from mrslam.sim_driver.faults.config import FaultConfig
-
-GAIN = 1e-3
-"""A clock that has jumped gains as much from then on, seconds a second."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +56,7 @@ class MortalRobot:
         """Take what makes the robot anew, its faults, what its end is to the world, and its disk."""
         self._make, self._die, self._disk = make, die, disk
         self._crashes = [fault for fault in faults if fault.kind in ("crash", "amnesia")]
-        self._clock = [fault for fault in faults if fault.kind == "clock"]
+        self._faults = tuple(faults)
         self.lives = 0
         """How often it came back."""
         self._from_nothing = False
@@ -82,11 +80,7 @@ class MortalRobot:
 
     def local_ns(self, now_ns: int) -> int:
         """Return what the robot's clock shows at this mission time."""
-        for fault in self._clock:
-            since_ns = now_ns - round(fault.at_s * 1e9)
-            if since_ns >= 0:
-                now_ns += round(fault.amount * 1e9 + GAIN * since_ns)
-        return now_ns
+        return shown_ns(self._faults, now_ns)
 
     def step(self, now_ns: int, worker: ThreadPoolExecutor) -> None:
         """Do everything that is due at this mission time, where the robot lives."""

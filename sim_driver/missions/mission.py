@@ -168,5 +168,10 @@ def _settings_of(tables: dict[str, Any], robots: Sequence[RobotConfig], where: s
     settings_of = {}
     for i, robot in enumerate(robots):
         own = {section: {**tables.get(section, {}), **table} for section, table in robot.own_settings.items()}
-        settings_of[robot.id] = make_settings({**tables, **own}, f"{where}: robots[{i}]")
+        its = f"{where}: robots[{i}]"
+        try:
+            settings_of[robot.id] = make_settings({**tables, **own}, its)
+        except InputError as error:
+            said = str(error).removeprefix(f"{its}: ")
+            raise InputError(f"{its} ({robot.id}): {said}") from error
     return settings_of

@@ -17,11 +17,15 @@ from mrslam.sim_driver.missions.locate import locate
 from mrslam.sim_driver.missions.mission import Mission, make_mission, make_settings
 from mrslam.sim_driver.missions.run_files import AGENT_FILE, EVENTS_FILE, OF_AGENT, ROBOT_FILE, TEAM_FOLDER
 from mrslam.sim_driver.missions.run_folder import Event, read_events, read_robot
+from mrslam.sim_driver.missions.sections import OWN_SECTIONS
 from mrslam.sim_driver.run.metrics import write_metrics
 from mrslam.sim_driver.run.run import prepare_folder
 from mrslam.sim_driver.run.team_ways import fill_team_ways
 from mrslam.spatial import InputError
 from mrslam.spatial.files.atomic import is_file, make_folder, write_text
+
+TICK = ("agent", "tick_s")
+"""The setting of these sections that a mission has only once."""
 
 
 def gather(folders: Sequence[Path], out: Path, say: Callable[[str], None]) -> tuple[Mission, dict[str, Any]]:
@@ -75,15 +79,34 @@ def _agents(folders: Sequence[Path]) -> dict[Path, AgentRecord]:
 
 
 def _mission(records: Sequence[AgentRecord], out: Path, say: Callable[[str], None]) -> Mission:
-    """Return what they did as a mission; its settings are the first robot's, and it is said where others differ."""
+    """Return what they did as a mission: the first robot's settings, and for each other robot its own over them.
+
+    Where others differ in what a mission has only once, that is said.
+    """
     first = records[0]
-    for record in records[1:]:
-        other = [section for section, table in record.settings.items() if table != first.settings.get(section)]
-        if other:
-            say(f"{record.id} ran with other settings than {first.id} ({', '.join(other)}); {first.id}'s are shown")
-    robots = [{"id": record.id, "mode": record.mode, "log": _log(record, say)} for record in records]
+    robots = []
+    for record in records:
+        own, hidden = _own_settings(record, first)
+        if hidden:
+            say(f"{record.id} ran with other settings than {first.id} ({', '.join(hidden)}); {first.id}'s are shown")
+        robots.append({"id": record.id, "mode": record.mode, "log": _log(record, say), **own})
     tables = {"mission": {"name": first.team, "shell": "agents"}, "robots": robots, **first.settings}
     return make_mission(tables, out / "agents")
+
+
+def _own_settings(record: AgentRecord, first: AgentRecord) -> tuple[dict[str, dict[str, Any]], list[str]]:
+    """Return the settings in which a robot differs from the first, by section, and those no robot has for itself."""
+    own: dict[str, dict[str, Any]] = {}
+    hidden = []
+    for section, table in record.settings.items():
+        for key, value in table.items():
+            if value == first.settings.get(section, {}).get(key):
+                continue
+            if section in OWN_SECTIONS and (section, key) != TICK:
+                own.setdefault(section, {})[key] = value
+            else:
+                hidden.append(f"{section}.{key}")
+    return own, hidden
 
 
 def _log(record: AgentRecord, say: Callable[[str], None]) -> str | None:

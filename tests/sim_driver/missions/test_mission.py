@@ -60,10 +60,13 @@ def test_a_trace_makes_the_links_traced() -> None:
         ({"mission": {"duration_s": float("inf")}}, r"mission\.duration_s must be a finite number, got inf"),
         ({"radio": {"power_dbm": "nan"}}, r"radio\.power_dbm must be a finite number"),
         ({"comms": 3}, r"\[comms\] must be a section"),
-        ({"robots": [ROBOT | {"rbpf": {"particle": 9}}]}, r"robots\[0\]: rbpf: unknown key 'particle'; did you mean"),
+        (
+            {"robots": [ROBOT | {"rbpf": {"particle": 9}}]},
+            r"robots\[0\] \(r1\): rbpf: unknown key 'particle'; did you mean",
+        ),
         (
             {"robots": [ROBOT | {"rbpf": {"particles": 0}}]},
-            r"rbpf\.particles must be a whole number in 1\.\.1000, got 0",
+            r"robots\[0\] \(r1\): rbpf\.particles must be a whole number in 1\.\.1000, got 0",
         ),
         ({"robots": [ROBOT | {"rbpf": 3}]}, r"robots\[0\]\.rbpf = 3: Expected `object`"),
         ({"robots": [ROBOT | {"comms": {"link_threshold": 0.5}}]}, "unknown key 'comms'"),

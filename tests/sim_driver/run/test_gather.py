@@ -106,12 +106,24 @@ def test_an_agent_that_runs_on_has_events_only(agents: Path, tmp_path: Path) -> 
 
 def test_what_differs_or_is_not_here_is_said(agents: Path, tmp_path: Path) -> None:
     record = AgentRecord.read(agents / "r2")
-    other = {**record.settings, "comms": {**record.settings["comms"], "link_threshold": 0.31}}
+    agent = {**record.settings["agent"], "tick_s": 0.2}
+    other = {**record.settings, "agent": agent, "comms": {**record.settings["comms"], "link_threshold": 0.31}}
     replace(record, settings=other, log="/nowhere/at/all.clf", ended=False).write(agents / "r2")
     said: list[str] = []
     gather([agents], tmp_path / "out", said.append)
-    assert "r2 ran with other settings than r1 (comms)" in said[0]
+    assert "r2 ran with other settings than r1 (comms.link_threshold, agent.tick_s); r1's are shown" in said[0]
     assert "its log is not here" in said[1] and "its maps are of the time before" in said[2]
+
+
+def test_settings_of_each_agent_are_shown(agents: Path, tmp_path: Path) -> None:
+    record = AgentRecord.read(agents / "r2")
+    other = {**record.settings, "rbpf": {**record.settings["rbpf"], "particles": 8}}
+    replace(record, settings=other).write(agents / "r2")
+    said: list[str] = []
+    mission, _ = gather([agents], tmp_path / "out", said.append)
+    assert {robot: own.rbpf.particles for robot, own in mission.settings_of.items()} == {"r1": 4, "r2": 8}
+    rows = page_data(RunResults.read(tmp_path / "out"))["settings"]
+    assert [row for row in rows if row[0].startswith("r2: ")] == [["r2: rbpf.particles", 8, True]] and not said
 
 
 def test_what_cannot_be_gathered_is_told(agents: Path, tmp_path: Path) -> None:

@@ -25,7 +25,9 @@ def test_counts_never_overflow_and_what_went_away_fades() -> None:
     cell = 0
     for _ in range(1000):
         cell = add_hit(np.int64(cell), 0.5, 0.5, 1.0, 0.0, 1.0)
-        assert 0 < hits_of(np.int64(cell)) == visits_of(np.int64(cell)) < 64  # a wall stays one however often it is seen
+        assert (
+            0 < hits_of(np.int64(cell)) == visits_of(np.int64(cell)) < 64
+        )  # a wall stays one however often it is seen
     for _ in range(300):
         cell = add_pass(np.int64(cell))
         assert visits_of(np.int64(cell)) < 64
