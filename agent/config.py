@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from mrslam.alignment import ALIGNERS, AlignmentConfig
@@ -17,9 +19,11 @@ BOUNDS = {
     "publish_interval_s": (0.01, LONGEST_S), "align_interval_s": (0.01, LONGEST_S), "align_growth": (0.001, 1e6),
     "realign_growth": (0.001, 1e6), "realign_interval_s": (0.01, LONGEST_S),
     "checkpoint_interval_s": (0.01, LONGEST_S), "min_health": (0.0, 1.0), "give_up_s": (0.1, LONGEST_S),
-    "tick_s": (0.001, 10.0),
+    "tick_s": (0.001, 10.0), "start_sigma_m": (0.001, 1e3), "start_sigma_rad": (0.001, math.pi),
 }  # fmt: skip
 """Least and largest value of every number."""
+FARTHEST_M = 1e6
+"""Largest coordinate of a start, metres."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +51,18 @@ class AgentConfig:
     tick_s: float = 0.1
     """Expert: time between two rounds of beacons, rendezvous and exchanges, seconds, > 0."""
 
+    starts: Mapping[str, list[float]] = field(default_factory=dict)
+    """Where robots' maps begin in any one frame, [x_m, y_m, theta_rad] by id, where that is known beforehand: maps of
+    two of them are looked for there. What is found must fit as well as without."""
+    start_sigma_m: float = 0.5
+    """Standard deviation of the starts' places, metres, > 0."""
+    start_sigma_rad: float = 0.1
+    """Standard deviation of the starts' headings, radians, > 0."""
+
     def __post_init__(self) -> None:
+        for robot_id, start in self.starts.items():
+            ok = len(start) == 3 and all(abs(value) <= FARTHEST_M for value in start)
+            require(ok, f"agent.starts.{robot_id}", f"[x_m, y_m, theta_rad], none beyond {FARTHEST_M:g}", start)
         require(self.align_method in ALIGNERS, "agent.align_method", f"one of {', '.join(ALIGNERS)}", self.align_method)
         require_bounds("agent", self, BOUNDS)
 

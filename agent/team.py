@@ -78,6 +78,7 @@ class Team:
 
     def _begin_pairs(self, robot_id: str) -> None:
         """Reset the beliefs of a robot's pairs, for its new map has another frame."""
+        self._schedule.forget_start(robot_id)
         for pair in self.beliefs:
             if robot_id in pair:
                 self.beliefs[pair] = PairBelief(reason=f"{robot_id} started a new map")

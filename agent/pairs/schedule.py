@@ -20,12 +20,23 @@ PRIOR_COVARIANCE = np.diag([0.5**2, 0.5**2, 0.1**2])
 standard deviations are the limits within which two estimates confirm each other (``StabilityCheck``)."""
 
 
+EVERYWHERE_EVERY = 4
+"""One in this many tries of a pair with known starts looks everywhere: a start may be wrong, or of an earlier map."""
+START_SIGMAS = 4.0
+"""A transform farther from the known starts than this many standard deviations is not where they say."""
+
+
 class Schedule:
-    """Chooses from beliefs and maps passed in; it has no state of its own."""
+    """Chooses from beliefs and maps passed in; it has no state but the known starts."""
 
     def __init__(self, own_id: str, config: AgentConfig) -> None:
         """Take the robot's id, whose own map comes first, and how often pairs are tried again."""
         self.own_id, self.config = own_id, config
+        self._starts = {robot_id: np.array(start, dtype=np.float64) for robot_id, start in config.starts.items()}
+
+    def forget_start(self, robot_id: str) -> None:
+        """A robot began another map, which is not where it started."""
+        self._starts.pop(robot_id, None)
 
     def next_job(
         self,
@@ -45,11 +56,32 @@ class Schedule:
         a, b = min(due)[1]
         belief, map_a, map_b = beliefs[a, b], maps[a], maps[b]
         prior = None
-        if self._may_follow(belief, (map_a, map_b)) and a in T_team_map and b in T_team_map:
+        if belief.alignment is None:
+            prior = self._where_they_started((a, b), belief)
+        elif self._may_follow((a, b), belief, (map_a, map_b)) and a in T_team_map and b in T_team_map:
             prior = Prior(se2.between(T_team_map[a], T_team_map[b]), PRIOR_COVARIANCE)
         versions, areas = (map_a.version, map_b.version), (map_a.area_m2, map_b.area_m2)
         trails = (map_a.trail, map_b.trail)
         return AlignJob(a, b, map_a.grid, map_b.grid, prior, versions, areas, belief.attempts, trails)
+
+    def _where_they_started(self, pair: Pair, belief: PairBelief) -> Prior | None:
+        """Return where to look for a pair that is not merged: by its starts, or None for everywhere.
+
+        What a search everywhere has found is confirmed by another.
+        """
+        if belief.search.accepted or belief.attempts % EVERYWHERE_EVERY == EVERYWHERE_EVERY - 1:
+            return None
+        return self._by_starts(pair)
+
+    def _by_starts(self, pair: Pair) -> Prior | None:
+        """Return where a pair's maps lie by its starts, None where they are not known."""
+        if not self._starts.keys() >= set(pair):
+            return None
+        T_a_b = se2.between(self._starts[pair[0]], self._starts[pair[1]])
+        # A wrong heading of a also moves b about a's start.
+        swing_m = self.config.start_sigma_rad * float(np.hypot(*T_a_b[:2]))
+        place_m2 = 2.0 * self.config.start_sigma_m**2 + swing_m**2
+        return Prior(T_a_b, np.diag([place_m2, place_m2, 2.0 * self.config.start_sigma_rad**2]))
 
     def _rank(self, pair: Pair, belief: PairBelief) -> tuple[int, int, int]:
         tried = -1 if belief.last is None else belief.last.t_ns
@@ -70,14 +102,25 @@ class Schedule:
             return _grown(maps, last.area_m2, self.config.align_growth)
         return waited_ns / 1e9 >= self.config.realign_interval_s or self._outgrown(belief, maps)
 
-    def _may_follow(self, belief: PairBelief, maps: tuple[KnownMap, KnownMap]) -> bool:
+    def _may_follow(self, pair: Pair, belief: PairBelief, maps: tuple[KnownMap, KnownMap]) -> bool:
         """Return whether a prior where the pair was found is enough, which is cheap; else everything is searched."""
-        return belief.alignment is not None and belief.search.accepted and not self._outgrown(belief, maps)
+        if belief.alignment is None:
+            return False
+        if belief.search.accepted and not self._outgrown(belief, maps):
+            return True
+        start = self._by_starts(pair)
+        return start is not None and _is_near(belief.alignment.T_a_b, start)
 
     def _outgrown(self, belief: PairBelief, maps: tuple[KnownMap, KnownMap]) -> bool:
         """Return whether a merged pair's maps have grown so much since the last search that another place may fit."""
         growth = self.config.realign_growth if belief.search.accepted else self.config.align_growth
         return _grown(maps, belief.search.area_m2, growth)
+
+
+def _is_near(T_a_b: Transform, prior: Prior) -> bool:
+    """Return whether a transform is one that a prior expects."""
+    apart = np.append(T_a_b[:2] - prior.T_a_b[:2], se2.wrap(T_a_b[2] - prior.T_a_b[2]))
+    return bool(apart @ np.linalg.solve(prior.covariance, apart) < START_SIGMAS**2)
 
 
 def _grown(maps: tuple[KnownMap, KnownMap], before_m2: tuple[float, float], share: float) -> bool:

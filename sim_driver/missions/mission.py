@@ -91,6 +91,8 @@ def make_mission(tables: dict[str, Any], path: Path) -> Mission:
     links = build(LinksConfig, tables.get("links", {}), f"{where}: links")
     if links.trace is not None:
         tables = {**tables, "comms": {"link_source": "trace", **tables.get("comms", {})}}
+    if starts := {robot.id: robot.start for robot in robots if robot.start_known}:
+        tables = {**tables, "agent": {"starts": starts, **tables.get("agent", {})}}
     return Mission(
         mission=mission,
         robots=robots,

@@ -68,7 +68,9 @@ class RobotConfig:
     laser: str = "lidar-360"
     """Laser of a simulated robot, by name."""
     start: list[float] | None = None
-    """Start of a simulated robot in the world [x_m, y_m, theta_rad], unknown to the robot; random unless given."""
+    """Start of a simulated robot in the world [x_m, y_m, theta_rad]; random unless given."""
+    start_known: bool = False
+    """Whether the team knows ``start``, also of a recorded robot (in any one frame): the prior of its alignments."""
     driver: str = "explore"
     """What drives a simulated robot."""
     waypoints: list[list[float]] = field(default_factory=list)
@@ -108,6 +110,12 @@ class RobotConfig:
             f"robots.{self.id}.start",
             f"[x_m, y_m, theta_rad], none beyond {FARTHEST_M:g}",
             self.start,
+        )
+        require(
+            self.start is not None or not self.start_known,
+            f"robots.{self.id}.start_known",
+            "false where no start is given",
+            self.start_known,
         )
         for point in self.waypoints:
             ok = len(point) == 2 and all(abs(value) <= FARTHEST_M for value in point)

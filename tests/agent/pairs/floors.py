@@ -16,15 +16,15 @@ from mrslam.spatial import LocalMap, OccupancyGrid, TiledMap
 S = 1_000_000_000
 
 
-def found(x: float = 1.0, confidence: float = 0.9) -> Alignment:
-    return Alignment(np.array([x, 0.0, 0.0]), confidence, Evidence(), np.eye(3) * 1e-4, "auto")
+def found(x: float = 1.0, confidence: float = 0.9, theta: float = 0.0) -> Alignment:
+    return Alignment(np.array([x, 0.0, theta]), confidence, Evidence(), np.eye(3) * 1e-4, "auto")
 
 
 class Floors(Team):
     """The team of r2; every robot's map is a free square."""
 
-    def __init__(self, *robots: str) -> None:
-        super().__init__("r2", Settings(agent=AgentConfig(align_interval_s=10.0, align_growth=0.1)))
+    def __init__(self, *robots: str, settings: Settings | None = None) -> None:
+        super().__init__("r2", settings or Settings(agent=AgentConfig(align_interval_s=10.0, align_growth=0.1)))
         for robot in robots:
             self.grow(robot, 64)
 

@@ -25,6 +25,15 @@ def test_two_robots_hold_each_others_maps():
     assert len(team.of(ExchangeStarted)) == 2
 
 
+def test_of_two_proposals_that_cross_one_stands():
+    team = Team("ab", link=LinkConditions(delay_s=0.3))  # longer than a step: both have opened before they hear
+    for robot in "ab":
+        team.publish(robot)
+    assert team.run_until_agreed(10)
+    assert {event.opened_by_me for event in team.of(ExchangeStarted)} == {True, False}
+    assert not team.of(ExchangeFailed)
+
+
 def test_a_map_travels_through_a_third_robot_and_is_the_same():
     team = Team("abc")
     team.publish("a")

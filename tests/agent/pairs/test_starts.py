@@ -1,0 +1,67 @@
+"""Where robots started is known: their maps are looked for there first, and everywhere now and then."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mrslam.agent.config import AgentConfig, Settings
+from mrslam.alignment import Rejection
+from mrslam.spatial import InputError
+from tests.agent.pairs.floors import Floors, found
+
+NOWHERE = Rejection("overlap 2 %", 0.0, None, "auto")
+
+
+def started(**agent: object) -> Floors:
+    """Return a team of r1 and r2, which started 3 m ahead of r1 and turned by a quarter."""
+    starts = {"r1": [1.0, 2.0, np.pi / 2], "r2": [1.0, 5.0, np.pi]}
+    config = AgentConfig(align_interval_s=10.0, align_growth=0.1, starts=starts, **agent)  # type: ignore[arg-type]
+    return Floors("r1", "r2", settings=Settings(agent=config))
+
+
+def test_maps_are_looked_for_where_their_robots_started() -> None:
+    prior = started(start_sigma_m=0.3, start_sigma_rad=0.2).job(0).prior
+    assert prior is not None and prior.T_a_b == pytest.approx([3.0, 0.0, np.pi / 2])
+    assert np.diag(prior.covariance) == pytest.approx([2 * 0.3**2 + 0.6**2, 2 * 0.3**2 + 0.6**2, 2 * 0.2**2])
+
+
+def test_one_try_in_four_looks_everywhere_and_what_it_finds_is_confirmed_everywhere() -> None:
+    team = started()
+    priors = []
+    for k in range(8):
+        team.grow("r1", round(64 * 1.2**k), k + 2)
+        priors.append((job := team.job(20.0 * k)).prior is not None)
+        team.end(job, NOWHERE, 20.0 * k)
+    assert priors == [True, True, True, False] * 2
+    team.grow("r1", 500, 20)
+    for k in (8, 9, 10):
+        team.end(team.job(20.0 * k), NOWHERE, 20.0 * k)
+        team.grow("r1", 500 + 100 * (k - 7), k + 20)
+    for t_s in (220.0, 240.0):
+        job = team.job(t_s)
+        assert job.prior is None
+        team.end(job, found(9.0), t_s)
+    assert team.beliefs["r1", "r2"].status == "accepted"
+
+
+@pytest.mark.parametrize(("x_m", "follows"), [(3.2, True), (9.0, False)])
+def test_a_pair_merged_where_it_started_is_never_searched_for_everywhere(x_m: float, follows: bool) -> None:
+    team = started()
+    for t_s in (0.0, 20.0):
+        team.align(found(x_m, theta=np.pi / 2), t_s)
+    assert team.beliefs["r1", "r2"].status == "accepted"
+    team.grow("r1", 200, 9)
+    assert (team.job(60.0).prior is not None) == follows
+
+
+def test_of_a_new_map_the_start_is_not_known() -> None:
+    team = started()
+    team.grow("r1", 64, epoch=2)
+    assert team.job(0).prior is None
+
+
+@pytest.mark.parametrize("start", [[1.0, 2.0], [1.0, 2.0, 1e9], [1.0, 2.0, float("nan")]])
+def test_a_start_is_a_pose(start: list[float]) -> None:
+    with pytest.raises(InputError, match=r"agent\.starts\.r1 must be \[x_m, y_m, theta_rad\]"):
+        AgentConfig(starts={"r1": start})
