@@ -31,7 +31,7 @@ from mrslam.spatial.poses import compose
 from mrslam.spatial.runtime.crew import Crew, Pending
 from mrslam.spatial.se2 import Transform
 
-LAYOUT = 14
+LAYOUT = 15
 """Version of what :meth:`Mapper.state` returns; raised whenever its content changes."""
 SETTLE_SCANS = 10
 """The back end's result is collected after this many scans at the latest: a robot that stopped gets it, too."""
@@ -70,9 +70,12 @@ class Mapper:
         if reading.reason is not None:
             return self._drop(reading)
         watch.lap("points")
+        if reading.waits:
+            return self._carry_on(reading)
         self._dead_reckoned = se2.IDENTITY
         step = self._front.step(reading.sample, reading.points, reading.T_before_odom, reading.elapsed_s)
         self._motion.add(step)
+        self._intake.matched(reading, self._front.T_local_base)
         watch.lap("front end")
         is_key = self._history.keys == 0 or self._motion.is_due(self.config, scan.stamp_ns)
         self._settle_in -= 1
@@ -80,7 +83,7 @@ class Mapper:
         if is_key:
             self._begin_key(reading, step.inliers)
         watch.start()  # the back end has a watch of its own
-        self._history.add_scan(scan.stamp_ns, self._motion, self.T_map_base)
+        self._history.add_scan(scan.stamp_ns, self._T_key_base, self._motion.way_m, self.T_map_base)
         watch.lap("record")
         return UpdateInfo(
             processed=is_key, T_map_base=self.T_map_base, neff=self._neff, resampled=resampled,
@@ -94,6 +97,16 @@ class Mapper:
         return UpdateInfo(
             processed=False, T_map_base=self.T_map_base, neff=self._neff, health=self.health,
             dropped_beams=reading.dropped_beams, reason=reading.reason,
+        )  # fmt: skip
+
+    def _carry_on(self, reading: Reading) -> UpdateInfo:
+        """Let odometry carry the pose to a scan that is matched together with the next ones."""
+        self._dead_reckoned = self._front.predictor.dead_reckoned(reading.T_before_odom)
+        self._history.add_scan(reading.scan.stamp_ns, self._T_key_base, self._motion.way_m, self.T_map_base)
+        self.stopwatch.lap("record")
+        return UpdateInfo(
+            processed=False, T_map_base=self.T_map_base, neff=self._neff, health=self.health,
+            dropped_beams=reading.dropped_beams,
         )  # fmt: skip
 
     def _settle(self) -> bool:

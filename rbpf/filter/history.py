@@ -10,7 +10,6 @@ from mrslam.rbpf.filter.back_end import BackEnd
 from mrslam.rbpf.filter.key_scan_log import KeyScanLog
 from mrslam.rbpf.filter.scan_log import ScanLog
 from mrslam.rbpf.filter.trajectory import spread
-from mrslam.rbpf.front_end.motion import LocalMotion
 from mrslam.rbpf.rows import Rows
 from mrslam.spatial import Keyframes, KeyScans
 from mrslam.spatial.hits.views import Beams
@@ -40,9 +39,9 @@ class History:
         self._key_stamps.add(stamp_ns)
         self._key_scans.add(beams.points, beams.origin)
 
-    def add_scan(self, stamp_ns: int, motion: LocalMotion, T_map_base: Transform) -> None:
-        """Remember a scan: its local motion since the newest keyframe, and the pose ``(3,)`` reported with it."""
-        self._scans.add(stamp_ns, self.keys - 1, motion, T_map_base)
+    def add_scan(self, stamp_ns: int, T_key_base: Transform, way_m: float, T_map_base: Transform) -> None:
+        """Remember a scan: local motion ``(3,)`` and way since the newest keyframe, and the pose ``(3,)`` reported."""
+        self._scans.add(stamp_ns, self.keys - 1, T_key_base, way_m, T_map_base)
 
     def keyframes(self, back: BackEnd) -> Keyframes:
         """Return the keyframes as the best particle has them now."""

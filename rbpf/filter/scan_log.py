@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mrslam.rbpf.front_end.motion import LocalMotion
 from mrslam.spatial.runtime.spool import Spool
 from mrslam.spatial.se2 import Transform
 
@@ -29,9 +28,9 @@ class ScanLog:
     def __init__(self) -> None:
         self._rows = Spool(ROW)
 
-    def add(self, stamp_ns: int, key: int, motion: LocalMotion, T_map_base: Transform) -> None:
+    def add(self, stamp_ns: int, key: int, T_key_base: Transform, way_m: float, T_map_base: Transform) -> None:
         """Remember a scan."""
-        self._rows.add((stamp_ns, key, motion.T_key_base, motion.way_m, T_map_base))
+        self._rows.add((stamp_ns, key, T_key_base, way_m, T_map_base))
 
     @property
     def rows(self) -> NDArray[Any]:

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.front_end.front_end import FrontEnd
-from mrslam.rbpf.front_end.scan_gate import ScanGate
+from mrslam.rbpf.front_end.gathering import Gathering
+from mrslam.rbpf.front_end.scan_gate import PART_LEAST, POINTS_LEAST, ScanGate, too_few
 from mrslam.rbpf.front_end.sight import Sight
 from mrslam.spatial import Scan
 from mrslam.spatial.hits.views import Beams
@@ -33,6 +34,8 @@ class Reading:
     """Seconds since that scan; 0 at the first."""
     reason: str | None
     """Why the scan is refused; None where it is used."""
+    waits: bool = False
+    """Whether the scan shows too little alone, and is matched together with the next ones."""
 
     @property
     def dropped_beams(self) -> int:
@@ -48,6 +51,7 @@ class Intake:
         self._front = front
         self._gate = ScanGate()
         self._sight = Sight(config)
+        self._gathering = Gathering()
         self._stamp_ns: int | None = None  # of the newest scan that was used
         self._T_odom_base: Transform | None = None  # at that scan
 
@@ -58,22 +62,49 @@ class Intake:
         if T_odom_base is not None and self._T_odom_base is not None:
             T_before_odom = between(self._T_odom_base, T_odom_base)
         points = self._sight.points(scan)
-        reason = self._gate.refuse(scan, points, T_odom_base, lambda: self._is_known(scan, points, T_before_odom))
+        self._gathering.count(points.shape[0])
+        least = PART_LEAST if self._gathers(T_odom_base) else POINTS_LEAST
+        reason = self._gate.refuse(
+            scan, points, T_odom_base, least, lambda: self._is_known(scan, points, T_before_odom)
+        )  # fmt: skip
         elapsed_s, sample = 0.0, points[:0]
-        if reason is None:
+        waits = False
+        if reason is None and T_odom_base is not None and self._gathers(T_odom_base):
+            self._gathering.add(T_odom_base, points)
+            waits = self._stamp_ns is not None and not self._gathering.is_enough
+            if not waits:
+                reason = too_few(self._gathering.returns, POINTS_LEAST)
+            if reason is None and not waits:
+                points = self._gathering.take(scan.T_base_laser[:2], self._front.predictor.odometry.corrected)
+        else:
+            self._gathering.drop()
+        if reason is None and not waits:
             elapsed_s = 0.0 if self._stamp_ns is None else (scan.stamp_ns - self._stamp_ns) / 1e9
             self._stamp_ns, self._T_odom_base = scan.stamp_ns, T_odom_base
             if scan.beam_interval_s > 0.0:
                 self._sight.straighten(points, scan, self._front.predictor.speed(T_before_odom, elapsed_s))
             sample = self._sight.sample(points, scan.T_base_laser)
         return Reading(
-            scan=scan, points=points, sample=sample, T_before_odom=T_before_odom, elapsed_s=elapsed_s, reason=reason
-        )
+            scan=scan, points=points, sample=sample, T_before_odom=T_before_odom, elapsed_s=elapsed_s, reason=reason,
+            waits=waits,
+        )  # fmt: skip
+
+    def _gathers(self, T_odom_base: Transform | None) -> bool:
+        """Return whether scans are matched several at a time: they are sparse, and odometry says how they follow."""
+        return self._gathering.is_sparse and T_odom_base is not None
+
+    def matched(self, reading: Reading, T_local_base: Transform) -> None:
+        """Remember where a reading was matched, ``(3,)`` in the rolling map: sparse ones make one keyframe."""
+        if self._gathering.is_sparse:
+            self._gathering.remember(T_local_base, reading.points)
 
     def beams(self, reading: Reading) -> Beams:
         """Return a copy of the newest reading's scan as it is drawn into maps."""
         origin = reading.scan.T_base_laser[:2].copy()
-        return Beams(origin, reading.points.copy(), self._sight.clearing_ends(reading.scan))
+        points = reading.points.copy()
+        if self._gathering.is_sparse:
+            points = self._gathering.of_key(self._front.T_local_base, origin)
+        return Beams(origin, points, self._sight.clearing_ends(reading.scan))
 
     def _is_known(self, scan: Scan, points: NDArray[np.float64], T_before_odom: Transform | None) -> bool:
         """Return whether a scan fits what was seen before."""
@@ -88,9 +119,15 @@ class Intake:
 
     def state(self) -> dict[str, Any]:
         """Return everything that a resumed intake needs."""
-        return {"gate": self._gate.state(), "stamp_ns": self._stamp_ns, "T_odom_base": self._T_odom_base}
+        return {
+            "gate": self._gate.state(),
+            "gathering": self._gathering.state(),
+            "stamp_ns": self._stamp_ns,
+            "T_odom_base": self._T_odom_base,
+        }
 
     def restore(self, state: dict[str, Any]) -> None:
         """Become the intake that was saved."""
         self._gate.restore(state["gate"])
+        self._gathering.restore(state["gathering"])
         self._stamp_ns, self._T_odom_base = state["stamp_ns"], state["T_odom_base"]

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.spatial import Scan
+from mrslam.spatial.key_scans import ORIGIN_MOST_M
 from mrslam.spatial.poses import between
 from mrslam.spatial.se2 import Transform
 
 POINTS_LEAST = 10
 """A scan with fewer usable returns is dropped: they fix no pose."""
-LASER_MOST_M = 100.0
-"""A scan whose laser is farther from the base is dropped: no robot is as long."""
+PART_LEAST = 1
+"""The same where several scans are matched together."""
 STUCK = 5e-3
 """A scan equal to the one before bit by bit is dropped if odometry moved by more than this, metres or radians."""
 ON_SURFACES = 0.25
@@ -25,7 +26,7 @@ ranges up to 40 m about 0.06 do, up to 5 m 0.15; of 10 000 scans of halls, offic
 ON_SURFACES_LEAST = 6
 """Where fewer points do, a scan is scattered whatever their share."""
 DENSE_RAD = 0.05
-"""Beams farther apart than this need not hit a surface twice, and their scans are never scattered."""
+"""Beams that return farther apart than this need not hit a surface twice, and their scans are never scattered."""
 ALIKE, ALIKE_M, ALIKE_SHARE = 0.3, 0.1, 0.05
 """Two scans show one place if the first share of the beams that return in both are equally long, within the second and
 the third share of their length; of random ranges a tenth are."""
@@ -44,7 +45,12 @@ class ScanGate:
         self._T_odom_base: Transform | None = None  # odometry when these ranges came first
 
     def refuse(
-        self, scan: Scan, points: NDArray[np.float64], T_odom_base: Transform | None, knows: Callable[[], bool]
+        self,
+        scan: Scan,
+        points: NDArray[np.float64],
+        T_odom_base: Transform | None,
+        points_least: int,
+        knows: Callable[[], bool],
     ) -> str | None:
         """Return why a scan is refused, None where it is used.
 
@@ -60,10 +66,10 @@ class ScanGate:
             return "the scan repeats the one before"
         elif self._moved(T_odom_base):
             return "the scan repeats one that was taken elsewhere, by odometry"
-        if np.abs(scan.T_base_laser[:2]).max() > LASER_MOST_M:
-            return f"a laser more than {LASER_MOST_M:g} m from the base"
-        if points.shape[0] < POINTS_LEAST:
-            return f"{points.shape[0]} usable returns, {POINTS_LEAST} are needed"
+        if np.abs(scan.T_base_laser[:2]).max() > ORIGIN_MOST_M:
+            return f"a laser more than {ORIGIN_MOST_M:g} m from the base"
+        if points.shape[0] < points_least:
+            return too_few(points.shape[0], points_least)
         if not _is_scattered(scan, points) or (not same and _resembles(scan, before_m)) or knows():
             return None
         return "the scan shows no surfaces, nor what was seen before"
@@ -82,6 +88,11 @@ class ScanGate:
         self._stamp_ns, self._ranges_m, self._T_odom_base = state
 
 
+def too_few(returns: int, least: int) -> str | None:
+    """Return why a scan of this number of usable returns is refused, None where it is not."""
+    return f"{returns} usable returns, {least} are needed" if returns < least else None
+
+
 def _repeats(now_m: NDArray[np.float32], before_m: NDArray[np.float32]) -> bool:
     """Return whether ranges equal those before bit by bit, but for beams that were dropped in one of the two.
 
@@ -98,8 +109,11 @@ def _repeats(now_m: NDArray[np.float32], before_m: NDArray[np.float32]) -> bool:
 def _is_scattered(scan: Scan, points: NDArray[np.float64]) -> bool:
     """Return whether hardly any of a scan's points ``(N, 5)`` lie on surfaces, as random ranges do."""
     on_surfaces = np.count_nonzero(points[:, 4] > 0.0)
-    is_dense = abs(scan.angle_increment_rad) <= DENSE_RAD
-    return bool(is_dense and on_surfaces < max(ON_SURFACES * points.shape[0], ON_SURFACES_LEAST))
+    if on_surfaces >= max(ON_SURFACES * points.shape[0], ON_SURFACES_LEAST):
+        return False
+    returns = np.flatnonzero(np.isfinite(scan.ranges_m))
+    beams_apart = float(np.median(np.diff(returns))) if returns.size > 1 else 1.0
+    return beams_apart * abs(scan.angle_increment_rad) <= DENSE_RAD
 
 
 def _resembles(scan: Scan, before_m: NDArray[np.float32]) -> bool:

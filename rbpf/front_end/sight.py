@@ -56,6 +56,8 @@ class Sight:
 
     def sample(self, points: NDArray[np.float64], T_base_laser: Transform) -> NDArray[np.float64]:
         """Return those of a scan's ``points (N, 5)`` that it is matched by, ``(n, 5)``, spaced across the beams."""
+        if len(self._sample) < len(points):  # of several scans
+            self._sample = np.zeros_like(points)
         return self._sample[: spaced(points, T_base_laser, SPACING_M, self._points_most, self._sample)]
 
     def clearing_ends(self, scan: Scan) -> NDArray[np.float64]:
