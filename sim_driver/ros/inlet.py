@@ -76,6 +76,7 @@ class Inlet:
         self._frames, self._wheels = LiveFrames(), RecentMotion()
         self._held: deque[Arrival] = deque()
         self._mounted: dict[str, tuple[Transform, bool]] = {}
+        self._awaited_s: dict[str, float] = {}  # by frame: when its first scan came
         self._newest_ns: dict[str, int] = {}
         self._beams: dict[str, int] = {}
         self._source: str | None = None
@@ -134,11 +135,11 @@ class Inlet:
 
     def _hand_on(self, arrival: Arrival, now_s: float, is_last_call: bool = False) -> bool:
         """Hand one scan on and return True, or return False where it is to wait."""
-        waited_s = np.inf if is_last_call else now_s - arrival.arrived_s
-        mounted = self._mounting(arrival.laser.frame, waited_s)
+        first_s = self._awaited_s.setdefault(arrival.laser.frame, arrival.arrived_s)
+        mounted = self._mounting(arrival.laser.frame, np.inf if is_last_call else now_s - first_s)
         if mounted is None:
             return False
-        found = self._odometry(arrival.laser.stamp_ns, waited_s)
+        found = self._odometry(arrival.laser.stamp_ns, np.inf if is_last_call else now_s - arrival.arrived_s)
         if isinstance(found, str):
             return False
         try:
