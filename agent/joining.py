@@ -1,12 +1,15 @@
-"""When the next joint solution of the placed maps is computed."""
+"""When the next joint solution of the placed maps is computed, and which alignments the last one confirms."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from mrslam.agent.effects import JoinJob
 from mrslam.agent.known_map import KnownMap
+from mrslam.alignment import StabilityCheck
 from mrslam.merge import Pair, Placement
+from mrslam.merge.joint.join import Tie
+from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
 
 JOIN_NS = 10_000_000_000
@@ -59,3 +62,19 @@ class Joining:
             epoch != before[name][0] or count - before[name][1] >= max(KEYFRAMES, SHARE * count)
             for name, (epoch, count) in keys.items()
         )
+
+
+def confirmed_pairs(ties: Iterable[Tie], job: JoinJob) -> frozenset[Pair]:
+    """Return the pairs of a job whose alignment agrees with a match that its solution believes.
+
+    Such a pair need not be aligned again as its maps are corrected: the next solutions start near enough, and follow.
+    """
+    limits, confirmed = StabilityCheck(), set()
+    for tie in ties:
+        pair = (tie.a, tie.b)
+        if tie.believed and pair in job.T_a_b and pair not in confirmed:
+            T_a_j = se2.compose(job.trails[tie.a].T_map_key[tie.match.i], tie.match.T_i_j)
+            T_a_b = se2.compose(T_a_j, se2.inverse(job.trails[tie.b].T_map_key[tie.match.j]))
+            if limits.is_near(T_a_b, job.T_a_b[pair]):
+                confirmed.add(pair)
+    return frozenset(confirmed)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from mrslam.agent.config import Settings
 from mrslam.agent.effects import AlignJob, Effect, Event, Job, JoinJob, joined_fields
-from mrslam.agent.joining import Joining
+from mrslam.agent.joining import Joining, confirmed_pairs
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.map_check import contradicts_itself
 from mrslam.agent.pairs.belief import PairBelief, Verdict
@@ -53,6 +53,7 @@ class Team:
             anchor=robot_id if has_own_map else None, config=settings.merge, keeps_frame=not has_own_map
         )
         self._placement = Placement(T_team_map={robot_id: se2.IDENTITY} if has_own_map else {})
+        self._confirmed: frozenset[Pair] = frozenset()
         self._placed_ns = 0
         self._is_placement_old = False
         self._map: TeamMap | None = None
@@ -120,7 +121,7 @@ class Team:
         """Return a joint solution to compute where alignments changed or maps grew, else a pair to align, or None."""
         T_a_b = {pair: found.T_a_b for pair, found in self._alignments().items()}
         joining = self._joining.next_job(self._placement, self.maps, T_a_b, now_ns)
-        return joining or self._schedule.next_job(self.beliefs, self.maps, self.T_team_map, now_ns)
+        return joining or self._schedule.next_job(self.beliefs, self.maps, self.T_team_map, self._confirmed, now_ns)
 
     def on_aligned(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int) -> list[Effect]:
         """Take the result of an alignment; the pair's belief decides whether it becomes an edge of the team graph."""
@@ -144,6 +145,7 @@ class Team:
         self._mapper.bent = BentTeam.of(joint, job.frame, job.trails, job.T_a_b)
         for name, known in self.maps.items():
             self._mapper.bent = self._mapper.bent.corrected(name, known.trail)
+        self._confirmed = confirmed_pairs(joint.ties, job)
         self._map = None
         self._place(now_ns)
         return [Event(now_ns, "joined", joined_fields(self._mapper.bent)), *self.revoke(now_ns)]

@@ -16,6 +16,7 @@ from mrslam.merge.graph.team_graph import Conflict, Placement, TeamGraph
 from mrslam.merge.grids.fusion_tree import FusionTree
 from mrslam.merge.grids.layers import Layer
 from mrslam.merge.joint.bend import Bend
+from mrslam.merge.joint.bent_map import BentMap
 from mrslam.merge.joint.bent_team import BentTeam
 from mrslam.merge.joint.trail import Trail
 from mrslam.spatial import TILE_CELLS, UNKNOWN, InputError, OccupancyGrid, se2
@@ -53,6 +54,8 @@ class TeamMapper:
         """Robots whose maps came with keyframes' scans; only these can be joined and bent."""
         self._bent_grids: dict[str, tuple[OccupancyGrid, Bend, OccupancyGrid]] = {}
         """By robot: its map, a bend, and the map bent by it (a cache)."""
+        self._bent_maps: dict[str, BentMap] = {}
+        """By robot: its map as it was drawn bent last, of which only what changed is drawn again."""
         self._judged_grids: dict[str, tuple[se2.Transform, OccupancyGrid, se2.Transform]] = {}
         """By robot: its ``T_team_key``, the map bent when that solution came, and ``T_team_map`` then (a cache)."""
         self._contradictions = Contradictions(self.config)
@@ -82,7 +85,7 @@ class TeamMapper:
 
     def remove_map(self, robot_id: str) -> None:
         """Forget a robot's map."""
-        for held in (self._grids, self._bent_grids, self._judged_grids, self._layers):
+        for held in (self._grids, self._bent_grids, self._bent_maps, self._judged_grids, self._layers):
             held.pop(robot_id, None)
         self._scanned.discard(robot_id)
         self._contradictions.forget(robot_id)
@@ -163,7 +166,8 @@ class TeamMapper:
             return grid
         held = self._bent_grids.get(robot_id)
         if held is None or held[0] is not grid or held[1] is not bend:
-            held = self._bent_grids[robot_id] = (grid, bend, bend.bent(grid))
+            last = self._bent_maps.setdefault(robot_id, BentMap())
+            held = self._bent_grids[robot_id] = (grid, bend, bend.bent(grid, last))
         return held[2]
 
 

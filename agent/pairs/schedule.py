@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
@@ -43,13 +43,17 @@ class Schedule:
         beliefs: Mapping[Pair, PairBelief],
         maps: Mapping[str, KnownMap],
         T_team_map: Mapping[str, Transform],
+        confirmed: Collection[Pair],
         now_ns: int,
     ) -> AlignJob | None:
-        """Return the pair most worth aligning: untried first, then the own map's, then the longest waiting."""
+        """Return the pair most worth aligning: untried first, then the own map's, then the longest waiting.
+
+        ``confirmed`` : merged pairs whose alignment the joint solution confirms; it follows their maps itself.
+        """
         due = [
             (self._rank(pair, belief), pair)
             for pair, belief in beliefs.items()
-            if self._is_due(belief, (maps[pair[0]], maps[pair[1]]), now_ns)
+            if self._is_due(belief, (maps[pair[0]], maps[pair[1]]), pair in confirmed, now_ns)
         ]
         if not due:
             return None
@@ -87,7 +91,7 @@ class Schedule:
         tried = -1 if belief.last is None else belief.last.t_ns
         return (0 if belief.last is None else 1, 0 if self.own_id in pair else 1, tried)
 
-    def _is_due(self, belief: PairBelief, maps: tuple[KnownMap, KnownMap], now_ns: int) -> bool:
+    def _is_due(self, belief: PairBelief, maps: tuple[KnownMap, KnownMap], is_confirmed: bool, now_ns: int) -> bool:
         last = belief.last
         if last is None:
             return True
@@ -100,7 +104,8 @@ class Schedule:
             return False
         if belief.alignment is None:
             return _grown(maps, last.area_m2, self.config.align_growth)
-        return waited_ns / 1e9 >= self.config.realign_interval_s or self._outgrown(belief, maps)
+        is_old = waited_ns / 1e9 >= self.config.realign_interval_s and not is_confirmed
+        return is_old or self._outgrown(belief, maps)
 
     def _may_follow(self, pair: Pair, belief: PairBelief, maps: tuple[KnownMap, KnownMap]) -> bool:
         """Return whether a prior where the pair was found is enough, which is cheap; else everything is searched."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -21,6 +22,8 @@ from mrslam.spatial.runtime.heap import give_back, trim
 
 TRIM_NS = 60_000_000_000
 """Mission time between two releases of free memory to the system, nanoseconds: rare, for each takes milliseconds."""
+GIVE_BACK_S = 30.0
+"""Least time between two jobs after which libraries' code is given back, seconds: each takes up to 50 ms of CPU."""
 
 
 class LinkSource(Protocol):
@@ -51,6 +54,7 @@ class Runner:
         self.keeper = keeper
         self.events = EventLog(folder, agent.robot_id)
         self._next_trim_ns = 0
+        self._next_give_back_s = 0.0
         self._matcher = LocalMatcher()
 
     def receive(self, timeout_s: float, now_ns: Callable[[], int]) -> None:
@@ -103,7 +107,9 @@ class Runner:
     def work(self, job: Job) -> Outcome:
         """Do a job by the agent's settings; slow. One job is done at a time."""
         outcome = join(job.trails, job.T_team_map, self._matcher) if isinstance(job, JoinJob) else self._align(job)
-        give_back()
+        if time.monotonic() >= self._next_give_back_s:
+            give_back()
+            self._next_give_back_s = time.monotonic() + GIVE_BACK_S
         return outcome
 
     def _align(self, job: AlignJob) -> Alignment | Rejection:

@@ -2,53 +2,51 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mrslam.spatial import FREE_MAX, OccupancyGrid, se2
-from mrslam.spatial.distance import euclidean
-
-BLOCK = 64
-"""Least edge of the blocks of cells that distances to walls are kept in; a block without a wall nearer than its edge is
-left out."""
-FAR_M = 2.0
-"""Least edge of such a block, metres: ``contradiction_tolerance_m`` (0.3 m) over a path of up to 44 alignments."""
-MOST = np.iinfo(np.uint16).max
-"""Largest squared distance kept, cells^2; larger ones are clipped."""
-STRIP = 4
-"""Rows of blocks whose distances are computed at once, plus one on either side: bounds memory."""
+from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, OccupancyGrid, se2
 
 
 @njit(cache=True, nogil=True)
 def count_walls(
-    cells: NDArray[np.int8],
-    block_at: NDArray[np.int32],
-    distance2: NDArray[np.uint16],
-    points: NDArray[np.float64],
-    near_cells: float,
+    cells: NDArray[np.int8], points: NDArray[np.float64], offsets: NDArray[np.int64]
 ) -> tuple[int, int]:  # pragma: no cover - compiled
     """Return how many wall points ``(N, 2)`` (x, y in cells) agree with a grid and how many are on its free space.
 
-    A point agrees within ``near_cells`` of a wall (less than a block's edge); on or near unknown cells it says nothing.
-    ``block_at``, ``distance2``: see :func:`distances`.
+    A point agrees where one of the cells at ``offsets (K, 2)`` from its own (row, column) is a wall; on or near unknown
+    cells it says nothing.
     """
     height, width = cells.shape
-    edge, limit = distance2.shape[1], min(near_cells * near_cells, MOST - 1.0)
     agree, against = 0, 0
     for k in range(points.shape[0]):
         c, r = int(np.floor(points[k, 0])), int(np.floor(points[k, 1]))
         if not (0 <= r < height and 0 <= c < width):
             continue
-        block = block_at[r // edge, c // edge]
-        if block >= 0 and distance2[block, r % edge, c % edge] <= limit:
+        is_near = False
+        for m in range(offsets.shape[0]):
+            i, j = r + offsets[m, 0], c + offsets[m, 1]
+            if 0 <= i < height and 0 <= j < width and cells[i, j] >= OCCUPIED_MIN:
+                is_near = True
+                break
+        if is_near:
             agree += 1
         elif 0 <= cells[r, c] <= FREE_MAX:
             against += 1
     return agree, against
+
+
+def disc(radius_cells: float) -> NDArray[np.int64]:
+    """Return the offsets (row, column) of the cells within a radius, the nearest first: ``(K, 2)``."""
+    reach = int(radius_cells)
+    side = np.arange(-reach, reach + 1)
+    offsets = np.stack(np.meshgrid(side, side, indexing="ij"), axis=-1).reshape(-1, 2)
+    distance2 = (offsets**2).sum(axis=1)
+    order = np.argsort(distance2, kind="stable")
+    return np.ascontiguousarray(offsets[order][distance2[order] <= radius_cells**2])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,47 +64,17 @@ class Agreement:
         return self.against_m / max(self.agree_m + self.against_m, 1e-9)
 
 
-def distances(is_wall: NDArray[np.bool_], edge: int = BLOCK) -> tuple[NDArray[np.int32], NDArray[np.uint16]]:
-    """Return squared distances to the nearest wall, cells^2, of the blocks that have a distance less than ``edge``.
-
-    ``block_at`` : ``(ceil(H / edge), ceil(W / edge))``, index of each block of ``is_wall (H, W)`` in ``distance2``, or
-    -1; ``distance2`` : ``(K, edge, edge)``. The whole field of a long diagonal corridor took hundreds of megabytes.
-    """
-    height, width = is_wall.shape
-    rows, cols = -(-height // edge), -(-width // edge)
-    block_at = np.full((rows, cols), -1, dtype=np.int32)
-    kept: list[NDArray[np.uint16]] = []
-    for i0 in range(0, rows, STRIP):
-        top, bottom = max(0, (i0 - 1) * edge), min(height, (i0 + STRIP + 1) * edge)
-        if not is_wall[top:bottom].any():
-            continue
-        field = euclidean(is_wall[top:bottom])
-        for i in range(i0, min(i0 + STRIP, rows)):
-            for j in range(cols):
-                part = field[i * edge - top : (i + 1) * edge - top, j * edge : (j + 1) * edge]
-                if part.min() < edge:
-                    block_at[i, j] = len(kept)
-                    kept.append(np.pad(_squared(part), [(0, edge - n) for n in part.shape]))
-    return block_at, np.stack(kept) if kept else np.empty((0, edge, edge), dtype=np.uint16)
-
-
-def _squared(distance: NDArray[np.float32]) -> NDArray[np.uint16]:
-    return np.asarray(np.rint(np.minimum(distance, MOST) ** 2).clip(0, MOST), dtype=np.uint16)
-
-
 class Walls:
-    """A map prepared for comparing: its walls as points, and the distance to them."""
+    """A map prepared for comparing: its walls as points."""
 
     def __init__(self, grid: OccupancyGrid) -> None:
         self.grid = grid
         self.points_m = grid.centres(grid.is_occupied)
-        self.block_at, self.distance2 = distances(grid.is_occupied, max(BLOCK, math.ceil(FAR_M / grid.resolution_m)))
 
     def count(self, points_m: NDArray[np.float64], near_m: float) -> tuple[float, float]:
         """Return how many points ``(N, 2)`` (metres, this map's frame) are near its walls, and on its free space."""
         points = (points_m - np.asarray(self.grid.origin_m)) / self.grid.resolution_m
-        near = near_m / self.grid.resolution_m
-        agree, against = count_walls(self.grid.cells, self.block_at, self.distance2, points, near)
+        agree, against = count_walls(self.grid.cells, points, disc(near_m / self.grid.resolution_m))
         return float(agree), float(against)
 
 

@@ -9,21 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from mrslam.merge.joint.bend_kernels import bend_cells
+from mrslam.merge.joint.bent_map import BentMap
 from mrslam.merge.joint.trail import rigid
 from mrslam.spatial import Keyframes, OccupancyGrid, se2
 from mrslam.spatial.se2 import Transform
 
-NODE_CELLS = 32
-"""Distance of the nodes between which displacement is interpolated, cells: half a tile."""
 SPREAD_M = 1.5
 """A node follows the keyframes around it, with weights that fall by this scale beyond the nearest one, metres."""
 NEIGHBOURS = 12
 """Keyframes a node follows at most."""
-STEP_CELLS = 0.125
-"""Displacements are whole multiples of this: a solution that differs by less leaves the map as it was."""
 PLACE_M, PLACE_RAD = 0.25, 0.01
-"""Grid that the rigid part is rounded to, metres and radians, for the same reason; the displacement has the rest."""
+"""Grid that the rigid part is rounded to, metres and radians: a solution that differs by less leaves the map as it was."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,25 +50,13 @@ class Bend:
         unbent = se2.apply(self.T_team_map, self.T_map_key[:, :2])
         return float(np.hypot(*(self.T_team_key[:, :2] - unbent).T).max())
 
-    def bent(self, grid: OccupancyGrid) -> OccupancyGrid:
-        """Return the map bent in its own frame, so that ``T_team_map`` places it where the corrected keyframes are."""
-        grid = grid.cropped(NODE_CELLS)
-        if grid.cells.size == 0:
-            return grid
-        # Nodes are on multiples of NODE_CELLS of the map's lattice, so that they stay in place as the map grows.
-        row0, col0 = (-(cell % NODE_CELLS) for cell in grid.cell0)
-        rows, cols = (
-            np.arange(start, size + NODE_CELLS + 1, NODE_CELLS)
-            for start, size in zip((row0, col0), grid.shape, strict=True)
-        )
-        nodes = np.stack(np.meshgrid(cols, rows), axis=-1) * grid.resolution_m + np.asarray(grid.origin_m)
-        steps = np.rint(self.displacement(nodes.reshape(-1, 2)) / (grid.resolution_m * STEP_CELLS))
-        field = np.ascontiguousarray((STEP_CELLS * steps).reshape(nodes.shape), dtype=np.float32)
-        if not field.any():
-            return grid.cropped()
-        out = np.empty_like(grid.cells)
-        bend_cells(grid.cells, field, NODE_CELLS, row0, col0, out)
-        return OccupancyGrid(out, grid.resolution_m, grid.origin_m).cropped()
+    def bent(self, grid: OccupancyGrid, last: BentMap | None = None) -> OccupancyGrid:
+        """Return the map bent in its own frame, so that ``T_team_map`` places it where the corrected keyframes are.
+
+        ``last`` : the map as it was drawn last, to write only the blocks again that have changed; it is brought up to
+        date.
+        """
+        return (last or BentMap()).draw(grid, self.displacement)
 
     def displacement(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the displacement ``(N, 2)`` of points ``(N, 2)``, both in the map's frame, metres."""

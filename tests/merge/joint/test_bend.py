@@ -81,7 +81,7 @@ def test_poses_between_keyframes_join_both_and_go_on_beyond():
 def test_displacement_is_bilinear_and_clamped():
     field = np.zeros((3, 3, 2), dtype=np.float32)
     field[1, 1] = (4.0, -2.0)
-    assert displaced(field, 32, 0, 0, 32.0, 32.0) == pytest.approx((4.0, -2.0))
-    assert displaced(field, 32, 0, 0, 16.0, 32.0) == pytest.approx((2.0, -1.0))
-    assert displaced(field, 32, 0, 0, 16.0, 16.0) == pytest.approx((1.0, -0.5))
-    assert displaced(field, 32, 0, 0, -100.0, 500.0) == pytest.approx((0.0, 0.0))
+    assert displaced(field, 32.0, 32.0) == pytest.approx((4.0, -2.0))
+    assert displaced(field, 16.0, 32.0) == pytest.approx((2.0, -1.0))
+    assert displaced(field, 16.0, 16.0) == pytest.approx((1.0, -0.5))
+    assert displaced(field, -100.0, 500.0) == pytest.approx((0.0, 0.0))
