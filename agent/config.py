@@ -41,7 +41,7 @@ class AgentConfig:
     realign_growth: float = 0.25
     """Expert: a merged pair is aligned again, to follow its maps, when the area of either grew by this share, > 0."""
     realign_interval_s: float = 30.0
-    """Expert: ... and after this time where either was corrected, unless their keyframes' scans tie them; seconds, > 0."""
+    """Expert: ... and after this time where either was corrected, unless scans tie the two; seconds, > 0."""
     checkpoint_interval_s: float = 5.0
     """How old a robot's state on disk may get where it is kept (process shell), seconds, > 0."""
     min_health: float = 0.4

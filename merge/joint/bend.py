@@ -19,7 +19,7 @@ SPREAD_M = 1.5
 NEIGHBOURS = 12
 """Keyframes a node follows at most."""
 PLACE_M, PLACE_RAD = 0.25, 0.01
-"""Grid that the rigid part is rounded to, metres and radians: a solution that differs by less leaves the map as it was."""
+"""Grid that the rigid part is rounded to, m and rad: a solution that differs by less leaves the map as it was."""
 
 
 @dataclass(frozen=True, eq=False)

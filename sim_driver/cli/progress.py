@@ -63,13 +63,14 @@ def progress_bar(title: str, total: int) -> Iterator[Callable[[], None]]:
 @contextmanager
 def mission_progress(name: str) -> Iterator[Callable[[float, float | None, str], None]]:
     """Show mission time against the whole, and a few words on what the robots do."""
-    lines = Lines(say)
+    lines, is_terminal = Lines(say), console.is_terminal  # asked once: it looks at the environment, and ticks are many
     with _bar(TextColumn("{task.fields[words]}")) as bar:
         task = bar.add_task(name, total=None, words="starting")
 
         def show(mission_s: float, total_s: float | None, text: str) -> None:
-            bar.update(task, completed=mission_s, total=total_s, words=f"{mission_s:.0f} s of mission  {text}")
-            if not console.is_terminal:
+            if is_terminal:
+                bar.update(task, completed=mission_s, total=total_s, words=f"{mission_s:.0f} s of mission  {text}")
+            else:
                 whole = "" if total_s is None else f" of {total_s:.0f}"
                 lines.tell(f"{name}: {mission_s:.0f}{whole} s of mission  {text}".rstrip())
 

@@ -36,9 +36,10 @@ def align(team: Team, T_a_b: np.ndarray = T_A_B, t_s: int = 10) -> list[Event]:
         covariance=1e-4 * np.eye(3), method="orb",
     )  # fmt: skip
     nothing = OccupancyGrid(np.empty((0, 0), dtype=np.int8), 0.05)
+    areas = (team.maps["a"].area_m2, team.maps["b"].area_m2)
     events = []
     for attempt in range(2):
-        job = AlignJob("a", "b", nothing, nothing, None, ((1, 1), (1, 1)), (64.0, 64.0), attempt)
+        job = AlignJob("a", "b", nothing, nothing, None, ((1, 1), (1, 1)), areas, attempt)
         events += team.on_aligned(job, found, (t_s + attempt) * S)
     return events
 
@@ -159,7 +160,7 @@ def test_where_the_own_map_is_bent_the_own_place_in_the_team_map_is_another() ->
 def test_a_solution_bends_each_map_once_for_judging_and_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
     bent: list[object] = []
     bend_map = Bend.bent
-    monkeypatch.setattr(Bend, "bent", lambda self, grid: bent.append(self) or bend_map(self, grid))
+    monkeypatch.setattr(Bend, "bent", lambda self, *args: bent.append(self) or bend_map(self, *args))
     team = team_of()
     align(team)
     joined(team)
@@ -179,3 +180,19 @@ def test_a_map_whose_keyframes_stayed_keeps_its_bend() -> None:
     assert team.bends["a"] is before["a"]
     assert np.array_equal(team.bends["b"].T_map_key, B.trail.T_map_key + 0.01)
     assert team.bends["b"].T_team_key is before["b"].T_team_key
+
+
+def test_a_pair_whose_alignment_its_scans_confirm_is_not_aligned_again_while_its_maps_hardly_grow() -> None:
+    team = team_of()
+    align(team, se2.compose(T_A_B, se2.transform(0.7, 0.0, 0.0)))  # so far apart do bent maps lie where both have been
+    joined(team)
+    team.take_map("a", KnownMap((1, 2), local_map(A, 2)))
+    assert not isinstance(team.next_job(60 * S), AlignJob)
+
+
+def test_a_pair_whose_scans_say_otherwise_is_aligned_again() -> None:
+    team = team_of()
+    align(team)
+    assert joined(team)[0].fields["ties"]["a-b"] >= 12
+    team.take_map("a", KnownMap((1, 2), local_map(A, 2)))
+    assert isinstance(team.next_job(60 * S), AlignJob)

@@ -3,9 +3,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mrslam.merge.grids.agreement import BLOCK, Walls, compare, count_walls, distances
+from mrslam.merge.grids.agreement import Walls, compare, count_walls, disc
 from mrslam.spatial import OccupancyGrid, se2
-from mrslam.spatial.distance import euclidean
 from tests.merge.plans import RESOLUTION_M, building, part
 
 
@@ -27,23 +26,7 @@ def test_counts_are_those_of_the_slow_twin(cells, points, near):
             agree += 1
         elif 0 <= cells[r, c] <= 35:
             against += 1
-    assert count_walls(cells, *distances(cells >= 65), points, near) == (agree, against)
-
-
-def test_distances_are_kept_where_they_are_short():
-    is_wall = np.zeros((9 * BLOCK + 5, 5 * BLOCK - 7), dtype=np.bool_)
-    is_wall[BLOCK + 3, 2 * BLOCK : 3 * BLOCK], is_wall[-1, 0], is_wall[4 * BLOCK - 1, 5] = True, True, True
-    block_at, kept = distances(is_wall)
-    whole = euclidean(is_wall)
-    assert 0 < len(kept) < block_at.size / 2
-    for i, j in np.ndindex(block_at.shape):
-        part = whole[i * BLOCK : (i + 1) * BLOCK, j * BLOCK : (j + 1) * BLOCK]
-        if block_at[i, j] < 0:
-            assert part.min() >= BLOCK
-        else:
-            got = kept[block_at[i, j]][: part.shape[0], : part.shape[1]]
-            np.testing.assert_array_equal(got[part < BLOCK], np.rint(part[part < BLOCK] ** 2))
-            assert (got[part >= BLOCK] >= BLOCK**2).all()
+    assert count_walls(cells, points, disc(near)) == (agree, against)
 
 
 def test_true_places_agree_and_wrong_ones_contradict():
