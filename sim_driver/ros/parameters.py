@@ -11,7 +11,7 @@ from typing import Any
 from mrslam.agent import Settings
 from mrslam.sim_driver.missions.described import settings_of
 from mrslam.sim_driver.missions.mission import make_settings
-from mrslam.sim_driver.missions.settings import build, check_keys, read_toml
+from mrslam.sim_driver.missions.settings import build, check_keys, parse_assignment, read_toml
 from mrslam.sim_driver.ros.options import RosOptions
 from mrslam.spatial import InputError
 
@@ -27,7 +27,7 @@ class Parameter:
 
     name: str
     default: Any
-    """A number, text or bool; None where it may be not set."""
+    """A number, text or bool, as ROS has them; None where it may be not set."""
     text: str
     """What it does."""
 
@@ -41,7 +41,7 @@ def parameters() -> list[Parameter]:
     for section in fields(Settings):
         config = getattr(settings, section.name)
         for one in settings_of(type(config)):
-            found.append(Parameter(f"{section.name}.{one.name}", getattr(config, one.name), one.text))
+            found.append(Parameter(f"{section.name}.{one.name}", _plain(getattr(config, one.name)), one.text))
     return found
 
 
@@ -64,7 +64,8 @@ def resolve(values: Mapping[str, Any], namespace: str) -> tuple[RosOptions, Sett
         section, dot, name = one.name.partition(".")
         value = values.get(one.name)
         if dot and value is not None and value != one.default:
-            tables.setdefault(section, {})[name] = value
+            is_table = not isinstance(getattr(getattr(Settings(), section), name), float | int | str | None)
+            tables.setdefault(section, {})[name] = _from_text(one.name, value) if is_table else value
     return options, make_settings(tables, "parameters")
 
 
@@ -78,4 +79,12 @@ def check_known(names: Iterable[str]) -> None:
 
 
 def _plain(value: Any) -> Any:
-    return " ".join(value) if isinstance(value, tuple) else value
+    """Return a default as ROS can declare it: lists as words, tables as text; those of settings are empty."""
+    if isinstance(value, tuple):
+        return " ".join(value)
+    return value if isinstance(value, float | int | str | None) else ""
+
+
+def _from_text(name: str, text: object) -> Any:
+    """Return the table that a parameter's text is in TOML, for ROS has no tables: "{r1 = [0.0, 0.0, 0.0]}"."""
+    return parse_assignment(f"{name}={text}")[1]

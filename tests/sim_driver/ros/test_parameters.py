@@ -27,6 +27,7 @@ def test_every_setting_is_a_parameter_with_its_description() -> None:
     ]
     assert set(names) | {one.name for one in fields(RosOptions)} == DEFAULTS.keys()
     assert all(one.text for one in parameters())
+    assert all(isinstance(one.default, float | int | str | None) for one in parameters())  # what ROS can declare
     assert DEFAULTS["comms.exchange_timeout_s"] == settings.comms.exchange_timeout_s
 
 
@@ -41,6 +42,13 @@ def test_values_reach_options_and_settings() -> None:
     assert options.listen == ("tcp/a:1", "tcp/b:2") and options.connect == ("tcp/c:3",)
     assert options.scan_topics == ("l", "r") and settings.rbpf.particles == 7
     assert not options.multicasts and resolve(given(robot="a"), "/")[0].multicasts
+
+
+def test_a_table_is_text_in_toml() -> None:
+    _, settings = resolve(given(robot="a", agent__starts="{r1 = [1.0, 2.0, 0.5], r2 = [0, 0, 0]}"), "/")
+    assert [float(value) for value in settings.agent.starts["r1"]] == [1.0, 2.0, 0.5]
+    with pytest.raises(InputError, match=r"agent\.starts"):
+        resolve(given(robot="a", agent__starts="r1"), "/")
 
 
 def test_a_file_of_settings_counts_where_no_parameter_does(tmp_path: Path) -> None:
