@@ -17,6 +17,7 @@ from mrslam.sim_driver.feeds.bag_contents import LaserMessage
 from mrslam.sim_driver.feeds.tf_tree import rotation_matrix
 from mrslam.sim_driver.ros.complaints import Complaints
 from mrslam.sim_driver.ros.frames import BACKWARD_NS, LiveFrames, RecentMotion
+from mrslam.sim_driver.ros.lasers import JoinedLasers
 from mrslam.sim_driver.ros.options import RosOptions
 from mrslam.spatial import InputError, Scan
 from mrslam.spatial.errors import first_line
@@ -59,7 +60,10 @@ class Arrivals:
 
 
 class Inlet:
-    """Takes messages; calls ``on_scan(scan, T_odom_base)`` for each scan, in the order they came."""
+    """Takes messages; calls ``on_scan(scan, T_odom_base)`` for each scan, in the order they came.
+
+    Of several lasers it is called at the scans of the first, with one sweep of all (:class:`JoinedLasers`).
+    """
 
     def __init__(
         self,
@@ -74,6 +78,7 @@ class Inlet:
         self._options, self._on_scan, self._complaints, self._on_jump = options, on_scan, complaints, on_jump
         self._odom_frame, self._base_frame = options.frame(options.odom_frame), options.frame(options.base_frame)
         self._frames, self._wheels = LiveFrames(), RecentMotion()
+        self._joined = JoinedLasers(options.scan_topics[0]) if len(options.scan_topics) > 1 else None
         self._held: deque[Arrival] = deque()
         self._mounted: dict[str, tuple[Transform, bool]] = {}
         self._awaited_s: dict[str, float] = {}  # by frame: when its first scan came
@@ -143,11 +148,14 @@ class Inlet:
         if isinstance(found, str):
             return False
         try:
-            scan = arrival.laser.scan(*mounted)
+            scan: Scan | None = arrival.laser.scan(*mounted)
         except InputError as error:
             self._complaints.once("bad scan", f"{arrival.topic}: scans that make no sense are dropped: {error}")
             return True
-        self._on_scan(scan, found)
+        if self._joined is not None and scan is not None:
+            scan = self._joined.add(arrival.topic, scan, found)
+        if scan is not None:
+            self._on_scan(scan, found)
         return True
 
     def _mounting(self, frame: str, waited_s: float) -> tuple[Transform, bool] | None:

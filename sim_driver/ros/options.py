@@ -39,7 +39,7 @@ class RosOptions:
     seed: int = 0
     """Of the particle filter, >= 0."""
     scan_topics: tuple[str, ...] = ("scan",)
-    """LaserScan topics, one a laser; separated by blanks, or a list."""
+    """LaserScan topics, one a laser, the first sets the pace; separated by blanks, or a list."""
     odom_topic: str = "odom"
     """Odometry topic."""
     odometry: str = "auto"
@@ -71,6 +71,7 @@ class RosOptions:
 
     def __post_init__(self) -> None:
         require(self.odometry in ODOMETRY, "odometry", f"one of {', '.join(ODOMETRY)}", self.odometry)
+        require(len(self.scan_topics) > 0, "scan_topics", "one topic or more", self.scan_topics)
         require(self.seed >= 0, "seed", "0 or more", self.seed)
         require(0.0 <= self.transform_timeout_s <= 10.0, "transform_timeout_s", "0 to 10 s", self.transform_timeout_s)
         for name in ("transform_period_s", "map_period_s", "map_repeat_s"):

@@ -14,6 +14,7 @@ from mrslam.sim_driver.ros.options import RosOptions
 from mrslam.spatial import Scan
 from mrslam.spatial.se2 import Transform
 from tests.sim_driver.ros.fakes import NS, odometry, scan, tf, transform
+from tests.sim_driver.ros.test_outlook import make_agent, ranges_in_room
 
 
 class Rig:
@@ -125,12 +126,14 @@ def test_two_lasers_have_their_own_mountings() -> None:
     rig = Rig(scan_topics=("front", "rear")).mounted(0.2)
     back = transform("base_link", "back", 0.0, -0.3, 0.0, math.pi, roll=math.pi)
     rig.inlet.take_transforms(tf(back), True, 0.0)
-    rig.scan(10.0, "front")
-    rig.scan(10.01, "rear", frame="back")
-    (front, _), (rear, _) = rig.out
-    assert front.T_base_laser[0] == pytest.approx(0.2) and rear.T_base_laser[0] == pytest.approx(-0.3)
-    assert (front.angle_increment_rad, rear.angle_increment_rad) == pytest.approx((0.02, -0.02))  # upside down
-    assert not rig.said
+    rig.scan(10.0, "front", ranges=[math.nan] * 50 + [2.0] + [math.nan] * 49)  # straight on
+    rig.scan(10.01, "rear", frame="back", ranges=[2.0] + [math.nan] * 99)  # its first beam: -1 rad, upside down
+    rig.scan(10.1, "front", ranges=[math.nan] * 50 + [2.0] + [math.nan] * 49)
+    (alone, _), (both, _) = rig.out
+    assert [one.stamp_ns for one in (alone, both)] == [10 * NS, round(10.1 * NS)]
+    np.testing.assert_allclose(alone.points_base(), [[2.2, 0.0]], atol=0.02)
+    behind = [-0.3 - 2.0 * math.cos(1.0), -2.0 * math.sin(1.0)]
+    np.testing.assert_allclose(both.points_base(), [behind, [2.2, 0.0]], atol=0.02)
 
 
 def test_stamps_that_run_backward_are_said_once_and_mapped_without_a_step_of_odometry() -> None:
@@ -195,3 +198,31 @@ def test_a_prefix_is_put_before_the_frames_that_are_looked_up() -> None:
     ((taken, T_odom_base),) = rig.out
     np.testing.assert_allclose(taken.T_base_laser, [0.4, 0.0, 0.0])
     assert T_odom_base is not None and T_odom_base[0] == 7.0
+
+
+def test_two_lasers_make_one_map() -> None:
+    """One looks forward and one, mounted behind it upside down, backward; they send by turns."""
+    agent = make_agent()
+    inlet = Inlet(
+        RosOptions(robot="r1", scan_topics=("front", "rear")),
+        lambda taken, T: agent.on_scan(taken, T, taken.stamp_ns) and None,
+        Complaints(lambda words: pytest.fail(words)),
+        0.0,
+    )
+    front = transform("base_link", "front", 0.0, 0.2, 0.0, 0.0)
+    rear = transform("base_link", "rear", 0.0, -0.3, 0.0, math.pi, roll=math.pi)
+    inlet.take_transforms(tf(front, rear), True, 0.0)
+    angles = np.linspace(-1.5, 1.5, 200)
+    for k in range(120):
+        x_m, stamp_s = 0.01 * k, 1.0 + 0.05 * k
+        inlet.take_odometry(odometry(stamp_s, x_m), 0, 0.0)
+        name, at_m, way = ("front", x_m + 0.2, 0.0) if k % 2 == 0 else ("rear", x_m - 0.3, math.pi)
+        ranges = ranges_in_room(at_m, angles if k % 2 == 0 else way - angles)
+        seen = scan(stamp_s, list(ranges), name, angle_min=-1.5, angle_increment=3.0 / 199, range_max=20.0)
+        inlet.take_scan(name, seen, 0, 0.0)
+    np.testing.assert_allclose(agent.mapper.T_map_base, [1.18, 0.0, 0.0], atol=0.05)
+    assert agent.mapper.stats.scans == 60 and agent.mapper.stats.dropped == 0
+    grid = agent.own_map()
+    walls = grid.centres(grid.is_occupied)
+    assert np.abs(walls[:, 0]).max() < 3.1 and walls[:, 0].min() < -2.9 and walls[:, 0].max() > 2.9
+    assert np.abs(walls[:, 1]).max() < 2.1

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from mrslam.agent import Agent, Keeper, Settings, WallClock
 from mrslam.agent.known_map import KnownMap
@@ -17,13 +18,18 @@ from mrslam.sim_driver.ros.sessions import Sessions
 from mrslam.spatial import InputError, Scan, se2
 
 
-def room(stamp_ns: int, x_m: float = 0.0) -> Scan:
-    """A scan of a room of 6 m x 4 m, taken ``x_m`` from its centre."""
-    angles = np.linspace(-3.0, 3.0, 300)
+def ranges_in_room(x_m: float, angles: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Return ranges in a room of 6 m x 4 m, taken ``x_m`` from its centre."""
     with np.errstate(divide="ignore"):
         to_x = (np.where(np.cos(angles) > 0, 3.0, -3.0) - x_m) / np.cos(angles)
         to_y = np.where(np.sin(angles) > 0, 2.0, -2.0) / np.sin(angles)
-    ranges_m = np.minimum(to_x, to_y).astype(np.float32)
+    return np.minimum(to_x, to_y).astype(np.float32)
+
+
+def room(stamp_ns: int, x_m: float = 0.0) -> Scan:
+    """A scan of that room."""
+    angles = np.linspace(-3.0, 3.0, 300)
+    ranges_m = ranges_in_room(x_m, angles)
     step_rad = float(angles[1] - angles[0])
     return Scan(
         stamp_ns=stamp_ns, ranges_m=ranges_m, angle_min_rad=-3.0, angle_increment_rad=step_rad, range_max_m=20.0

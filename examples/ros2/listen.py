@@ -1,0 +1,80 @@
+"""Listen to one robot's topics for some seconds, as any other node would, and print what came.
+
+python examples/ros2/listen.py /r1 --seconds 5
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections import Counter
+from typing import Any
+
+import numpy as np
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from nav_msgs.msg import OccupancyGrid
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+TOPICS = {
+    "map": (OccupancyGrid, LATCHED),
+    "team_map": (OccupancyGrid, LATCHED),
+    "pose": (PoseWithCovarianceStamped, 10),
+    "tf": (TFMessage, 100),
+    "team_graph": (MarkerArray, 10),
+    "diagnostics": (DiagnosticArray, 10),
+}
+
+
+def words(message: Any) -> str:
+    match message:
+        case OccupancyGrid():
+            known = np.count_nonzero(np.frombuffer(message.data, dtype=np.int8) >= 0) * message.info.resolution**2
+            return (
+                f"{message.info.width} x {message.info.height} cells, {known:.0f} m2 known, {message.header.frame_id}"
+            )
+        case PoseWithCovarianceStamped():
+            place = message.pose.pose.position
+            return f"at {place.x:.2f} {place.y:.2f} in {message.header.frame_id}"
+        case TFMessage():
+            return ", ".join(f"{one.header.frame_id} -> {one.child_frame_id}" for one in message.transforms)
+        case MarkerArray():
+            return "; ".join(one.text for one in message.markers if one.text)
+        case _:
+            return "; ".join(f"{one.name}: {one.message}" for one in message.status)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("namespace")
+    parser.add_argument("--seconds", type=float, default=5.0)
+    options = parser.parse_args()
+    rclpy.init()
+    node = rclpy.create_node("listener")
+    counts: Counter[str] = Counter()
+    newest: dict[str, Any] = {}
+
+    def listen(topic: str, kind: type, qos: Any) -> None:
+        def take(message: Any) -> None:
+            counts[topic] += 1
+            newest[topic] = message
+
+        node.create_subscription(kind, f"{options.namespace}/{topic}", take, qos)
+
+    for topic, (kind, qos) in TOPICS.items():
+        listen(topic, kind, qos)
+    end_s = time.monotonic() + options.seconds
+    while time.monotonic() < end_s:
+        rclpy.spin_once(node, timeout_sec=0.1)
+    for topic in TOPICS:
+        print(
+            f"{options.namespace}/{topic}: {counts[topic]} messages; {words(newest[topic]) if topic in newest else ''}"
+        )
+    rclpy.shutdown()
+
+
+main()
