@@ -8,6 +8,7 @@ from bench.mutants.lists import (
     merge,
     mutual_detection,
     rbpf,
+    ros,
     sim_driver,
     spatial,
 )
@@ -22,5 +23,6 @@ MUTANTS: tuple[Mutant, ...] = (
     *comms.MUTANTS,
     *agent.MUTANTS,
     *sim_driver.MUTANTS,
+    *ros.MUTANTS,
     *chaos.MUTANTS,
 )

@@ -64,10 +64,10 @@ def test_odometry_through_a_footprint_is_interpolated() -> None:
     frames = LiveFrames()
     frames.add(transform("base_footprint", "base_link", 0.0, 0.1, 0.0, 0.0), is_static=True)
     for k in (1, 2):
-        frames.add(transform("odom", "base_footprint", float(k), 2.0 * k, 0.0, 0.0), is_static=False)
+        frames.add(transform("odom", "base_footprint", float(k), 2.0 * k, 0.0, math.pi / 2), is_static=False)
     found = frames.pose("odom", "base_link", round(1.5 * NS))
     assert found is not None and found[1] == 0
-    np.testing.assert_allclose(found[0], [3.1, 0.0, 0.0])
+    np.testing.assert_allclose(found[0], [3.0, 0.1, math.pi / 2], atol=1e-9)
     late = frames.pose("odom", "base_link", 3 * NS)
     assert late is not None and late[1] == NS
     assert frames.pose("map", "base_link", NS) is None

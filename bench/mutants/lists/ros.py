@@ -1,0 +1,104 @@
+"""Mutants of the ROS 2 node's plain parts."""
+
+from bench.mutants.mutant import Mutant
+
+FRAMES, INLET, LASERS, OUTLOOK, PARAMETERS, SESSIONS = (
+    f"sim_driver/ros/{name}.py" for name in ("frames", "inlet", "lasers", "outlook", "parameters", "sessions")
+)
+
+MUTANTS = (
+    Mutant(FRAMES, "return se2.compose(before, share *", "return se2.compose(before, 0.0 *", "scans get old odometry"),
+    Mutant(
+        FRAMES,
+        "if self._stamps_ns and stamp_ns < self._stamps_ns[-1] - BACKWARD_NS:",
+        "if False:",
+        "after a bag has looped there is no odometry",
+    ),
+    Mutant(
+        FRAMES,
+        "        if len(self._stamps_ns) > 2 * KEPT:",
+        "        if False:",
+        "the node's memory grows with odometry",
+    ),
+    Mutant(
+        FRAMES,
+        "pose = se2.compose(step, pose)",
+        "pose = se2.compose(pose, step)",
+        "odometry through a footprint is wrong",
+    ),
+    Mutant(
+        INLET,
+        "if 0 < beyond_ns < ODOMETRY_ALIVE_NS and waited_s < ODOMETRY_WAIT_S:",
+        "if False:",
+        "scans get the odometry before them",
+    ),
+    Mutant(
+        INLET,
+        "        return pose if was in (None, source) else None",
+        "        return pose",
+        "a change of the odometry's source is driven as a step",
+    ),
+    Mutant(
+        INLET,
+        'self._source = "before the jump"',
+        "pass",
+        "a bag that loops is driven back in one step",
+    ),
+    Mutant(
+        INLET,
+        "        if mounted is None and waited_s < MOUNTING_WAIT_S:",
+        "        if False:",
+        "the first scans are mapped as if the laser sat on the centre",
+    ),
+    Mutant(
+        INLET,
+        "first_s = self._awaited_s.setdefault(arrival.laser.frame, arrival.arrived_s)",
+        "first_s = arrival.arrived_s",
+        "with a wrong frame every scan is two seconds late",
+    ),
+    Mutant(
+        "sim_driver/ros/complaints.py", "is_first = self.counts[kind] == 1", "is_first = True", "warnings flood the log"
+    ),
+    Mutant(
+        LASERS,
+        "            return None\n        fresh",
+        "            pass\n        fresh",
+        "every laser makes a sweep, and the mapper twice the work",
+    ),
+    Mutant(
+        LASERS,
+        "points = se2.apply(T_now_base, scan.points_base())",
+        "points = scan.points_base()",
+        "what another laser saw is drawn where the robot was",
+    ),
+    Mutant(
+        OUTLOOK,
+        "self._T_map_odom = se2.compose(T_map_base, se2.inverse(sensed.T_odom_base))",
+        "self._T_map_odom = se2.compose(se2.inverse(sensed.T_odom_base), T_map_base)",
+        "map -> odom puts the robot elsewhere",
+    ),
+    Mutant(
+        OUTLOOK,
+        "        if known is not None and known is not self._own:",
+        "        if known is not None and self._own is None:",
+        "the map on its topic is the first one for ever",
+    ),
+    Mutant(
+        PARAMETERS,
+        "        if dot and value is not None and value != one.default:",
+        "        if dot and value is not None:",
+        "the file of settings is without effect",
+    ),
+    Mutant(
+        SESSIONS,
+        "            self._checkpoint.replace(self.new_path())",
+        "            pass",
+        "a reset loses the map",
+    ),
+    Mutant(
+        "agent/shells/sensors.py",
+        "now_ns - self._waiting[0].t_ns >= self._patience_ns",
+        "now_ns >= 0",
+        "a node loses scans while its mapper is busy for a moment",
+    ),
+)
