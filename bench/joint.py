@@ -18,7 +18,7 @@ import time
 import numpy as np
 
 from mrslam.merge import Pair
-from mrslam.merge.joint.consistent import Match
+from mrslam.merge.joint.consistent import KeyMatch
 from mrslam.merge.joint.join import believable, solve
 from mrslam.merge.joint.trail import Trail
 from mrslam.spatial import KeyScans, se2
@@ -35,7 +35,7 @@ EVERY = 5
 """Keyframes between two matches."""
 NEAR_M = 1.0
 
-Matches = list[tuple[str, str, Match]]
+Matches = list[tuple[str, str, KeyMatch]]
 
 
 def streets(rng: np.random.Generator, keyframes: int) -> Transform:
@@ -87,7 +87,7 @@ def matches_of(rng: np.random.Generator, truths: dict[str, Transform]) -> Matche
                 i = int(np.argmin(away))
                 if away[i] < NEAR_M:
                     T = se2.between(truths[a][i], truths[b][j]) + rng.normal(0.0, (MATCH_M, MATCH_M, MATCH_RAD))
-                    found.append((a, b, Match(i, j, T, INFORMATION)))
+                    found.append((a, b, KeyMatch(i, j, T, INFORMATION)))
     return found
 
 
@@ -112,7 +112,7 @@ def spoilt(
 
 def believed(trails: dict[str, Trail], matches: Matches) -> list[int]:
     """Return indices of the matches that are believable, pair by pair."""
-    found: dict[Pair, dict[tuple[int, int], Match]] = {}
+    found: dict[Pair, dict[tuple[int, int], KeyMatch]] = {}
     at: dict[tuple[str, str, int, int], int] = {}
     for k, (a, b, match) in enumerate(matches):
         found.setdefault((a, b), {})[match.i, match.j] = match

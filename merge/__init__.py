@@ -3,7 +3,6 @@
 from mrslam.merge.batch.merge_maps import MergeResult, merge_maps
 from mrslam.merge.config import MergeConfig
 from mrslam.merge.graph.edges import Edge, Pair
-from mrslam.merge.graph.team_graph import Placement, TeamGraph
 from mrslam.merge.grids.fuse import fuse
 from mrslam.merge.grids.warp import warp
 from mrslam.merge.joint.bend import Bend
@@ -12,6 +11,7 @@ from mrslam.merge.joint.join import JointMap, join
 from mrslam.merge.joint.local_match import LocalMatcher
 from mrslam.merge.joint.trail import Trail
 from mrslam.merge.team import TeamMap, TeamMapper
+from mrslam.merge.team_graph import Placement, TeamGraph
 from mrslam.merge.warm_up import warm_up
 
 __all__ = [

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from mrslam.merge.config import MergeConfig
 from mrslam.merge.contradictions import Contradictions
 from mrslam.merge.graph.edges import AlignmentLike, Pair, make_edge
-from mrslam.merge.graph.team_graph import Conflict, Placement, TeamGraph
 from mrslam.merge.grids.fusion_tree import FusionTree
 from mrslam.merge.grids.layers import Layer
 from mrslam.merge.joint.bend import Bend
 from mrslam.merge.joint.bent_map import BentMap
 from mrslam.merge.joint.bent_team import BentTeam
 from mrslam.merge.joint.trail import Trail
+from mrslam.merge.team_graph import Conflict, Placement, TeamGraph
 from mrslam.spatial import TILE_CELLS, UNKNOWN, InputError, OccupancyGrid, se2
 from mrslam.spatial.tiles import MOST_CELLS, TileIndex, box_cells
 

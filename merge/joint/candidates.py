@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrslam.merge.joint.consistent import Match
+from mrslam.merge.joint.consistent import KeyMatch
 from mrslam.merge.joint.trail import Trail
 from mrslam.spatial import se2
 from mrslam.spatial.matching.places import TURN_COST_M, within_m
 from mrslam.spatial.se2 import Transform
 
-EVERY_M = 2.5
+COMPARED_EVERY_M = 2.5
 """Least path between two keyframes of b that are compared, metres. Measured: half of it costs twice the time and
 changes the results by 1 to 3 %."""
 FIRST_LOST_M = 20.0
@@ -35,13 +35,13 @@ def candidates(
     trails: tuple[Trail, Trail],
     poses: tuple[Transform, Transform],
     found: Collection[tuple[int, int]],
-    believed: Sequence[Match],
+    believed: Sequence[KeyMatch],
 ) -> list[Candidate]:
     """Return the keyframes of the second trail to compare, each with the nearest keyframe of the first.
 
     ``poses`` : present estimates of both robots' keyframes, ``(K, 3)`` each, in one frame. ``found`` : keyframes (i, j)
-    of all matches so far; within half of ``EVERY_M`` along the second trail nothing is compared again. ``believed`` :
-    those matches that the last solution believes.
+    of all matches so far; within half of ``COMPARED_EVERY_M`` along the second trail nothing is compared again.
+    ``believed`` : those matches that the last solution believes.
     """
     (a, b), (T_a, T_b) = trails, poses
     if believed:
@@ -51,7 +51,7 @@ def candidates(
     chosen: list[Candidate] = []
     last_m = -np.inf
     for j in range(len(b)):
-        if b.way_m[j] - last_m < EVERY_M:
+        if b.way_m[j] - last_m < COMPARED_EVERY_M:
             continue
         away = np.hypot(*(T_a[:, :2] - T_b[j, :2]).T)
         i = int(np.argmin(away + TURN_COST_M * np.abs(se2.wrap(T_a[:, 2] - T_b[j, 2]))))
@@ -59,6 +59,6 @@ def candidates(
         if away[i] > within_m(lost_m):
             continue
         last_m = b.way_m[j]
-        if done_m.size == 0 or np.abs(done_m - last_m).min() >= 0.5 * EVERY_M:
+        if done_m.size == 0 or np.abs(done_m - last_m).min() >= 0.5 * COMPARED_EVERY_M:
             chosen.append(Candidate(i, j, se2.between(T_a[i], T_b[j]), lost_m))
     return chosen

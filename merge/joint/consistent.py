@@ -22,7 +22,7 @@ STARTS = 20
 """Number of matches that cliques are grown from, those that agree with most others first: bounds the time."""
 
 
-class Match(NamedTuple):
+class KeyMatch(NamedTuple):
     """Keyframe ``j`` of one robot lies at ``T_i_j`` in the frame of keyframe ``i`` of another."""
 
     i: int
@@ -42,7 +42,7 @@ class Chosen(NamedTuple):
     """Size of the largest such set among those that contradict most of the chosen."""
 
 
-def agreeing(a: Trail, b: Trail, matches: Sequence[Match]) -> NDArray[np.bool_]:
+def agreeing(a: Trail, b: Trail, matches: Sequence[KeyMatch]) -> NDArray[np.bool_]:
     """Return ``(M, M)``: whether the loop through two matches and both robots' paths between them closes."""
     i, j = (np.array([match[side] for match in matches], dtype=np.int64) for side in (0, 1))
     T_i_j = np.array([match.T_i_j for match in matches])

@@ -16,7 +16,7 @@ import numpy as np
 
 from mrslam.merge.graph.edges import Pair
 from mrslam.merge.joint.candidates import candidates
-from mrslam.merge.joint.consistent import Chosen, Match, agreeing, choose
+from mrslam.merge.joint.consistent import Chosen, KeyMatch, agreeing, choose
 from mrslam.merge.joint.local_match import LocalMatcher
 from mrslam.merge.joint.trail import Trail, rigid
 from mrslam.spatial import se2
@@ -38,7 +38,7 @@ class Tie(NamedTuple):
 
     a: str
     b: str
-    match: Match
+    match: KeyMatch
     """``i`` is a keyframe of ``a``, ``j`` of ``b``."""
     believed: bool
     """Whether the solve kept it (``CHI2_MOST``)."""
@@ -85,7 +85,7 @@ def join(
     names = [name for name in sorted(trails) if name in T_team_map and len(trails[name])]
     matcher = matcher or LocalMatcher()
     poses = {name: se2.compose(T_team_map[name], trails[name].T_map_key) for name in names}
-    found: dict[Pair, dict[tuple[int, int], Match]] = {pair: {} for pair in combinations(names, 2)}
+    found: dict[Pair, dict[tuple[int, int], KeyMatch]] = {pair: {} for pair in combinations(names, 2)}
     ties: tuple[Tie, ...] = ()
     ambiguous: dict[Pair, str] = {}
     for _ in range(ROUNDS):
@@ -101,26 +101,26 @@ def _compare(
     trails: Mapping[str, Trail],
     poses: Mapping[str, Transform],
     pair: Pair,
-    found: dict[tuple[int, int], Match],
+    found: dict[tuple[int, int], KeyMatch],
     ties: Sequence[Tie],
     matcher: LocalMatcher,
 ) -> int:
-    """Match keyframes of two robots that may have seen the same place; add to ``found``, return the number added."""
+    """KeyMatch keyframes of two robots that may have seen the same place; add to ``found``, return the number added."""
     a, b = (trails[name] for name in pair)
     believed = [tie.match for tie in ties if tie.believed and (tie.a, tie.b) == pair]
     before = len(found)
     for near in candidates((a, b), (poses[pair[0]], poses[pair[1]]), found, believed):
         fit = matcher.match(a, near.i, b, near.j, near.T_i_j, near.lost_m)
         if fit is not None:
-            found[near.i, near.j] = Match(near.i, near.j, fit.T_i_j, fit.information)
+            found[near.i, near.j] = KeyMatch(near.i, near.j, fit.T_i_j, fit.information)
     return len(found) - before
 
 
 def believable(
-    trails: Mapping[str, Trail], found: Mapping[Pair, Mapping[tuple[int, int], Match]]
-) -> tuple[list[tuple[str, str, Match]], dict[Pair, str]]:
+    trails: Mapping[str, Trail], found: Mapping[Pair, Mapping[tuple[int, int], KeyMatch]]
+) -> tuple[list[tuple[str, str, KeyMatch]], dict[Pair, str]]:
     """Return every pair's largest consistent set of matches, and why the ambiguous pairs have none."""
-    chosen: list[tuple[str, str, Match]] = []
+    chosen: list[tuple[str, str, KeyMatch]] = []
     ambiguous: dict[Pair, str] = {}
     for (a, b), by_keys in found.items():
         matches = list(by_keys.values())
@@ -135,7 +135,7 @@ def believable(
 
 
 def solve(
-    trails: Mapping[str, Trail], poses: Mapping[str, Transform], matches: Sequence[tuple[str, str, Match]]
+    trails: Mapping[str, Trail], poses: Mapping[str, Transform], matches: Sequence[tuple[str, str, KeyMatch]]
 ) -> tuple[dict[str, Transform], tuple[Tie, ...]]:
     """Return keyframes ``(K, 3)`` of every robot that fit all trails and matches best, and which matches are believed.
 

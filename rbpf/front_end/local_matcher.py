@@ -121,5 +121,7 @@ class LocalMatcher:
 
 
 def _aim(tiles: Tiles, points: NDArray[np.float64], start: Transform, guess: Guess) -> _Aim:
-    information = 1.0 / guess.sigma_m**2
-    return _Aim(tiles, points, start, np.diag([information, information, 1.0 / guess.sigma_rad**2]))
+    prior = np.zeros((3, 3))  # filled one by one: np.diag takes four times as long
+    prior[0, 0] = prior[1, 1] = 1.0 / guess.sigma_m**2
+    prior[2, 2] = 1.0 / guess.sigma_rad**2
+    return _Aim(tiles, points, start, prior)

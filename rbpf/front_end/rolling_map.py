@@ -46,8 +46,8 @@ class RollingMap:
 
     def _is_out_of_sight(self, T_local_base: Transform) -> bool:
         """Return whether nothing in the map can be seen from a pose ``(3,)``."""
-        near_m = 2.0 * self._reach_m
-        return all(np.abs(place[:2] - T_local_base[:2]).max() > near_m for place, _ in reversed(self._scans))
+        near_m, (x, y, _) = 2.0 * self._reach_m, T_local_base.tolist()
+        return all(abs(place[0] - x) > near_m or abs(place[1] - y) > near_m for place, _ in reversed(self._scans))
 
     def is_due(self, T_local_base: Transform) -> bool:
         """Return whether a scan from this pose ``(3,)`` should be added."""

@@ -2,7 +2,8 @@
 
 from bench.mutants.mutant import Mutant
 
-GRAPH, CONSISTENCY, SOLVE = (f"merge/graph/{name}.py" for name in ("team_graph", "consistency", "solve"))
+GRAPH = "merge/team_graph.py"
+CONSISTENCY, SOLVE = (f"merge/graph/{name}.py" for name in ("consistency", "solve"))
 
 MUTANTS = (
     Mutant(

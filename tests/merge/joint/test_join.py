@@ -3,7 +3,7 @@ import pytest
 
 from bench import joint as bench
 from mrslam.merge import LocalMatcher, Trail, join
-from mrslam.merge.joint.consistent import Match
+from mrslam.merge.joint.consistent import KeyMatch
 from mrslam.merge.joint.join import MATCHES_LEAST, believable, solve
 from mrslam.spatial import KeyScans, se2
 from tests.merge.joint.blocks import drive, errors_m
@@ -78,7 +78,7 @@ def test_fewer_matches_than_needed_tie_nobody():
 
 def test_a_wrong_match_that_slipped_in_is_dropped_in_the_solve():
     good = [(tie.a, tie.b, tie.match) for tie in joined().ties]
-    wrong = Match(5, 60, se2.transform(4.0, -3.0, 1.0), good[0][2].information)
+    wrong = KeyMatch(5, 60, se2.transform(4.0, -3.0, 1.0), good[0][2].information)
     trails, poses = {"a": A.trail, "b": B.trail}, dict(joined().T_team_key)
     clean, _ = solve(trails, poses, good)
     spoilt, ties = solve(trails, poses, [*good, ("a", "b", wrong)])
