@@ -183,8 +183,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/bend_kernels.py",
-        "            if cells[r, c] >= OCCUPIED:\n                _push_wall",
-        "            if cells[r, c] > 127:\n                _push_wall",
+        "                _push_walls(cells, field, (i, j, reach), out)",
+        "                pass",
         "walls get holes where a map is bent",
     ),
     Mutant(

@@ -63,8 +63,8 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/filter/particles.py",
-        "fit = match(map_of(maps, i), points",
-        "fit = match(map_of(maps, 0), points",
+        "fit = match(map_of(maps, i), points, predicted, predicted, info, sigma_m, ITERATIONS)",
+        "fit = match(map_of(maps, 0), points, predicted, predicted, info, sigma_m, ITERATIONS)",
         "every particle is matched to the first one's map",
     ),
     Mutant(
@@ -105,8 +105,8 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/mapper.py",
-        "self._dead_reckoned = self._front.predictor.dead_reckoned(reading.T_before_odom)",
-        "self._dead_reckoned = se2.IDENTITY",
+        "dropped += 1\n        self._dead_reckoned = self._front.predictor.dead_reckoned(",
+        "dropped += 1\n        self._dead_reckoned = (lambda _: se2.IDENTITY)(",
         "while scans are of no use the robot seems to stand still",
     ),
     Mutant(
@@ -129,8 +129,8 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/front_end/scan_gate.py",
-        "    return bool(is_dense and on_surfaces",
-        "    return bool(False and on_surfaces",
+        "    return beams_apart * abs(scan.angle_increment_rad) <= DENSE_RAD",
+        "    return False",
         "garbage of a broken laser is drawn into the map",
     ),
 )
