@@ -25,6 +25,19 @@ def test_two_robots_hold_each_others_maps():
     assert len(team.of(ExchangeStarted)) == 2
 
 
+def test_what_a_robot_took_out_of_its_map_leaves_its_teammates_copies_too():
+    team = Team("ab")
+    first = big_map(400)
+    gone = next(iter(first.map.tiles))
+    team.nodes["a"].publish(first, 0)
+    assert team.run_until_agreed(10)
+    rest = {index: tile for index, tile in first.map.tiles.items() if index != gone}
+    team.nodes["a"].publish(LocalMap(TiledMap(0.05, rest, 2), first.keyframes), team.now_ns)
+    assert team.run_until_agreed(10)
+    held = team.nodes["b"].store.maps["a"].map
+    assert held.revision == 2 and (held.tiles[gone].cells == -1).all()
+
+
 def test_of_two_proposals_that_cross_one_stands():
     team = Team("ab", link=LinkConditions(delay_s=0.3))  # longer than a step: both have opened before they hear
     for robot in "ab":

@@ -45,6 +45,13 @@ def test_silence_counts_as_loss_and_speech_after_a_pause_of_the_sender_does_not(
     assert window.quality(now + 7 * PERIOD, PERIOD) == 1.0
 
 
+def test_a_young_link_that_falls_silent_gets_worse_too():
+    window = BeaconWindow(64)
+    now = drive(window, [(k, 1) for k in range(1, 21)])
+    assert window.quality(now, PERIOD) == 1.0
+    assert window.quality(now + 21 * PERIOD, PERIOD) == pytest.approx(0.5)
+
+
 def test_a_late_beacon_counts_as_lost_and_a_steady_delay_does_not():
     late = BeaconWindow(20)
     now = drive(late, [(k, 900 if k % 2 else 200) for k in range(1, 21)])
