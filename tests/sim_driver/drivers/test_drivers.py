@@ -4,6 +4,7 @@ import pytest
 from mrslam.sim_driver.drivers import DRIVERS, DriverConfig, Explorer, IdleDriver, TrajectoryDriver, WaypointDriver
 from mrslam.sim_driver.drivers.costmap import make_costmap
 from mrslam.sim_driver.drivers.follow import slow_for_obstacles, steer
+from mrslam.sim_driver.drivers.goals import find_goals
 from mrslam.sim_driver.drivers.plan import path_between
 from mrslam.sim_driver.worlds import World, load_world
 from mrslam.sim_driver.worlds.canvas import Canvas
@@ -51,6 +52,19 @@ def test_waypoints_go_around_walls():
     assert driver.finished
     wall = np.abs(track[:, 0] - 3.025) < 0.15
     assert track[wall, 1].min() > 3.1
+
+
+def test_a_frontier_is_whoever_is_nearer_to_it():
+    cells = np.full((60, 200), -1, dtype=np.int8)
+    cells[20:40, 20:180] = 0  # a corridor from x = 1 to 9 m, open at both ends
+    cells[[19, 40], 20:180] = 100
+    costmap = make_costmap(OccupancyGrid(cells, 0.05), DriverConfig())
+    for mates, mine in (
+        (np.empty((0, 2)), {"west": True, "east": True}),
+        ([[6.0, 1.5]], {"west": True, "east": False}),
+    ):
+        _, goals = find_goals(costmap, np.array([4.0, 1.5, 0.0]), np.reshape(mates, (-1, 2)), DriverConfig())
+        assert {"west" if goal.xy_m[0] < 5.0 else "east": goal.is_mine for goal in goals} == mine
 
 
 def test_looping_waypoints_never_finish():

@@ -31,6 +31,13 @@ def test_cross_errors_see_only_what_links_the_robots() -> None:
     assert (turned[:, 0] > 0.01).all()
 
 
+def test_errors_of_headings_are_no_more_than_half_a_turn() -> None:
+    relations = np.array([0]), np.array([1_000_000]), np.array([[2.0, 0.0, 1.5 * np.pi]])
+    poses = np.array([[0.0, 0.0, 0.0], [2.0, 1.0, -np.pi / 2 + 0.1]])
+    ((off_m, off_deg),) = own_errors(relations, np.array([0, 1_000_000_000]), poses)
+    assert (off_m, off_deg) == pytest.approx((1.0, np.degrees(0.1)))
+
+
 @pytest.mark.parametrize("decimals", [2, 3, 5, 6])
 def test_rounded_stamps_mean_the_nearest_scan(tmp_path: Path, decimals: int) -> None:
     rng = np.random.default_rng(1)

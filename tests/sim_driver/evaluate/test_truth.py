@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mrslam.sim_driver.evaluate.results import RunResults
-from mrslam.sim_driver.evaluate.truth import Judge
+from mrslam.sim_driver.evaluate.truth import Judge, overlap
 from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.spatial import OccupancyGrid
 from mrslam.spatial.files.tum import write_tum
@@ -34,6 +34,15 @@ def test_a_wall_at_the_worlds_edge_is_near_on_its_far_side_too() -> None:
     beyond = OccupancyGrid(world.cells, 0.05, (0.1, 0.0))  # the same wall, drawn two cells farther out
     assert judge.occupied_precision(beyond, np.zeros(3)) == 1.0
     assert judge.occupied_precision(OccupancyGrid(world.cells, 0.05, (0.15, 0.0)), np.zeros(3)) == 0.0
+
+
+def test_overlap_is_of_the_smaller_map_whichever_comes_first() -> None:
+    whole = OccupancyGrid(np.zeros((40, 40), dtype=np.int8), 0.05)
+    part = OccupancyGrid(np.zeros((10, 20), dtype=np.int8), 0.05)
+    there, beside = np.array([0.5, 0.5, 0.0]), np.array([1.5, 0.5, 0.0])  # the second half lies outside
+    for T_world_part, share in ((there, 1.0), (beside, 0.5)):
+        assert overlap(whole, part, np.zeros(3), T_world_part) == pytest.approx(share)
+        assert overlap(part, whole, T_world_part, np.zeros(3)) == pytest.approx(share)
 
 
 def test_two_maps_contradict_where_a_wall_moved_stands_on_floor_that_the_other_shows() -> None:
