@@ -24,7 +24,7 @@ from mrslam.merge import Bend, BentTeam, JointMap, Pair, Placement, TeamMap, Tea
 from mrslam.merge.graph.edges import inverse_covariance, pair_of
 from mrslam.merge.joint.join import Tie
 from mrslam.mutual_detection import clear_ghosts
-from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, se2
+from mrslam.spatial import Keyframes, OccupancyGrid, se2
 from mrslam.spatial.se2 import Transform
 
 PLACE_NS = 2_000_000_000
@@ -62,7 +62,7 @@ class Team:
 
     def take_map(self, robot_id: str, known: KnownMap) -> None:
         """Take the newest map of a robot; one of a new epoch replaces map, place and beliefs of the old one."""
-        if self._doubts(robot_id, known.local):
+        if self._doubts(robot_id, known):
             return
         held = self.maps.get(robot_id)
         self._know(robot_id, known)
@@ -84,9 +84,9 @@ class Team:
             if robot_id in pair:
                 self.beliefs[pair] = PairBelief(reason=f"{robot_id} started a new map")
 
-    def _doubts(self, robot_id: str, local: LocalMap) -> bool:
+    def _doubts(self, robot_id: str, known: KnownMap) -> bool:
         """Return whether a teammate's map contradicts itself; if so, note why, and drop its map, place and beliefs."""
-        reason = contradicts_itself(local) if robot_id != self.robot_id else None
+        reason = contradicts_itself(known.local, known.grid) if robot_id != self.robot_id else None
         if reason is None:
             self.doubted.pop(robot_id, None)
             return False
@@ -108,7 +108,7 @@ class Team:
         """Continue with the maps, beliefs and frame of a checkpoint."""
         self._mapper.frame = frame
         for robot_id, known in sorted(maps.items()):
-            if not self._doubts(robot_id, known.local):
+            if not self._doubts(robot_id, known):
                 self._know(robot_id, known)
                 self._mapper.set_map(robot_id, known.grid, known.trail)
         self.beliefs |= {pair: belief for pair, belief in beliefs.items() if not self.doubted.keys() & set(pair)}

@@ -16,6 +16,9 @@ KNOWABLE_M = 2.0
 """Who has seen so much true wall stand on true floor has seen that it does not, metres."""
 LIE_PRECISION = 0.6
 """A liar's map that lies on the true walls with less of its own is a false merge."""
+LIE_PLACE_M = 1.0
+"""A liar is believed that is shown farther from where it truly is, metres: a turned map fits the walls, and shows its
+robot and all its way elsewhere."""
 
 
 class Places:
@@ -43,14 +46,26 @@ class Places:
                 if other == robot_id or there is None or scene.suffers(other, *SPOILS):
                     continue
                 if scene.suffers(other, "liar"):
-                    self._lie(scene, agent, other, se2.compose(own, T_own_other))
+                    self._lie(scene, agent, (other, there), se2.compose(own, T_own_other))
                 else:
                     self._place(scene, agent, (robot_id, own), (other, there), at_end=at_end)
 
-    def _lie(self, scene: Scene, agent: Agent, other: str, T_world_other: Transform) -> None:
+    def _lie(self, scene: Scene, agent: Agent, liar: tuple[str, Transform], T_world_other: Transform) -> None:
+        """Say what of a liar's map is not true: its walls, or where its robot is by it. ``liar`` : id, true frame."""
+        other, T_world_map = liar
         share = scene.judge.occupied_precision(agent.node.store.maps[other].map.to_grid(), T_world_other)
         if share < LIE_PRECISION:
             self._report.say(f"{agent.robot_id} believes the lie of {other}: {100 * share:.0f} % of its walls are true")
+        T_world_base = scene.T_world_base[other]
+        shown = se2.compose(T_world_other, se2.between(T_world_map, T_world_base))
+        off_m, _ = se2.difference(shown, T_world_base)
+        self._report.figures["liar"].append(
+            [agent.robot_id, other, round(scene.now_s, 1), round(share, 3), round(off_m, 2)]
+        )
+        if off_m > LIE_PLACE_M:
+            self._report.say(
+                f"{agent.robot_id} believes the lie of {other}, which is {off_m:.1f} m from where it is shown"
+            )
 
     def _place(
         self, scene: Scene, agent: Agent, own: tuple[str, Transform], other: tuple[str, Transform], *, at_end: bool

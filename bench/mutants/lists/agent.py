@@ -147,9 +147,15 @@ MUTANTS = (
     ),
     Mutant(
         "agent/map_check.py",
-        "    if free >= ON_FREE * len(places):",
-        "    if True:",
+        "    if free < ON_FREE:",
+        "    if False:",
         "liars are not doubted",
+    ),
+    Mutant(
+        "agent/map_check.py",
+        "    if shown < ON_WALLS:",
+        "    if False:",
+        "a map that is turned in an open hall shows its robot and its way elsewhere",
     ),
     Mutant(
         DOUBT,

@@ -2,8 +2,9 @@
 
 from bench.mutants.mutant import Mutant
 
-ANY, LIAR, KIDNAPPED = 1, 5, 83
-"""Seeds of missions: the first of all with a merge, with a liar, and with a robot that is carried off in arena2."""
+ANY, LIAR, KIDNAPPED = 1, 18, 83
+"""Seeds of missions: the first of all with a merge, with a liar whose map fits the walls though it is turned, and with a
+robot that is carried off in arena2."""
 
 MUTANTS = (
     Mutant(
@@ -44,10 +45,17 @@ MUTANTS = (
         chaos=ANY,
     ),
     Mutant(
-        "agent/map_check.py",
-        "    if free >= ON_FREE * len(places):",
-        "    if True:",
+        "agent/team.py",
+        "contradicts_itself(known.local, known.grid) if robot_id != self.robot_id else None",
+        "None",
         "liars are not doubted",
+        chaos=LIAR,
+    ),
+    Mutant(
+        "agent/map_check.py",
+        "    if shown < ON_WALLS:",
+        "    if False:",
+        "a map may show another place than its scans",
         chaos=LIAR,
     ),
     Mutant(
