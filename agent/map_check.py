@@ -12,8 +12,8 @@ PLACES_LEAST = 5
 ON_FREE = 0.8
 """Least share of a robot's own keyframes in free cells of its own map; not all, for teammates leave ghosts there."""
 ON_WALLS = 0.5
-"""Least share of what its scans hit that its own map shows as wall. Measured: 0.98 and more of intel and mit-csail while
-they grow; 0.01 of a map turned by a quarter."""
+"""Least share of what its scans hit that its own map shows as wall. Measured: 0.98 and more of intel and mit-csail
+while they grow; 0.01 of a map turned by a quarter."""
 NEAR_CELLS = 2
 """A hit is on a wall that is this near, cells: the noise of a laser, and of corrections since."""
 SCANS_MOST = 50

@@ -87,7 +87,7 @@ MUTANTS = (
     ),
     Mutant(
         TEAM,
-        "        if self._doubts(robot_id, known.local):\n            return",
+        "        if self._doubts(robot_id, known):\n            return",
         "        if False:\n            return",
         "a map that contradicts itself is believed",
     ),
