@@ -3,7 +3,7 @@
 from bench.mutants.mutant import Mutant
 
 ANY, LIAR, KIDNAPPED = 1, 18, 83
-"""Seeds of missions: the first of all with a merge, with a liar whose turned map fits the walls all the same, and with a
+"""Seeds of missions: the first of all with a merge, with a liar whose turned map fits the walls, and with a
 robot that is carried off in arena2."""
 
 MUTANTS = (
