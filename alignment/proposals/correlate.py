@@ -54,14 +54,7 @@ def correlate(
     span = (high_a - low_a + np.max([high - low for low, high in boxes_b], axis=0)) / cell_m + 4
     shape = (scipy.fft.next_fast_len(int(span[1]), real=True), scipy.fft.next_fast_len(int(span[0]), real=True))
 
-    SA = sides[0].spectra(0.0, cell_m, shape, cap, weight)
-    ky = np.fft.fftfreq(shape[0])[:, None]
-    kx = np.fft.rfftfreq(shape[1])[None, :]
-    SA *= np.exp(-2 * (math.pi * blur_m / cell_m) ** 2 * (kx**2 + ky**2)).astype(np.float32)
-    # walls on walls less walls of either on free space of the other, gathered by what is multiplied with each of b's.
-    walls_a = SA[0] + SA[1] + SA[2] + SA[3]
-    SA[:4] -= np.float32(against) * SA[4]
-    SA[4] = -np.float32(against) * walls_a
+    SA = _weighed(sides[0].spectra(0.0, cell_m, shape, cap, weight), shape, blur_m, cell_m, against)
     product = np.empty((2, *SA.shape[1:]), dtype=np.complex64)
     found: list[Candidate] = []
     for angle, (low_b, high_b) in zip(angles, boxes_b, strict=True):
@@ -83,6 +76,23 @@ def correlate(
                 found.append(Candidate(np.array([x[k], y[k], wrapped]), float(value[k]) * a.res))
     found.sort(key=lambda candidate: -candidate.score)
     return found
+
+
+def _weighed(
+    spectra: NDArray[np.complex64], shape: tuple[int, int], blur_m: float, cell_m: float, against: float
+) -> NDArray[np.complex64]:
+    """Return spectra ``(5, ...)`` of a's picture, blurred, as what each of b's is multiplied with; overwrites them.
+
+    Walls on walls count, less ``against`` x walls of either on free space of the other. ``shape`` : of the picture, in
+    cells of ``cell_m``.
+    """
+    ky = np.fft.fftfreq(shape[0])[:, None]
+    kx = np.fft.rfftfreq(shape[1])[None, :]
+    spectra *= np.exp(-2 * (math.pi * blur_m / cell_m) ** 2 * (kx**2 + ky**2)).astype(np.float32)
+    walls = spectra[0] + spectra[1] + spectra[2] + spectra[3]
+    spectra[:4] -= np.float32(against) * spectra[4]
+    spectra[4] = -np.float32(against) * walls
+    return spectra
 
 
 @dataclass(frozen=True, eq=False)
