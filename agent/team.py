@@ -56,6 +56,8 @@ class Team:
         self._confirmed: frozenset[Pair] = frozenset()
         self._placed_ns = 0
         self._is_placement_old = False
+        self._is_own_frame_new = False
+        """Whether the own map was given up, and the next one published has another frame."""
         self._map: TeamMap | None = None
 
     # -- maps ----------------------------------------------------------------------------------------------------------
@@ -66,9 +68,11 @@ class Team:
             return
         held = self.maps.get(robot_id)
         self._know(robot_id, known)
-        if held is not None and held.epoch != known.epoch:
+        if held is not None and held.epoch != known.epoch and not self._is_relabelled(robot_id, held, known):
             self._begin_pairs(robot_id)
             self.displace(robot_id)
+        if robot_id == self.robot_id:
+            self._is_own_frame_new = False
         self._mapper.set_map(robot_id, known.grid, known.trail)
         self._map, self._is_placement_old = None, True
 
@@ -76,6 +80,15 @@ class Team:
         self.maps[robot_id] = known
         for other in self.maps.keys() - {robot_id}:
             self.beliefs.setdefault(pair_of(robot_id, other), PairBelief())
+
+    def _is_relabelled(self, robot_id: str, held: KnownMap, known: KnownMap) -> bool:
+        """Return whether the own map goes on under another epoch, above what teammates hold of an earlier life.
+
+        Its frame is the same, so its alignments hold. Of a teammate's map nobody can know that.
+        """
+        before, now = held.local.map, known.local.map
+        goes_on = before.resolution_m == now.resolution_m and before.revision <= now.revision
+        return robot_id == self.robot_id and goes_on and not self._is_own_frame_new
 
     def _begin_pairs(self, robot_id: str) -> None:
         """Reset the beliefs of a robot's pairs, for its new map has another frame."""
@@ -100,6 +113,7 @@ class Team:
     def displace(self, robot_id: str) -> None:
         """Remove a robot's map and place at once; of the own robot, all places: its map frame was the team frame."""
         self._mapper.remove_map(robot_id)
+        self._is_own_frame_new |= robot_id == self.robot_id
         lost = self.T_team_map.keys() - {self.robot_id} if robot_id == self.robot_id else {robot_id}
         places = {one: T for one, T in self.T_team_map.items() if one not in lost}
         self._placement, self._is_placement_old = replace(self._placement, T_team_map=places), True

@@ -146,6 +146,18 @@ MUTANTS = (
         "a robot that is lost never begins a new map",
     ),
     Mutant(
+        TEAM,
+        "return robot_id == self.robot_id and goes_on and not self._is_own_frame_new",
+        "return False",
+        "a robot that has to label its map anew loses its own merges",
+    ),
+    Mutant(
+        TEAM,
+        "return robot_id == self.robot_id and goes_on and not self._is_own_frame_new",
+        "return robot_id == self.robot_id and goes_on",
+        "merges of a map that was given up are kept for the next one",
+    ),
+    Mutant(
         "agent/map_check.py",
         "    if free < ON_FREE:",
         "    if False:",
