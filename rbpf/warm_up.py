@@ -9,7 +9,9 @@ from mrslam.rbpf.filter.resampling import systematic
 from mrslam.rbpf.mapper import Mapper
 from mrslam.spatial import Scan
 from mrslam.spatial.hits.store import TileStore
+from mrslam.spatial.matching.cloud import find_normals
 from mrslam.spatial.matching.correlative import Lattice, search
+from mrslam.spatial.matching.global_search import find, wall_grid
 
 
 def warm_up() -> None:
@@ -30,4 +32,7 @@ def warm_up() -> None:
     mapper._back.filter.store.resample(np.zeros(3, dtype=np.int64))
     store = TileStore(1, 0.05)
     store.draw(0, np.zeros((1, 2)), np.zeros((1, 3)), [np.zeros((20, 5), dtype=np.float32)], 0.1)
+    points = np.linspace(0.0, 1.0, 100).reshape(20, 5)
+    find_normals(points, np.zeros(2), points.copy())
+    find(wall_grid(points[:, :2]), points, np.zeros(3), 0.1, 0.01, 0.0)
     search(store.tiles(0), np.zeros((20, 5)), np.zeros(3), Lattice(0.1, 0.05, 0.1, 0.1, 10))

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import dijkstra
 from scipy.sparse.linalg import splu
 
 from mrslam.spatial import se2
@@ -59,6 +60,15 @@ class Edges(NamedTuple):
         """Return ``(E,)``: squared Mahalanobis lengths of the residuals, 3 degrees of freedom each."""
         error = self.residuals(poses)
         return np.einsum("ei,eij,ej->e", error, self.information, error)
+
+
+def shortest(lengths: NDArray[np.float64], ends: NDArray[np.int64], count: int, source: int) -> NDArray[np.float64]:
+    """Return ``(count,)``: the length of the shortest way from one node to each, over edges of these ``lengths (E,)``.
+
+    ``ends (E, 2)`` : the nodes that edges join, either way; lengths must be above 0.
+    """
+    graph = coo_matrix((lengths, (ends[:, 0], ends[:, 1])), shape=(count, count)).tocsr()
+    return np.asarray(dijkstra(graph, directed=False, indices=np.array([source])))[0]
 
 
 def relax(poses: Transform, edges: Edges, robust: NDArray[np.bool_], robust_scale: float = 3.0) -> Transform:

@@ -82,7 +82,7 @@ class BackEnd:
         self.loops.add_key(key.beams, float(key.arrival[WAY]))
         trajectory = self.filter.trajectory
         self.loops.scans.forget(trajectory)
-        self._is_contradicted = self.config.close_loops and self.loops.look(trajectory)
+        self._is_contradicted = self.config.close_loops and self.loops.look(trajectory, self.arrivals)
         self._watch.lap("loops")
 
     def _relax(self) -> bool:

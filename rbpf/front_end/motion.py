@@ -106,14 +106,16 @@ def motion_cov(config: MapperConfig, motion: Transform, blind_m: NDArray[np.floa
 
     ``blind_m (2,)`` : error of the motion along what could not be seen, in the same frame.
     """
-    length, turn = float(np.hypot(motion[0], motion[1])), abs(float(motion[2]))
-    sigma_m = NOISE_M + config.noise_m_per_m * length + config.noise_m_per_rad * turn
-    sigma_rad = NOISE_RAD + config.noise_rad_per_m * length + config.noise_rad_per_rad * turn
-    cov = np.diag([sigma_m**2, sigma_m**2, sigma_rad**2])
-    cov[:2, :2] += np.outer(blind_m, blind_m)
-    return cov
+    return chain_cov(config, np.array([[*motion, 0.0, *blind_m]]))[0]
 
 
 def chain_cov(config: MapperConfig, arrivals: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return ``(K, 3, 3)`` covariances of the motion to each keyframe, from ``arrivals (K, 6)``."""
-    return np.stack([motion_cov(config, row[MOTION], row[BLIND_M]) for row in arrivals])
+    length, turn = np.hypot(arrivals[:, 0], arrivals[:, 1]), np.abs(arrivals[:, 2])
+    sigma_m = NOISE_M + config.noise_m_per_m * length + config.noise_m_per_rad * turn
+    sigma_rad = NOISE_RAD + config.noise_rad_per_m * length + config.noise_rad_per_rad * turn
+    cov = np.zeros((arrivals.shape[0], 3, 3))
+    cov[:, 0, 0] = cov[:, 1, 1] = sigma_m**2
+    cov[:, 2, 2] = sigma_rad**2
+    cov[:, :2, :2] += np.einsum("ki,kj->kij", arrivals[:, BLIND_M], arrivals[:, BLIND_M])
+    return cov

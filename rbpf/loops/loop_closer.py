@@ -12,6 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
+from mrslam.rbpf.front_end.motion import chain_cov
+from mrslam.rbpf.loops.drift import Drift, drift_from_newest
+from mrslam.rbpf.loops.far_search import FarSearch
 from mrslam.rbpf.loops.kept_scans import KeptScans
 from mrslam.rbpf.rows import Rows
 from mrslam.spatial import LoopEdges, se2
@@ -19,7 +22,7 @@ from mrslam.spatial.hits.views import Beams
 from mrslam.spatial.matching import places
 from mrslam.spatial.matching.gauss_newton import Match
 from mrslam.spatial.matching.places import Place, PlaceMatcher, edge_information, fits
-from mrslam.spatial.pose_graph import Edges, relax
+from mrslam.spatial.pose_graph import Edges, relax, relax_graduated
 from mrslam.spatial.se2 import Transform
 
 OLD_WAY_M = 12.0
@@ -37,11 +40,18 @@ AGREE_M, AGREE_RAD, AGREE_WAY_M = 0.25, 0.05, 5.0
 ``AGREE_WAY_M`` of way apart."""
 
 
+LOOP_CHI2 = 16.3
+"""An edge that misses by more in the end is not believed: chi2 of 3 degrees of freedom, 99.9 %."""
+
+
 class LoopCloser:
     """Edges between keyframes that saw one place, and the search for more of them."""
 
     def __init__(self, config: MapperConfig) -> None:
         self.scans = KeptScans()
+        self._config = config
+        self._far = FarSearch(self.scans, self._compare)
+        self._is_far = False  # whether an edge was found that is far from the trajectory
         self._matcher = PlaceMatcher(config.resolution_m, config.sigma_m)
         self._edges = Rows(2, np.int64)  # an old keyframe, and the one that saw it again
         self._edge_values = Rows(3 + 9)  # where the second is in the frame of the first, and the information of that
@@ -66,11 +76,35 @@ class LoopCloser:
         """Take a keyframe's scan, taken ``way_m`` after the keyframe before."""
         self.scans.add(beams, way_m)
 
-    def look(self, T_map_key: Transform) -> bool:
-        """Compare the newest of the keyframes ``(K, 3)`` with an old one near it.
+    def look(self, T_map_key: Transform, arrivals: NDArray[np.float64]) -> bool:
+        """Compare the newest of the keyframes ``(K, 3)`` with an old one near it, or else with all of the map.
 
-        Return whether there is a new edge that contradicts the trajectory.
+        ``arrivals (K, 6)`` : local motion to each keyframe (``mrslam.rbpf.front_end.motion``). Return whether there is
+        a new edge that contradicts the trajectory.
         """
+        return self._look_near(T_map_key) or self._look_far(T_map_key, arrivals)
+
+    def _look_far(self, T_map_key: Transform, arrivals: NDArray[np.float64]) -> bool:
+        """Look for the newest keyframes wherever drift may have put them off."""
+        if not self._far.is_due:
+            return False
+        way_m = self.scans.way_m
+        cov = chain_cov(self._config, arrivals)
+        reach_m, turn_rad = drift_from_newest(way_m, cov, self._edges.rows)
+        kept = np.fromiter(self.scans.points, np.int64, len(self.scans.points))
+        is_far = (reach_m[kept] > places.FAR_MOST_M) & (way_m[-1] - way_m[kept] > OLD_WAY_M + reach_m[kept])
+        if not is_far.any():
+            self._far.rest()
+            return False
+        old = kept[is_far]
+        believed = self._far.look(T_map_key, old, Drift(float(reach_m[old].max()), float(turn_rad[old].max())))
+        for fit in believed:
+            self._add_edge(fit.old, fit.found, fit.new)
+        self._is_far |= bool(believed)
+        return bool(believed)
+
+    def _look_near(self, T_map_key: Transform) -> bool:
+        """Compare the newest of the keyframes ``(K, 3)`` with an old one near it."""
         way_m = float(self.scans.way_m[-1])
         lost_m = way_m - self._anchored_m  # way since the trajectory was last seen to agree with an old place
         if way_m - self._last_fit_m < EDGE_WAY_M:
@@ -78,7 +112,7 @@ class LoopCloser:
         old = self._candidate(T_map_key, lost_m)
         if old is None:
             return False
-        found = self._compare(T_map_key, old, lost_m)
+        found = self._compare(T_map_key, old, se2.between(T_map_key[old], T_map_key[-1]), lost_m)
         if not fits(found):
             return False
         away_m, turned = se2.difference(found.pose, se2.between(T_map_key[old], T_map_key[-1]))
@@ -100,15 +134,18 @@ class LoopCloser:
         cost = np.where(is_near, away_m + places.TURN_COST_M * turned, np.inf)
         return int(kept[np.argmin(cost)])
 
-    def _compare(self, T_map_key: Transform, old: int, lost_m: float) -> Match:
-        """Return how the newest of the keyframes ``(K, 3)`` matches the place of an ``old`` one, in its frame."""
+    def _compare(self, T_map_key: Transform, old: int, T_old_new: Transform, lost_m: float) -> Match:
+        """Return how the newest of the keyframes ``(K, 3)`` matches the place of an ``old`` one, in its frame.
+
+        ``T_old_new (3,)`` : where it is expected, by what may have drifted over ``lost_m``.
+        """
         new = T_map_key.shape[0] - 1
         group = range(max(0, old - places.GROUP), min(old + places.GROUP + 1, new - TAIL))
         keys = [k for k in group if k in self.scans.points]
         T_old_key = se2.between(T_map_key[old], T_map_key[keys])
         place = Place(self.scans.origins[keys], T_old_key, [self.scans.points[k] for k in keys])
         points = self.scans.joined(T_map_key, range(max(0, new - TAIL), new + 1), new)
-        return self._matcher.match(place, points, se2.between(T_map_key[old], T_map_key[new]), lost_m)
+        return self._matcher.match(place, points, T_old_new, lost_m)
 
     def _is_confirmed(self, T_map_key: Transform, old: int, found: Match) -> bool:
         """Return whether the fit before this one corrects the trajectory alike; if not, this one waits for the next."""
@@ -120,11 +157,11 @@ class LoopCloser:
         away_m, turned = se2.difference(se2.compose(before[1], T_map_key[newest]), T_map_fit)
         return bool(away_m <= AGREE_M and turned <= AGREE_RAD)
 
-    def _add_edge(self, old: int, found: Match) -> None:
-        """Believe a fit of the newest keyframe."""
+    def _add_edge(self, old: int, found: Match, new: int | None = None) -> None:
+        """Believe a fit of a keyframe, the newest if it is None."""
         self._last_fit_m = self._anchored_m = float(self.scans.way_m[-1])
         self._waiting = None
-        self._edges.add((old, self.scans.way_m.size - 1))
+        self._edges.add((old, self.scans.way_m.size - 1 if new is None else new))
         self._edge_values.add((*found.pose, *edge_information(found).flat))
 
     def relaxed(self, T_map_key: Transform, motion_cov: NDArray[np.float64]) -> Transform:
@@ -143,14 +180,26 @@ class LoopCloser:
             T_first_second=np.concatenate([se2.between(T_map_key[:-1], T_map_key[1:]), values[:, :3]]),
             information=np.concatenate([np.linalg.inv(motion_cov[1:]), values[:, 3:].reshape(-1, 3, 3)]),
         )  # fmt: skip
-        return relax(T_map_key, edges, robust=np.arange(first.size) >= count - 1)
+        is_loop = np.arange(first.size) >= count - 1
+        if not self._is_far:
+            return relax(T_map_key, edges, robust=is_loop)
+        self._is_far = False
+        return self._bent_far(T_map_key, edges, is_loop)
+
+    def _bent_far(self, T_map_key: Transform, edges: Edges, is_loop: NDArray[np.bool_]) -> Transform:
+        """Return the trajectory that fits all edges, also such as are far from it; those that cannot be true go."""
+        poses, weight = relax_graduated(T_map_key, edges, is_loop, LOOP_CHI2)
+        believed = weight[is_loop] > 0.0
+        keys, values = self._edges.rows[believed].copy(), self._edge_values.rows[believed].copy()
+        self._edges, self._edge_values = Rows.of(keys), Rows.of(values)
+        return poses
 
     def state(self) -> dict[str, Any]:
         """Return everything that a resumed search needs."""
         return {
             "scans": self.scans.state(), "edges": self._edges.rows, "edge_values": self._edge_values.rows,
             "waiting": None if self._waiting is None else list(self._waiting),
-            "way_m": [self._last_fit_m, self._anchored_m],
+            "way_m": [self._last_fit_m, self._anchored_m], "far": self._far.state(),
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -159,3 +208,4 @@ class LoopCloser:
         self._edges, self._edge_values = Rows.of(state["edges"]), Rows.of(state["edge_values"])
         self._waiting = None if state["waiting"] is None else (state["waiting"][0], state["waiting"][1])
         self._last_fit_m, self._anchored_m = state["way_m"]
+        self._far.restore(state["far"])

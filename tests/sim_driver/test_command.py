@@ -167,6 +167,14 @@ def test_a_log_of_one_scan_is_mapped(tmp_path: Path) -> None:
     assert metrics["scans"] == 1 and metrics["neff_min"] == 4.0 and metrics["known_area_m2"] > 3.0
 
 
+def test_a_log_whose_scans_are_of_no_use_is_no_silent_failure(tmp_path: Path) -> None:
+    lines = (f"FLASER 4 2.0 2.{k} 3.{k} 2.5 0 0 0 0 0 0 {k}.0 host {k}.0" for k in range(9))
+    (tmp_path / "four.clf").write_text("\n".join(lines) + "\n")
+    result = mrslam("map", tmp_path / "four.clf", "--no-odometry", "--particles", 4, "--out", tmp_path / "out")
+    assert result.returncode == 0, result.stderr
+    assert "9 of 9 scans were of no use, 9 of them: 4 usable returns, 10 are needed" in result.stderr + result.stdout
+
+
 def test_map_tells_where_a_log_goes_on_elsewhere(tmp_path: Path, data_dir: Path) -> None:
     """The wheels begin anew, and the robot was carried to another building: nothing tells how both lie."""
     lines = []

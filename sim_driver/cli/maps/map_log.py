@@ -29,6 +29,10 @@ if TYPE_CHECKING:
     from mrslam.sim_driver.view.watch import MapperWatcher
 
 
+REFUSED_SAID = 0.05
+"""Where a larger share of the scans was of no use, that is said."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class MapOptions:
     """What the command line says."""
@@ -72,11 +76,20 @@ def map_log(options: MapOptions) -> None:
     results = results_of(mapped, feed.readings, way, truth, known)
     results.write(options.out)
     _report(results.metrics, options.out, options.as_json)
+    if sum(way.refused.values()) > REFUSED_SAID * way.fed:
+        say(_refused(way))
     if results.doubts.scans:
         say(results.doubts.text)
     if way.fed < len(feed.readings):
         say(f"interrupted after {way.fed} of {len(feed.readings)} scans: these are the results so far")
         raise typer.Exit(130)
+
+
+def _refused(way: Way) -> str:
+    """Return a line on the scans that were of no use."""
+    count = sum(way.refused.values())
+    reason, times = way.refused.most_common(1)[0]
+    return f"{count} of {way.fed} scans were of no use, {times} of them: {reason}"
 
 
 def _config(options: MapOptions) -> rbpf.MapperConfig:
@@ -112,6 +125,8 @@ def _feed_all(mapper: rbpf.Mapper, readings: Sequence[Reading], name: str, show:
             if info.reason is None:
                 way.accepted.append(index)
                 way.health.append(info.health)
+            else:
+                way.refused[info.reason] += 1
             if show is not None:
                 show.on_scan(reading.scan)
             advance()

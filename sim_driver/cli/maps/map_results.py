@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -35,6 +36,8 @@ class Way:
     """Scans that the mapper could use, by their place in the log."""
     health: list[float] = field(default_factory=list)
     """Health that the mapper reported with each scan that it could use, 0..1."""
+    refused: Counter[str] = field(default_factory=Counter)
+    """Number of scans that the mapper could not use, by the reason it gave."""
     processed_ms: list[float] = field(default_factory=list)
     """Wall time of each scan at which the filter was updated, milliseconds."""
 

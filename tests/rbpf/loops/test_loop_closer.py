@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from mrslam.rbpf import MapperConfig
+from mrslam.rbpf.front_end.motion import ARRIVAL_COLUMNS
 from mrslam.rbpf.loops.loop_closer import LoopCloser
 from mrslam.spatial import se2
 from tests.rbpf.rooms import drive, keyframe
@@ -33,7 +34,8 @@ def two_rounds(off: NDArray[np.float64]) -> tuple[LoopCloser, NDArray[np.float64
 
 def look(loops: LoopCloser, trajectory: NDArray[np.float64], keys: int) -> tuple[bool, int]:
     """Show it the first ``keys`` keyframes; return whether they are contradicted, and the number of edges."""
-    return loops.look(trajectory[:keys]), loops.edges
+    arrivals = np.zeros((keys, ARRIVAL_COLUMNS))
+    return loops.look(trajectory[:keys], arrivals), loops.edges
 
 
 def test_a_fit_that_agrees_with_the_trajectory_is_an_edge_at_once() -> None:

@@ -1,0 +1,184 @@
+"""Where in a large map a few scans may lie: branch and bound over all poses of a wide window.
+
+Hess, Kohler, Rapp, Andor 2016 (Real-time loop closure in 2D lidar SLAM), algorithm 3: grids of maxima over ever larger
+squares bound the score of all poses in a square; what cannot beat the best so far is not looked into.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from mrslam.spatial import se2
+from mrslam.spatial.se2 import Transform
+
+CELL_M = 0.25
+"""Edge of a cell, metres: half of the shift from which matching in the coarse map finds the rest."""
+TURN_STEP_RAD = 0.02
+"""Step of the heading: moves a wall 12 m away by a cell."""
+HIT, BESIDE = 2, 1
+"""Score of a point on a wall's cell, and on one next to it."""
+LEVELS = 7
+"""Squares of up to 2^(LEVELS - 1) cells, 16 m."""
+LOOKS_MOST = 100_000
+"""Most squares that are looked at: bounds the time of one search, some 50 ms."""
+DISTINCT_M, DISTINCT_RAD = 2.0, 0.3
+"""Two places are distinct where they are farther apart than either."""
+
+
+class WallGrid(NamedTuple):
+    """Walls as scores, and their maxima over larger squares."""
+
+    levels: NDArray[np.uint8]
+    """``(LEVELS, rows, cols)``: level h at (r, c) is the largest score of rows r .. r + 2^h - 1, columns likewise."""
+    low_m: NDArray[np.float64]
+    """``(2,)``, map frame: corner of cell (0, 0)."""
+
+
+class Spot(NamedTuple):
+    """A pose that scans fit."""
+
+    T_map_scan: Transform
+    """``(3,)``, metres and radians, to half a cell."""
+    share: float
+    """0..1: score as a share of a perfect one."""
+
+
+def wall_grid(walls: NDArray[np.float64]) -> WallGrid:
+    """Return the grid of points on walls, ``(N, 2)``, map frame, metres."""
+    pad = 1 << LEVELS
+    low = np.floor(walls.min(axis=0) / CELL_M).astype(np.int64) - pad
+    size = np.floor(walls.max(axis=0) / CELL_M).astype(np.int64) - low + pad
+    cells = np.floor(walls / CELL_M).astype(np.int64) - low
+    levels = np.zeros((LEVELS, size[1], size[0]), dtype=np.uint8)
+    base = levels[0]
+    for row in (-1, 0, 1):
+        for col in (-1, 0, 1):
+            base[cells[:, 1] + row, cells[:, 0] + col] = BESIDE
+    base[cells[:, 1], cells[:, 0]] = HIT
+    for h in range(1, LEVELS):
+        half, below, level = 1 << (h - 1), levels[h - 1], levels[h]
+        level[:] = below
+        np.maximum(level[:-half], below[half:], out=level[:-half])
+        across = level.copy()
+        np.maximum(level[:, :-half], across[:, half:], out=level[:, :-half])
+    return WallGrid(levels, low * CELL_M)
+
+
+def find(
+    grid: WallGrid,
+    points: NDArray[np.float64],
+    centre: Transform,
+    half_m: float,
+    half_rad: float,
+    share_least: float,
+    other_than: Transform | None = None,
+) -> Spot | None:
+    """Return the pose that most of ``points (N, >= 2)`` fit, None where fewer than ``share_least`` would.
+
+    Poses up to ``half_m`` and ``half_rad`` from ``centre (3,)`` are tried; none near ``other_than (3,)``.
+    """
+    steps = math.ceil(half_rad / TURN_STEP_RAD)
+    turns = (TURN_STEP_RAD * np.arange(-steps, steps + 1)).astype(np.float64)
+    theta = centre[2] + turns
+    c, s = np.cos(theta)[:, None], np.sin(theta)[:, None]
+    x, y = points[:, 0], points[:, 1]
+    cols = np.floor((centre[0] + c * x - s * y - grid.low_m[0]) / CELL_M).astype(np.int32)
+    rows = np.floor((centre[1] + s * x + c * y - grid.low_m[1]) / CELL_M).astype(np.int32)
+    most = HIT * points.shape[0]
+    half = math.ceil(half_m / CELL_M)
+    banned = np.full(3, np.nan)
+    if other_than is not None:
+        away = other_than - centre
+        banned = np.array([away[0] / CELL_M, away[1] / CELL_M, se2.wrap(away[2])])
+    best = np.zeros(4, dtype=np.int64)
+    best[0] = int(share_least * most)
+    if not branch_and_bound(grid.levels, rows, cols, turns, half, banned, best):
+        return None
+    score, turn, row, col = best
+    pose = np.array([centre[0] + col * CELL_M, centre[1] + row * CELL_M, se2.wrap(theta[turn])])
+    return Spot(pose, float(score) / most)
+
+
+@njit(cache=True, nogil=True)
+def _score(
+    level: NDArray[np.uint8], rows: NDArray[np.int32], cols: NDArray[np.int32], row: int, col: int
+) -> int:  # pragma: no cover - compiled
+    """Return the sum of a level's cells at ``rows, cols (N,)``, shifted; outside there is nothing."""
+    total = 0
+    height, width = level.shape
+    for k in range(rows.size):
+        r, c = rows[k] + row, cols[k] + col
+        if 0 <= r < height and 0 <= c < width:
+            total += level[r, c]
+    return total
+
+
+@njit(cache=True, nogil=True)
+def branch_and_bound(
+    levels: NDArray[np.uint8],
+    rows: NDArray[np.int32],
+    cols: NDArray[np.int32],
+    turns: NDArray[np.float64],
+    half: int,
+    banned: NDArray[np.float64],
+    best: NDArray[np.int64],
+) -> bool:  # pragma: no cover - compiled
+    """Return whether a pose scores above ``best[0]``; if so, ``best (4,)`` is its score, turn, and shift (row, col).
+
+    ``rows, cols (T, N)`` : cells of N points for each of ``turns (T,)``; shifts are up to ``half`` cells. ``banned
+    (3,)`` : shift (col, row) and turn of a place that is left out, NaN for none.
+    """
+    top = levels.shape[0] - 1
+    step = 1 << top
+    across = (2 * half) // step + 1
+    count = turns.size * across * across
+    scores = np.empty(count, dtype=np.int64)
+    for i in range(count):
+        turn, rest = i // (across * across), i % (across * across)
+        row, col = (rest // across) * step - half, (rest % across) * step - half
+        scores[i] = _score(levels[top], rows[turn], cols[turn], row, col)
+    order = np.argsort(-scores)
+    looks = 0
+    found = False
+    stack = np.empty((4 * levels.shape[0] + 4, 4), dtype=np.int64)  # score, level, row, col
+    apart, turned = DISTINCT_M / CELL_M, DISTINCT_RAD
+    for i in order:
+        if scores[i] <= best[0] or looks > LOOKS_MOST:
+            break
+        turn, rest = i // (across * across), i % (across * across)
+        stack[0, 0], stack[0, 1] = scores[i], top
+        stack[0, 2], stack[0, 3] = (rest // across) * step - half, (rest % across) * step - half
+        depth = 1
+        while depth > 0:
+            depth -= 1
+            score, level, row, col = stack[depth, 0], stack[depth, 1], stack[depth, 2], stack[depth, 3]
+            if score <= best[0]:
+                continue
+            if level == 0:
+                near = math.hypot(col - banned[0], row - banned[1]) < apart and abs(turns[turn] - banned[2]) < turned
+                if not near:
+                    best[0], best[1], best[2], best[3] = score, turn, row, col
+                    found = True
+                continue
+            below = level - 1
+            first = depth
+            for k in range(4):
+                r, c = row + ((k >> 1) << below), col + ((k & 1) << below)
+                if r > half or c > half:
+                    continue
+                value = _score(levels[below], rows[turn], cols[turn], r, c)
+                looks += 1
+                if value <= best[0]:
+                    continue
+                j = depth  # the best on top of the stack
+                while j > first and stack[j - 1, 0] > value:
+                    stack[j] = stack[j - 1]
+                    j -= 1
+                stack[j, 0], stack[j, 1], stack[j, 2], stack[j, 3] = value, below, r, c
+                depth += 1
+    return found

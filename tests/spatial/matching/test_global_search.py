@@ -1,0 +1,76 @@
+"""Branch and bound finds what trying every pose would."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from mrslam.spatial import se2
+from mrslam.spatial.matching.global_search import BESIDE, CELL_M, HIT, LEVELS, branch_and_bound, find, wall_grid
+
+
+def walls(seed: int) -> NDArray[np.float64]:
+    """Points on some straight walls within 20 m."""
+    rng = np.random.default_rng(seed)
+    parts = []
+    for _ in range(12):
+        angle = rng.choice([0.0, 0.5 * np.pi]) + rng.normal(0.0, 0.1)
+        along = np.linspace(0.0, rng.uniform(3.0, 12.0), 80)[:, None]
+        parts.append(rng.uniform(-20.0, 20.0, 2) + along * (math.cos(angle), math.sin(angle)))
+    return np.concatenate(parts)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_best_is_that_of_a_slow_twin(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    grid = wall_grid(walls(seed))
+    height, width = grid.levels.shape[1:]
+    half, turns = 37, np.arange(3) * 0.1
+    rows, cols = (rng.integers(0, n, (3, 40)).astype(np.int32) for n in (height, width))
+    banned = np.array([5.0, -3.0, 0.1])
+
+    def score(turn: int, row: int, col: int) -> int:
+        if math.hypot(col - banned[0], row - banned[1]) < 8.0 and abs(turns[turn] - banned[2]) < 0.3:
+            return 0
+        r, c = rows[turn] + row, cols[turn] + col
+        inside = (r >= 0) & (r < height) & (c >= 0) & (c < width)
+        return int(grid.levels[0][r[inside], c[inside]].astype(int).sum())
+
+    shifts = range(-half, half + 1)
+    expected = max(score(turn, row, col) for turn in range(3) for row in shifts for col in shifts)
+    best = np.zeros(4, dtype=np.int64)
+    assert branch_and_bound(grid.levels, rows, cols, turns, half, banned, best)
+    assert best[0] == expected == score(*best[1:])
+    best[0] = expected  # nothing is better
+    assert not branch_and_bound(grid.levels, rows, cols, turns, half, banned, best)
+
+
+def test_levels_are_maxima_of_squares_and_walls_are_blurred_by_a_cell() -> None:
+    grid = wall_grid(np.array([[1.0, 2.0], [9.0, -3.0]]))
+    base = grid.levels[0].astype(int)
+    assert base.max() == HIT and np.count_nonzero(base) == 18 and np.count_nonzero(base == BESIDE) == 16
+    col, row = np.floor((np.array([1.0, 2.0]) - grid.low_m) / CELL_M).astype(int)
+    assert base[row, col] == HIT
+    for h in range(LEVELS):
+        side = 1 << h
+        r, c = row - side + 1, col - side + 1
+        assert grid.levels[h][r, c] == base[r : r + side, c : c + side].max() == HIT
+        assert grid.levels[h][r - 2, c] == base[r - 2 : r - 2 + side, c : c + side].max() == 0
+
+
+@pytest.mark.parametrize("pose", [(9.0, -7.0, 0.4), (-12.0, 3.0, -0.3)])
+def test_scans_are_found_far_from_where_they_were_expected(pose: tuple[float, float, float]) -> None:
+    rng, T_map_scan = np.random.default_rng(5), np.array(pose)
+    seen = se2.apply(se2.inverse(T_map_scan), walls(1))
+    seen = seen[np.hypot(*seen.T) < 14.0]
+    seen = seen[rng.choice(len(seen), 100)] + rng.normal(0.0, 0.03, (100, 2))
+    grid = wall_grid(walls(1))
+    spot = find(grid, seen, np.zeros(3), 20.0, 0.5, 0.6)
+    assert spot is not None and spot.share > 0.7
+    away_m, turned = se2.difference(spot.T_map_scan, T_map_scan)
+    assert away_m < 1.5 * CELL_M and turned < 0.04
+    assert find(grid, seen, np.zeros(3), 20.0, 0.5, 0.6, spot.T_map_scan) is None
+    assert find(grid, seen, np.zeros(3), 4.0, 0.5, 0.6) is None
