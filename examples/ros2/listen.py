@@ -34,9 +34,7 @@ def words(message: Any) -> str:
     match message:
         case OccupancyGrid():
             known = np.count_nonzero(np.frombuffer(message.data, dtype=np.int8) >= 0) * message.info.resolution**2
-            return (
-                f"{message.info.width} x {message.info.height} cells, {known:.0f} m2 known, {message.header.frame_id}"
-            )
+            return f"{message.info.width} x {message.info.height} cells, {known:.0f} m2, {message.header.frame_id}"
         case PoseWithCovarianceStamped():
             place = message.pose.pose.position
             return f"at {place.x:.2f} {place.y:.2f} in {message.header.frame_id}"

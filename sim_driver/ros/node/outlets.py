@@ -186,9 +186,11 @@ class Outlets:
         new = self._complaints.counts - self._counted
         self._counted = Counter(self._complaints.counts)
         level, words = 0, "mapping"
-        if self._options.mode != "central" and (scan_age_s is None or scan_age_s > SILENT_S):
+        if self._options.mode == "central":
+            words = "without a laser, for it only merges"
+        elif scan_age_s is None or scan_age_s > SILENT_S:
             level, words = 2, "no scans"
-        elif self._body.located is None and self._options.mode != "central":
+        elif self._body.located is None:
             level, words = 1, "no scan was mapped yet"
         elif new:
             level, words = 1, ", ".join(sorted(new))
