@@ -7,7 +7,8 @@ A simulated robot drives circles in an arena. Its scans, with odometry and tf at
 of its own, and the same scans at the same pace to a bare agent (a ProcessShell with a SensorBody) in another, one after
 the other. One JSON line: ``sent``, ``located`` (poses that came back), ``lost`` (replaced by newer scans); ``ms`` from
 the moment a scan is sent to the moment its pose is there, of node and bare agent, and ``added_ms``, the difference;
-``cpu`` of each, in cores. ``--bare`` and ``--node`` run one of them alone.
+``mapping_ms``: the part of the node's in which the scan waited and was mapped; ``cpu`` of each, in cores. ``--bare``
+and ``--node`` run one of them alone.
 """
 
 from __future__ import annotations
@@ -188,7 +189,8 @@ def node(options: argparse.Namespace, folder: Path) -> dict[str, Any]:
     process.send_signal(signal.SIGINT)
     process.wait(60.0)
     rclpy.shutdown()
-    return row(sent, back, lost[0], after.user + after.system - before.user - before.system, wall_s)
+    found = row(sent, back, lost[0], after.user + after.system - before.user - before.system, wall_s)
+    return found | {"mapping_ms": json.loads((folder / "r1" / "usage.json").read_text())["scan_age_ms"]}
 
 
 class Driver:
