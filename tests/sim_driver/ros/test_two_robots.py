@@ -27,7 +27,7 @@ from mrslam.spatial.files.tum import read_tum
 from mrslam.spatial.se2 import Transform
 from tests.sim_driver.ros.processes import LATCHED, SENSOR, Listener, address, domain, wait_for
 
-SPEED = 8.0
+SPEED = 5.0
 CUTS = {"r1": (0.0, 0.10), "r2": (0.05, 0.15)}
 """Shares of the log that the robots play: they share the building, not the place they begin at."""
 TEAM = ["-p", "comms.exchange_timeout_s:=2.0", "-p", "comms.link_threshold:=0.5", "-p", "agent.align_interval_s:=3.0"]
@@ -148,7 +148,7 @@ def check_own_maps(
     """Each robot located every scan, near where it was; tf said the same, at every scan's stamp."""
     for name, poses in truth.items():
         heard = listener.heard[f"/{name}/pose"]
-        assert len(heard) > 0.98 * len(poses), (name, len(heard), len(poses))  # scans are sent as best-effort
+        assert len(heard) > 0.9 * len(poses), (name, len(heard), len(poses))  # scans are sent as best-effort
         error_m = [
             away_m(pose_of(one.pose.pose), se2.between(T_world_map[name], poses[stamp_ns(one)])) for one in heard
         ]
