@@ -27,6 +27,9 @@ ON_SURFACES_LEAST = 6
 """Where fewer points do, a scan is scattered whatever their share."""
 DENSE_RAD = 0.05
 """Beams that return farther apart than this need not hit a surface twice, and their scans are never scattered."""
+CLOSEST = 0.1
+"""Of the gaps between beams that return this share is smaller than the one that counts: those of a laser of few beams
+are all alike, those of random ranges, of which most may lie beyond the longest, are not."""
 ALIKE, ALIKE_M, ALIKE_SHARE = 0.3, 0.1, 0.05
 """Two scans show one place if the first share of the beams that return in both are equally long, within the second and
 the third share of their length; of random ranges a tenth are."""
@@ -112,7 +115,7 @@ def _is_scattered(scan: Scan, points: NDArray[np.float64]) -> bool:
     if on_surfaces >= max(ON_SURFACES * points.shape[0], ON_SURFACES_LEAST):
         return False
     returns = np.flatnonzero(np.isfinite(scan.ranges_m))
-    beams_apart = float(np.median(np.diff(returns))) if returns.size > 1 else 1.0
+    beams_apart = float(np.quantile(np.diff(returns), CLOSEST)) if returns.size > 1 else 1.0
     return beams_apart * abs(scan.angle_increment_rad) <= DENSE_RAD
 
 

@@ -36,7 +36,7 @@ def drive_with(spoil: Callable[[Scan, int], Scan]) -> tuple[Mapper, list[str]]:
     return mapper, reasons
 
 
-@pytest.mark.parametrize("far_m", [8.0, 40.0])
+@pytest.mark.parametrize("far_m", [8.0, 40.0, 120.0])  # of the last most are beyond the longest range
 def test_random_ranges_leave_the_map_as_it_was(far_m: float) -> None:
     rng = np.random.default_rng(2)
     mapper, reasons = drive_with(lambda scan, k: noise(scan, rng, far_m))
