@@ -14,7 +14,7 @@ from mrslam.spatial.se2 import Transform
 
 JOIN_NS = 10_000_000_000
 """Least time between two joint solutions while only maps grow, nanoseconds: robots drive some metres in it."""
-KEYFRAMES, SHARE = 8, 0.04
+KEYFRAMES, SHARE = 8, 0.08
 """Least new keyframes of one robot for another solution (some metres of path), and least share of all it has, so that
 the cost of all solutions grows with the path and not with its square."""
 AT_LAST_NS = 60_000_000_000

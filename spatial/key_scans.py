@@ -70,7 +70,7 @@ class KeyScans:
         if polar.size and (polar[:, 0].max() >= BEARINGS or polar[:, 1].min() == 0):
             raise InputError(f"bearings must be below {BEARINGS} and ranges above 0")
         falls = np.flatnonzero(polar[1:, 0] < polar[:-1, 0]) + 1
-        if not np.isin(falls, starts).all():
+        if not np.array_equal(starts[np.searchsorted(starts, falls)], falls):
             raise InputError("bearings must ascend within a keyframe")
 
     @classmethod
@@ -111,11 +111,19 @@ class KeyScans:
     def part(self, first: int, last: int) -> KeyScans:
         """Return keyframes ``first .. last - 1``, sharing the arrays of points and origins."""
         start, end = self.starts[first], self.starts[last]
-        return KeyScans(self.starts[first : last + 1] - start, self.polar[start:end], self.origins[first:last])
+        return self._checked(self.starts[first : last + 1] - start, self.polar[start:end], self.origins[first:last])
 
     def copy(self) -> KeyScans:
         """Return the same in memory of its own."""
-        return KeyScans(self.starts.copy(), self.polar.copy(), self.origins.copy())
+        return self._checked(self.starts.copy(), self.polar.copy(), self.origins.copy())
+
+    @classmethod
+    def _checked(cls, starts: NDArray[np.int32], polar: NDArray[np.uint16], origins: NDArray[np.float32]) -> KeyScans:
+        """Return scans whose arrays are parts of some that were checked: the check takes as long as reading them."""
+        scans = object.__new__(cls)
+        for name, array in (("starts", starts), ("polar", polar), ("origins", origins)):
+            object.__setattr__(scans, name, array)
+        return scans
 
     def equals(self, other: KeyScans) -> bool:
         """Return whether both hold the same numbers."""

@@ -15,7 +15,7 @@ from mrslam.spatial import UNKNOWN, OccupancyGrid
 
 NODE_CELLS = 32
 """Edge of the blocks, and distance of the nodes between which displacement is interpolated, cells: half a tile."""
-STEP_CELLS = 0.125
+STEP_CELLS = 0.25
 """Displacements are whole multiples of this: a solution that differs by less leaves the map as it was."""
 REACH_CELLS = 2
 """A wall is joined to its neighbours, so that a block depends on cells this much further away than they are moved."""
