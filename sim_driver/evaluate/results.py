@@ -15,7 +15,14 @@ from mrslam.sim_driver.evaluate.lost import map_begun_s, pairs_by_events
 from mrslam.sim_driver.evaluate.trajectories import Trajectory, fit
 from mrslam.sim_driver.faults.clock import mission_times_s
 from mrslam.sim_driver.missions.mission import Mission
-from mrslam.sim_driver.missions.run_files import METRICS_FILE, ROBOT_FILE, TRAJECTORY_FILE, TRUTH_FILE, USAGE_FILE
+from mrslam.sim_driver.missions.run_files import (
+    METRICS_FILE,
+    ROBOT_FILE,
+    TRAJECTORY_FILE,
+    TRUTH_FILE,
+    USAGE_FILE,
+    team_file,
+)
 from mrslam.sim_driver.missions.run_folder import Event, read_events, read_metrics, read_robot, read_table
 from mrslam.sim_driver.missions.run_shapes import UsageFile
 from mrslam.sim_driver.replay.again import mission_of
@@ -172,6 +179,23 @@ class RunResults:
         path = self.folder / robot_id / TRAJECTORY_FILE
         return NO_POSES if self._left_none(path) else self._tried(path, read_tum, NO_POSES)
 
+    def team_trajectories(self, robot_id: str) -> dict[str, Trajectory]:
+        """Return the poses of every placed robot's laser in a robot's team frame, corrected where its map is bent."""
+        ways = {}
+        for other, T_team_map in self.robots[robot_id]["placed"].items():
+            corrected = self.folder / robot_id / team_file(other)
+            if corrected.exists():
+                ways[other] = self._tried(corrected, read_tum, NO_POSES)
+            elif other in self.robots:
+                stamps_ns, T_map_laser = self.trajectory(other)
+                ways[other] = stamps_ns, se2.compose(np.array(T_team_map), T_map_laser)
+        return {other: way for other, way in ways.items() if len(way[0])}
+
+    def picture(self, robot_id: str, name: str) -> bytes | None:
+        """Return a PNG file of a robot; None where there is none, or it is damaged."""
+        path = self.folder / robot_id / name
+        return self._tried(path, _png, None) if path.exists() else None
+
     def map(self, robot_id: str, name: str = "map") -> OccupancyGrid | None:
         """Return a robot's own map, or its ``team_map`` (in its own map's frame, too); None where it is damaged."""
         path = self.folder / robot_id / f"{name}.yaml"
@@ -200,6 +224,13 @@ def _robot(path: Path) -> dict[str, Any] | None:
 
 def _map(path: Path) -> OccupancyGrid | None:
     return read_map(path)
+
+
+def _png(path: Path) -> bytes | None:
+    content = path.read_bytes()
+    if not (content.startswith(b"\x89PNG\r\n\x1a\n") and content[-8:-4] == b"IEND"):
+        raise InputError(f"{path}: empty, cut off or damaged (no whole PNG image)")
+    return content
 
 
 def _usage(path: Path) -> dict[str, Any] | None:

@@ -10,6 +10,7 @@ from mrslam.sim_driver.evaluate.judges import References, map_judge, relations_o
 from mrslam.sim_driver.evaluate.network import exchanges
 from mrslam.sim_driver.evaluate.relations import Relations, own_errors
 from mrslam.sim_driver.evaluate.results import RunResults
+from mrslam.sim_driver.evaluate.team_trajectories import team_row
 from mrslam.sim_driver.evaluate.trajectories import errors
 from mrslam.sim_driver.evaluate.truth import Judge
 from mrslam.spatial.se2 import Transform
@@ -34,6 +35,7 @@ def robot_rows(run: RunResults, references: References, not_judged: list[str]) -
             "exchanges": exchanges(run.events[robot_id]),
             "trajectory": _trajectory(run, references, robot_id, missing),
             "relations": None if relations is None else _relations(run, relations, robot_id, missing),
+            "team": team_row(run, references, relations, robot_id),
             "map": _map(run, against, frames, robot_id, missing),
             "usage": run.usage(robot_id),
         }

@@ -56,6 +56,7 @@ class RobotFile(TypedDict):
     pairs: list[PairFile]
     links: list[LinkFile]
     sent_bytes: NotRequired[dict[str, Count]]
+    ties: NotRequired[list[tuple[Name, Name, Count, Count, bool]]]
 
 
 class LinkTotals(TypedDict):

@@ -15,6 +15,7 @@ from mrslam.sim_driver.report.coverage import coverage_data
 from mrslam.sim_driver.report.layout import lay_out
 from mrslam.sim_driver.report.links import link_data, traffic_curve
 from mrslam.sim_driver.report.map_data import map_data
+from mrslam.sim_driver.report.one_map import one_map_data
 from mrslam.sim_driver.report.seen import first_seen_s
 from mrslam.sim_driver.report.story import event_words, headline, sentences
 
@@ -43,6 +44,7 @@ def page_data(run: RunResults, references: References | None = None) -> dict[str
         "settings": _settings(run),
         "map": None,
         "coverage": None,
+        "one_map": one_map_data(run),
     }
     if run.robots:
         layout = lay_out(run)

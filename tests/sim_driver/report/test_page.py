@@ -117,6 +117,23 @@ def test_runs_without_a_recording_or_a_world_have_a_page_too(merged: Path, tmp_p
     assert any(pair["verdict"] == "merged, not judged" for pair in told["assessment"]["pairs"])
 
 
+def test_the_map_before_and_after_bending_is_shown_with_what_made_it(merged: Path, tmp_path: Path) -> None:
+    assert page_data(RunResults.read(merged))["one_map"] is None  # no two keyframes saw the same place
+    bent = tmp_path / "bent"
+    shutil.copytree(merged, bent)
+    shutil.copy(bent / "r2" / "team_map.png", bent / "r2" / "team_overlay.png")
+    robot = json.loads((bent / "r2" / "robot.json").read_text())
+    robot["ties"] = [["r1", "r2", 0, 1, True], ["r1", "r2", 2, 3, True], ["r1", "r2", 4, 5, False]]
+    (bent / "r2" / "robot.json").write_text(json.dumps(robot))
+    shown = page_data(RunResults.read(bent))["one_map"]
+    assert shown["robot"] == "r2" and shown["ties"] == [["r1-r2", 2, 1]]
+    assert shown["before"] == shown["after"] and shown["after"].startswith("data:image/png;base64,iVBOR")
+    overlay = bent / "r2" / "team_overlay.png"
+    overlay.write_bytes(overlay.read_bytes()[:-10])
+    run = RunResults.read(bent)
+    assert page_data(run)["one_map"] is None and any("team_overlay.png" in line for line in run.damage)
+
+
 def test_images_are_png_files() -> None:
     import base64
 
