@@ -89,7 +89,7 @@ class Trail:
         """``(E, 2)``: keyframes, the earlier first, between which the robot went far and came back.
 
         Measured on parts of recorded logs: the loops that the mapper closed (``LocalMap.loops``), in place of these or
-        beside them, change the errors between robots by 3 % at most, either way, so they are not used here.
+        beside them, change the errors between robots by 5 % at most, either way, so they are not used here.
         """
         found, last_m = [], -np.inf
         for j in range(len(self)):
