@@ -27,7 +27,7 @@ PRIOR_SHARE = 0.25
 PRIOR_MOST = 20.0
 """Largest squared Mahalanobis distance from the motion that a weight counts: one slip kills no particle."""
 FARTHEST2 = 36.0
-"""Squared Mahalanobis distance from the motion beyond which no match is believed: 6 sigma. Of 60 000 on seven recorded
+"""Squared Mahalanobis distance from the motion beyond which no match is believed: 6 sigma. Of 60 000 on four recorded
 logs the farthest was at 24."""
 ITERATIONS = 8
 """Steps of the matcher: particles begin within centimetres of the match."""
