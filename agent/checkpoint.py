@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from mrslam.agent.link_stats import LinkStats
 from mrslam.agent.pairs.belief import PairBelief
 from mrslam.alignment import Alignment, Evidence
 from mrslam.comms import restore_store, store_state
+from mrslam.merge import Pair
 from mrslam.rbpf import Mapper
 from mrslam.spatial import InputError
 from mrslam.spatial.files.state_file import MISFIT, Packed, pack, read_state, write_state
@@ -38,6 +40,7 @@ def freeze(agent: Agent) -> Packed:
             "mapper": agent.mapper.state(),
             "store": store_state(agent.node.store),
             "frame": agent.team.frame,
+            "saved": {map_id: agent.team.maps[map_id].epoch for map_id in sorted(agent.team.saved)},
             "pairs": [[a, b, _belief_state(belief)] for (a, b), belief in sorted(agent.team.beliefs.items())],
             "links": {peer: vars(stats) for peer, stats in agent.links.items()},
             "masked_beams": agent.masked_beams,
@@ -70,6 +73,7 @@ def restore(agent: Agent, path: Path) -> None:
         mapper.skip_revisions(REVISIONS_LOST)
         links = {peer: LinkStats(**sums) for peer, sums in state["links"].items()}
         beliefs = {(a, b): _belief(belief) for a, b, belief in state["pairs"]}
+        beliefs = _of_maps_here(beliefs, state.get("saved", {}), agent)
         frame = state.get("frame")
         masked_beams, map_number = state["masked_beams"], state["map_number"]
         doubt = agent.self_doubt.resumed(state["self_doubt"])
@@ -81,6 +85,13 @@ def restore(agent: Agent, path: Path) -> None:
     store = agent.node.store
     maps = {robot_id: KnownMap(store.version(robot_id), local) for robot_id, local in store.maps.items()}
     agent.team.restore(maps, beliefs, frame)
+
+
+def _of_maps_here(beliefs: Mapping[Pair, PairBelief], saved: Mapping[str, int], agent: Agent) -> dict[Pair, PairBelief]:
+    """Return the beliefs without those of saved maps that the robot was not given again, or that have changed since."""
+    here = {map_id: agent.team.maps[map_id].epoch for map_id in agent.team.saved}
+    gone = {map_id for map_id in saved.keys() | here.keys() if saved.get(map_id) != here.get(map_id)}
+    return {pair: belief for pair, belief in beliefs.items() if not gone & set(pair)}
 
 
 def resume(agent: Agent, path: Path) -> None:

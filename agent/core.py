@@ -120,7 +120,8 @@ class Agent(Robot):
         if now_ns >= self._report_ns:
             self._report_ns = now_ns + REPORT_NS
             effects.append(Event(now_ns, "known", known_fields(self.known_area_m2(), self.team_map())))
-        return effects + self.team.revoke(now_ns)
+        effects += self.team.revoke(now_ns)
+        return effects + self._saved_maps.look(self.team, self.T_team_base, now_ns)
 
     def _follow(self, effects: Sequence[comms.Effect], now_ns: int) -> list[Effect]:
         """Do what follows from the network core's effects; return what is left for the shell."""
@@ -155,7 +156,9 @@ class Agent(Robot):
         """Take the outcome of a job."""
         match job, outcome:
             case JoinJob(), JointMap():
-                return self.team.on_joined(job, outcome, now_ns)
+                effects = self.team.on_joined(job, outcome, now_ns)
             case AlignJob(), Alignment() | Rejection():
-                return self.team.on_aligned(job, outcome, now_ns)
-        raise TypeError(f"{type(outcome).__name__} is no outcome of {type(job).__name__}")
+                effects = self.team.on_aligned(job, outcome, now_ns)
+            case _:
+                raise TypeError(f"{type(outcome).__name__} is no outcome of {type(job).__name__}")
+        return effects + self._saved_maps.look(self.team, self.T_team_base, now_ns)

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from mrslam.agent.blindness import Blindness
 from mrslam.agent.config import Settings
+from mrslam.agent.known_map import KnownMap
 from mrslam.agent.link_stats import LinkStats
+from mrslam.agent.saved_maps import SavedMaps, Whereabouts, check_saved_id, whereabouts
 from mrslam.agent.self_doubt import SelfDoubt
 from mrslam.agent.team import Team
 from mrslam.agent.teammates import Teammates
 from mrslam.comms import CommsNode
 from mrslam.merge import TeamMap
 from mrslam.rbpf import Mapper
-from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, Scan, se2
+from mrslam.spatial import InputError, Keyframes, LocalMap, OccupancyGrid, Scan, se2
 from mrslam.spatial.se2 import Transform
 
 
@@ -43,7 +45,7 @@ class Robot:
         self.scan: Scan | None = None
         """The newest scan, without the beams that hit teammates."""
         self._teammates = Teammates(settings.mutual_detection)
-        self._blindness = Blindness()
+        self._blindness, self._saved_maps = Blindness(), SavedMaps()
         self._T_odom_base: Transform | None = None
         self._published_ns: int | None = None
         self._report_ns = 0
@@ -52,6 +54,26 @@ class Robot:
     def T_team_map(self) -> dict[str, Transform]:
         """By robot: maps points of its map into the team frame, for those that are placed."""
         return self.team.T_team_map
+
+    def take_saved_map(self, map_id: str, known: KnownMap) -> None:
+        """Take a map that was saved before, named with an ``@`` (``r1@monday``), to find this robot's place in it.
+
+        Saved maps are no part of a checkpoint: they are taken before :func:`mrslam.agent.resume`, which keeps where the
+        robot was in them. Raises ``InputError`` where the name could be a robot's or is taken, or the robot does not
+        both map and merge.
+        """
+        check_saved_id(map_id, "a saved map's name")
+        if self.mode != "distributed":
+            raise InputError(
+                f"{map_id}: only robots that map and merge take saved maps, {self.robot_id} is {self.mode}"
+            )
+        if map_id in self.team.saved:
+            raise InputError(f"{self.robot_id}: two saved maps are named {map_id}")
+        self.team.take_saved_map(map_id, known)
+
+    def whereabouts(self) -> list[Whereabouts]:
+        """Return what is known of the robot's place in each saved map: its pose there, or why there is none yet."""
+        return [whereabouts(self.team, map_id, self.T_team_base) for map_id in sorted(self.team.saved)]
 
     def team_map(self) -> TeamMap:
         """Return the team map in this robot's own map frame, with the places of maps, and why the others have none.
@@ -88,7 +110,7 @@ class Robot:
         if self.robot_id in bends:
             own, stamps_ns = self.trajectory_laser(), self.team.maps[self.robot_id].local.keyframes.stamps_ns
             ways[self.robot_id] = bends[self.robot_id].corrected_at(stamps_ns, own)
-        return {robot_id: way for robot_id, way in ways.items() if robot_id in bends}
+        return {robot_id: way for robot_id, way in ways.items() if robot_id in bends.keys() - self.team.saved}
 
     def known_area_m2(self) -> float:
         """Return the known area of the own map as last published, square metres."""

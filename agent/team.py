@@ -45,6 +45,8 @@ class Team:
         """By robot: its newest map, without those that contradict themselves (:attr:`doubted`)."""
         self.doubted: dict[str, str] = {}
         """By robot: why its newest map is refused (:func:`contradicts_itself`)."""
+        self.saved: set[str] = set()
+        """Those of :attr:`maps` that were saved before: none grows, nobody drives in them, and nobody sends them."""
         self.beliefs: dict[Pair, PairBelief] = {}
         """By pair of the robots in :attr:`maps`, (a, b) with a < b; the only place where alignments are kept."""
         self._schedule, self._joining = Schedule(robot_id, settings.agent), Joining()
@@ -75,6 +77,11 @@ class Team:
             self._is_own_frame_new = False
         self._mapper.set_map(robot_id, known.grid, known.trail)
         self._map, self._is_placement_old = None, True
+
+    def take_saved_map(self, map_id: str, known: KnownMap) -> None:
+        """Take a map that was saved before, as that of a teammate that does not move and is never heard."""
+        self.saved.add(map_id)
+        self.take_map(map_id, known)
 
     def _know(self, robot_id: str, known: KnownMap) -> None:
         self.maps[robot_id] = known
@@ -119,13 +126,13 @@ class Team:
         self._placement, self._is_placement_old = replace(self._placement, T_team_map=places), True
 
     def restore(self, maps: Mapping[str, KnownMap], beliefs: Mapping[Pair, PairBelief], frame: str | None) -> None:
-        """Continue with the maps, beliefs and frame of a checkpoint."""
+        """Continue with the maps, beliefs and frame of a checkpoint, beside the saved maps that were taken before."""
         self._mapper.frame = frame
         for robot_id, known in sorted(maps.items()):
             if not self._doubts(robot_id, known):
                 self._know(robot_id, known)
                 self._mapper.set_map(robot_id, known.grid, known.trail)
-        self.beliefs |= {pair: belief for pair, belief in beliefs.items() if not self.doubted.keys() & set(pair)}
+        self.beliefs |= {pair: belief for pair, belief in beliefs.items() if set(pair) <= self.maps.keys()}
         self._map = None
         self._place(0)
 
@@ -239,10 +246,13 @@ class Team:
         return f"{reason} ({'; '.join(revoked)})" if revoked else reason
 
     def without_ghosts(self, grid: OccupancyGrid) -> OccupancyGrid:
-        """Return a team frame's grid with occupied cells freed where robots have been: none drives through walls."""
+        """Return a team frame's grid with occupied cells freed where robots have been: none drives through walls.
+
+        Where a robot drove when a map was saved, a wall may stand now.
+        """
         if not self._mutual_detection.enabled:
             return grid
-        paths = [keyframes.T_map_base[:, :2] for keyframes in self.keyframes().values()]
+        paths = [keys.T_map_base[:, :2] for name, keys in self.keyframes().items() if name not in self.saved]
         return clear_ghosts(grid, paths, self._mutual_detection.robot_radius_m)[0]
 
     @property

@@ -12,6 +12,7 @@ from typing import Any
 
 from mrslam.agent.core import Agent
 from mrslam.agent.effects import Event
+from mrslam.agent.saved_maps import Whereabouts
 from mrslam.agent.shells.files import (
     EVENTS_FILE,
     KEYFRAMES_FILE,
@@ -25,11 +26,13 @@ from mrslam.agent.shells.files import (
     team_file,
 )
 from mrslam.merge.draw import draw_team, overlaid
+from mrslam.merge.graph.edges import pair_of
 from mrslam.spatial import write_map
 from mrslam.spatial.files.atomic import write_text
 from mrslam.spatial.files.images import write_image
 from mrslam.spatial.files.keyframes import write_keyframes
 from mrslam.spatial.files.tum import write_tum
+from mrslam.spatial.se2 import Transform
 
 log = logging.getLogger(__name__)
 
@@ -113,7 +116,7 @@ def write_corrected(agent: Agent, folder: Path) -> None:
 
 def summary(agent: Agent, sent_bytes: Mapping[str, int]) -> dict[str, Any]:
     """Return what the mission's metrics need of one robot, as plain JSON values."""
-    team = agent.team_map()
+    team, saved = agent.team_map(), agent.team.saved
     return {
         "id": agent.robot_id,
         "mode": agent.mode,
@@ -124,11 +127,29 @@ def summary(agent: Agent, sent_bytes: Mapping[str, int]) -> dict[str, Any]:
         "scans_processed": agent.mapper.stats.processed,
         "masked_beams": agent.masked_beams,
         "loops_closed": agent.mapper.stats.loops_closed,
-        "placed": {robot: [float(value) for value in T] for robot, T in sorted(team.T_team_map.items())},
-        "T_team_base": [float(value) for value in agent.T_team_base],
-        "ties": [[tie.a, tie.b, tie.match.i, tie.match.j, tie.believed] for tie in agent.team.ties],
-        "unplaced": dict(sorted({**team.unplaced, **agent.team.doubted}.items())),
-        "pairs": [belief.row(a, b) for (a, b), belief in sorted(agent.team.beliefs.items())],
+        "placed": {robot: _plain(T) for robot, T in sorted(team.T_team_map.items()) if robot not in saved},
+        "T_team_base": _plain(agent.T_team_base),
+        "ties": [
+            [tie.a, tie.b, tie.match.i, tie.match.j, tie.believed]
+            for tie in agent.team.ties
+            if not saved & {tie.a, tie.b}
+        ],
+        "unplaced": {
+            robot: why for robot, why in sorted({**team.unplaced, **agent.team.doubted}.items()) if robot not in saved
+        },
+        "pairs": [belief.row(a, b) for (a, b), belief in sorted(agent.team.beliefs.items()) if not saved & {a, b}],
+        "saved_maps": [_saved_row(agent, at) for at in agent.whereabouts()],
         "sent_bytes": dict(sent_bytes),
         "links": [{"peer": peer, **stats.row()} for peer, stats in sorted(agent.links.items())],
     }
+
+
+def _saved_row(agent: Agent, at: Whereabouts) -> dict[str, Any]:
+    """Return what is known of the robot's place in a saved map, and the alignment with it as a pair's row."""
+    a, b = pair_of(agent.robot_id, at.map_id)
+    belief = agent.team.beliefs.get((a, b))
+    return {**at.fields(), "pair": None if belief is None else belief.row(a, b)}
+
+
+def _plain(T: Transform) -> list[float]:
+    return [float(value) for value in T]

@@ -12,7 +12,7 @@ from mrslam.sim_driver.missions import sections as mission_config
 from mrslam.sim_driver.missions.described import EXPERT, Setting, settings_of
 from mrslam.sim_driver.worlds.radio import RadioConfig
 
-LISTS = ("robots", "faults")
+LISTS = ("robots", "maps", "faults")
 """Sections of which there may be several."""
 
 
@@ -71,6 +71,7 @@ def sections() -> Iterator[tuple[str, type]]:
     """Yield every section of a mission file with its dataclass."""
     yield "mission", mission_config.MissionConfig
     yield "robots", mission_config.RobotConfig
+    yield "maps", mission_config.SavedMapConfig
     yield "links", mission_config.LinksConfig
     yield "truth", mission_config.TruthConfig
     yield "world", mission_config.WorldConfig

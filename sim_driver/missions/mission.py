@@ -18,6 +18,7 @@ from mrslam.sim_driver.missions.sections import (
     LinksConfig,
     MissionConfig,
     RobotConfig,
+    SavedMapConfig,
     SweepConfig,
     TruthConfig,
     WorldConfig,
@@ -29,7 +30,7 @@ from mrslam.sim_driver.worlds.radio import RadioConfig
 from mrslam.spatial import InputError
 from mrslam.spatial.errors import require
 
-LISTS = ("robots", "faults")
+LISTS = ("robots", "maps", "faults")
 """Sections of which a mission may have several."""
 SECTIONS = ("mission", "world", "driver", "radio", "links", "truth", "sweep", *LISTS)
 """Sections of a mission file, beside those of the packages' settings."""
@@ -52,6 +53,8 @@ class Mission:
     driver: DriverConfig
     faults: tuple[FaultConfig, ...] = ()
     """What goes wrong, in virtual time."""
+    maps: tuple[SavedMapConfig, ...] = ()
+    """Maps saved before, which every robot that merges takes."""
     folder: Path
     """Where the mission's file lies: names in it are looked for there first."""
     replay: Path | None = None
@@ -63,6 +66,7 @@ class Mission:
     def files(self) -> list[str]:
         """Names of the files that the mission reads, beside its world."""
         named = [name for robot in self.robots for name in (robot.log, robot.trajectory)]
+        named += [one.path for one in self.maps]
         return [name for name in (*named, self.links.trace, self.truth.relations) if name is not None]
 
     def find(self, name: str) -> Path:
@@ -104,6 +108,7 @@ def make_mission(tables: dict[str, Any], path: Path) -> Mission:
         driver=build(DriverConfig, tables.get("driver", {}), f"{where}: driver"),
         radio=build(RadioConfig, tables.get("radio", {}), f"{where}: radio"),
         faults=faults,
+        maps=_maps(tables, where),
         folder=path.resolve().parent,
     )
 
@@ -126,6 +131,13 @@ def _robots(tables: dict[str, Any], where: str) -> tuple[RobotConfig, ...]:
     if len(set(ids)) != len(ids):
         raise InputError(f"{where}: two robots have one id among {', '.join(ids)}")
     return robots
+
+
+def _maps(tables: dict[str, Any], where: str) -> tuple[SavedMapConfig, ...]:
+    tables_of = tables.get("maps", [])
+    if not isinstance(tables_of, list) or not all(isinstance(one, dict) for one in tables_of):
+        raise InputError(f"{where}: maps are [[maps]] sections")
+    return tuple(build(SavedMapConfig, one, f"{where}: maps[{i}]") for i, one in enumerate(tables_of))
 
 
 def _check_bodies(robots: Sequence[RobotConfig], mission: MissionConfig, world: WorldConfig | None, where: str) -> None:

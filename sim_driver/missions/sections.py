@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from mrslam.agent import check_saved_id
 from mrslam.spatial.errors import SEEDS, require, require_bounds
 from mrslam.spatial.grid import RESOLUTIONS_M
 
@@ -128,6 +129,20 @@ class RobotConfig:
         """Settings of this robot alone, by section."""
         own = {name: getattr(self, name) for name in OWN_SECTIONS}
         return {name: table for name, table in own.items() if table}
+
+
+@dataclass(frozen=True, kw_only=True)
+class SavedMapConfig:
+    """A map saved before, in which every robot that merges finds its place."""
+
+    path: str
+    """A robot's folder, a run's, that of ``mrslam map``, or a map file of any system (YAML and image)."""
+    id: str | None = None
+    """Its name, with an @ ("office@monday"); by its file and folder unless given. Of a run's folder only by default."""
+
+    def __post_init__(self) -> None:
+        if self.id is not None:
+            check_saved_id(self.id, "maps.id")
 
 
 @dataclass(frozen=True, kw_only=True)

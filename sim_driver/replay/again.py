@@ -26,7 +26,7 @@ def mission_of(run: Path, assignments: Sequence[str] = ()) -> Mission:
     config = read_config(run)
     always = ("mission", "robots", "links", "truth", "radio")
     tables: dict[str, Any] = {name: config[name] for name in always if name in config}
-    tables |= {name: config[name] for name in ("world", "driver", "faults") if config.get(name) is not None}
+    tables |= {name: config[name] for name in ("world", "driver", "faults", "maps") if config.get(name) is not None}
     tables |= config.get("settings", {})
     _check_config(tables, run / CONFIG_FILE)
     mission = make_mission(with_overrides(tables, assignments), run / CONFIG_FILE)

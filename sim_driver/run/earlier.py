@@ -60,9 +60,10 @@ def _refuse_inputs(mission: Mission, left: Sequence[Path]) -> None:
     for name in (*mission.files, *world):
         with suppress(InputError):  # a built-in world is no file
             path = mission.find(name)
-            if path not in files:
+            read = [file for file in files if file == path.resolve() or path.resolve() in file.parents]
+            if not read:
                 continue
-            text = f"{files[path]}: the mission reads this file of an earlier run, which the new one would replace"
+            text = f"{files[read[0]]}: the mission reads this file of an earlier run, which the new one would replace"
             break
     else:
         return

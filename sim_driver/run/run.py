@@ -109,6 +109,7 @@ def prepare_folder(mission: Mission, out: Path, say: Callable[[str], None]) -> N
         "driver": as_table(mission.driver),
         "radio": as_table(mission.radio),
         "faults": as_table(mission.faults),
+        "maps": as_table(mission.maps),
         "settings": as_table(mission.settings),
         "versions": {
             "python": platform.python_version(),

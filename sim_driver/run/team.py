@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from mrslam.agent import Agent, Body, Event, LinkSource, Sensed, Watcher, resume
+from mrslam.agent import Agent, Body, Event, LinkSource, Sensed, Watcher, read_saved_maps, resume
 from mrslam.comms import MapSeal, RobotKeys
 from mrslam.comms.zenoh import ZenohTransport
 from mrslam.sim_driver.drivers import DRIVERS, Driver, Explorer, IdleDriver, TrajectoryDriver, WaypointDriver
@@ -57,7 +57,7 @@ def make_agent(mission: Mission, robot: RobotConfig, boot_id: int) -> Agent:
     """Return the agent of one robot; one that lies does so from the start."""
     lies = any(fault.kind == "liar" and fault.robot == robot.id for fault in mission.faults)
     kind = partial(Liar, way=WAYS[seed_for(mission, "lies") % len(WAYS)]) if lies else Agent
-    return kind(
+    agent = kind(
         robot.id,
         mission.settings_of[robot.id],
         team=mission.mission.name,
@@ -65,6 +65,22 @@ def make_agent(mission: Mission, robot: RobotConfig, boot_id: int) -> Agent:
         seed=seed_for(mission, f"agent/{robot.id}"),
         boot_id=boot_id,
     )
+    if robot.mode == "distributed":
+        take_saved_maps(agent, {one.path: (mission.find(one.path), one.id) for one in mission.maps})
+    return agent
+
+
+def take_saved_maps(agent: Agent, saved: Mapping[str, tuple[Path, str | None]]) -> list[str]:
+    """Give an agent the maps saved at some paths, each with a name or None for the usual; return all their names."""
+    names = []
+    for said, (path, chosen) in saved.items():
+        found = read_saved_maps(path)
+        if chosen is not None and len(found) > 1:
+            raise InputError(f"{said}: holds the maps {', '.join(found)}; one name ({chosen}) is not enough for them")
+        for name, known in found.items():
+            names.append(chosen or name)
+            agent.take_saved_map(names[-1], known)
+    return names
 
 
 def make_body(mission: Mission, robot: RobotConfig, port: Port | None) -> Body:

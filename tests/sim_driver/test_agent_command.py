@@ -175,3 +175,18 @@ def test_mistakes_are_one_line(option: tuple[str, str], tmp_path: Path) -> None:
     words, _ = process.communicate(timeout=300)
     assert process.returncode == 1
     assert "mrslam: " in words and "Traceback" not in words
+
+
+def test_a_saved_map_is_looked_for_and_a_missing_one_is_one_line(data_dir: Path, tmp_path: Path) -> None:
+    yaml = data_dir / "worlds" / "mrl_arena" / "mrl_arena.yaml"
+    log = data_dir / "multi_session" / "arena_raw_2.clf.gz"
+    common = ("r1", "--log", str(log), "--no-multicast", "--out", str(tmp_path / "r1"), "--set", "rbpf.particles=4")
+    process = start(*common, "--map", str(yaml), "--duration", "3")
+    words, _ = process.communicate(timeout=300)
+    assert process.returncode == 0 and "r1 looks for its place in mrl_arena@mrl_arena" in words
+    (place,) = json.loads((tmp_path / "r1" / "robot.json").read_text())["saved_maps"]
+    assert place["map"] == "mrl_arena@mrl_arena" and place["state"] in ("not yet", "ambiguous")
+    process = start(*common, "--map", str(tmp_path / "nowhere"))
+    words, _ = process.communicate(timeout=300)
+    assert process.returncode != 0
+    assert [line for line in words.splitlines() if "nowhere" in line] and "Traceback" not in words

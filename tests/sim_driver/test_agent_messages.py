@@ -77,7 +77,8 @@ def test_a_checkpoint_that_does_not_fit_is_kept_and_told(folder: Path, said: lis
 def test_doubts_are_told_and_nothing_else(said: list[str]) -> None:
     agent, teller = robot(), DoubtMessages()
     t_ns = round(datetime(2026, 3, 1, 12, 30, 5).timestamp()) * 1_000_000_000
-    fields = {"reason": "the scan shows no surfaces", "blind_s": 8.1}
+    fields = {"reason": "the scan shows no surfaces", "blind_s": 8.1, "map": "r1@monday"}
+    fields |= {"x_m": 1.5, "y_m": -2.0, "theta_rad": 0.25}
     for kind in (*WORDS, "mapped", "link_changed"):
         teller.on_event(agent, Event(t_ns, kind, fields))
     assert [line.split(";")[0] for line in said] == [
@@ -86,4 +87,6 @@ def test_doubts_are_told_and_nothing_else(said: list[str]) -> None:
         "12:30:05 r1 doubts where it is",
         "12:30:05 r1 knows again where it is",
         "12:30:05 r1 does not find its place in its map again",
+        "12:30:05 r1 knows where it is in r1@monday: x 1.5 m, y -2.0 m, theta 0.25 rad in that map's frame",
+        "12:30:05 r1 does not know any more where it is in r1@monday: the scan shows no surfaces",
     ]

@@ -26,6 +26,10 @@ def agent(
     log: Annotated[
         Path | None, typer.Option("--log", help="Play a recorded log instead of listening to drivers.")
     ] = None,
+    map_: Annotated[
+        list[Path] | None,
+        typer.Option("--map", metavar="PATH", help="Saved map: a robot's folder, a run's, or a YAML; repeatable."),
+    ] = None,
     sensors: Annotated[
         str, typer.Option("--sensors", help="Where the robot's drivers send scans and odometry to.")
     ] = "tcp/127.0.0.1:7448",
@@ -47,12 +51,14 @@ def agent(
 
     mrslam agent r1 --team depot --listen tcp/0.0.0.0:7447 --connect tcp/10.0.0.2:7447
     mrslam agent r1 --team desk --log slam/intel.clf.gz    play a log as if it were the laser
+    mrslam agent r1 --map out/monday/r1                     find its place in a map saved before
     """
     from mrslam.sim_driver.cli.live.agent import AgentOptions, run_agent
 
     options = AgentOptions(
         robot=robot, team=team, mode=mode, listen=listen or [], connect=connect or [],
-        multicast=not connect if multicast is None else multicast, keys=keys, log=log, sensors=sensors, config=config,
+        multicast=not connect if multicast is None else multicast, keys=keys, log=log, maps=map_ or [],
+        sensors=sensors, config=config,
         assignments=set_ or [], out=out or Path("out") / robot, fresh=fresh, duration_s=duration, seed=seed,
     )  # fmt: skip
     run_agent(options)

@@ -28,7 +28,7 @@ from mrslam.sim_driver.missions.run_files import CHECKPOINT
 from mrslam.sim_driver.missions.settings import as_table, check_keys, read_toml, with_overrides
 from mrslam.sim_driver.missions.usage import write_usage
 from mrslam.sim_driver.run.known_area import KnownArea
-from mrslam.sim_driver.run.team import NoBody, go_online
+from mrslam.sim_driver.run.team import NoBody, go_online, take_saved_maps
 from mrslam.sim_driver.simulation.recorded import RecordedBody
 from mrslam.spatial.files.atomic import held
 
@@ -50,6 +50,7 @@ class AgentOptions:
     multicast: bool
     keys: Path | None
     log: Path | None
+    maps: list[Path]
     sensors: str
     config: Path | None
     assignments: list[str]
@@ -69,6 +70,8 @@ def run_agent(options: AgentOptions) -> None:
     boot_id = time.time_ns() // 1_000_000
     name = {"team": options.team, "mode": options.mode}
     agent = Agent(options.robot, settings, **name, seed=options.seed, boot_id=boot_id)
+    if taken := take_saved_maps(agent, {str(path): (path, None) for path in options.maps}):
+        say(f"{options.robot} looks for its place in {', '.join(taken)}")
     known = KnownArea()
     with (
         held(options.out),

@@ -19,6 +19,8 @@ WORDS = {
     "doubtful": "doubts where it is; teammates get no new map of it until it knows",
     "recovered": "knows again where it is",
     "given_up": "does not find its place in its map again; it begins a new one",
+    "localised": "knows where it is in {map}: x {x_m} m, y {y_m} m, theta {theta_rad} rad in that map's frame",
+    "not_localised": "does not know any more where it is in {map}: {reason}",
 }
 """Event -> what the robot does, with the event's fields."""
 
@@ -53,7 +55,7 @@ def begin(
 
 
 class DoubtMessages:
-    """Says when a robot is blind or doubts its pose, and how that ends."""
+    """Says when a robot is blind or doubts its pose, and how that ends; and where it is in saved maps."""
 
     def __init__(self, tell: Callable[[str], None] | None = None) -> None:
         """``tell`` says a line, by default on the terminal."""

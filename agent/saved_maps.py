@@ -1,0 +1,104 @@
+"""Where a robot is in maps that were saved before: of each, its pose there, or in words why that is not known yet."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from mrslam.agent.effects import Event
+from mrslam.agent.team import Team
+from mrslam.merge.graph.edges import pair_of
+from mrslam.spatial import InputError, se2
+from mrslam.spatial.se2 import Transform
+
+SAVED_ID = re.compile(r"(?!\.)[A-Za-z0-9_.-]{1,64}@[A-Za-z0-9_.-]{1,64}")
+"""Names of saved maps. No robot has an ``@`` in its name, so nobody on the network can take a saved map's place."""
+
+State = Literal["localised", "ambiguous", "not yet"]
+
+
+def check_saved_id(map_id: str, what: str) -> str:
+    """Return a saved map's name, or raise ``InputError`` where it could be a robot's, or would break file names."""
+    if not SAVED_ID.fullmatch(map_id):
+        raise InputError(
+            f"{what} must be two names of letters, digits, '_', '-', '.' joined by '@' (office@monday), got {map_id!r}"
+        )
+    return map_id
+
+
+def pose_in(team: Team, map_id: str, T_team_base: Transform) -> Transform | None:
+    """Return ``T_map_base (3,)``, a pose of the team frame in a saved map's own frame; None where it is not placed.
+
+    A map that is bent to fit is followed back at its keyframe nearest to the pose.
+    """
+    T_team_map, bend = team.T_team_map.get(map_id), team.bends.get(map_id)
+    if T_team_map is None:
+        return None
+    if bend is None:
+        return se2.between(T_team_map, T_team_base)
+    k = int(np.argmin(np.hypot(*(bend.T_team_key[:, :2] - T_team_base[:2]).T)))
+    return se2.compose(bend.T_map_key[k], se2.between(bend.T_team_key[k], T_team_base))
+
+
+@dataclass(frozen=True, eq=False)
+class Whereabouts:
+    """What is known of a robot's place in one saved map."""
+
+    map_id: str
+    state: State
+    reason: str
+    """Why it is not localised; empty where it is."""
+    T_map_base: Transform | None = None
+    """``(3,)``: its pose in the saved map's frame, metres and radians."""
+    confidence: float | None = None
+    """Of the alignment of the two maps, 0..1; None where the robot is placed through others' maps."""
+
+    def fields(self) -> dict[str, Any]:
+        """Return it as plain JSON values."""
+        pose = None if self.T_map_base is None else [round(float(value), 4) for value in self.T_map_base]
+        sure = None if self.confidence is None else round(self.confidence, 4)
+        return {"map": self.map_id, "state": self.state, "reason": self.reason, "T_map_base": pose, "confidence": sure}
+
+
+def whereabouts(team: Team, map_id: str, T_team_base: Transform) -> Whereabouts:
+    """Return what a robot at ``T_team_base (3,)`` knows of its place in a saved map."""
+    belief = team.beliefs.get(pair_of(team.robot_id, map_id))
+    T_map_base = pose_in(team, map_id, T_team_base)
+    if T_map_base is not None:
+        found = None if belief is None else belief.alignment
+        return Whereabouts(map_id, "localised", "", T_map_base, None if found is None else float(found.confidence))
+    reason = "there is no map of the robot's own yet" if belief is None else belief.reason
+    return Whereabouts(map_id, "ambiguous" if reason.startswith("ambiguous") else "not yet", reason)
+
+
+class SavedMaps:
+    """Reports when a robot finds its place in a saved map, and when it has lost it again."""
+
+    def __init__(self) -> None:
+        self._localised: set[str] = set()
+
+    def look(self, team: Team, T_team_base: Transform, now_ns: int) -> list[Event]:
+        """Return an event for each saved map in which the robot has been localised, or lost, since the last call."""
+        events = []
+        for map_id in sorted(team.saved):
+            if (map_id in team.T_team_map) == (map_id in self._localised):
+                continue
+            at = whereabouts(team, map_id, T_team_base)
+            if at.T_map_base is None:
+                self._localised.discard(map_id)
+                events.append(Event(now_ns, "not_localised", {"map": map_id, "reason": at.reason}))
+            else:
+                self._localised.add(map_id)
+                x, y, theta = (round(float(value), 4) for value in at.T_map_base)
+                fields = {
+                    "map": map_id,
+                    "x_m": x,
+                    "y_m": y,
+                    "theta_rad": theta,
+                    "confidence": at.fields()["confidence"],
+                }
+                events.append(Event(now_ns, "localised", fields))
+        return events

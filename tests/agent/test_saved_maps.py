@@ -1,0 +1,152 @@
+"""A saved map is a teammate that does not move: it is aligned like any, and nobody else hears of it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mrslam.agent import Agent, Settings, checkpoint, resume, write_robot
+from mrslam.agent.effects import AlignJob, Event
+from mrslam.agent.known_map import KnownMap
+from mrslam.agent.saved_maps import pose_in
+from mrslam.alignment import Alignment, Evidence, Rejection, WallEvidence
+from mrslam.comms.maps.snapshots import published
+from mrslam.merge import Bend
+from mrslam.spatial import InputError, OccupancyGrid, se2
+from tests.agent.test_team import room
+
+SECOND = 1_000_000_000
+MONDAY = "r1@monday"
+T_A_MONDAY = np.array([1.0, 2.0, np.pi / 2])
+
+
+def saved(epoch: int = 7) -> KnownMap:
+    return KnownMap((epoch, 1), room())
+
+
+def robot_with_map(*, boot_id: int = 1, epoch: int = 7) -> Agent:
+    agent = Agent("a", Settings(), boot_id=boot_id)
+    snapshot = published(room(), None, 1)
+    assert snapshot is not None
+    agent.node.store.put("a", snapshot)
+    agent.team.take_map("a", KnownMap(snapshot.version, snapshot.local_map))
+    agent.take_saved_map(MONDAY, saved(epoch))
+    return agent
+
+
+def job(attempt: int) -> AlignJob:
+    nothing = OccupancyGrid(np.empty((0, 0), dtype=np.int8), 0.05)
+    return AlignJob("a", MONDAY, nothing, nothing, None, ((1, 1), (7, 1)), (64.0, 64.0), attempt)
+
+
+def localise(agent: Agent) -> list[Event]:
+    """Let the saved map be aligned twice with the robot's own; return the events."""
+    found = Alignment(
+        T_a_b=T_A_MONDAY, confidence=0.9, evidence=Evidence(WallEvidence(30.0), WallEvidence(30.0)),
+        covariance=1e-4 * np.eye(3), method="orb",
+    )  # fmt: skip
+    effects = [effect for n in range(2) for effect in agent.on_done(job(n), found, (10 + n) * SECOND)]
+    return [effect for effect in effects if isinstance(effect, Event)]
+
+
+def test_the_robot_says_at_once_where_it_is_in_the_saved_maps_frame() -> None:
+    agent = robot_with_map()
+    assert [at.state for at in agent.whereabouts()] == ["not yet"]
+    events = [event for event in localise(agent) if event.kind == "localised"]
+    assert len(events) == 1 and events[0].t_ns == 11 * SECOND
+    # The robot is at its map's origin: the saved map's frame sees it at the inverse of the saved map's place.
+    assert events[0].fields["map"] == MONDAY
+    assert [events[0].fields[name] for name in ("x_m", "y_m")] == pytest.approx([-2.0, 1.0])
+    assert events[0].fields["theta_rad"] == pytest.approx(-np.pi / 2, abs=1e-4)
+    (at,) = agent.whereabouts()
+    assert at.state == "localised" and at.T_map_base == pytest.approx(se2.inverse(T_A_MONDAY)) and at.confidence == 0.9
+    later = [effect for effect in agent.on_tick(12 * SECOND) if isinstance(effect, Event)]
+    assert "localised" not in {event.kind for event in later}  # once
+
+
+def test_a_place_that_is_withdrawn_is_said_to_be_lost() -> None:
+    agent = robot_with_map()
+    localise(agent)
+    agent.team.beliefs["a", MONDAY].revoke("it fits nowhere now")
+    agent.team.displace(MONDAY)
+    events = [e for e in agent.on_tick(13 * SECOND) if isinstance(e, Event) and e.kind == "not_localised"]
+    assert [event.fields for event in events] == [{"map": MONDAY, "reason": "it fits nowhere now"}]
+    assert agent.whereabouts()[0].T_map_base is None
+
+
+def test_two_places_that_fit_are_ambiguous() -> None:
+    agent = robot_with_map()
+    words = "ambiguous: another place fits 90% as well, at most 75% is allowed"
+    agent.on_done(job(0), Rejection(reason=words, confidence=0.1, evidence=None, method="orb"), 10 * SECOND)
+    (at,) = agent.whereabouts()
+    assert (at.state, at.reason, at.T_map_base) == ("ambiguous", words, None)
+
+
+def test_the_pose_in_a_bent_map_is_followed_back_at_the_nearest_keyframe() -> None:
+    agent = robot_with_map()
+    localise(agent)
+    T_map_key = np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 0.0]])
+    T_team_key = np.array([[0.0, 0.0, 0.0], [10.0, 3.0, 0.0]])  # the far end is bent by 3 m
+    object.__setattr__(agent.team._placement, "bends", {MONDAY: Bend(T_map_key, T_team_key)})
+    for x, expected in ((0.5, [0.5, 0.0]), (9.5, [9.5, -3.0])):
+        T_map_base = pose_in(agent.team, MONDAY, np.array([x, 0.0, 0.0]))
+        assert T_map_base is not None and T_map_base[:2] == pytest.approx(expected)
+
+
+def test_nobody_hears_of_a_saved_map_and_its_drive_frees_no_wall() -> None:
+    agent = robot_with_map()
+    localise(agent)
+    assert MONDAY in agent.T_team_map and MONDAY not in agent.node.store.digest()
+    wall = OccupancyGrid(np.full((400, 400), 100, dtype=np.int8), 0.05, (-10.0, -10.0))
+    x, y, _ = se2.compose(T_A_MONDAY, np.array([3.9, 3.9, 0.0]))  # where the saved robot was, and the own was not
+    cells = agent.team.without_ghosts(wall).cells
+    assert cells[int((y + 10.0) / 0.05), int((x + 10.0) / 0.05)] == 100
+    assert cells[int(13.9 / 0.05), int(13.9 / 0.05)] != 100  # the own way does
+
+
+@pytest.mark.parametrize(("name", "mode"), [("r1", "distributed"), ("a/b@c", "distributed"), (MONDAY, "mapper")])
+def test_a_name_that_a_robot_could_have_or_a_robot_that_does_not_merge_is_refused(name: str, mode: str) -> None:
+    with pytest.raises(InputError, match="joined by '@'" if mode == "distributed" else "map and merge"):
+        Agent("a", Settings(), mode=mode).take_saved_map(name, saved())
+
+
+def test_two_saved_maps_of_one_name_are_refused() -> None:
+    with pytest.raises(InputError, match="two saved maps are named r1@monday"):
+        robot_with_map().take_saved_map(MONDAY, saved())
+
+
+@pytest.mark.parametrize(("epoch", "is_kept"), [(7, True), (8, False)])
+def test_a_restart_keeps_the_place_in_the_very_same_saved_map(epoch: int, is_kept: bool, tmp_path: Path) -> None:
+    agent = robot_with_map()
+    localise(agent)
+    checkpoint.write(checkpoint.freeze(agent), tmp_path / "a.state")
+    again = Agent("a", Settings(), boot_id=2)
+    again.take_saved_map(MONDAY, saved(epoch))
+    resume(again, tmp_path / "a.state")
+    assert (MONDAY in again.T_team_map) == is_kept
+    kinds = [effect.kind for effect in again.on_tick(20 * SECOND) if isinstance(effect, Event)]
+    assert ("localised" in kinds) == is_kept
+
+
+def test_a_restart_without_the_saved_map_forgets_it(tmp_path: Path) -> None:
+    agent = robot_with_map()
+    localise(agent)
+    checkpoint.write(checkpoint.freeze(agent), tmp_path / "a.state")
+    again = Agent("a", Settings(), boot_id=2)
+    resume(again, tmp_path / "a.state")
+    assert again.next_job(0) is None and not again.team.beliefs and not again.whereabouts()
+
+
+def test_the_summary_keeps_saved_maps_apart_from_teammates(tmp_path: Path) -> None:
+    agent = robot_with_map()
+    localise(agent)
+    write_robot(agent, tmp_path, {})
+    row = json.loads((tmp_path / "robot.json").read_text())
+    assert list(row["placed"]) == ["a"] and row["pairs"] == [] and row["unplaced"] == {}
+    (place,) = row["saved_maps"]
+    assert (place["map"], place["state"], place["reason"]) == (MONDAY, "localised", "")
+    assert place["T_map_base"] == pytest.approx(list(se2.inverse(T_A_MONDAY)), abs=1e-4)
+    assert place["pair"]["accepted_at_s"] == 11.0
