@@ -7,7 +7,8 @@ of the rest look for themselves in it and in the saved map of another building (
 
 seconds, metres : mission time and path until the event "localised"; None where it never came.
 error_m, error_deg : of the pose in the saved map then. Expected is the saved trajectory's pose nearest by, moved by
-what the reference trajectory has between the two; isr has none, but its robot stood still between the two logs.
+what the reference trajectory has between the two; isr has none, but its robot stood still
+between the two logs, so the second log's trajectory, mapped whole, continues the first's.
 known_m : from the robot's true start to the nearest place of the saved trajectory; far off, there is nothing to find.
 """
 
@@ -57,6 +58,12 @@ def save(name: str, out: Path) -> Path:
     )
 
 
+def second_day(name: str, out: Path) -> Path:
+    """Return the folder of the second log mapped whole, from where the first ended."""
+    done = out / f"second-{name}" / "r1"
+    return done if (done / "map.yaml").exists() else play(done.parent, {"log": DAYS[name].format(2)}, None, None)
+
+
 def at(way: tuple[Any, Transform], stamps_ns: Any) -> Transform:
     """Return the poses of a trajectory nearest in time; NaN where there is none within ``NEAR_S``."""
     order = np.argsort(way[0])
@@ -100,7 +107,8 @@ def judge(name: str, saved: Path, robot: Path, data: Path, is_foreign: bool) -> 
         T_then_now = se2.between(way[1][j], way[1][until][-1])
         expected = se2.compose(saved_way[1][k], se2.compose(se2.between(true_saved[k], now), T_then_now))
     elif name == "isr" and not is_foreign:
-        expected = se2.compose(saved_way[1][-1], way[1][until][-1])
+        whole = read_tum(second_day(name, saved.parents[1]) / "trajectory.tum")
+        expected = se2.compose(saved_way[1][-1], at(whole, way[0][until][-1:])[0])
     else:
         return row
     off = se2.between(expected, T_saved_laser)
