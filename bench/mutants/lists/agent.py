@@ -27,8 +27,8 @@ MUTANTS = (
     ),
     Mutant(
         CORE,
-        "        return effects + self.team.revoke(now_ns)\n",
-        "        return effects\n",
+        "        effects += self.team.revoke(now_ns)\n",
+        "",
         "contradicted merges are never taken back on a tick",
     ),
     Mutant(
