@@ -37,10 +37,10 @@ MUTANTS = (
     ),
     Mutant(
         "agent/core.py",
-        "                return self.team.on_joined(job, outcome, now_ns)\n",
+        "                effects = self.team.on_joined(job, outcome, now_ns)\n",
         "                for name, T_team_key in list(outcome.T_team_key.items())[1:]:\n"
         "                    T_team_key[:, 0] += 0.8 + 0.1 * len(name)\n"
-        "                return self.team.on_joined(job, outcome, now_ns)\n",
+        "                effects = self.team.on_joined(job, outcome, now_ns)\n",
         "joint solutions put teammates a metre off",
         chaos=ANY,
     ),
