@@ -128,7 +128,7 @@ def test_bad_input_is_said_once_and_nothing_is_lost(tmp_path: Path) -> None:
             "scans of 300 and of 150 beams",
             "how 'lazer' is mounted on 'base_link'",
             "angle_increment_rad must be finite",
-            "run backward by 30.0 s",
+            "stamps run backward by",
         ):
             assert sum(words in line for line in warnings) == 1, (words, warnings)
         wait_for(lambda: counted(listener, "r1", "trouble: clock") == 2, "the diagnostics to count", 10.0)
