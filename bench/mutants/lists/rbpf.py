@@ -45,7 +45,7 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/filter/back_end.py",
-        "self._is_contradicted = self.config.close_loops and self.loops.look(trajectory)",
+        "self._is_contradicted = self.config.close_loops and self.loops.look(trajectory, self.arrivals)",
         "self._is_contradicted = False",
         "loops are never looked for",
     ),
