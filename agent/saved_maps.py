@@ -92,13 +92,8 @@ class SavedMaps:
                 events.append(Event(now_ns, "not_localised", {"map": map_id, "reason": at.reason}))
             else:
                 self._localised.add(map_id)
-                x, y, theta = (round(float(value), 4) for value in at.T_map_base)
-                fields = {
-                    "map": map_id,
-                    "x_m": x,
-                    "y_m": y,
-                    "theta_rad": theta,
-                    "confidence": at.fields()["confidence"],
-                }
+                said = at.fields()
+                x, y, theta = said["T_map_base"]
+                fields = {"map": map_id, "x_m": x, "y_m": y, "theta_rad": theta, "confidence": said["confidence"]}
                 events.append(Event(now_ns, "localised", fields))
         return events

@@ -13,7 +13,7 @@ from mrslam.alignment.align import MIN_KNOWN_M2
 from mrslam.merge.grids.upright import read_upright
 from mrslam.spatial import InputError, Keyframes, KeyScans, LocalMap, TiledMap
 from mrslam.spatial.files.atomic import is_file, is_folder
-from mrslam.spatial.files.keyframes import read_keyframes
+from mrslam.spatial.files.keyframes import read_scanned_keyframes
 
 NAMES_END = 64
 """Most characters of each half of a saved map's name."""
@@ -73,8 +73,7 @@ def read_saved_map(file: Path) -> KnownMap:
     keyframes, scans = Keyframes.empty(), KeyScans.empty()
     beside = file.parent / KEYFRAMES_FILE
     if file.name == MAP_FILE and is_file(beside):
-        keyframes, scans = read_keyframes(beside)
-        keyframes = Keyframes(keyframes.stamps_ns[: len(scans)], keyframes.T_map_base[: len(scans)])
+        keyframes, scans = read_scanned_keyframes(beside)
     local = LocalMap(TiledMap.from_grid(grid), keyframes, scans)
     known = KnownMap((_content(local), 1), local)
     if reason := contradicts_itself(local, known.grid):

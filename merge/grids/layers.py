@@ -61,7 +61,7 @@ def changed_parts(before: OccupancyGrid | None, after: OccupancyGrid) -> list[Oc
     """Return blocks of 64 x 64 cells that hold all cells that differ; both maps where their lattices differ."""
     grids = [after] if before is None else [before, after]
     grids = [grid for grid in grids if grid.cells.size]
-    if before is not None and not _same_lattice(before, after):
+    if before is not None and not same_lattice(before, after):
         return grids
     if not grids:
         return []
@@ -80,7 +80,8 @@ def changed_parts(before: OccupancyGrid | None, after: OccupancyGrid) -> list[Oc
     return parts
 
 
-def _same_lattice(one: OccupancyGrid, two: OccupancyGrid) -> bool:
+def same_lattice(one: OccupancyGrid, two: OccupancyGrid) -> bool:
+    """Return whether two maps have cells of one size that lie on each other."""
     if one.resolution_m != two.resolution_m:
         return False
     shift = (np.asarray(one.origin_m) - np.asarray(two.origin_m)) / one.resolution_m

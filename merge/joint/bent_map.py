@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
+from mrslam.merge.grids.layers import same_lattice
 from mrslam.merge.joint.bend_kernels import bend_blocks
 from mrslam.spatial import UNKNOWN, OccupancyGrid
 
@@ -118,12 +119,7 @@ def _any_by_block(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 def _continues(grid: OccupancyGrid, block0: tuple[int, int], blocks: tuple[int, ...], last: _Drawing) -> bool:
     """Return whether a map has the lattice of the last one, and covers all of its blocks; else all is drawn again."""
-    if grid.resolution_m != last.grid.resolution_m:
-        return False
-    shift = (np.asarray(grid.origin_m) - np.asarray(last.grid.origin_m)) / grid.resolution_m
-    if np.abs(shift - np.round(shift)).max() > 1e-6:
-        return False
-    return all(
+    return same_lattice(grid, last.grid) and all(
         now <= was and was + size // NODE_CELLS <= now + count
         for now, count, was, size in zip(block0, blocks, last.block0, last.cells.shape, strict=True)
     )

@@ -11,7 +11,7 @@ import numpy as np
 from mrslam.sim_driver.evaluate.judges import References
 from mrslam.sim_driver.evaluate.relations import Relations, cross_errors
 from mrslam.sim_driver.evaluate.results import RunResults
-from mrslam.sim_driver.evaluate.trajectories import Trajectory, matched
+from mrslam.sim_driver.evaluate.trajectories import Trajectory, absolute_errors, matched
 from mrslam.spatial import se2
 
 Row = dict[str, Any]
@@ -49,8 +49,8 @@ def _absolute(ways: Mapping[str, tuple[Trajectory, Trajectory | None]]) -> Row:
     if len(pairs) < 2:
         return {}
     ours, theirs = (np.concatenate(side) for side in zip(*pairs, strict=True))
-    off = se2.compose(se2.fit_rigid(theirs[:, :2], ours[:, :2]), ours) - theirs
+    off_m, off_deg = absolute_errors(ours, theirs)
     return {
-        "ate_rmse_m": round(float(np.sqrt(np.mean(np.sum(off[:, :2] ** 2, axis=1)))), 4),
-        "ate_mean_deg": round(float(np.degrees(np.abs(se2.wrap(off[:, 2]))).mean()), 4),
+        "ate_rmse_m": round(float(np.sqrt(np.mean(off_m**2))), 4),
+        "ate_mean_deg": round(float(off_deg.mean()), 4),
     }

@@ -46,14 +46,18 @@ def fit(estimate: Trajectory, reference: Trajectory) -> Transform | None:
     return None if len(ours) < LEAST else se2.fit_rigid(theirs[:, :2], ours[:, :2])
 
 
+def absolute_errors(ours: Transform, theirs: Transform) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return how far poses ``(K, 3)`` are off the true ones, metres and degrees, after the best rigid fit."""
+    placed = se2.compose(se2.fit_rigid(theirs[:, :2], ours[:, :2]), ours)
+    return np.hypot(*(placed - theirs)[:, :2].T), np.degrees(np.abs(se2.wrap(placed[:, 2] - theirs[:, 2])))
+
+
 def errors(estimate: Trajectory, reference: Trajectory, span_s: float = 1.0) -> dict[str, Any] | None:
     """Return ATE (after the best rigid fit) and RPE over ``span_s``; None where too few poses are common to both."""
     stamps, ours, theirs = matched(estimate, reference)
     if len(ours) < LEAST:
         return None
-    placed = se2.compose(se2.fit_rigid(theirs[:, :2], ours[:, :2]), ours)
-    off_m = np.hypot(*(placed - theirs)[:, :2].T)
-    off_deg = np.degrees(np.abs(se2.wrap(placed[:, 2] - theirs[:, 2])))
+    off_m, off_deg = absolute_errors(ours, theirs)
     later = np.searchsorted(stamps, stamps + round(span_s * 1e9) - NEAR_NS)
     known = later < len(stamps)
     first, second = np.flatnonzero(known), later[known]

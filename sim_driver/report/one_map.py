@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import base64
 from collections import Counter
 from typing import Any
 
 from mrslam.sim_driver.evaluate.results import RunResults
 from mrslam.sim_driver.missions.run_files import TEAM_IMAGE_FILE, TEAM_OVERLAY_FILE
+from mrslam.sim_driver.report.png import data_uri
 
 
 def one_map_data(run: RunResults) -> dict[str, Any] | None:
@@ -20,12 +20,8 @@ def one_map_data(run: RunResults) -> dict[str, Any] | None:
         dropped = Counter(f"{a}-{b}" for a, b, _, _, believed in robot.get("ties", []) if not believed)
         return {
             "robot": robot_id,
-            "before": _uri(before),
-            "after": _uri(after),
+            "before": data_uri(before),
+            "after": data_uri(after),
             "ties": [[pair, kept[pair], dropped[pair]] for pair in sorted(kept | dropped)],
         }
     return None
-
-
-def _uri(png: bytes) -> str:
-    return "data:image/png;base64," + base64.b64encode(png).decode()

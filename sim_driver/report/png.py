@@ -23,7 +23,12 @@ def png_uri(image: NDArray[np.uint8]) -> str:
         _chunk(kind, data)
         for kind, data in ((b"IHDR", header), (b"IDAT", zlib.compress(rows.tobytes(), 9)), (b"IEND", b""))
     )
-    return "data:image/png;base64," + base64.b64encode(content).decode()
+    return data_uri(content)
+
+
+def data_uri(png: bytes) -> str:
+    """Return a PNG file's content as a data URI."""
+    return "data:image/png;base64," + base64.b64encode(png).decode()
 
 
 def _chunk(kind: bytes, data: bytes) -> bytes:

@@ -42,3 +42,9 @@ def read_keyframes(path: Path) -> tuple[Keyframes, KeyScans]:
     if len(scans) > stamps_ns.size:
         raise InputError(f"{path}: {len(scans)} scans of {stamps_ns.size} keyframes")
     return Keyframes(stamps_ns, T_map_base), scans
+
+
+def read_scanned_keyframes(path: Path) -> tuple[Keyframes, KeyScans]:
+    """Return those keyframes that have scans, the first ones, and the scans; see :func:`read_keyframes`."""
+    keyframes, scans = read_keyframes(path)
+    return Keyframes(keyframes.stamps_ns[: len(scans)], keyframes.T_map_base[: len(scans)]), scans

@@ -7,18 +7,14 @@ from typing import Annotated
 
 import typer
 
-from mrslam.sim_driver.cli.commands.options import Json, Set
+from mrslam.sim_driver.cli.commands.options import Connect, Fresh, Json, Listen, RobotOut, Set, Team
 
 
 def agent(
     robot: Annotated[str, typer.Argument(help="The robot's name, unique in its team.")],
-    team: Annotated[str, typer.Option("--team", help="The team's name.")] = "team",
-    listen: Annotated[
-        list[str] | None, typer.Option("--listen", metavar="ENDPOINT", help="tcp/0.0.0.0:7447; several are fine.")
-    ] = None,
-    connect: Annotated[
-        list[str] | None, typer.Option("--connect", metavar="ENDPOINT", help="A teammate's or router's address.")
-    ] = None,
+    team: Team = "team",
+    listen: Listen = None,
+    connect: Connect = None,
     multicast: Annotated[
         bool | None, typer.Option("--multicast/--no-multicast", help="Find teammates on the local network.")
     ] = None,
@@ -37,10 +33,8 @@ def agent(
         str, typer.Option("--mode", help="distributed, mapper (merges nothing) or central.")
     ] = "distributed",
     config: Annotated[Path | None, typer.Option("--config", help="TOML file of settings; see mrslam config.")] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="The robot's folder; out/ROBOT unless given.")] = None,
-    fresh: Annotated[
-        bool, typer.Option("--fresh", help="Begin a new map; a checkpoint is kept as checkpoint.old.")
-    ] = False,
+    out: RobotOut = None,
+    fresh: Fresh = False,
     duration: Annotated[float | None, typer.Option("--duration", help="Stop after this many seconds.", min=0.0)] = None,
     seed: Annotated[int, typer.Option("--seed", help="Of the particle filter.", min=0)] = 0,
     set_: Set = None,
@@ -68,16 +62,10 @@ def ros(
     context: typer.Context,
     robot: Annotated[str | None, typer.Argument(help="The robot's name, unique in its team.")] = None,
     team: Annotated[str | None, typer.Option("--team", help="The team's name.")] = None,
-    listen: Annotated[
-        list[str] | None, typer.Option("--listen", metavar="ENDPOINT", help="tcp/0.0.0.0:7447; several are fine.")
-    ] = None,
-    connect: Annotated[
-        list[str] | None, typer.Option("--connect", metavar="ENDPOINT", help="A teammate's or router's address.")
-    ] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="The robot's folder; out/ROBOT unless given.")] = None,
-    fresh: Annotated[
-        bool, typer.Option("--fresh", help="Begin a new map; a checkpoint is kept as checkpoint.old.")
-    ] = False,
+    listen: Listen = None,
+    connect: Connect = None,
+    out: RobotOut = None,
+    fresh: Fresh = False,
     set_: Set = None,
 ) -> None:
     """Run one robot's agent as a ROS 2 node.

@@ -27,7 +27,7 @@ from mrslam.spatial import InputError, OccupancyGrid, write_map
 from mrslam.spatial.files.archives import arrays_in
 from mrslam.spatial.files.atomic import is_file, is_folder, make_folder, write_text
 from mrslam.spatial.files.images import write_image
-from mrslam.spatial.files.keyframes import read_keyframes
+from mrslam.spatial.files.keyframes import read_scanned_keyframes
 from mrslam.spatial.files.tum import write_tum
 from mrslam.spatial.se2 import Transform, transform
 
@@ -99,9 +99,8 @@ def read_trails(paths: list[Path], names: list[str]) -> dict[str, Trail]:
     for path in paths:
         beside = path.parent / KEYFRAMES_FILE
         if path.name == MAP_FILE and is_file(beside):
-            keyframes, scans = read_keyframes(beside)
-            count = len(scans)
-            trails[_named(str(path), names)] = Trail(keyframes.T_map_base[:count], scans, keyframes.stamps_ns[:count])
+            keyframes, scans = read_scanned_keyframes(beside)
+            trails[_named(str(path), names)] = Trail(keyframes.T_map_base, scans, keyframes.stamps_ns)
     return {name: trail for name, trail in trails.items() if name in names and len(trail)}
 
 
