@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from mrslam.sim_driver.worlds.builtin import BUILT_IN
+from mrslam.sim_driver.worlds.hotel import hotel
 from mrslam.sim_driver.worlds.office import office
 from mrslam.sim_driver.worlds.world import World
 from mrslam.spatial import InputError, OccupancyGrid, read_map
@@ -14,10 +16,12 @@ from mrslam.spatial.grid import RESOLUTIONS_M
 
 DARK_BELOW = 128
 """Grey value below which a bitmap's pixel is wall."""
+DRAWN: dict[str, Callable[[int], OccupancyGrid]] = {"office": office, "hotel": hotel}
+"""Kind of world drawn at random -> plan by seed."""
 
 
 def load_world(name_or_path: str | Path, scale_m: float | None = None) -> World:
-    """Return a world by name ("office", "office:7"), from a map server's YAML, or from a bitmap (dark = wall).
+    """Return a world by name ("office", "office:7", "hotel:7"), from a map server's YAML, or a bitmap (dark = wall).
 
     ``scale_m`` : metres a pixel of a bitmap, default 0.05. Raises ``InputError`` on unknown names and unreadable files.
     """
@@ -27,16 +31,15 @@ def load_world(name_or_path: str | Path, scale_m: float | None = None) -> World:
         raise InputError(f"world scale must be in {least_m:g}..{largest_m:g} m per pixel, got {scale_m!r}")
     if name in BUILT_IN:
         return World(name, BUILT_IN[name]())
-    if name.startswith("office:"):
-        seed = name.partition(":")[2]
+    kind, colon, seed = name.partition(":")
+    if colon and kind in DRAWN:
         if not (seed.isdecimal() and seed.isascii() and len(seed) <= 18):
-            raise InputError(f"world {name[:60]!r}: the seed after office: must be a whole number >= 0 and < 1e18")
-        return World(name, office(int(seed)))
+            raise InputError(f"world {name[:60]!r}: the seed after {kind}: must be a whole number >= 0 and < 1e18")
+        return World(name, DRAWN[kind](int(seed)))
     path = Path(name)
     if not is_file(path):
-        raise InputError(
-            f"world {name!r}: no such file, and no built-in world; those are {', '.join(BUILT_IN)}, office:SEED"
-        )
+        known = ", ".join([*BUILT_IN, *(f"{kind}:SEED" for kind in DRAWN)])
+        raise InputError(f"world {name!r}: no such file, and no built-in world; those are {known}")
     if path.suffix.lower() in (".yaml", ".yml"):
         return World(path.stem, read_map(path))
     grey, opaque = read_image(path)
@@ -45,4 +48,4 @@ def load_world(name_or_path: str | Path, scale_m: float | None = None) -> World:
     return World(path.stem, OccupancyGrid(cells, scale_m or 0.05))
 
 
-__all__ = ["BUILT_IN", "World", "load_world", "office"]
+__all__ = ["BUILT_IN", "DRAWN", "World", "hotel", "load_world", "office"]

@@ -1,0 +1,179 @@
+"""Buildings that repeat themselves: wrong places believed, and merges of robots that met face to face.
+
+    python bench/hotel.py --missions 20 --seed 0
+
+Each mission is 2 to 6 robots in ``hotel:SEED`` for two and a half minutes. One JSON line at the end:
+
+* ``wrong_s`` : robot seconds for which a teammate's map was placed wrongly (0.5 m, 5 degrees); ``wrong_met_s`` : the
+  longest time that one robot believed a wrong place after the two robots had stood in free sight of each other;
+* ``wrong_at_end`` : placements wrong when the missions ended, of ``placed_at_end``;
+* ``met``, ``met_merged`` : robots that had a teammate in free sight within ``SIGHT_M``, and those of them that had merged
+  its map, rightly, at the end; ``merge_s`` : median and 95th percentile from first sight to merge, 0 where it was
+  merged before (never merged counts as never);
+* ``encounter_bytes`` : what encounters cost, as a share of all that was sent (0 where the program has none).
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bench.chaos.scene import Frames
+from mrslam.agent import Agent, VirtualRobot
+from mrslam.sim_driver.evaluate.truth import FALSE_MERGE_DEG, FALSE_MERGE_M, pair_error
+from mrslam.sim_driver.missions.mission import make_mission
+from mrslam.sim_driver.run.run_virtual import VirtualTeam, run_in_virtual_time
+
+DURATION_S = 150.0
+SIGHT_M = 5.0
+"""Robots nearer than this with no wall between them are face to face, metres: half of a small laser's reach."""
+EVERY_NS = 500_000_000
+"""Time between two looks at the robots, nanoseconds."""
+
+
+def tables(seed: int, kind: str, settings: dict[str, Any]) -> dict[str, Any]:
+    """Return the mission of a seed, as tables."""
+    rng = np.random.default_rng([seed, 0x407E1])
+    return {
+        "mission": {"name": kind, "shell": "virtual", "seed": seed, "duration_s": DURATION_S},
+        "world": {"name": f"{kind}:{seed}"},
+        "robots": [{"id": f"r{i + 1}", "laser": "lidar-360"} for i in range(int(rng.integers(2, 7)))],
+        "rbpf": {"particles": 4, "threads": 1},
+        "comms": {"exchange_timeout_s": 5.0, "link_threshold": 0.5},
+        "agent": {"align_interval_s": 5.0},
+        **settings,
+    }
+
+
+class Watch:
+    """Follows what every robot believes of every other in one mission."""
+
+    def __init__(self) -> None:
+        self.frames = Frames()
+        self.first_sight_s: dict[tuple[str, str], float] = {}
+        self.merged_s: dict[tuple[str, str], float] = {}
+        self.wrong_s = 0.0
+        self.wrong_since_s: dict[tuple[str, str], float] = {}
+        self.longest_s: defaultdict[tuple[str, str], float] = defaultdict(float)
+        self.right: dict[tuple[str, str], bool] = {}
+
+    def __call__(self, team: VirtualTeam, now_ns: int) -> None:
+        """Look at all robots."""
+        assert team.simulation is not None
+        poses = team.simulation.fleet.T_world_base()
+        agents = {r.runner.agent.robot_id: r.runner.agent for r in team.robots if isinstance(r, VirtualRobot)}
+        for robot_id, agent in agents.items():
+            self.frames.look(robot_id, agent, poses[robot_id])
+        if now_ns % EVERY_NS:
+            return
+        self.right.clear()
+        for one, agent in agents.items():
+            for other in agents.keys() - {one}:
+                a, b = poses[one][:2], poses[other][:2]
+                if np.hypot(*(a - b)) <= SIGHT_M and team.simulation.radio.walls(a, b) == 0:
+                    self.first_sight_s.setdefault((one, other), now_ns / 1e9)
+                self._judge(agent, (one, other), now_ns / 1e9)
+
+    def _judge(self, agent: Agent, pair: tuple[str, str], now_s: float) -> None:
+        own, there = (self.frames.of(x, agent.node.store.version(x)[0]) for x in pair)
+        T_own_other = agent.T_team_map.get(pair[1])
+        if T_own_other is None or own is None or there is None:
+            self.wrong_since_s.pop(pair, None)
+            return
+        off_m, off_deg = pair_error(T_own_other, own, there)
+        self.right[pair] = off_m <= FALSE_MERGE_M and off_deg <= FALSE_MERGE_DEG
+        if self.right[pair]:
+            self.merged_s.setdefault(pair, now_s)
+            self.wrong_since_s.pop(pair, None)
+            return
+        self.wrong_s += EVERY_NS / 1e9
+        begin_s = self.wrong_since_s.setdefault(pair, now_s)
+        if pair in self.first_sight_s:
+            held_s = now_s - max(begin_s, self.first_sight_s[pair])
+            self.longest_s[pair] = max(self.longest_s[pair], held_s)
+
+
+def play(seed: int, kind: str, settings: dict[str, Any]) -> dict[str, Any]:
+    """Play one mission and return its figures."""
+    with tempfile.TemporaryDirectory() as folder:
+        mission, watch = make_mission(tables(seed, kind, settings), Path(folder) / "hotel.toml"), Watch()
+        sent: dict[str, int] = defaultdict(int)
+
+        def look(team: VirtualTeam, now_ns: int) -> None:
+            watch(team, now_ns)
+            if now_ns / 1e9 >= DURATION_S - 0.15:
+                for robot in team.robots:
+                    if isinstance(robot, VirtualRobot):
+                        for lane, count in robot.runner.agent.node.bytes_sent.items():
+                            sent[lane] += count
+
+        run_in_virtual_time(mission, Path(folder), lambda mission_s, total_s, text: None, look)
+    met = sorted(watch.first_sight_s)
+    first = {pair: min(watch.merged_s.get(way, np.inf) for way in (pair, pair[::-1])) for pair in met}
+    return {
+        "seed": seed,
+        "robots": len(mission.robots),
+        "wrong_s": watch.wrong_s,
+        "wrong_met_s": max(watch.longest_s.values(), default=0.0),
+        "wrong_at_end": [f"{a}-{b}" for (a, b), right in sorted(watch.right.items()) if not right],
+        "placed_at_end": len(watch.right),
+        "met": len(met),
+        "met_merged": sum(watch.right.get(pair, False) for pair in met),
+        "merge_s": [max(watch.merged_s.get(pair, np.inf) - watch.first_sight_s[pair], 0.0) for pair in met],
+        "first_merge_s": min(first.values(), default=np.inf),
+        "bytes": dict(sent),
+    }
+
+
+def summary(rows: list[dict[str, Any]], kind: str) -> dict[str, Any]:
+    """Return the figures of all missions as one line."""
+    waits = np.array([wait for row in rows for wait in row["merge_s"]])
+    total = sum(sum(row["bytes"].values()) for row in rows)
+    return {
+        "what": kind,
+        "missions": len(rows),
+        "robots": sum(row["robots"] for row in rows),
+        "wrong_s": round(sum(row["wrong_s"] for row in rows), 1),
+        "wrong_met_s": max(row["wrong_met_s"] for row in rows),
+        "wrong_at_end": sum(len(row["wrong_at_end"]) for row in rows),
+        "wrong_seeds": [row["seed"] for row in rows if row["wrong_at_end"]],
+        "placed_at_end": sum(row["placed_at_end"] for row in rows),
+        "met": sum(row["met"] for row in rows),
+        "met_merged": sum(row["met_merged"] for row in rows),
+        "merge_s": [_or_never(np.quantile(waits, q, method="higher")) for q in (0.5, 0.95)] if waits.size else None,
+        "first_merge_s": _or_never(np.median([row["first_merge_s"] for row in rows])),
+        "bytes": total,
+    }
+
+
+def _or_never(seconds: float) -> float | None:
+    return round(float(seconds), 1) if np.isfinite(seconds) else None
+
+
+def main() -> int:
+    """Play the missions."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--missions", type=int, default=20)
+    parser.add_argument("--seed", type=int, default=0, help="of the first mission; the others follow")
+    parser.add_argument("--kind", choices=("hotel", "office"), default="hotel", help="of world")
+    parser.add_argument("--rows", type=Path, help="file for a JSON line a mission")
+    options = parser.parse_args()
+    rows = []
+    for seed in range(options.seed, options.seed + options.missions):
+        rows.append(play(seed, options.kind, {}))
+        if options.rows:
+            with options.rows.open("a") as file:
+                print(json.dumps(rows[-1]), file=file)
+    print(json.dumps(summary(rows, options.kind)))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
