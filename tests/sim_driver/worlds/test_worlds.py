@@ -6,7 +6,7 @@ from mrslam.sim_driver.worlds import BUILT_IN, World, load_world
 from mrslam.spatial import InputError, OccupancyGrid, write_map
 
 
-@pytest.mark.parametrize("name", [*BUILT_IN, "office:0", "office:1", "office:2", "office:3"])
+@pytest.mark.parametrize("name", [*BUILT_IN, "office:0", "office:1", "office:2", "office:3", *(f"hotel:{k}" for k in range(8))])
 def test_every_world_is_closed_and_has_one_floor(name):
     world = load_world(name)
     assert set(np.unique(world.grid.cells)) == {0, 100}
@@ -45,6 +45,43 @@ def test_robots_pass_every_door_of_an_office():
 def test_one_seed_one_office():
     assert np.array_equal(load_world("office:7").grid.cells, load_world("office:7").grid.cells)
     assert load_world("office:7").grid.shape != load_world("office:8").grid.shape
+
+
+def test_robots_pass_nearly_every_door_of_a_hotel():
+    from scipy import ndimage
+
+    for seed in range(12):
+        world = load_world(f"hotel:{seed}")
+        labels, _ = ndimage.label(world.clearance_cells * world.resolution_m > 0.25)
+        areas = np.bincount(labels.ravel())[1:]
+        assert areas.max() > 0.95 * areas.sum(), seed  # a single box may close one room
+
+
+def moved_onto_itself(world: World, turn: np.ndarray) -> float:
+    """Return the share of wall cells beside floor that lie on a wall cell, or beside one, when the plan is turned."""
+    from scipy import ndimage
+
+    inner = ndimage.binary_erosion(world.is_wall, np.ones((3, 3)))
+    row, col = np.nonzero(world.is_wall & ~inner)
+    middle = (np.array(world.is_wall.shape[::-1]) - 1) / 2
+    x, y = ((np.stack([col, row], axis=-1) - middle) @ turn.T).T
+    on = np.floor(np.stack([y, x]) + middle[::-1, None] + 0.5).astype(int)
+    inside = ((on >= 0) & (on < np.array(world.is_wall.shape)[:, None])).all(axis=0)
+    return float(ndimage.binary_dilation(world.is_wall & ~inner)[tuple(on[:, inside])].sum() / inside.size)
+
+
+@pytest.mark.parametrize(("seed", "turn_deg", "least"), [(4, 90, 0.95), (5, 180, 0.95), (11, 180, 0.95), (4, 45, 0.0)])
+def test_wings_of_a_hotel_are_equal(seed, turn_deg, least):
+    c, s = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))
+    share = moved_onto_itself(load_world(f"hotel:{seed}"), np.array([[c, -s], [s, c]]))
+    assert share > least if least else share < 0.5
+
+
+def test_a_hotel_is_one_seeds_and_its_seed_is_checked():
+    assert np.array_equal(load_world("hotel:7").grid.cells, load_world("hotel:7").grid.cells)
+    assert load_world("hotel:7").grid.shape != load_world("hotel:8").grid.shape
+    with pytest.raises(InputError, match="the seed after hotel: must be a whole number"):
+        load_world("hotel:-1")
 
 
 @pytest.mark.parametrize("clearance", [0.2, 0.5])
