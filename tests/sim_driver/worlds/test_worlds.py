@@ -6,7 +6,9 @@ from mrslam.sim_driver.worlds import BUILT_IN, World, load_world
 from mrslam.spatial import InputError, OccupancyGrid, write_map
 
 
-@pytest.mark.parametrize("name", [*BUILT_IN, "office:0", "office:1", "office:2", "office:3", *(f"hotel:{k}" for k in range(8))])
+@pytest.mark.parametrize(
+    "name", [*BUILT_IN, "office:0", "office:1", "office:2", "office:3", *(f"hotel:{k}" for k in range(8))]
+)
 def test_every_world_is_closed_and_has_one_floor(name):
     world = load_world(name)
     assert set(np.unique(world.grid.cells)) == {0, 100}
