@@ -7,10 +7,10 @@ Each mission is 2 to 6 robots in ``hotel:SEED`` for two and a half minutes. One 
 * ``wrong_s`` : robot seconds for which a teammate's map was placed wrongly (0.5 m, 5 degrees); ``wrong_met_s`` : the
   longest time that one robot believed a wrong place after the two robots had stood in free sight of each other;
 * ``wrong_at_end`` : placements wrong when the missions ended, of ``placed_at_end``;
-* ``met``, ``met_merged`` : robots that had a teammate in free sight within ``SIGHT_M``, and those of them that had merged
-  its map, rightly, at the end; ``merge_s`` : median and 95th percentile from first sight to merge, 0 where it was
+* ``met``, ``met_merged`` : robots that had a teammate in free sight within ``SIGHT_M``, and those of them that had
+  merged its map, rightly, at the end; ``merge_s`` : median and 95th percentile from first sight to merge, 0 where it was
   merged before (never merged counts as never);
-* ``encounter_bytes`` : what encounters cost, as a share of all that was sent (0 where the program has none).
+* ``bytes`` : all that was sent.
 """
 
 from __future__ import annotations
