@@ -2,14 +2,14 @@
 
     python bench/hotel.py --missions 20 --seed 0
 
-Each mission is 2 to 6 robots in ``hotel:SEED`` for two and a half minutes. One JSON line at the end:
+Each mission is 2 to 6 robots (``--robots`` : fewer at most) in ``hotel:SEED``. One JSON line at the end:
 
 * ``wrong_s`` : robot seconds for which a teammate's map was placed wrongly (0.5 m, 5 degrees); ``wrong_met_s`` : the
   longest time that one robot believed a wrong place after the two robots had stood in free sight of each other;
 * ``wrong_at_end`` : placements wrong when the missions ended, of ``placed_at_end``;
 * ``met``, ``met_merged`` : robots that had a teammate in free sight within ``SIGHT_M``, and those of them that had
-  merged its map, rightly, at the end; ``merge_s`` : median and 95th percentile from first sight to merge, 0 where it was
-  merged before (never merged counts as never);
+  merged its map, rightly, at the end; ``merge_s`` : median and 95th percentile from first sight to merge, 0 where it
+  was merged before (never merged counts as never);
 * ``bytes`` : all that was sent.
 """
 
@@ -20,6 +20,7 @@ import json
 import sys
 import tempfile
 from collections import defaultdict
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -31,24 +32,37 @@ from mrslam.sim_driver.evaluate.truth import FALSE_MERGE_DEG, FALSE_MERGE_M, pai
 from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.sim_driver.run.run_virtual import VirtualTeam, run_in_virtual_time
 
-DURATION_S = 150.0
 SIGHT_M = 5.0
 """Robots nearer than this with no wall between them are face to face, metres: half of a small laser's reach."""
 EVERY_NS = 500_000_000
 """Time between two looks at the robots, nanoseconds."""
 
 
-def tables(seed: int, kind: str, settings: dict[str, Any]) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Plan:
+    """What all missions of a run share."""
+
+    kind: str
+    """Of world: "hotel" or "office"."""
+    most_robots: int
+    seconds: float
+    settings: dict[str, Any]
+    """Sections of the mission's file that differ from the usual ones."""
+
+
+def tables(seed: int, plan: Plan) -> dict[str, Any]:
     """Return the mission of a seed, as tables."""
     rng = np.random.default_rng([seed, 0x407E1])
     return {
-        "mission": {"name": kind, "shell": "virtual", "seed": seed, "duration_s": DURATION_S},
-        "world": {"name": f"{kind}:{seed}"},
-        "robots": [{"id": f"r{i + 1}", "laser": "lidar-360"} for i in range(int(rng.integers(2, 7)))],
+        "mission": {"name": plan.kind, "shell": "virtual", "seed": seed, "duration_s": plan.seconds},
+        "world": {"name": f"{plan.kind}:{seed}"},
+        "robots": [
+            {"id": f"r{i + 1}", "laser": "lidar-360"} for i in range(int(rng.integers(2, plan.most_robots + 1)))
+        ],
         "rbpf": {"particles": 4, "threads": 1},
         "comms": {"exchange_timeout_s": 5.0, "link_threshold": 0.5},
         "agent": {"align_interval_s": 5.0},
-        **settings,
+        **plan.settings,
     }
 
 
@@ -100,15 +114,15 @@ class Watch:
             self.longest_s[pair] = max(self.longest_s[pair], held_s)
 
 
-def play(seed: int, kind: str, settings: dict[str, Any]) -> dict[str, Any]:
+def play(seed: int, plan: Plan) -> dict[str, Any]:
     """Play one mission and return its figures."""
     with tempfile.TemporaryDirectory() as folder:
-        mission, watch = make_mission(tables(seed, kind, settings), Path(folder) / "hotel.toml"), Watch()
+        mission, watch = make_mission(tables(seed, plan), Path(folder) / "hotel.toml"), Watch()
         sent: dict[str, int] = defaultdict(int)
 
         def look(team: VirtualTeam, now_ns: int) -> None:
             watch(team, now_ns)
-            if now_ns / 1e9 >= DURATION_S - 0.15:
+            if now_ns / 1e9 >= plan.seconds - 0.15:
                 for robot in team.robots:
                     if isinstance(robot, VirtualRobot):
                         for lane, count in robot.runner.agent.node.bytes_sent.items():
@@ -163,11 +177,14 @@ def main() -> int:
     parser.add_argument("--missions", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0, help="of the first mission; the others follow")
     parser.add_argument("--kind", choices=("hotel", "office"), default="hotel", help="of world")
+    parser.add_argument("--robots", type=int, default=6, help="most of a mission")
+    parser.add_argument("--seconds", type=float, default=180.0, help="of mission time")
     parser.add_argument("--rows", type=Path, help="file for a JSON line a mission")
     options = parser.parse_args()
-    rows = []
+
+    plan, rows = Plan(options.kind, options.robots, options.seconds, {}), []
     for seed in range(options.seed, options.seed + options.missions):
-        rows.append(play(seed, options.kind, {}))
+        rows.append(play(seed, plan))
         if options.rows:
             with options.rows.open("a") as file:
                 print(json.dumps(rows[-1]), file=file)
