@@ -31,6 +31,7 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "feed": maps.feed,
     "align": maps.align,
     "merge": maps.merge,
+    "save": maps.save,
     "run": runs.run,
     "eval": runs.eval_,
     "report": runs.report,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +12,17 @@ from numpy.typing import NDArray
 from mrslam.spatial.errors import InputError, first_line
 
 
-def read_arrays(path: Path, *names: str) -> dict[str, NDArray[Any]]:
+def read_arrays(path: Path, *names: str, raw: bytes | None = None) -> dict[str, NDArray[Any]]:
     """Return the arrays of these names, or all of them where no name is given.
 
-    Raises ``InputError`` where the file cannot be read, is no archive, or lacks one of them.
+    ``raw`` : the archive's bytes where they are within another file; ``path`` is then only named in errors. Raises
+    ``InputError`` where the file cannot be read, is no archive, or lacks one of them.
     """
     try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+        with (
+            io.BytesIO(raw) if raw is not None else path.open("rb") as file,
+            np.load(file, allow_pickle=False) as archive,
+        ):
             arrays = {name: archive[name] for name in names or archive.files}
     except KeyError as error:
         raise InputError(f"{path}: needs arrays {', '.join(names)} ({first_line(error)})") from error

@@ -23,12 +23,18 @@ def read_image(path: Path) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]
 
     Raises ``InputError`` where it is not an image.
     """
-    import cv2  # in functions only: grids and scans are used without it
-
     try:
-        raw = np.frombuffer(path.read_bytes(), dtype=np.uint8)
+        content = path.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    return decoded_image(path, content)
+
+
+def decoded_image(path: Path, content: bytes) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]:
+    """Return what :func:`read_image` does of an image's bytes; ``path`` is named in errors."""
+    import cv2  # in functions only: grids and scans are used without it
+
+    raw = np.frombuffer(content, dtype=np.uint8)
     header = RAW_PGM.match(raw[:1000].tobytes())
     white = int(header[3]) if header else 255
     log = getattr(cv2.utils, "logging", cv2)  # it moved in version 5
@@ -74,6 +80,11 @@ def _fault(raw: bytes) -> str:
 
 def write_image(path: Path, image: NDArray[np.uint8]) -> None:
     """Write ``(H, W)`` grey or ``(H, W, 3)`` RGB ``uint8``, first row on top; the format follows the file's name."""
+    write_bytes(path, encoded_image(path, image))
+
+
+def encoded_image(path: Path, image: NDArray[np.uint8]) -> bytes:
+    """Return the bytes of :func:`write_image`'s file."""
     import cv2
 
     stored = image if image.ndim == 2 else image[..., ::-1]
@@ -83,4 +94,4 @@ def write_image(path: Path, image: NDArray[np.uint8]) -> None:
         ok, raw = False, np.empty(0, dtype=np.uint8)
     if not ok:
         raise InputError(f"{path}: images cannot be written as {path.suffix!r}")
-    write_bytes(path, raw.tobytes())
+    return raw.tobytes()

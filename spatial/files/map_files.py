@@ -15,8 +15,10 @@ from mrslam.spatial.errors import InputError, first_line
 from mrslam.spatial.files.archives import read_arrays
 from mrslam.spatial.files.atomic import is_file, is_folder, write_text
 from mrslam.spatial.files.images import read_image, write_image
-from mrslam.spatial.files.pixels import FREE, GREY, OCCUPIED, Pixels
-from mrslam.spatial.grid import FARTHEST_M, OCCUPIED_MIN, UNKNOWN, OccupancyGrid
+from mrslam.spatial.files.pixels import Pixels
+from mrslam.spatial.files.saved_map import SUFFIX, read_saved_map
+from mrslam.spatial.files.trinary import not_empty, pixels, yaml_text
+from mrslam.spatial.grid import FARTHEST_M, OCCUPIED_MIN, OccupancyGrid
 from mrslam.spatial.se2 import Transform
 
 log = logging.getLogger(__name__)
@@ -31,28 +33,14 @@ def write_map(path: Path, grid: OccupancyGrid) -> None:
 
     Cells between free and occupied become unknown there. An empty map is written as one unknown cell.
     """
-    if grid.cells.size == 0:
-        grid = OccupancyGrid(np.full((1, 1), UNKNOWN, dtype=np.int8), grid.resolution_m, grid.origin_m)
+    grid = not_empty(grid)
     image = path.with_suffix(".pgm")
     write_image(image, pixels(grid))
-    x, y = grid.origin_m
-    write_text(
-        path.with_suffix(".yaml"),
-        f"image: {image.name}\nmode: trinary\nresolution: {grid.resolution_m:.6g}\n"
-        f"origin: [{x:.6f}, {y:.6f}, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n",
-    )
-
-
-def pixels(grid: OccupancyGrid) -> NDArray[np.uint8]:
-    """Return the grid as a grey image, first row on top: white free, black occupied, grey unknown."""
-    image = np.full(grid.shape, GREY, dtype=np.uint8)
-    image[grid.is_free] = FREE
-    image[grid.is_occupied] = OCCUPIED
-    return np.ascontiguousarray(image[::-1])
+    write_text(path.with_suffix(".yaml"), yaml_text(grid, image.name))
 
 
 def read_map(path: Path | str, key: str = "a", resolution_m: float | None = None) -> OccupancyGrid:
-    """Read a map from ``.yaml`` (with its image), from an image, or from an ``.npz``.
+    """Read a map from ``.yaml`` (with its image), from an image, a saved map (``.mrslam``), or an ``.npz``.
 
     An image is read by the YAML of its stem beside it that names it. With ``resolution_m``, or where there is no such
     YAML, it is a bare image: of that resolution, else of 0.05 m with a warning. An ``.npz`` holds ``res`` and, for
@@ -76,9 +64,11 @@ def read_turned_map(
     """
     path = Path(path)
     if is_folder(path):
-        raise InputError(f"{path}: is a folder, not a map file (.yaml, an image or .npz)")
+        raise InputError(f"{path}: is a folder, not a map file (.yaml, an image, .mrslam or .npz)")
     if not is_file(path):
         raise InputError(f"{path}: no such map file")
+    if path.suffix == SUFFIX:
+        return read_saved_map(path).grid, se2.IDENTITY
     if path.suffix == ".npz":
         return _read_npz(path, key), se2.IDENTITY
     if path.suffix.lower() in (".yaml", ".yml"):

@@ -149,7 +149,7 @@ def test_map_writes_what_it_promises_and_the_same_bytes_for_one_seed(tmp_path: P
     for name in ("one", "two"):
         result = mrslam("map", log, "--particles", 5, "--seed", 3, "--out", tmp_path / name)
         assert result.returncode == 0, result.stderr
-    for file in ("trajectory.tum", "trajectory_online.tum", "map.pgm", "map.yaml", "map.png"):
+    for file in ("trajectory.tum", "trajectory_online.tum", "map.pgm", "map.yaml", "map.png", "keyframes.npz"):
         assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes()
     metrics = json.loads((tmp_path / "one" / "metrics.json").read_text())
     promised = "wall_s cpu_s scans scans_processed ms_per_processed_p50 ms_per_processed_p95 peak_rss_mb neff_min"

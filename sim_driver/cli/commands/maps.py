@@ -109,7 +109,36 @@ def merge(
     mrslam merge a/map.yaml b/map.yaml c/map.yaml -o out/merged
     mrslam merge out/monday out/tuesday/r1 -o out/both
     mrslam merge a/map.yaml b/map.yaml --known-poses poses.csv -o out/merged
+    mrslam merge office.mrslam out/tuesday -o office.mrslam    a saved map; as mrslam save
     """
+    if out.suffix == ".mrslam":
+        if known_poses is not None or resolution is not None:
+            raise typer.BadParameter("a saved map is made of maps that find each other: no known poses or resolution")
+        save(maps, out, method, set_, json)
+        return
     from mrslam.sim_driver.cli.maps.merge import merge_files
 
     merge_files(maps, out, known_poses, method, resolution, set_ or [], json)
+
+
+def save(
+    maps: Annotated[
+        list[Path], typer.Argument(help="Maps, oldest first: .mrslam, .yaml, or folders of robots or runs.")
+    ],
+    out: Annotated[Path, typer.Option("-o", "--out", help="Saved map: a .mrslam file, or a folder for map servers.")],
+    method: Annotated[str, typer.Option("--method", help=METHODS)] = "auto",
+    set_: Set = None,
+    json: Json = False,
+) -> None:
+    """Save one session, or several of one building, as one map to come back to.
+
+    Several are bent until what was seen agrees; where they contradict each other what was seen later wins, so the
+    oldest comes first. The map keeps the first one's frame. Written over that one, it is its next version.
+
+    mrslam save out/monday -o office.mrslam
+    mrslam save office.mrslam out/tuesday -o office.mrslam    continue it
+    mrslam save office.mrslam -o out/office                   map.yaml and map.pgm, as map servers read them
+    """
+    from mrslam.sim_driver.cli.maps.save import SaveOptions, save_maps
+
+    save_maps(SaveOptions(maps=maps, out=out, method=method, assignments=set_ or [], as_json=json))

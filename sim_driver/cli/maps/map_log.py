@@ -51,7 +51,7 @@ class MapOptions:
 
 
 def map_log(options: MapOptions) -> None:
-    """Map the log and write ``trajectory.tum``, ``trajectory_online.tum``, ``map.*`` and ``metrics.json``.
+    """Map the log and write its map with keyframes, the trajectories and ``metrics.json``.
 
     Interrupted, it writes the results so far.
     """

@@ -16,12 +16,13 @@ from mrslam.rbpf import Mapper, Stats
 from mrslam.sim_driver.evaluate.doubtful import Doubts, find_doubts
 from mrslam.sim_driver.evaluate.relations import Relations, own_errors
 from mrslam.sim_driver.feeds import Reading
-from mrslam.sim_driver.missions.run_files import MAP_FILE, METRICS_FILE
+from mrslam.sim_driver.missions.run_files import KEYFRAMES_FILE, MAP_FILE, METRICS_FILE
 from mrslam.sim_driver.missions.usage import peak_kb
-from mrslam.spatial import Keyframes, OccupancyGrid, se2, write_map
+from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, se2, write_map
 from mrslam.spatial.files.atomic import write_text
 from mrslam.spatial.files.images import write_image
-from mrslam.spatial.files.map_files import pixels
+from mrslam.spatial.files.keyframes import write_keyframes
+from mrslam.spatial.files.trinary import pixels
 from mrslam.spatial.files.tum import write_tum
 
 Metrics = dict[str, Any]
@@ -46,6 +47,7 @@ class Way:
 class Mapped:
     """What a mapper knows at the end."""
 
+    local: LocalMap
     grid: OccupancyGrid
     trajectory: Keyframes
     online: Keyframes
@@ -56,14 +58,16 @@ class Mapped:
     @classmethod
     def by(cls, mapper: Mapper) -> Mapped:
         """Take it from a mapper."""
-        grid = mapper.snapshot().map.to_grid()
-        return cls(grid, mapper.trajectory(), mapper.online_trajectory(), mapper.stats, mapper.config.particles)
+        local, particles = mapper.snapshot(), mapper.config.particles
+        grid = local.map.to_grid()
+        return cls(local, grid, mapper.trajectory(), mapper.online_trajectory(), mapper.stats, particles)
 
 
 @dataclass(frozen=True, eq=False)
 class Results:
     """The results of mapping a log."""
 
+    local: LocalMap
     grid: OccupancyGrid
     metrics: Metrics
     trajectories: dict[str, tuple[NDArray[np.int64], NDArray[np.float64]]]
@@ -71,10 +75,11 @@ class Results:
     doubts: Doubts
 
     def write(self, out: Path) -> None:
-        """Write ``map.*``, the trajectories and ``metrics.json``."""
+        """Write ``map.*``, its keyframes, the trajectories and ``metrics.json``."""
         for name, poses in self.trajectories.items():
             write_tum(out / f"{name}.tum", *poses)
         write_map(out / MAP_FILE, self.grid)
+        write_keyframes(out / KEYFRAMES_FILE, self.local.keyframes, self.local.key_scans)
         if self.grid.cells.size:
             write_image(out / "map.png", pixels(self.grid))
         write_text(out / METRICS_FILE, json.dumps(self.metrics, indent=1, allow_nan=False) + "\n")
@@ -95,7 +100,7 @@ def results_of(
     }
     if truth is not None:
         metrics["relations"] = {name: _relation_errors(truth, *poses) for name, poses in trajectories.items()}
-    return Results(mapped.grid, metrics, trajectories, doubts)
+    return Results(mapped.local, mapped.grid, metrics, trajectories, doubts)
 
 
 def _counts(mapped: Mapped, way: Way) -> Metrics:

@@ -28,6 +28,7 @@ from mrslam.spatial.files.archives import arrays_in
 from mrslam.spatial.files.atomic import is_file, is_folder, make_folder, write_text
 from mrslam.spatial.files.images import write_image
 from mrslam.spatial.files.keyframes import read_scanned_keyframes
+from mrslam.spatial.files.saved_map import SUFFIX, read_saved_map
 from mrslam.spatial.files.tum import write_tum
 from mrslam.spatial.se2 import Transform, transform
 
@@ -94,11 +95,14 @@ def in_folders(paths: list[Path]) -> list[Path]:
 
 
 def read_trails(paths: list[Path], names: list[str]) -> dict[str, Trail]:
-    """Return the ways that made the maps, by name, where a file of keyframes is beside the map."""
+    """Return the ways that made the maps, by name, where keyframes are in the file or beside the map."""
     trails: dict[str, Trail] = {}
     for path in paths:
         beside = path.parent / KEYFRAMES_FILE
-        if path.name == MAP_FILE and is_file(beside):
+        if path.suffix == SUFFIX:
+            saved = read_saved_map(path)
+            trails[_named(str(path), names)] = Trail(saved.keyframes.T_map_base, saved.scans, saved.keyframes.stamps_ns)
+        elif path.name == MAP_FILE and is_file(beside):
             keyframes, scans = read_scanned_keyframes(beside)
             trails[_named(str(path), names)] = Trail(keyframes.T_map_base, scans, keyframes.stamps_ns)
     return {name: trail for name, trail in trails.items() if name in names and len(trail)}
@@ -112,7 +116,7 @@ def _say_bends(result: MergeResult, trails: Mapping[str, Trail]) -> None:
     for name, bend in result.team_map.bends.items():
         say(f"{name} is bent by up to {bend.most_m:.2f} m")
     for name in result.team_map.T_team_map.keys() - result.team_map.bends.keys():
-        why = "nothing ties it to the others" if name in trails else f"there is no {KEYFRAMES_FILE} beside its map"
+        why = "nothing ties it to the others" if name in trails else f"there is no {KEYFRAMES_FILE} with its map"
         say(f"{name} is laid as it is: {why}")
 
 

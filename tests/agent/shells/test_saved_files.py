@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from mrslam.agent import read_saved_maps
-from mrslam.spatial import InputError, Keyframes, KeyScans, OccupancyGrid, write_map
-from mrslam.spatial.files.keyframes import write_keyframes
+from mrslam.spatial import InputError, Keyframes, KeyScans, OccupancyGrid, read_map, write_map
+from mrslam.spatial.files.keyframes import read_scanned_keyframes, write_keyframes
+from mrslam.spatial.files.saved_map import of_one_session, write_saved_map
 from mrslam.spatial.key_scans import RANGE_M
 
 STAMPS_NS = np.arange(10) * 1_000_000_000
@@ -73,6 +74,30 @@ def test_the_same_map_has_the_same_epoch_and_another_another(tmp_path: Path) -> 
     first = epoch("first")
     assert first == epoch("same") >= 1
     assert first not in (epoch("scans", at_m=5.0), epoch("places", y_m=5.0))
+
+
+def in_one_file(tmp_path: Path, name: str, **places: float) -> Path:
+    folder = saved(tmp_path / "folder", **places)
+    keyframes, scans = read_scanned_keyframes(folder / "keyframes.npz")
+    path = tmp_path / name
+    write_saved_map(path, of_one_session("r1@monday", read_map(folder / "map.yaml"), keyframes, scans))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"), [("maps/office.mrslam", "office@maps"), ("office@monday.mrslam", "office@monday")]
+)
+def test_a_saved_map_in_one_file_is_what_its_folder_is(name: str, expected: str, tmp_path: Path) -> None:
+    ((found, known),) = read_saved_maps(in_one_file(tmp_path, name)).items()
+    ((_, beside),) = read_saved_maps(tmp_path / "folder").items()
+    assert found == expected and known.epoch == beside.epoch and len(known.trail) == 10
+
+
+def test_keyframes_of_another_map_in_the_file_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"office\.mrslam: its keyframes are not of its map"):
+        read_saved_maps(in_one_file(tmp_path, "office.mrslam", at_m=30.0))
+    with pytest.raises(InputError, match="no such map file"):
+        read_saved_maps(tmp_path / "nowhere.mrslam")
 
 
 def cut(path: Path) -> None:
