@@ -1,0 +1,46 @@
+"""Which of several ways to have moved the front end takes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mrslam.rbpf.config import MapperConfig
+from mrslam.rbpf.front_end.front_end import FrontEnd
+from mrslam.rbpf.front_end.prediction import Guess
+from mrslam.spatial.matching.gauss_newton import Match
+from mrslam.spatial.poses import compose
+from tests.rbpf.rooms import seen_room
+
+STALLED, CAUGHT_UP, MOVED = np.zeros(3), np.array([0.66, 0.0, 0.0]), np.array([0.22, 0.0, 0.0])
+
+
+class Scripted(FrontEnd):
+    """A front end whose matches score as they are told to: steps of 0.22 m fit so well, any others so badly."""
+
+    moved_score, other_score = -0.2, -0.7
+
+    def _match(self, points: np.ndarray, guess: Guess) -> Match:
+        fits = abs(guess.motion[0] - MOVED[0]) < 0.1
+        score, inliers = (self.moved_score, 0.9) if fits else (self.other_score, 0.55)
+        place = compose(self.T_local_base, MOVED if fits else guess.motion)
+        return Match(place, score, inliers, 0.0, np.eye(3), 0.0, np.array([1.0, 0.0]))
+
+
+@pytest.mark.parametrize(
+    ("score", "taken_m"),
+    [(-0.2, 0.22), (-0.5, 0.22), (-0.66, 0.66)],
+    ids=["as usual", "clearly better, in new surroundings", "hardly better"],
+)
+def test_where_the_wheels_leap_another_way_to_move_is_taken_if_it_fits_clearly_better(
+    score: float, taken_m: float
+) -> None:
+    _, points = seen_room()
+    front_end = Scripted(MapperConfig(particles=1, threads=1))
+    for k in range(40):
+        front_end.step(points, points, None if k == 0 else MOVED, 0.2)
+    front_end._matcher.usual_score = -0.2
+    front_end.step(points, points, STALLED, 0.2)
+    front_end.moved_score = score
+    step = front_end.step(points, points, CAUGHT_UP, 0.2)
+    assert step.T_before_base[0] == pytest.approx(taken_m, abs=0.05)
