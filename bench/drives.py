@@ -16,7 +16,7 @@ from mrslam.sim_driver.feeds.base import Reading
 from mrslam.sim_driver.robots.config import OdometryConfig
 from mrslam.sim_driver.robots.lasers import LASERS
 from mrslam.sim_driver.robots.odometry import Odometry
-from mrslam.sim_driver.robots.raycast import cast, leap_field
+from mrslam.sim_driver.robots.raycast import cast, cast_discs, leap_field
 from mrslam.sim_driver.worlds.world import World
 from mrslam.spatial import OccupancyGrid, Scan, se2
 from mrslam.spatial.files.tum import read_tum
@@ -81,9 +81,18 @@ def way_along(corners: Sequence[tuple[float, float]], rng: np.random.Generator) 
 
 
 def simulated(
-    plan: OccupancyGrid, way: NDArray[np.float64], seed: int, range_m: float, odometry: OdometryConfig | None = None
+    plan: OccupancyGrid,
+    way: NDArray[np.float64],
+    seed: int,
+    range_m: float,
+    odometry: OdometryConfig | None = None,
+    people: NDArray[np.float64] | None = None,
+    radius_m: float = 0.2,
 ) -> Drive:
-    """Return what a robot with a laser of 360 degrees and this range sees and counts along a way ``(N, 3)``."""
+    """Return what a robot with a laser of 360 degrees and this range sees and counts along a way ``(N, 3)``.
+
+    ``people (N, P, 2)`` : where people of this radius are at each reading, metres.
+    """
     rng = np.random.default_rng(seed)
     world = World("bench", plan)
     leap, cell = leap_field(world.clearance_cells), plan.resolution_m
@@ -98,6 +107,12 @@ def simulated(
             leap, pose[0] / cell, pose[1] / cell, pose[2], laser.angle_min_rad, laser.angle_increment_rad,
             range_m / cell, buffer,
         )  # fmt: skip
+        if people is not None:
+            radii = np.full(len(people[k]), radius_m / cell)
+            cast_discs(
+                pose[0] / cell, pose[1] / cell, pose[2], laser.angle_min_rad, laser.angle_increment_rad,
+                np.ascontiguousarray(people[k] / cell), radii, buffer,
+            )  # fmt: skip
         scan = Scan(
             stamp_ns=round(1e9 * (k + 1) / SCANS_PER_S), ranges_m=laser.measure(buffer * np.float32(cell), rng),
             angle_min_rad=laser.angle_min_rad, angle_increment_rad=laser.angle_increment_rad, range_max_m=range_m,

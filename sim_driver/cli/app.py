@@ -32,6 +32,7 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "align": maps.align,
     "merge": maps.merge,
     "save": maps.save,
+    "diff": maps.diff,
     "run": runs.run,
     "eval": runs.eval_,
     "report": runs.report,

@@ -142,3 +142,37 @@ def save(
     from mrslam.sim_driver.cli.maps.save import SaveOptions, save_maps
 
     save_maps(SaveOptions(maps=maps, out=out, method=method, assignments=set_ or [], as_json=json))
+
+
+def diff(
+    before: Annotated[Path, typer.Argument(help="The earlier map: .mrslam, .yaml, or a robot's folder.")],
+    after: Annotated[Path, typer.Argument(help="The later map.")],
+    out: Annotated[Path, typer.Option("-o", "--out", help="Folder for diff.png and diff.json.")] = Path("out/diff"),
+    same_frame: Annotated[
+        bool, typer.Option("--same-frame", help="The maps lie over each other already: do not align them.")
+    ] = False,
+    near: Annotated[
+        float, typer.Option("--near", help="Walls this near are the same wall, metres.", min=0.0, max=1.0)
+    ] = 0.1,
+    least: Annotated[
+        float, typer.Option("--least", help="Smaller pieces are left out, square metres.", min=0.0)
+    ] = 0.02,
+    method: Annotated[str, typer.Option("--method", help=METHODS)] = "auto",
+    set_: Set = None,
+    json: Json = False,
+) -> None:
+    """Show what appeared and what vanished between two maps of one building.
+
+    The maps are aligned first, and bent where both have keyframes. A picture (vanished red, appeared green) and a table
+    in metres and square metres, in the earlier map's frame; only what both maps have seen can change.
+
+    mrslam diff out/monday/r1 out/tuesday/r1
+    mrslam diff office.mrslam out/tuesday/r1 -o out/changes --least 0.1
+    """
+    from mrslam.sim_driver.cli.maps.diff import DiffOptions, diff_files
+
+    options = DiffOptions(
+        before=before, after=after, out=out, same_frame=same_frame, near_m=near, least_m2=least, method=method,
+        assignments=set_ or [], as_json=json,
+    )  # fmt: skip
+    diff_files(options)
