@@ -15,6 +15,10 @@ from mrslam.agent.shells.files import team_file as team_file
 
 CONFIG_FILE = "config.json"
 """The resolved mission; written first, so that a run that was broken off has it, too."""
+RUN_FORMAT = 2
+"""Which settings ``config.json`` has: one more when a name goes or changes.
+
+Files of format 1 do not say so."""
 METRICS_FILE = "metrics.json"
 """What came out of the run; written last."""
 LINKS_FILE = "links.csv"

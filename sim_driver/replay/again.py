@@ -10,7 +10,7 @@ from typing import Any
 
 from mrslam.agent import Settings
 from mrslam.sim_driver.missions.mission import Mission, make_mission
-from mrslam.sim_driver.missions.run_files import CONFIG_FILE, LINKS_FILE, SCANS_FILE, TRUTH_FILE
+from mrslam.sim_driver.missions.run_files import CONFIG_FILE, LINKS_FILE, RUN_FORMAT, SCANS_FILE, TRUTH_FILE
 from mrslam.sim_driver.missions.run_folder import read_config, read_metrics
 from mrslam.sim_driver.missions.settings import parse_assignment, with_overrides
 from mrslam.sim_driver.simulation.simulation import is_simulated
@@ -28,7 +28,7 @@ def mission_of(run: Path, assignments: Sequence[str] = ()) -> Mission:
     tables: dict[str, Any] = {name: config[name] for name in always if name in config}
     tables |= {name: config[name] for name in ("world", "driver", "faults", "maps") if config.get(name) is not None}
     tables |= config.get("settings", {})
-    _check_config(tables, run / CONFIG_FILE)
+    _check_config(tables, run / CONFIG_FILE, config.get("format", 1))
     mission = make_mission(with_overrides(tables, assignments), run / CONFIG_FILE)
     source = config.get("replay")
     return dataclasses.replace(
@@ -36,12 +36,19 @@ def mission_of(run: Path, assignments: Sequence[str] = ()) -> Mission:
     )
 
 
-def _check_config(tables: dict[str, Any], path: Path) -> None:
-    """Raise where the file itself holds what no mission can, naming it; other errors are of ``--set``."""
+def _check_config(tables: dict[str, Any], path: Path, written: object) -> None:
+    """Raise where the file itself holds what no mission can, naming it; other errors are of ``--set``.
+
+    ``written`` : the file's own ``format``.
+    """
     try:
         make_mission(tables, path)
     except InputError as error:
-        raise InputError(str(error) if str(error).startswith(str(path)) else f"{path}: {error}") from error
+        reason = str(error).removeprefix(f"{path}: ")
+        if written != RUN_FORMAT:
+            made = f"a run of format {written}, this program reads {RUN_FORMAT}; run the mission again"
+            raise InputError(f"{path}: {made} ({reason})") from error
+        raise InputError(f"{path}: {reason}") from error
 
 
 def replay_mission(run: Path, assignments: Sequence[str] = ()) -> Mission:

@@ -13,7 +13,7 @@ from typing import Any
 
 from mrslam.sim_driver.kernels import ensure_compiled
 from mrslam.sim_driver.missions.mission import Mission
-from mrslam.sim_driver.missions.run_files import CHECKPOINT, CONFIG_FILE, EVENTS_FILE, ROBOT_FILE
+from mrslam.sim_driver.missions.run_files import CHECKPOINT, CONFIG_FILE, EVENTS_FILE, ROBOT_FILE, RUN_FORMAT
 from mrslam.sim_driver.missions.settings import as_table
 from mrslam.sim_driver.replay import drive_holds_until_s
 from mrslam.sim_driver.replay.again import copy_truth
@@ -99,6 +99,7 @@ def prepare_folder(mission: Mission, out: Path, say: Callable[[str], None]) -> N
         for left in (EVENTS_FILE, CHECKPOINT, ROBOT_FILE):
             (out / robot.id / left).unlink(missing_ok=True)
     config = {
+        "format": RUN_FORMAT,
         "folder": str(mission.folder),
         "replay": None if mission.replay is None else str(mission.replay),
         "mission": as_table(mission.mission),

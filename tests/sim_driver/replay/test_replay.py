@@ -78,3 +78,17 @@ def test_a_damaged_recording_is_named(recorded: Path, tmp_path: Path) -> None:
         read_recording(tmp_path / "scans.npz")
     with pytest.raises(InputError, match=r"mission\.record"):
         read_recording(tmp_path / "none.npz")
+
+
+def test_a_run_of_another_format_says_so_where_its_settings_cannot_be_read(recorded: Path, tmp_path: Path) -> None:
+    config = json.loads((recorded / "config.json").read_text())
+    config["settings"]["rbpf"]["ancient"] = 1
+    for written, said in (
+        (config.pop("format"), "rbpf: unknown key 'ancient'"),
+        (None, "a run of format 1, this program reads"),
+    ):
+        old = tmp_path / str(written)
+        old.mkdir()
+        (old / "config.json").write_text(json.dumps(config if written is None else config | {"format": written}))
+        with pytest.raises(InputError, match=f"^{old}/config.json: {said}"):
+            mission_of(old)
