@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from mrslam.merge.grids.agreement import count_walls, disc
 from mrslam.spatial import LocalMap, OccupancyGrid, se2
 
 PLACES_LEAST = 5
@@ -14,7 +15,7 @@ ON_FREE = 0.8
 ON_WALLS = 0.5
 """Least share of what its scans hit that its own map shows as wall. Measured: 0.98 and more of intel and mit-csail
 while they grow; 0.01 of a map turned by a quarter."""
-NEAR_CELLS = 2
+NEAR_CELLS = 2.9
 """A hit is on a wall that is this near, cells: the noise of a laser, and of corrections since."""
 SCANS_MOST = 50
 """Scans that are held against the map, evenly along the way: bounds the time to a millisecond or two."""
@@ -53,24 +54,14 @@ def _seen(local: LocalMap) -> NDArray[np.float64]:
 
 def _on_walls(grid: OccupancyGrid, points: NDArray[np.float64]) -> float:
     """Return the share of points ``(N, 2)`` with an occupied cell near."""
-    col, row = (cells[:, None] for cells in _cells(grid, points))
-    near = np.arange(-NEAR_CELLS, NEAR_CELLS + 1)
-    d_row, d_col = (one.ravel()[None, :] for one in np.meshgrid(near, near, indexing="ij"))
-    rows, cols = row + d_row, col + d_col
-    height, width = grid.shape
-    is_inside = (rows >= 0) & (rows < height) & (cols >= 0) & (cols < width)
-    is_wall = grid.is_occupied[np.where(is_inside, rows, 0), np.where(is_inside, cols, 0)] & is_inside
-    return float(is_wall.any(axis=1).mean())
+    cells = np.ascontiguousarray((points - np.asarray(grid.origin_m)) / grid.resolution_m)
+    return count_walls(grid.cells, cells, disc(NEAR_CELLS))[0] / len(points)
 
 
 def _inside(grid: OccupancyGrid, points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return column and row of those points ``(N, 2)`` that lie in the grid."""
-    col, row = _cells(grid, points)
+    cells = np.floor((points - np.asarray(grid.origin_m)) / grid.resolution_m).astype(np.int64)
+    col, row = cells[:, 0], cells[:, 1]
     height, width = grid.shape
     is_inside = (row >= 0) & (row < height) & (col >= 0) & (col < width)
     return col[is_inside], row[is_inside]
-
-
-def _cells(grid: OccupancyGrid, points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    cells = np.floor((points - np.asarray(grid.origin_m)) / grid.resolution_m).astype(np.int64)
-    return cells[:, 0], cells[:, 1]

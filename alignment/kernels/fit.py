@@ -26,6 +26,15 @@ SETTLED_M, SETTLED_RAD = 1e-4, 1e-5
 
 
 @njit(cache=True, nogil=True)
+def _nearest(target: WallMap, x: float, y: float, nx: float, ny: float) -> int:  # pragma: no cover - compiled
+    """Return the wall point nearest to ``(x, y)``, metres, that faces as ``(nx, ny)`` does, or NOTHING."""
+    c, r = int(math.floor((x - target.x0) / target.res)), int(math.floor((y - target.y0) / target.res))
+    if not (0 <= r < target.label.shape[1] and 0 <= c < target.label.shape[2]):
+        return NOTHING
+    return int(target.label[quadrant(nx, ny), r, c])
+
+
+@njit(cache=True, nogil=True)
 def normal_equations(
     source: WallMap,
     target: WallMap,
@@ -44,15 +53,9 @@ def normal_equations(
     ``target_is_a`` the source is b; else the source is a and the residual's normal is turned into frame a.
     Residuals are weighed by the Geman-McClure kernel of ``scale_m``; only the upper triangle of ``H`` is filled.
     """
-    points_s, normals_s, points_t, normals_t, label_t = (
-        source.points, source.normals, target.points, target.normals, target.label
-    )  # fmt: skip
-    x0, y0, res, pivot_x, pivot_y = target.x0, target.y0, target.res, pivot[0], pivot[1]
-    height, width = label_t.shape[1], label_t.shape[2]
+    points_s, normals_s, points_t, normals_t = source.points, source.normals, target.points, target.normals
     cos, sin = math.cos(T_t_s[2]), math.sin(T_t_s[2])
-    used = 0
-    cost = 0.0
-    s2 = scale_m * scale_m
+    used, cost, s2 = 0, 0.0, scale_m * scale_m
     for i in range(0, points_s.shape[0], step):
         nx, ny = normals_s[i, 0], normals_s[i, 1]
         if nx == 0.0 and ny == 0.0:
@@ -61,10 +64,7 @@ def normal_equations(
         x = T_t_s[0] + cos * px - sin * py
         y = T_t_s[1] + sin * px + cos * py
         nx, ny = cos * nx - sin * ny, sin * nx + cos * ny
-        c, r = int(math.floor((x - x0) / res)), int(math.floor((y - y0) / res))
-        if not (0 <= r < height and 0 <= c < width):
-            continue
-        j = label_t[quadrant(nx, ny), r, c]
+        j = _nearest(target, x, y, nx, ny)
         if j == NOTHING:
             continue
         dx, dy = x - points_t[j, 0], y - points_t[j, 1]
@@ -78,7 +78,7 @@ def normal_equations(
         else:
             # p_b - q_b turned into frame a: the moving point is q, and the residual falls as it moves along the normal.
             ax, ay = -(cos * mx + sin * my), -(-sin * mx + cos * my)
-        add_residual(H, g, ax, ay, ax * -(py - pivot_y) + ay * (px - pivot_x), residual, s2)
+        add_residual(H, g, ax, ay, ax * -(py - pivot[1]) + ay * (px - pivot[0]), residual, s2)
         cost += residual * residual / (s2 + residual * residual)
         used += 1
     return used, cost

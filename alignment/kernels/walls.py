@@ -9,6 +9,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from mrslam.spatial.matching.axes import main_axis
+
 UNKNOWN, FREE, OCCUPIED = 0, 1, 2
 """Cell states of a prepared map."""
 NOTHING = 65535
@@ -124,7 +126,7 @@ def facing(state: U8, r: int, c: int) -> tuple[int, float, float]:  # pragma: no
     spread = math.sqrt((cxx - cyy) ** 2 + 4.0 * cxy * cxy)
     if occupied < MIN_STRAIGHT_CELLS or spread < STRAIGHT * (cxx + cyy):
         return 1, 0.0, 0.0
-    along = 0.5 * math.atan2(2.0 * cxy, cxx - cyy)
+    along = main_axis(cxx, cxy, cyy)
     return 2, -math.sin(along), math.cos(along)
 
 

@@ -68,9 +68,9 @@ def changed_parts(before: OccupancyGrid | None, after: OccupancyGrid) -> list[Oc
     row0, col0 = (min(grid.cell0[axis] for grid in grids) // TILE_CELLS * TILE_CELLS for axis in (0, 1))
     row1, col1 = (max(grid.cell0[axis] + grid.shape[axis] for grid in grids) for axis in (0, 1))
     shape = (-(-(row1 - row0) // TILE_CELLS) * TILE_CELLS, -(-(col1 - col0) // TILE_CELLS) * TILE_CELLS)
-    canvas = [_on_canvas(grid, shape, row0, col0) for grid in grids]
+    canvas = [on_canvas(grid, shape, row0, col0) for grid in grids]
     differs = canvas[0] != (canvas[1] if len(canvas) == 2 else UNKNOWN)
-    blocks = differs.reshape(shape[0] // TILE_CELLS, TILE_CELLS, shape[1] // TILE_CELLS, TILE_CELLS).any(axis=(1, 3))
+    blocks = any_by_block(differs, TILE_CELLS)
     offset = np.asarray(after.origin_m) - np.array(after.cell0[::-1]) * after.resolution_m
     parts = []
     for i, j in np.argwhere(blocks):
@@ -88,7 +88,14 @@ def same_lattice(one: OccupancyGrid, two: OccupancyGrid) -> bool:
     return bool(np.all(np.abs(shift - np.round(shift)) < 1e-6))
 
 
-def _on_canvas(grid: OccupancyGrid, shape: tuple[int, int], row0: int, col0: int) -> NDArray[np.int8]:
+def any_by_block(mask: NDArray[np.bool_], edge: int) -> NDArray[np.bool_]:
+    """Return which blocks of ``edge x edge`` cells have a cell of ``mask (edge R, edge C)``: ``(R, C)``."""
+    rows, cols = mask.shape[0] // edge, mask.shape[1] // edge
+    return np.asarray(mask.reshape(rows, edge, cols, edge).any(axis=(1, 3)))
+
+
+def on_canvas(grid: OccupancyGrid, shape: tuple[int, int], row0: int, col0: int) -> NDArray[np.int8]:
+    """Return a map's cells ``shape`` from the lattice's cell (row0, col0) on; unknown where the map has none."""
     canvas = np.full(shape, UNKNOWN, dtype=np.int8)
     r, c = grid.cell0[0] - row0, grid.cell0[1] - col0
     canvas[r : r + grid.shape[0], c : c + grid.shape[1]] = grid.cells

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
-from mrslam.merge.grids.layers import same_lattice
+from mrslam.merge.grids.layers import any_by_block, on_canvas, same_lattice
 from mrslam.merge.joint.bend_kernels import bend_blocks
 from mrslam.spatial import UNKNOWN, OccupancyGrid
 
@@ -76,7 +76,7 @@ class BentMap:
         bent: NDArray[np.int8],
     ) -> NDArray[np.bool_]:  # fmt: skip
         """Return the blocks ``(R, C)`` to write; copy those into ``bent`` that are as they were."""
-        is_known = _any_by_block(cells != UNKNOWN)
+        is_known = any_by_block(cells != UNKNOWN, NODE_CELLS)
         is_changed, most_cells = np.ones_like(is_known), float(np.abs(field).max())
         if (last := self._last) is not None and _continues(grid, block0, is_known.shape, last):
             rows, cols = (
@@ -89,7 +89,7 @@ class BentMap:
             )
             moved = (field[rows.start : rows.stop + 1, cols.start : cols.stop + 1] != last.field).any(axis=2)
             is_moved = moved[:-1, :-1] | moved[1:, :-1] | moved[:-1, 1:] | moved[1:, 1:]
-            is_changed[rows, cols] = _any_by_block(cells[inner] != last.cells) | is_moved
+            is_changed[rows, cols] = any_by_block(cells[inner] != last.cells, NODE_CELLS) | is_moved
             bent[inner] = last.bent
             most_cells = max(most_cells, float(np.abs(last.field).max()))
         size = 2 * math.ceil((most_cells + REACH_CELLS) / NODE_CELLS) + 1
@@ -106,15 +106,7 @@ def _in_blocks(grid: OccupancyGrid) -> tuple[tuple[int, int], NDArray[np.int8]]:
         (-(-(before + size) // NODE_CELLS) + 1) * NODE_CELLS
         for before, size in zip((top, left), grid.shape, strict=True)
     )
-    cells = np.full((height, width), UNKNOWN, dtype=np.int8)
-    cells[top : top + grid.shape[0], left : left + grid.shape[1]] = grid.cells
-    return (row0, col0), cells
-
-
-def _any_by_block(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return which blocks have a cell of ``mask (32 R, 32 C)``: ``(R, C)``."""
-    rows, cols = mask.shape[0] // NODE_CELLS, mask.shape[1] // NODE_CELLS
-    return np.asarray(mask.reshape(rows, NODE_CELLS, cols, NODE_CELLS).any(axis=(1, 3)))
+    return (row0, col0), on_canvas(grid, (height, width), row0 * NODE_CELLS, col0 * NODE_CELLS)
 
 
 def _continues(grid: OccupancyGrid, block0: tuple[int, int], blocks: tuple[int, ...], last: _Drawing) -> bool:

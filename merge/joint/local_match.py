@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mrslam.merge.joint.trail import Trail
 from mrslam.spatial import se2
+from mrslam.spatial.matching.cloud import transformed
 from mrslam.spatial.matching.places import GROUP, Place, PlaceMatcher, edge_information, fits
 from mrslam.spatial.se2 import Transform
 
@@ -103,7 +104,5 @@ def _stretch(trail: Trail, j: int, keys: NDArray[np.int64]) -> NDArray[np.float6
     parts = []
     for T, k in zip(_relative(trail, j, keys), keys, strict=True):
         points = trail.points(int(k))
-        points = points[points[:, 4] >= 0.0]
-        normals = se2.apply(np.array([0.0, 0.0, T[2]]), points[:, 2:4])
-        parts.append(np.concatenate([se2.apply(T, points[:, :2]), normals, points[:, 4:]], axis=1))
+        parts.append(transformed(points[points[:, 4] >= 0.0], T))
     return np.ascontiguousarray(np.concatenate(parts))

@@ -8,6 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from mrslam.spatial.matching.axes import eigenvalues, main_axis
+
 LEAST_M, LEAST_POINTS = 0.8, 8
 """A stretch of wall is at least this long (m), and has at least this number of points: less is furniture."""
 OFF_M, OFF_SHARE = 0.05, 0.003
@@ -112,9 +114,8 @@ def _line(points: NDArray[np.float64], a: int, b: int) -> tuple[float, float]:  
         cxx += x * x
         cxy += x * y
         cyy += y * y
-    mean, half = 0.5 * (cxx + cyy), math.sqrt(0.25 * (cxx - cyy) ** 2 + cxy * cxy)
-    noise2 = max((mean - half) / (b - a), NOISE_M * NOISE_M)
-    return 0.5 * math.atan2(2.0 * cxy, cxx - cyy), noise2 / (mean + half)
+    small, large = eigenvalues(cxx, cxy, cyy)
+    return main_axis(cxx, cxy, cyy), max(small / (b - a), NOISE_M * NOISE_M) / large
 
 
 def main_direction(walls: NDArray[np.float64]) -> tuple[float, float] | None:

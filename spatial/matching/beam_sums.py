@@ -71,34 +71,25 @@ def sum_beams(
     tiles: Tiles, points: NDArray[np.float64], x: float, y: float, theta: float, weighting: Weighting
 ) -> Sums:  # pragma: no cover - compiled
     """Return the normal equations of ``points (N, 5)`` at a pose in the map: metres, radians."""
-    resolution_m = tiles.resolution_m
-    inv = 1.0 / resolution_m
-    hxx = hxy = hxt = hyy = hyt = htt = 0.0
-    bx = by = bt = 0.0
+    resolution_m, inv = tiles.resolution_m, 1.0 / tiles.resolution_m
+    hxx = hxy = hxt = hyy = hyt = htt = bx = by = bt = 0.0
     score, inliers, conflicts = 0.0, 0.0, 0.0
     c, s = math.cos(theta), math.sin(theta)
     for i in range(points.shape[0]):
-        rx = c * points[i, 0] - s * points[i, 1]
-        ry = s * points[i, 0] + c * points[i, 1]
+        rx, ry = c * points[i, 0] - s * points[i, 1], s * points[i, 0] + c * points[i, 1]
+        nx, ny = c * points[i, 2] - s * points[i, 3], s * points[i, 2] + c * points[i, 3]
         quality = points[i, 4]
-        nx = c * points[i, 2] - s * points[i, 3]
-        ny = s * points[i, 2] + c * points[i, 3]
         surface = _surface(tiles, (x + rx) * inv, (y + ry) * inv, nx, ny, quality, weighting.radius)
         if surface.word == 0:
-            if surface.visits > 0:
-                conflicts += 1.0
-                score -= CONFLICT_COST
-            else:
-                score -= UNKNOWN_COST
+            conflicts += 1.0 if surface.visits > 0 else 0.0
+            score -= CONFLICT_COST if surface.visits > 0 else UNKNOWN_COST
             continue
-        dx = surface.dx * resolution_m
-        dy = surface.dy * resolution_m
+        dx, dy = surface.dx * resolution_m, surface.dy * resolution_m
         line, mx, my = _normal(surface.word, nx, ny, quality, weighting)
         if line:
             r = mx * dx + my * dy  # map minus scan along the normal
             r2 = r * r
-            w = weighting.scale2 / (weighting.scale2 + r2)
-            w = w * w * weighting.weight
+            w = _believed(r2, weighting)
             jt = -mx * ry + my * rx
             hxx += w * mx * mx
             hxy += w * mx * my
@@ -109,13 +100,11 @@ def sum_beams(
             bx += w * mx * r
             by += w * my * r
             bt += w * jt * r
-            r2 += ALONG_SHARE * max(
-                surface.distance2 * resolution_m * resolution_m - r2 - resolution_m * resolution_m, 0.0
-            )
+            along2 = surface.distance2 * resolution_m * resolution_m - r2
+            r2 += ALONG_SHARE * max(along2 - resolution_m * resolution_m, 0.0)
         else:
             r2 = dx * dx + dy * dy
-            w = weighting.scale2 / (weighting.scale2 + r2)
-            w = w * w * weighting.weight * POINT_WEIGHT
+            w = _believed(r2, weighting) * POINT_WEIGHT
             hxx += w
             hyy += w
             hxt += -w * ry
@@ -124,11 +113,17 @@ def sum_beams(
             bx += w * dx
             by += w * dy
             bt += w * (-ry * dx + rx * dy)
-        e = 0.5 * r2 * weighting.weight
-        score -= min(e, CONFLICT_COST)
+        score -= min(0.5 * r2 * weighting.weight, CONFLICT_COST)
         if r2 * weighting.weight < INLIER_SIGMA2:
             inliers += 1.0
     return Sums(hxx, hxy, hxt, hyy, hyt, htt, bx, by, bt, score, inliers, conflicts)
+
+
+@njit(cache=True, nogil=True)
+def _believed(r2: float, weighting: Weighting) -> float:  # pragma: no cover - compiled
+    """Return the weight (1/m^2) of a beam whose squared distance is ``r2`` (m^2): Geman and McClure's loss."""
+    w = weighting.scale2 / (weighting.scale2 + r2)
+    return w * w * weighting.weight
 
 
 @njit(cache=True, nogil=True)

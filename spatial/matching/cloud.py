@@ -8,7 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mrslam.spatial.matching.scan_points import NORMAL_REACH_M, POINT_COLUMNS, REACH_SHARE2, ROUND
+from mrslam.spatial.matching.axes import eigenvalues, least_axis
+from mrslam.spatial.matching.scan_points import NORMAL_REACH_M, POINT_COLUMNS, REACH_SHARE2, line_quality
 
 NEIGHBOURS_LEAST = 4
 """Points within reach, the point itself included, that make a normal: with fewer it keeps the one of its own scan."""
@@ -62,13 +63,10 @@ def find_normals(
             continue
         mx, my = sx / count, sy / count
         cxx, cxy, cyy = sxx / count - mx * mx, sxy / count - mx * my, syy / count - my * my
-        mean, half = 0.5 * (cxx + cyy), math.sqrt(0.25 * (cxx - cyy) ** 2 + cxy * cxy)
-        small, large = max(mean - half, 0.0), mean + half
-        quality = 1.0 - small / (ROUND * large + 1e-9)
-        if quality <= 0.0 or large < LONG_LEAST * LONG_LEAST * reach2:
+        quality = line_quality(cxx, cxy, cyy)
+        if quality <= 0.0 or eigenvalues(cxx, cxy, cyy)[1] < LONG_LEAST * LONG_LEAST * reach2:
             continue
-        angle = 0.5 * math.atan2(2.0 * cxy, cxx - cyy) + 0.5 * math.pi
-        nx, ny = math.cos(angle), math.sin(angle)
+        nx, ny = least_axis(cxx, cxy, cyy)
         if nx * ox + ny * oy > 0.0:
             nx, ny = -nx, -ny
         out[i, 2], out[i, 3], out[i, POINT_COLUMNS - 1] = nx, ny, quality

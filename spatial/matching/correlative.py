@@ -65,6 +65,24 @@ def _turn(
 
 
 @njit(cache=True, nogil=True)
+def _score(
+    tiles: Tiles, turned: NDArray[np.float64], x: float, y: float, cost: float, best: float
+) -> float:  # pragma: no cover - compiled
+    """Return the score of points ``(n, 5)`` shifted by ``(x, y)``, all in cells, less ``cost``.
+
+    Where it cannot exceed ``best`` any more it ends early, with any score that does not.
+    """
+    score, used = -cost, turned.shape[0]
+    for k in range(used):
+        surface = nearest(tiles, turned[k, 0] + x, turned[k, 1] + y, turned[k, 2], turned[k, 3], turned[k, 4], 1)
+        if surface.word != 0:
+            score += 1.0 / (1.0 + surface.distance2)
+        if score + (used - 1 - k) <= best:
+            break
+    return score
+
+
+@njit(cache=True, nogil=True)
 def search_turns(
     tiles: Tiles,
     points: NDArray[np.float64],
@@ -101,16 +119,7 @@ def search_turns(
                 x = ix * shift_step_m
                 # Of two equal poses the one nearer to the prediction.
                 far = FAR_COST * used * (abs(a) / (turns + 1.0) + (abs(ix) + abs(iy)) / (shifts + 1.0))
-                score = -far
-                for k in range(used):
-                    surface = nearest(
-                        tiles, turned[k, 0] + x * inv, turned[k, 1] + y * inv, turned[k, 2], turned[k, 3],
-                        turned[k, 4], 1,
-                    )  # fmt: skip
-                    if surface.word != 0:
-                        score += 1.0 / (1.0 + surface.distance2)
-                    if score + (used - 1 - k) <= best:
-                        break
+                score = _score(tiles, turned, x * inv, y * inv, far, best)
                 if score > best:
                     best = score
                     pose[0], pose[1], pose[2] = centre[0] + x, centre[1] + y, theta

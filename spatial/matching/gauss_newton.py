@@ -10,6 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mrslam.spatial.hits.views import Tiles
+from mrslam.spatial.matching.axes import eigenvalues, least_axis
 from mrslam.spatial.matching.beam_sums import Sums, Weighting, sum_beams
 
 CORRIDOR = 0.05
@@ -79,33 +80,34 @@ def match(
         scale_m = max(WIDE_SIGMAS * sigma_m, WIDE_M) if is_wide else NARROW_SIGMAS * sigma_m
         weighting = Weighting(3 if is_wide else 2, scale_m**2, weight, corridor, along_x, along_y)
         sums = sum_beams(tiles, points, x, y, theta, weighting)
-        middle, half = 0.5 * (sums.xx + sums.yy), math.hypot(0.5 * (sums.xx - sums.yy), sums.xy)
-        blind = 0.0
-        if corridor:
-            blind = min(max(2.0 - (middle - half) / (CREDIBLE_BEAMS * weight), 0.0), 1.0)
-        corridor = middle - half < CORRIDOR * (middle + half)
+        least, most = eigenvalues(sums.xx, sums.xy, sums.yy)
+        blind = min(max(2.0 - least / (CREDIBLE_BEAMS * weight), 0.0), 1.0) if corridor else 0.0
+        corridor = least < CORRIDOR * most
         if corridor or blind > 0.0:  # the direction has to be this step's: along another one, too much is taken out
-            angle = 0.5 * math.atan2(2.0 * sums.xy, sums.xx - sums.yy) + 0.5 * math.pi
-            along_x, along_y = math.cos(angle), math.sin(angle)
+            along_x, along_y = least_axis(sums.xx, sums.xy, sums.yy)
         if blind > 0.0:
-            sums = _without(sums, blind, middle - half, along_x, along_y)
+            sums = _without(sums, blind, least, along_x, along_y)
         if final:
             break
-        dx, dy, dt = _solve(sums, x, y, theta, prior, prior_info)
-        norm2 = dx * dx + dy * dy
-        if norm2 > STEP_MOST_M * STEP_MOST_M:
-            shrink = STEP_MOST_M / math.sqrt(norm2)
-            dx, dy, dt = dx * shrink, dy * shrink, dt * shrink
-        dt = min(max(dt, -TURN_MOST_RAD), TURN_MOST_RAD)
-        x += dx
-        y += dy
-        theta += dt
+        dx, dy, dt, norm2 = _limited(_solve(sums, x, y, theta, prior, prior_info))
+        x, y, theta = x + dx, y + dy, theta + dt
         settled = step >= WIDE_STEPS and norm2 < SETTLED_M2 and dt * dt < SETTLED_RAD2
         step += 1
     pose = np.empty(3)
     pose[0], pose[1] = x, y
     pose[2] = theta - 2.0 * math.pi * math.floor((theta + math.pi) / (2.0 * math.pi))
     return _result(sums, pose, max(points.shape[0], 1), blind, along_x, along_y)
+
+
+@njit(cache=True, nogil=True)
+def _limited(step: tuple[float, float, float]) -> tuple[float, float, float, float]:  # pragma: no cover - compiled
+    """Return a step (m, m, rad) cut to the longest one, and the squared length of the whole one, m^2."""
+    dx, dy, dt = step
+    norm2 = dx * dx + dy * dy
+    if norm2 > STEP_MOST_M * STEP_MOST_M:
+        shrink = STEP_MOST_M / math.sqrt(norm2)
+        dx, dy, dt = dx * shrink, dy * shrink, dt * shrink
+    return dx, dy, min(max(dt, -TURN_MOST_RAD), TURN_MOST_RAD), norm2
 
 
 @njit(cache=True, nogil=True)

@@ -136,49 +136,62 @@ def branch_and_bound(
     top = levels.shape[0] - 1
     step = 1 << top
     across = (2 * half) // step + 1
-    count = turns.size * across * across
-    scores = np.empty(count, dtype=np.int64)
-    for i in range(count):
-        turn, rest = i // (across * across), i % (across * across)
-        row, col = (rest // across) * step - half, (rest % across) * step - half
+    scores = np.empty(turns.size * across * across, dtype=np.int64)
+    for i in range(scores.size):
+        turn, row, col = _corner(i, across, step, half)
         scores[i] = _score(levels[top], rows[turn], cols[turn], row, col)
-    order = np.argsort(-scores)
-    looks = 0
-    found = False
+    looks, found = 0, False
     stack = np.empty((4 * levels.shape[0] + 4, 4), dtype=np.int64)  # score, level, row, col
-    apart, turned = DISTINCT_M / CELL_M, DISTINCT_RAD
-    for i in order:
+    for i in np.argsort(-scores):
         if scores[i] <= best[0] or looks > LOOKS_MOST:
             break
-        turn, rest = i // (across * across), i % (across * across)
-        stack[0, 0], stack[0, 1] = scores[i], top
-        stack[0, 2], stack[0, 3] = (rest // across) * step - half, (rest % across) * step - half
+        turn, row, col = _corner(i, across, step, half)
+        stack[0, 0], stack[0, 1], stack[0, 2], stack[0, 3] = scores[i], top, row, col
         depth = 1
         while depth > 0:
             depth -= 1
-            score, level, row, col = stack[depth, 0], stack[depth, 1], stack[depth, 2], stack[depth, 3]
+            score, level, row, col = stack[depth]
             if score <= best[0]:
                 continue
             if level == 0:
-                near = math.hypot(col - banned[0], row - banned[1]) < apart and abs(turns[turn] - banned[2]) < turned
-                if not near:
+                if not _is_near(row, col, turns[turn], banned):
                     best[0], best[1], best[2], best[3] = score, turn, row, col
                     found = True
                 continue
-            below = level - 1
-            first = depth
+            below, first = level - 1, depth
             for k in range(4):
                 r, c = row + ((k >> 1) << below), col + ((k & 1) << below)
                 if r > half or c > half:
                     continue
-                value = _score(levels[below], rows[turn], cols[turn], r, c)
                 looks += 1
-                if value <= best[0]:
-                    continue
-                j = depth  # the best on top of the stack
-                while j > first and stack[j - 1, 0] > value:
-                    stack[j] = stack[j - 1]
-                    j -= 1
-                stack[j, 0], stack[j, 1], stack[j, 2], stack[j, 3] = value, below, r, c
-                depth += 1
+                value = _score(levels[below], rows[turn], cols[turn], r, c)
+                if value > best[0]:
+                    _push(stack, first, depth, (value, below, r, c))
+                    depth += 1
     return found
+
+
+@njit(cache=True, nogil=True)
+def _corner(i: int, across: int, step: int, half: int) -> tuple[int, int, int]:  # pragma: no cover - compiled
+    """Return turn and shift (row, col) of the corner of the ``i``-th block at the top, ``across`` to a side."""
+    turn, rest = i // (across * across), i % (across * across)
+    return turn, (rest // across) * step - half, (rest % across) * step - half
+
+
+@njit(cache=True, nogil=True)
+def _is_near(row: int, col: int, turn: float, banned: NDArray[np.float64]) -> bool:  # pragma: no cover - compiled
+    """Return whether a shift (cells) and a turn are those of ``banned (3,)``: shift (col, row) and turn, or NaN."""
+    is_near = math.hypot(col - banned[0], row - banned[1]) < DISTINCT_M / CELL_M
+    return is_near and abs(turn - banned[2]) < DISTINCT_RAD
+
+
+@njit(cache=True, nogil=True)
+def _push(
+    stack: NDArray[np.int64], first: int, depth: int, entry: tuple[int, int, int, int]
+) -> None:  # pragma: no cover - compiled
+    """Put (score, level, row, col) among the entries ``first .. depth - 1`` of a stack, the best of them on top."""
+    j = depth
+    while j > first and stack[j - 1, 0] > entry[0]:
+        stack[j] = stack[j - 1]
+        j -= 1
+    stack[j, 0], stack[j, 1], stack[j, 2], stack[j, 3] = entry

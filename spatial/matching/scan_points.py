@@ -8,6 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from mrslam.spatial.matching.axes import eigenvalues, least_axis
+
 POINT_COLUMNS = 5
 """A point is (x, y, nx, ny, q): position and unit normal towards the laser in the base frame, metres; q in [0, 1] says
 how line-like its surroundings are (0 = no normal), or is ``UNSURE`` where there may be no object at all."""
@@ -105,6 +107,13 @@ def _surroundings(
 
 
 @njit(cache=True, nogil=True)
+def line_quality(xx: float, xy: float, yy: float) -> float:  # pragma: no cover - compiled
+    """Return how line-like points with this covariance (m^2) are: 1 of a line, at most 0 where they have no normal."""
+    small, large = eigenvalues(xx, xy, yy)
+    return 1.0 - max(small, 0.0) / (ROUND * large + 1e-9)
+
+
+@njit(cache=True, nogil=True)
 def _find_normal(points: NDArray[np.float64], i: int, n: int) -> None:  # pragma: no cover - compiled
     """Write a point's normal and its quality, from the points around it."""
     x, y = points[i, 0], points[i, 1]
@@ -113,21 +122,17 @@ def _find_normal(points: NDArray[np.float64], i: int, n: int) -> None:  # pragma
     if count < 3.0:
         points[i, 4] = _lone(points, i, n)
         return
-    mean, half = 0.5 * (cxx + cyy), math.sqrt(0.25 * (cxx - cyy) ** 2 + cxy * cxy)
-    small, large = max(mean - half, 0.0), mean + half
-    # The normal is the direction of least spread.
-    angle = 0.5 * math.atan2(2.0 * cxy, cxx - cyy) + 0.5 * math.pi
-    nx, ny = math.cos(angle), math.sin(angle)
+    nx, ny = least_axis(cxx, cxy, cyy)
     toward = -(nx * x + ny * y)
     if toward < 0.0:
         nx, ny, toward = -nx, -ny, -toward
-    quality = 1.0 - small / (ROUND * large + 1e-9)
+    quality = line_quality(cxx, cxy, cyy)
     if toward < GRAZING * math.hypot(x, y):
         points[i, 4] = UNSURE
     elif quality <= 0.0:
         points[i, 4] = 0.0
     else:
-        points[i, 2], points[i, 3], points[i, 4] = nx, ny, min(quality, 1.0)
+        points[i, 2], points[i, 3], points[i, 4] = nx, ny, quality
 
 
 @njit(cache=True, nogil=True)
