@@ -20,9 +20,6 @@ from mrslam.rbpf import Mapper, UpdateInfo
 from mrslam.spatial import Scan, se2
 from mrslam.spatial.se2 import Transform
 
-REPORT_NS = 10_000_000_000
-"""How often the event "known" reports how large the maps are, nanoseconds."""
-
 
 class Agent(Robot):
     """A deterministic state machine; it owns no socket, thread, clock or global random state."""
@@ -117,11 +114,12 @@ class Agent(Robot):
         """Handle beacons, rendezvous, exchanges and the places of maps; call it every ``agent.tick_s``."""
         effects = self._follow(self.node.on_tick(now_ns), now_ns)
         self.team.keep_placed(now_ns)
-        if now_ns >= self._report_ns:
-            self._report_ns = now_ns + REPORT_NS
+        if self._reports.are_due(self.team.maps, self.T_team_map, now_ns):
             effects.append(Event(now_ns, "known", known_fields(self.known_area_m2(), self.team_map())))
-        effects += self.team.revoke(now_ns)
-        return effects + self._saved_maps.look(self.team, self.T_team_base, now_ns)
+        return effects + self.team.revoke(now_ns) + self._look_at_saved(now_ns)
+
+    def _look_at_saved(self, now_ns: int) -> list[Effect]:
+        return [*self._saved_maps.look(self.team, self.T_team_base, now_ns)] if self.team.saved else []
 
     def _follow(self, effects: Sequence[comms.Effect], now_ns: int) -> list[Effect]:
         """Do what follows from the network core's effects; return what is left for the shell."""
@@ -161,4 +159,4 @@ class Agent(Robot):
                 effects = self.team.on_aligned(job, outcome, now_ns)
             case _:
                 raise TypeError(f"{type(outcome).__name__} is no outcome of {type(job).__name__}")
-        return effects + self._saved_maps.look(self.team, self.T_team_base, now_ns)
+        return effects + self._look_at_saved(now_ns)

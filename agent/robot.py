@@ -6,6 +6,7 @@ from mrslam.agent.blindness import Blindness
 from mrslam.agent.config import Settings
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.link_stats import LinkStats
+from mrslam.agent.reports import KnowledgeReports
 from mrslam.agent.saved_maps import SavedMaps, Whereabouts, check_saved_id, whereabouts
 from mrslam.agent.self_doubt import SelfDoubt
 from mrslam.agent.team import Team
@@ -45,10 +46,9 @@ class Robot:
         self.scan: Scan | None = None
         """The newest scan, without the beams that hit teammates."""
         self._teammates = Teammates(settings.mutual_detection)
-        self._blindness, self._saved_maps = Blindness(), SavedMaps()
+        self._blindness, self._saved_maps, self._reports = Blindness(), SavedMaps(), KnowledgeReports()
         self._T_odom_base: Transform | None = None
         self._published_ns: int | None = None
-        self._report_ns = 0
 
     @property
     def T_team_map(self) -> dict[str, Transform]:

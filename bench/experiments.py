@@ -140,7 +140,7 @@ def against(world: World, team: OccupancyGrid, T_world_map: Transform, near_m: f
 
 
 def known_over_time(folder: Path) -> list[list[float]]:
-    """Return [mission s, m2] of the largest team map, every ten seconds."""
+    """Return [mission s, m2] of the largest team map, as it was reported; times in tens of seconds."""
     best: dict[float, float] = {}
     for path in folder.glob("*/events.jsonl"):
         for line in path.read_text().splitlines():

@@ -19,7 +19,7 @@ class KnownArea:
         """Scans are not counted here."""
 
     def on_event(self, agent: Agent, event: Event) -> None:
-        """Take the areas that the robot reports every ten seconds."""
+        """Take the areas that the robot reports as they change."""
         if event.kind == "known":
             self.area_m2 = event.fields["team_m2"]
             self.placed = tuple(name for name in event.fields["placed"] if name != agent.robot_id)
