@@ -33,6 +33,8 @@ class Agent(Robot):
         T_map_base = self._expected_pose(T_odom_base)
         self.scan, masked = self._teammates.mask(scan, T_map_base, self.T_team_map, now_ns)
         info = self.mapper.update(self.scan, T_odom_base)
+        if info.reason is None and not self.self_doubt.doubtful:
+            self._witness.on_scan(scan, self.mapper.T_map_base, now_ns)
         self._T_odom_base = T_odom_base
         self.masked_beams += masked
         effects = self._blindness.look(info.reason, now_ns) + self._watch_health(info, self.scan, now_ns)
@@ -43,7 +45,7 @@ class Agent(Robot):
         if self.mapper.stats.processed and not self.self_doubt.doubtful:
             if info.processed and self._publish_due(now_ns):
                 self.publish(now_ns)
-            self.node.set_own_pose(self.mapper.T_map_base, now_ns)
+            self.node.set_own_pose(self.mapper.T_map_base, now_ns, self._witness.bodies_m(self.team, now_ns))
         return effects
 
     def publish(self, now_ns: int) -> None:
@@ -85,6 +87,7 @@ class Agent(Robot):
         self.map_number += 1
         self.mapper = Mapper(self.settings.rbpf, seed=self.seed + self.map_number)
         self._published_ns = None
+        self._witness.forget()
         self.node.begin_map()
         self.team.displace(self.robot_id)
 
@@ -112,8 +115,10 @@ class Agent(Robot):
 
     def on_tick(self, now_ns: int) -> list[Effect]:
         """Handle beacons, rendezvous, exchanges and the places of maps; call it every ``agent.tick_s``."""
+        self.node.add_claims(self._witness.claims(self.team, now_ns))
         effects = self._follow(self.node.on_tick(now_ns), now_ns)
         self.team.keep_placed(now_ns)
+        effects += self._witness.look(self.team, now_ns)
         if self._reports.are_due(self.team.maps, self.T_team_map, now_ns):
             effects.append(Event(now_ns, "known", known_fields(self.known_area_m2(), self.team_map())))
         return effects + self.team.revoke(now_ns) + self._look_at_saved(now_ns)
@@ -127,7 +132,10 @@ class Agent(Robot):
         for effect in effects:
             match effect:
                 case comms.TeammatePose():
-                    self._observe(effect)
+                    self._observe(effect, now_ns)
+                    continue
+                case comms.TeammateClaim():
+                    self._witness.on_claim(effect, self.team, now_ns)
                     continue
                 case comms.MapUpdated():
                     self._take_map(effect)
@@ -139,7 +147,8 @@ class Agent(Robot):
     def _take_map(self, new: comms.MapUpdated) -> None:
         self.team.take_map(new.robot_id, KnownMap((new.epoch, new.revision), new.map))
 
-    def _observe(self, report: comms.TeammatePose) -> None:
+    def _observe(self, report: comms.TeammatePose, now_ns: int) -> None:
+        self._witness.on_report(report, self.team, now_ns)
         known = self.team.maps.get(report.peer)
         if known is not None and known.epoch == report.epoch:  # else its pose is in the frame of another map
             self._teammates.observe(report, self.team.T_own_map(report.peer), self.team.covariance_of(report.peer))

@@ -46,6 +46,8 @@ class AlignJob:
     """Number of tries before; seeds the search, so that a second try is independent evidence."""
     trails: tuple[Trail, Trail] | None = None
     """The trails of the two maps: where these fit only when bent, they are bent by the trails' scans."""
+    sighted: Transform | None = None
+    """``(3,)``, where two robots that saw each other have the maps; None where nobody did."""
 
 
 @dataclass(frozen=True, eq=False)

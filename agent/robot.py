@@ -11,6 +11,7 @@ from mrslam.agent.saved_maps import SavedMaps, Whereabouts, check_saved_id, wher
 from mrslam.agent.self_doubt import SelfDoubt
 from mrslam.agent.team import Team
 from mrslam.agent.teammates import Teammates
+from mrslam.agent.witness import Witness
 from mrslam.comms import CommsNode
 from mrslam.merge import TeamMap
 from mrslam.rbpf import Mapper
@@ -46,6 +47,7 @@ class Robot:
         self.scan: Scan | None = None
         """The newest scan, without the beams that hit teammates."""
         self._teammates = Teammates(settings.mutual_detection)
+        self._witness = Witness(robot_id, settings.mutual_detection)
         self._blindness, self._saved_maps, self._reports = Blindness(), SavedMaps(), KnowledgeReports()
         self._T_odom_base: Transform | None = None
         self._published_ns: int | None = None

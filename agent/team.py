@@ -19,6 +19,7 @@ from mrslam.agent.known_map import KnownMap
 from mrslam.agent.map_check import contradicts_itself
 from mrslam.agent.pairs.belief import PairBelief, Verdict
 from mrslam.agent.pairs.schedule import Schedule
+from mrslam.agent.pairs.sighted import sighted_job
 from mrslam.alignment import Alignment, Rejection
 from mrslam.merge import Bend, BentTeam, JointMap, Pair, Placement, TeamMap, TeamMapper
 from mrslam.merge.graph.edges import inverse_covariance, pair_of
@@ -141,8 +142,11 @@ class Team:
     def next_job(self, now_ns: int) -> Job | None:
         """Return a joint solution to compute where alignments changed or maps grew, else a pair to align, or None."""
         T_a_b = {pair: found.T_a_b for pair, found in self._alignments().items()}
-        joining = self._joining.next_job(self._placement, self.maps, T_a_b, now_ns)
-        return joining or self._schedule.next_job(self.beliefs, self.maps, self.T_team_map, self._confirmed, now_ns)
+        return (
+            self._joining.next_job(self._placement, self.maps, T_a_b, now_ns)
+            or sighted_job(self.beliefs, self.maps, self._schedule.config.align_interval_s, now_ns)
+            or self._schedule.next_job(self.beliefs, self.maps, self.T_team_map, self._confirmed, now_ns)
+        )
 
     def on_aligned(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int) -> list[Effect]:
         """Take the result of an alignment; the pair's belief decides whether it becomes an edge of the team graph."""
@@ -176,6 +180,14 @@ class Team:
             if robot_id not in self.maps or self.maps[robot_id].epoch != version[0]:
                 return Verdict("rejected", "a map was started anew while this was computed", outcome)
         return self.beliefs[job.a, job.b].settle(job, outcome, now_ns)
+
+    def unmerge(self, pair: Pair, reason: str, now_ns: int) -> list[Effect]:
+        """Withdraw a pair's alignment, which robots have seen to be wrong."""
+        self.beliefs[pair].revoke(reason)
+        self._map = None
+        self._place(now_ns)
+        a, b = pair
+        return [Event(now_ns, "unmerged", {"a": a, "b": b, "reason": reason}), *self.revoke(now_ns)]
 
     def revoke(self, now_ns: int) -> list[Effect]:
         """Withdraw alignments that the last placement dropped: loops that fail to close, walls on free space."""
@@ -225,7 +237,7 @@ class Team:
         self._placement, self._is_placement_old = self._mapper.placement(self._alignments()), False
 
     def _alignments(self) -> dict[Pair, Alignment]:
-        return {pair: belief.alignment for pair, belief in self.beliefs.items() if belief.alignment is not None}
+        return {pair: found for pair, belief in self.beliefs.items() if (found := belief.weighed_alignment) is not None}
 
     def map(self) -> TeamMap:
         """Return the team map in the team frame, with the places of maps, and why the others have none."""

@@ -10,7 +10,7 @@ Each mission is 2 to 6 robots (``--robots`` : fewer at most) in ``hotel:SEED``. 
 * ``met``, ``met_merged`` : robots that had a teammate in free sight within ``SIGHT_M``, and those of them that had
   merged its map, rightly, at the end; ``merge_s`` : median and 95th percentile from first sight to merge, 0 where it
   was merged before (never merged counts as never);
-* ``bytes`` : all that was sent.
+* ``bytes`` : all that was sent, and ``sightings_share`` of it for what robots told each other of what they saw.
 """
 
 from __future__ import annotations
@@ -127,6 +127,7 @@ def play(seed: int, plan: Plan) -> dict[str, Any]:
                     if isinstance(robot, VirtualRobot):
                         for lane, count in robot.runner.agent.node.bytes_sent.items():
                             sent[lane] += count
+                        sent["of_beacons_sightings"] += robot.runner.agent.node.sightings_bytes
 
         run_in_virtual_time(mission, Path(folder), lambda mission_s, total_s, text: None, look)
     met = sorted(watch.first_sight_s)
@@ -149,6 +150,7 @@ def play(seed: int, plan: Plan) -> dict[str, Any]:
 def summary(rows: list[dict[str, Any]], kind: str) -> dict[str, Any]:
     """Return the figures of all missions as one line."""
     waits = np.array([wait for row in rows for wait in row["merge_s"]])
+    sightings = sum(row["bytes"].pop("of_beacons_sightings", 0) for row in rows)
     total = sum(sum(row["bytes"].values()) for row in rows)
     return {
         "what": kind,
@@ -164,6 +166,7 @@ def summary(rows: list[dict[str, Any]], kind: str) -> dict[str, Any]:
         "merge_s": [_or_never(np.quantile(waits, q, method="higher")) for q in (0.5, 0.95)] if waits.size else None,
         "first_merge_s": _or_never(np.median([row["first_merge_s"] for row in rows])),
         "bytes": total,
+        "sightings_share": round(sightings / max(total, 1), 4),
     }
 
 
@@ -179,10 +182,11 @@ def main() -> int:
     parser.add_argument("--kind", choices=("hotel", "office"), default="hotel", help="of world")
     parser.add_argument("--robots", type=int, default=6, help="most of a mission")
     parser.add_argument("--seconds", type=float, default=180.0, help="of mission time")
+    parser.add_argument("--without", action="store_true", help="encounters say nothing")
     parser.add_argument("--rows", type=Path, help="file for a JSON line a mission")
     options = parser.parse_args()
-
-    plan, rows = Plan(options.kind, options.robots, options.seconds, {}), []
+    settings = {"mutual_detection": {"encounters": False}} if options.without else {}
+    plan, rows = Plan(options.kind, options.robots, options.seconds, settings), []
     for seed in range(options.seed, options.seed + options.missions):
         rows.append(play(seed, plan))
         if options.rows:

@@ -14,6 +14,7 @@ from mrslam.comms.effects import (
     PeerGone,
     PeerSeen,
     Send,
+    TeammateClaim,
     TeammatePose,
 )
 from mrslam.comms.maps.persistence import restore_store, store_state
@@ -55,6 +56,7 @@ __all__ = [
     "Send",
     "Sighting",
     "TeamView",
+    "TeammateClaim",
     "TeammatePose",
     "Transport",
     "load_keys",

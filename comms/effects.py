@@ -124,6 +124,20 @@ class TeammatePose:
     """``(3,)``: x (m), y (m), theta (rad)."""
     epoch: int
     """Which of its maps (a restarted robot may start a new one)."""
+    bodies_m: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 2)))
+    """``(N, 2)``, what it saw from there that may be a robot, in its base frame; empty where it reports nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class TeammateClaim:
+    """What a teammate's sightings of a third robot, or of this one, say of a transform between two maps."""
+
+    peer: str
+    robot: str
+    T_peer_robot: NDArray[np.float64]
+    """``(3,)``: maps points of the robot's map into that of the peer."""
+    llr: float
+    """Log-likelihood ratio, nats: above 0 for the transform, below 0 against it."""
 
 
 @dataclass(frozen=True)
@@ -156,6 +170,7 @@ Effect = (
     | ExchangeFailed
     | MapUpdated
     | TeammatePose
+    | TeammateClaim
     | DuplicateId
     | Dropped
 )

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from hashlib import blake2b
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mrslam.comms import effects as fx
 from mrslam.comms.config import MODES, CommsConfig
@@ -95,9 +97,21 @@ class CommsNode:
         """Start a new epoch: what is published next is another map, in a frame unrelated to the last one's."""
         self.store.begin_map()
 
-    def set_own_pose(self, T_map_base: Transform, stamp_ns: int) -> None:
-        """Set where the robot is in its own map, and when it was (same clock as ``now_ns``); beacons carry it."""
-        self._neighbourhood.beacons.set_pose(T_map_base, stamp_ns)
+    def set_own_pose(self, T_map_base: Transform, stamp_ns: int, bodies_m: NDArray[np.float64] | None = None) -> None:
+        """Set where the robot is in its own map, and when it was (same clock as ``now_ns``); beacons carry it.
+
+        ``bodies_m`` : ``(N, 2)``, metres, base frame: what it saw from there that may be a teammate.
+        """
+        self._neighbourhood.beacons.set_pose(T_map_base, stamp_ns, bodies_m)
+
+    def add_claims(self, claims: Sequence[tuple[str, Transform, float]]) -> None:
+        """Let the next beacon say what own sightings do: robot, ``T_own_robot (3,)``, log-likelihood ratio, nats."""
+        self._neighbourhood.beacons.add_claims(claims)
+
+    @property
+    def sightings_bytes(self) -> int:
+        """What sightings in the own beacons have cost so far, bytes."""
+        return self._neighbourhood.beacons.sightings_bytes
 
     def set_link_quality(self, peer: str, quality: float, now_ns: int) -> list[fx.Effect]:
         """Set a link's quality (0..1) from a radio model or a trace; without effect where links are measured."""

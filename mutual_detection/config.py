@@ -16,10 +16,13 @@ BOUNDS = {
 
 @dataclass(frozen=True, kw_only=True)
 class MutualDetectionConfig:
-    """Where teammates are taken to be, and how large."""
+    """Where teammates are taken to be, how large, and whether seeing them is evidence."""
 
     enabled: bool = True
     """Whether beams that end at teammates are discarded. Off: teammates become ghost walls in the map."""
+    encounters: bool = True
+    """Whether seeing a teammate, or free floor where it should stand, is evidence on how two maps lie. Off where robots
+    cannot see each other's bodies: all lasers above them."""
     robot_radius_m: float = 0.18
     """Radius of a teammate's body, metres, > 0."""
     margin_m: float = 0.08

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from mrslam.agent.effects import AlignJob
 from mrslam.agent.known_map import Version
+from mrslam.agent.pairs.hypotheses import Hypotheses, Hypothesis
 from mrslam.agent.pairs.second_look import is_echo, lies_elsewhere, refuted
+from mrslam.agent.pairs.weighing import agrees, by_sight, is_worth_keeping, weighed
 from mrslam.alignment import Alignment, Rejection, StabilityCheck
 
 Status = Literal["untried", "accepted", "rejected", "revoked"]
@@ -15,6 +17,8 @@ UNCONFIRMED = "found once; a second alignment that agrees is awaited"
 """Reason of a pair that ``Schedule`` tries again after ``align_interval_s`` even if its maps have not changed."""
 WEAK = "found again, but on weak evidence that has not grown since"
 """Reason of a pair whose second alignment repeats a weak first one."""
+SEEN_CONFIDENCE = 0.99
+"""Confidence in the team graph of an alignment where the robots saw each other, 0..1: above those by walls alone."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +80,8 @@ class PairBelief:
     """Holds the alignment believed, and the previous one that a next must agree with."""
     last: Attempt | None = None
     """The last alignment since the robot started; a checkpoint does not keep it."""
+    places: Hypotheses = field(default_factory=Hypotheses)
+    """Where the maps may lie; a checkpoint does not keep them, for what was seen may be of an earlier state of maps."""
     search: Search = Search()
     """A checkpoint does not keep it, either: a resumed robot searches every merged pair once more."""
 
@@ -84,19 +90,32 @@ class PairBelief:
         """The transform believed; None while none is."""
         return self.stability.believed
 
+    @property
+    def weighed_alignment(self) -> Alignment | None:
+        """The transform believed, certain where the robots saw each other there: loops that fail drop others first."""
+        found = self.stability.believed
+        place = None if found is None else self.places.at(found.T_a_b)
+        if found is None or place is None or not place.is_supported:
+            return found
+        return replace(found, confidence=max(found.confidence, SEEN_CONFIDENCE))
+
     def settle(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int) -> Verdict:
         """Take one more alignment of the pair, and return what it changed."""
         self.attempts += 1
         self.last = Attempt(now_ns, job.versions, job.area_m2)
         if job.prior is None:
             self.search = Search(job.area_m2, outcome.accepted)
+        outcome = self._by_encounters(job, outcome, now_ns)
         if reason := self._unmerged_by(outcome, searched=job.prior is None):
             self.revoke(reason)
             return Verdict("revoked", reason, outcome)
         if isinstance(outcome, Rejection):
             self.stability.previous = self.stability.believed
             return self._rejected(outcome.reason, outcome)
-        if self.alignment is None and is_echo(self.stability, outcome):
+        place = self.places.add(outcome.T_a_b, "maps", now_ns)
+        if place is not None and place.is_supported:
+            self._believe_at_once(outcome, place)
+        elif self.alignment is None and is_echo(self.stability, outcome):
             return self._rejected(WEAK, outcome)
         believed = self.stability.update(outcome)
         if believed is None:
@@ -106,6 +125,23 @@ class PairBelief:
             self.accepted_at_ns = now_ns
         self.status, self.reason = "accepted", "accepted"
         return Verdict("accepted", "accepted", outcome, believed, is_new)
+
+    def _by_encounters(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int) -> Alignment | Rejection:
+        """Return the outcome as encounters leave it; a place that two robots' sight proposed needs no walls."""
+        if outcome.T_a_b is not None and is_worth_keeping(outcome):
+            self.places.add(outcome.T_a_b, "maps", now_ns)
+        seen = None if job.sighted is None else self.places.at(job.sighted)
+        if seen is not None and isinstance(outcome, Rejection) and agrees(outcome.evidence) and not seen.is_refuted:
+            return by_sight(seen, outcome)
+        return weighed(self.places, outcome)
+
+    def _believe_at_once(self, outcome: Alignment, place: Hypothesis) -> None:
+        """Let a place where the robots saw each other need no second alignment, and replace any other."""
+        if self.alignment is not None and not place.is_at(self.alignment.T_a_b):
+            self.stability.contradicted()
+        if self.alignment is None:
+            self.stability.previous = outcome
+        place.correct(outcome.T_a_b)
 
     def revoke(self, reason: str) -> None:
         """Withdraw the alignment, for it was contradicted. The pair is tried again when its maps have grown."""
@@ -124,12 +160,17 @@ class PairBelief:
             "confidence": None if found is None else float(found.confidence),
             "reason": self.reason,
             "attempts": self.attempts,
+            "places": [place.row() for place in self.places],
         }
 
     def _unmerged_by(self, outcome: Alignment | Rejection, *, searched: bool) -> str | None:
         """Return why a merged pair is to be unmerged, or None; only a search without a prior can find another place."""
         if self.alignment is None:
             return None
+        here = self.places.at(self.alignment.T_a_b)
+        searched &= (
+            here is None or not here.is_supported
+        )  # robots saw each other here: whatever fits elsewhere, as well
         reason = lies_elsewhere(self.alignment, outcome) if searched else None
         return reason or refuted(self.alignment, outcome)
 

@@ -7,11 +7,11 @@ from collections.abc import Callable
 import numpy as np
 
 from mrslam.comms.config import MODES
-from mrslam.comms.effects import DuplicateId, PeerGone, PeerSeen, TeammatePose
+from mrslam.comms.effects import DuplicateId, PeerGone, PeerSeen, TeammateClaim, TeammatePose
 from mrslam.comms.exchange.station import Station
 from mrslam.comms.neighbours.link_quality import HeardBeacon
 from mrslam.comms.neighbours.link_states import LinkStates
-from mrslam.comms.neighbours.own_beacons import LEVELS, OwnBeacons
+from mrslam.comms.neighbours.own_beacons import CM, LEVELS, LLR_SCALE, OwnBeacons
 from mrslam.comms.neighbours.presence import DuplicateIdWatch, Peer, am_newcomer
 from mrslam.comms.wire.frames import WireError
 from mrslam.comms.wire.keyframe_codec import SCALE
@@ -74,6 +74,7 @@ class Neighbourhood:
         if beacon.seq > known.last_seq:
             known.last_seq = beacon.seq
             self._take_pose(known, beacon, now_ns)
+            self._take_claims(beacon)
 
     def _meet_again(self, known: Peer, beacon: Beacon, now_ns: int) -> Peer:
         """A teammate restarted: drop what was known of its last boot, and return its new entry."""
@@ -92,7 +93,14 @@ class Neighbourhood:
             # Its age, not its stamp: robots' clocks need not agree.
             T_map_base = np.array((x, y, theta), dtype=np.float64) / SCALE
             stamp_ns = now_ns - age_ms * 1_000_000
-            self._station.out.emit(TeammatePose(beacon.sender, stamp_ns, T_map_base, beacon.boot + beacon.epoch_offset))
+            bodies_m = np.array(beacon.bodies, dtype=np.float64).reshape(-1, 2) / CM
+            epoch = beacon.boot + beacon.epoch_offset
+            self._station.out.emit(TeammatePose(beacon.sender, stamp_ns, T_map_base, epoch, bodies_m))
+
+    def _take_claims(self, beacon: Beacon) -> None:
+        for robot, *numbers, llr in beacon.claims:
+            T_sender_robot = np.array(numbers, dtype=np.float64) / SCALE
+            self._station.out.emit(TeammateClaim(beacon.sender, robot, T_sender_robot, llr / LLR_SCALE))
 
     def on_duplicate_id(self, beacon: Beacon, now_ns: int) -> None:
         """Another process uses this robot's id: when that is certain, report it; the newcomer must stop."""

@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from mrslam.comms.config import MODES
 from mrslam.comms.exchange.station import Station
 from mrslam.comms.neighbours.beacon_clock import BeaconClock
 from mrslam.comms.wire.keyframe_codec import quantise
-from mrslam.comms.wire.messages import Beacon
+from mrslam.comms.wire.messages import Beacon, encode
+from mrslam.comms.wire.presence_messages import Body, Claim
 from mrslam.spatial.se2 import Transform
 
+CM = 100.0
+"""Places of bodies are sent in centimetres: a laser's noise is one or more."""
+LLR_SCALE = 10.0
+"""Log-likelihood ratios are sent in tenths of a nat."""
+MOST_SENT = 8
+"""Most bodies and most claims in a beacon (the format)."""
 LEVELS = 100
 """A share of beacons received is sent as a whole number of percent."""
 
@@ -24,11 +35,28 @@ class OwnBeacons:
         self._clock = BeaconClock(station.config)
         self._started_ns: int | None = None
         self._pose: tuple[int, int, int, int] | None = None  # x (mm), y (mm), theta (0.1 mrad), stamp (ns)
+        self._bodies: list[Body] = []
+        self._claims: list[Claim] = []
+        self.sightings_bytes = 0
+        """What sightings in beacons have cost so far, bytes."""
 
-    def set_pose(self, T_map_base: Transform, stamp_ns: int) -> None:
-        """Set the pose ``(3,)`` (m, m, rad) that beacons carry, and its time, nanoseconds."""
+    def set_pose(self, T_map_base: Transform, stamp_ns: int, bodies_m: NDArray[np.float64] | None = None) -> None:
+        """Set the pose ``(3,)`` (m, m, rad) that beacons carry, its time, nanoseconds, and what was seen from it.
+
+        ``bodies_m`` : ``(N, 2)`` in the base frame, metres; the nearest ``MOST_SENT`` go with the next beacon.
+        """
         x, y, theta = (int(v) for v in quantise(np.asarray(T_map_base, dtype=np.float64)))
         self._pose = (x, y, theta, int(stamp_ns))
+        self._bodies = []
+        if bodies_m is not None and len(bodies_m):
+            nearest = bodies_m[np.argsort(np.hypot(*bodies_m.T), kind="stable")[:MOST_SENT]]
+            self._bodies = [(round(CM * x_m), round(CM * y_m)) for x_m, y_m in nearest.tolist()]
+
+    def add_claims(self, claims: Sequence[tuple[str, Transform, float]]) -> None:
+        """Add what goes with the next beacons: robot, ``T_own_robot (3,)``, log-likelihood ratio in nats."""
+        for robot, T_own_robot, llr in claims:
+            x, y, theta = (int(v) for v in quantise(np.asarray(T_own_robot, dtype=np.float64)))
+            self._claims.append((robot, x, y, theta, round(LLR_SCALE * llr)))
 
     def uptime_ms(self, now_ns: int) -> int:
         """Return the time since the first tick, milliseconds."""
@@ -58,5 +86,11 @@ class OwnBeacons:
             [(peer, round(LEVELS * share)) for peer, share in heard],
             station.store.own_epoch - station.boot,
             None if pose is None else (*pose[:3], max(now_ns - pose[3], 0) // 1_000_000),
+            tuple(self._bodies),
+            tuple(self._claims[:MOST_SENT]),
         )
-        station.out.post(beacon, None, "beacon")
+        size = station.out.post(beacon, None, "beacon")
+        if self._bodies or self._claims:
+            alone = msgspec.structs.replace(beacon, bodies=(), claims=())
+            self.sightings_bytes += size - len(encode(alone, station.out.team_tag))
+        self._bodies, self._claims = [], self._claims[MOST_SENT:]

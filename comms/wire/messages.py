@@ -54,7 +54,7 @@ _decoder = msgspec.msgpack.Decoder(AnyMessage)
 
 def encode(message: Message, tag: int) -> bytes:
     """Return the message framed for the team with this tag."""
-    return frame(_encoder.encode(message), tag)
+    return frame(_encoder.encode(message.shortest() if isinstance(message, Beacon) else message), tag)
 
 
 def decode(payload: bytes, tag: int, max_bytes: int) -> AnyMessage:

@@ -8,9 +8,15 @@ import msgspec
 
 from mrslam.comms.wire.fields import I32, Count, Digest, Message, Milliseconds, Name, Percent
 
+Centimetres = Annotated[int, msgspec.Meta(ge=-(2**15), le=2**15 - 1)]
+Body = tuple[Centimetres, Centimetres]
+"""x and y of a body that the sender saw from its pose, in its base frame."""
+Claim = tuple[Name, I32, I32, I32, Annotated[int, msgspec.Meta(ge=-(2**15), le=2**15 - 1)]]
+"""(robot, T_sender_robot: x (mm), y (mm), theta (0.1 mrad), what the sender's sightings say of it: 0.1 nats)."""
 
-class Beacon(Message, frozen=True, tag=1):
-    """Announces the sender, the LQ of its neighbours, and its pose."""
+
+class BeaconAlone(Message, frozen=True, tag=1):
+    """Announces the sender, the LQ of its neighbours, and its pose; a :class:`Beacon` without sightings is sent so."""
 
     boot: Count
     """Number of this start of the robot, see ``CommsNode``."""
@@ -28,6 +34,21 @@ class Beacon(Message, frozen=True, tag=1):
     """Epoch of the sender's map - boot; below 0 for a map continued from an earlier start."""
     pose: tuple[I32, I32, I32, Milliseconds] | None
     """x (mm), y (mm), theta (0.1 mrad), age (ms)."""
+
+
+class Beacon(BeaconAlone, frozen=True, tag=1):
+    """A beacon with what the sender saw of its neighbours; both may be left out, and older programs pass over them."""
+
+    bodies: Annotated[tuple[Body, ...], msgspec.Meta(max_length=8)] = ()
+    """What may be a teammate, seen from the pose."""
+    claims: Annotated[tuple[Claim, ...], msgspec.Meta(max_length=8)] = ()
+    """Where other robots' maps may lie in the sender's, and how well that fits what it saw of them."""
+
+    def shortest(self) -> Message:
+        """Return what is sent: without the last two fields where they are empty."""
+        if self.bodies or self.claims:
+            return self
+        return BeaconAlone(*(getattr(self, name) for name in BeaconAlone.__struct_fields__))
 
 
 class Bye(Message, frozen=True, tag=10):

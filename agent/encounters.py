@@ -1,0 +1,80 @@
+"""What the own scans say of teammates that report where they are: the moments kept, and the pairs they speak about."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrslam.comms import TeammatePose
+from mrslam.mutual_detection import Moment, MutualDetectionConfig, MutualFix, find_bodies, mutual_fix
+from mrslam.mutual_detection.encounters import MOMENTS_MOST
+from mrslam.spatial import Scan
+from mrslam.spatial.se2 import Transform
+
+SCANS_MOST = 30
+"""Scans kept until reports of teammates at these times arrive: three seconds of 10 Hz, longer than a beacon is late."""
+TOGETHER_NS = 150_000_000
+"""A scan and a report of one moment are no farther apart, nanoseconds: a report lies half a sweep from a scan of 10 Hz,
+and is as late as it took to arrive. Robots drive 8 cm in it."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    stamp_ns: int
+    scan: Scan
+    T_map_base: Transform
+
+
+class Encounters:
+    """Keeps the last scans, and by teammate the moments at which it said where it was."""
+
+    def __init__(self, config: MutualDetectionConfig) -> None:
+        """Start without teammates."""
+        self.radius_m = config.robot_radius_m
+        self._enabled = config.encounters
+        self._scans: deque[_Seen] = deque(maxlen=SCANS_MOST)
+        self._moments: dict[str, deque[Moment]] = {}
+        self._epochs: dict[str, int] = {}
+
+    def on_scan(self, scan: Scan, T_map_base: Transform, now_ns: int) -> None:
+        """Keep a scan, with the beams that end at teammates, and where the robot took it."""
+        if self._enabled:
+            self._scans.append(_Seen(now_ns, scan, T_map_base))
+
+    def bodies_m(self) -> NDArray[np.float64] | None:
+        """Return ``(N, 2)`` bodies in the newest scan, base frame; None without a scan."""
+        return find_bodies(self._scans[-1].scan, self.radius_m) if self._scans else None
+
+    def forget(self) -> None:
+        """Forget scans and moments: the own map was given up, and their poses with it."""
+        self._scans.clear()
+        self._moments.clear()
+
+    def moments(self, peer: str) -> list[Moment]:
+        """Return the moments kept of a teammate, oldest first."""
+        return list(self._moments.get(peer, ()))
+
+    def on_report(self, report: TeammatePose) -> Moment | None:
+        """Return a report's moment where a scan was taken then, and it is independent of the last one."""
+        if not self._enabled:
+            return None
+        seen = min(self._scans, key=lambda one: abs(one.stamp_ns - report.stamp_ns), default=None)
+        if seen is None or abs(seen.stamp_ns - report.stamp_ns) > TOGETHER_NS:
+            return None
+        if self._epochs.get(report.peer) != report.epoch:
+            self._epochs[report.peer] = report.epoch
+            self._moments.pop(report.peer, None)
+        kept = self._moments.setdefault(report.peer, deque(maxlen=MOMENTS_MOST))
+        bodies_m = find_bodies(seen.scan, self.radius_m)
+        moment = Moment(seen.scan, bodies_m, seen.T_map_base, report.T_map_base, report.bodies_m)
+        if kept and not moment.is_after(kept[-1]):
+            return None
+        kept.append(moment)
+        return moment
+
+    def fix(self, peer: str) -> MutualFix | None:
+        """Return the transform to a teammate's map that their sightings of each other agree on, if any."""
+        return mutual_fix(self.moments(peer))

@@ -1,0 +1,119 @@
+"""Where one pair of maps may lie: up to five places, each with what robots saw, or did not see, of each other there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mrslam.alignment import StabilityCheck
+from mrslam.mutual_detection import MutualFix, Sightings
+from mrslam.spatial import se2
+from mrslam.spatial.se2 import Transform
+
+SAME_PLACE = StabilityCheck()
+"""Two transforms that differ by less are one place: what is seen of one of them is seen of the other."""
+MOVED = StabilityCheck(max_dx_m=0.15, max_dy_m=0.15, max_dtheta_rad=0.02)
+"""A place that is corrected by more is looked at once more: half of what a body may stand beside it, and the same at
+6 m."""
+MOST = 5
+"""Places kept of one pair; the one with the least to say for it makes room for another."""
+SUPPORTED_LLR = 6.0
+"""A place is supported from here, nats: three independent sightings, 400 to 1."""
+REFUTED_LLR = -4.0
+"""A place is refuted below, nats: 50 to 1 against it, and more than one robot's free sight may say
+(``MOST_UNSEEN_LLR``), for one robot may be too low for the other's laser."""
+
+
+@dataclass
+class Hypothesis:
+    """One place where map b may lie in map a."""
+
+    T_a_b: Transform
+    """``(3,)``."""
+    by: str
+    """Who proposed it: "maps", "sight" (two robots that saw each other) or a robot's id."""
+    proposed_ns: int
+    fix: MutualFix | None = None
+    """The sightings that propose it, as ``T_a_b``."""
+    tried_ns: int | None = None
+    """When maps were laid together there because of these sightings."""
+    own: Sightings | None = None
+    """What the own scans say, where the own robot is one of the pair."""
+    told: dict[str, float] = field(default_factory=dict)
+    """By robot of the pair: what it says that its scans say, nats."""
+
+    @property
+    def llr(self) -> float:
+        """Return what both robots' scans say, log-likelihood ratio in nats; 0 before they met."""
+        return (0.0 if self.own is None else self.own.llr) + sum(self.told.values())
+
+    @property
+    def is_supported(self) -> bool:
+        """Whether the robots saw each other where this place has them."""
+        return self.llr >= SUPPORTED_LLR or (self.fix is not None and self.llr > 0.0)
+
+    @property
+    def is_refuted(self) -> bool:
+        """Whether the robots looked at each other's place, and nobody was there."""
+        return self.llr <= REFUTED_LLR
+
+    def correct(self, T_a_b: Transform) -> None:
+        """Take a better estimate of the place."""
+        if not MOVED.is_near(self.T_a_b, T_a_b):
+            self.T_a_b, self.own = np.array(T_a_b, dtype=np.float64), None
+
+    def row(self) -> dict[str, Any]:
+        """Return it as plain JSON values."""
+        own = Sightings() if self.own is None else self.own
+        return {
+            "T_a_b": [round(float(value), 3) for value in self.T_a_b],
+            "by": self.by,
+            "llr": round(self.llr, 1),
+            "seen": own.seen,
+            "not_there": own.not_there,
+        }
+
+    def is_at(self, T_a_b: Transform) -> bool:
+        """Return whether a transform is this place, up to corrections."""
+        return SAME_PLACE.is_near(self.T_a_b, T_a_b)
+
+
+class Hypotheses:
+    """The places of one pair, in the order in which they were proposed."""
+
+    def __init__(self) -> None:
+        self._places: list[Hypothesis] = []
+
+    def __iter__(self) -> Iterator[Hypothesis]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def at(self, T_a_b: Transform) -> Hypothesis | None:
+        """Return the one nearest to this transform, None where none is near."""
+        near = [one for one in self._places if one.is_at(T_a_b)]
+        return min(near, key=lambda one: se2.difference(one.T_a_b, T_a_b)[0], default=None)
+
+    def add(self, T_a_b: Transform, by: str, now_ns: int) -> Hypothesis | None:
+        """Return the one at this transform, made where there is none; None where others say more than nothing."""
+        known = self.at(T_a_b)
+        if known is not None:
+            return known
+        if len(self._places) >= MOST:
+            # Refuted places must be remembered: the maps would propose them again.
+            least = min(self._places, key=lambda one: (abs(one.llr), one.proposed_ns))
+            if abs(least.llr) >= SUPPORTED_LLR:
+                return None
+            self._places.remove(least)
+        made = Hypothesis(np.array(T_a_b, dtype=np.float64), by, now_ns)
+        self._places.append(made)
+        return made
+
+    @property
+    def supported(self) -> Hypothesis | None:
+        """The place where the robots saw each other, the best of several; None where there is none."""
+        return max((one for one in self._places if one.is_supported), key=lambda one: one.llr, default=None)

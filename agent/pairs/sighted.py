@@ -1,0 +1,46 @@
+"""Which pair of maps is laid together where its robots saw each other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from mrslam.agent.effects import AlignJob
+from mrslam.agent.known_map import KnownMap
+from mrslam.agent.pairs.belief import PairBelief
+from mrslam.agent.pairs.hypotheses import Hypothesis
+from mrslam.alignment import Prior
+from mrslam.merge import Pair
+
+MARGIN = np.diag([0.1**2, 0.1**2, 0.03**2])
+"""Added to the covariance of a place by sight, m^2 and rad^2: maps may have been corrected since."""
+
+
+def sighted_job(
+    beliefs: Mapping[Pair, PairBelief], maps: Mapping[str, KnownMap], interval_s: float, now_ns: int
+) -> AlignJob | None:
+    """Return the maps of the first pair that is to be tried where its robots saw each other, None where there is none.
+
+    A place is tried again after ``interval_s``, for maps that contradicted it may have been corrected.
+    """
+    for pair, belief in beliefs.items():
+        place = _untried(belief, interval_s, now_ns)
+        if place is not None and place.fix is not None:
+            place.tried_ns = now_ns
+            (a, b), (map_a, map_b) = pair, (maps[pair[0]], maps[pair[1]])
+            prior = Prior(place.T_a_b, place.fix.covariance + MARGIN)
+            versions, areas = (map_a.version, map_b.version), (map_a.area_m2, map_b.area_m2)
+            trails = (map_a.trail, map_b.trail)
+            return AlignJob(a, b, map_a.grid, map_b.grid, prior, versions, areas, belief.attempts, trails, place.T_a_b)
+    return None
+
+
+def _untried(belief: PairBelief, interval_s: float, now_ns: int) -> Hypothesis | None:
+    """Return a place by sight where the pair is not merged, None where there is none, or it was tried just now."""
+    for place in belief.places:
+        is_elsewhere = belief.alignment is None or not place.is_at(belief.alignment.T_a_b)
+        is_due = place.tried_ns is None or now_ns - place.tried_ns >= interval_s * 1e9
+        if place.fix is not None and is_elsewhere and is_due and not place.is_refuted:
+            return place
+    return None

@@ -1,0 +1,74 @@
+"""What encounters make of one alignment: they refuse a place that robots looked at in vain, and decide between places.
+
+Maps propose, and whoever was there decides. A body at a place proves nothing alone: the maps must not contradict it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mrslam.agent.pairs.hypotheses import Hypotheses, Hypothesis
+from mrslam.alignment import Alignment, Evidence, Rejection
+from mrslam.spatial.se2 import Transform
+
+SIGHT_METHOD = "sight"
+"""Name of the method of an alignment that rests on robots which saw each other."""
+SIGHT_CONFIDENCE = 0.6
+"""Its confidence: that of an alignment that just passes, so that any found by walls replaces it."""
+SPREAD = np.diag([0.2**2, 0.2**2, 0.05**2])
+"""Covariance of a supported place whose maps were not fitted, m^2 and rad^2: what a body may stand beside its place,
+and the angle of that seen from 4 m."""
+FORGIVEN_M, FORGIVEN_SHARE = 2.0, 0.3
+"""Walls of two maps may lie on the other's free floor by so many metres, or by this share of those that agree, at a
+place where robots saw each other: ghosts that teammates leave in maps, and ``merge.contradiction_share``."""
+FITTED_M = 5.0
+"""Walls that agree from which the maps say better than two robots where they lie, metres."""
+
+
+def weighed(places: Hypotheses, outcome: Alignment | Rejection) -> Alignment | Rejection:
+    """Return an alignment's outcome as encounters leave it."""
+    if outcome.T_a_b is None:
+        return outcome
+    here, supported = places.at(outcome.T_a_b), places.supported
+    if isinstance(outcome, Alignment):
+        if here is not None and here.is_refuted:
+            return _refused(
+                outcome, f"the robots looked where the other should be, and nobody was there ({here.llr:.1f} nats)"
+            )
+        if supported is not None and here is not supported:
+            x, y, _ = supported.T_a_b
+            return _refused(
+                outcome, f"the robots saw each other with the maps {x:.1f}, {y:.1f} m apart, which is not here"
+            )
+        return outcome
+    if here is None or here is not supported or not agrees(outcome.evidence):
+        return outcome
+    return by_sight(here, outcome)
+
+
+def is_worth_keeping(outcome: Alignment | Rejection) -> bool:
+    """Return whether a place that maps propose is one to look at: enough wall agrees there, and little contradicts."""
+    wall = outcome.evidence
+    return outcome.accepted or (wall is not None and wall.matched_m >= FITTED_M and agrees(wall))
+
+
+def agrees(evidence: Evidence | None) -> bool:
+    """Return whether nothing in two maps speaks against the place at which they were examined."""
+    if evidence is None:
+        return True
+    against_m = max(evidence.a.contradicted_m, evidence.b.contradicted_m)
+    return against_m <= max(FORGIVEN_M, FORGIVEN_SHARE * evidence.matched_m)
+
+
+def by_sight(place: Hypothesis, outcome: Rejection) -> Alignment:
+    """Return the alignment of maps at a place where the robots saw each other, though they show too little of it."""
+    evidence = outcome.evidence or Evidence()
+    T_a_b: Transform = place.T_a_b
+    if outcome.T_a_b is not None and evidence.matched_m >= FITTED_M and place.is_at(outcome.T_a_b):
+        T_a_b = outcome.T_a_b
+    covariance = SPREAD if place.fix is None else place.fix.covariance
+    return Alignment(T_a_b, SIGHT_CONFIDENCE, evidence, covariance, SIGHT_METHOD)
+
+
+def _refused(outcome: Alignment, reason: str) -> Rejection:
+    return Rejection(reason, outcome.confidence, outcome.evidence, outcome.method, outcome.T_a_b)

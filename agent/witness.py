@@ -1,0 +1,172 @@
+"""What a robot saw of its teammates, for and against every place of a pair of maps: weighed, told to all, acted on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrslam.agent.effects import Effect
+from mrslam.agent.encounters import Encounters
+from mrslam.agent.pairs.belief import PairBelief
+from mrslam.agent.pairs.hypotheses import Hypothesis
+from mrslam.agent.team import Team
+from mrslam.comms import TeammateClaim, TeammatePose
+from mrslam.merge import Pair
+from mrslam.merge.graph.edges import inverse_covariance, pair_of
+from mrslam.mutual_detection import Moment, MutualDetectionConfig, MutualFix, sightings
+from mrslam.spatial import Scan, se2
+from mrslam.spatial.se2 import Transform
+
+TELL_NS = 1_000_000_000
+"""Least time between two claims about one place, nanoseconds."""
+REPEAT_NS = 20_000_000_000
+"""A claim is repeated after this time, nanoseconds: beacons are lost, and robots come into reach."""
+CHANGED_LLR = 0.9
+"""A claim is made again where it has changed by one more sighting, nats."""
+IN_CONTACT_NS = 3_000_000_000
+"""A teammate whose last report is not older may look for this robot, nanoseconds."""
+
+
+@dataclass
+class _Told:
+    llr: float
+    t_ns: int
+
+
+class Witness:
+    """Weighs the places of the own pairs by the own scans, and those of all pairs by what teammates claim."""
+
+    def __init__(self, robot_id: str, config: MutualDetectionConfig) -> None:
+        """Start without teammates."""
+        self.robot_id = robot_id
+        self._encounters = Encounters(config)
+        self._heard_ns: dict[str, int] = {}
+        self._told: dict[tuple[str, bytes], _Told] = {}
+
+    def on_scan(self, scan: Scan, T_map_base: Transform, now_ns: int) -> None:
+        """Take a scan with the beams that end at teammates, and where it was taken in the own map."""
+        self._encounters.on_scan(scan, T_map_base, now_ns)
+
+    def forget(self) -> None:
+        """Forget all that was seen: the own map was given up."""
+        self._encounters.forget()
+
+    def bodies_m(self, team: Team, now_ns: int) -> NDArray[np.float64] | None:
+        """Return ``(N, 2)`` bodies to report, base frame: None where every teammate in contact is seen and placed."""
+        wanting = [
+            peer
+            for peer, heard_ns in self._heard_ns.items()
+            if now_ns - heard_ns < IN_CONTACT_NS and not self._is_settled(team, peer)
+        ]
+        return self._encounters.bodies_m() if wanting else None
+
+    def _is_settled(self, team: Team, peer: str) -> bool:
+        belief = team.beliefs.get(pair_of(self.robot_id, peer))
+        if belief is None or belief.alignment is None:
+            return False
+        place = belief.places.at(belief.alignment.T_a_b)
+        return place is not None and place.llr >= 0.0
+
+    # -- what comes in -------------------------------------------------------------------------------------------------
+
+    def on_report(self, report: TeammatePose, team: Team, now_ns: int) -> None:
+        """Take a teammate's report of where it is, and look for it in the scan of that time."""
+        self._heard_ns[report.peer] = now_ns
+        moment = self._encounters.on_report(report)
+        known = team.maps.get(report.peer)
+        if moment is None or known is None or known.epoch != report.epoch:
+            return
+        pair = pair_of(self.robot_id, report.peer)
+        belief = team.beliefs.get(pair)
+        if belief is None:
+            return
+        for place in belief.places:
+            if place.own is not None:
+                T_own_peer = self._now(team, report.peer, pair, belief, place)
+                place.own.take(moment, T_own_peer, self._encounters.radius_m)
+        if len(moment.bodies_m) and len(moment.mate_bodies_m):
+            self._propose(pair, belief, self._encounters.fix(report.peer), now_ns)
+
+    def on_claim(self, claim: TeammateClaim, team: Team, now_ns: int) -> None:
+        """Take what a teammate says of a place of its map and another's."""
+        if claim.peer == claim.robot or self.robot_id == claim.peer:
+            return
+        pair = pair_of(claim.peer, claim.robot)
+        belief = team.beliefs.get(pair)
+        if belief is None:
+            return
+        T_a_b = claim.T_peer_robot if pair[0] == claim.peer else se2.inverse(claim.T_peer_robot)
+        place = belief.places.add(T_a_b, claim.peer, now_ns)
+        if place is not None:
+            place.told[claim.peer] = claim.llr
+
+    def _propose(self, pair: Pair, belief: PairBelief, fix: MutualFix | None, now_ns: int) -> None:
+        """Take a transform that sightings agree on as a place of the pair."""
+        if fix is None:
+            return
+        if self.robot_id != pair[0]:
+            T_a_b = se2.inverse(fix.T_map_mate)
+            fix = MutualFix(T_a_b, inverse_covariance(fix.T_map_mate, fix.covariance), fix.moments)
+        place = belief.places.add(fix.T_map_mate, "sight", now_ns)
+        if place is None or (place.fix is not None and place.fix.moments > fix.moments):
+            return
+        place.fix = fix
+        if belief.alignment is None:
+            place.correct(fix.T_map_mate)
+
+    def _now(self, team: Team, peer: str, pair: Pair, belief: PairBelief, place: Hypothesis) -> Transform:
+        """Return where the teammate's map lies in the own one by a place: near the robots, where maps are bent."""
+        T_now = team.T_own_map(peer)
+        if T_now is not None and belief.alignment is not None and place.is_at(belief.alignment.T_a_b):
+            return T_now
+        return place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)
+
+    # -- what follows --------------------------------------------------------------------------------------------------
+
+    def look(self, team: Team, now_ns: int) -> list[Effect]:
+        """Weigh new places by what was seen before, and unmerge pairs whose place is refuted."""
+        effects: list[Effect] = []
+        for pair, belief in team.beliefs.items():
+            if self.robot_id in pair:
+                self._weigh_new(pair, belief)
+            if belief.alignment is None:
+                continue
+            place = belief.places.at(belief.alignment.T_a_b)
+            if place is not None and place.is_refuted:
+                reason = f"the robots looked where the other should be, and nobody was there ({place.llr:.1f} nats)"
+                effects += team.unmerge(pair, reason, now_ns)
+        return effects
+
+    def _weigh_new(self, pair: Pair, belief: PairBelief) -> None:
+        peer = pair[1] if pair[0] == self.robot_id else pair[0]
+        moments: list[Moment] | None = None
+        for place in belief.places:
+            if place.own is None:
+                moments = self._encounters.moments(peer) if moments is None else moments
+                T_own_peer = place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)
+                place.own = sightings(moments, T_own_peer, self._encounters.radius_m)
+
+    def claims(self, team: Team, now_ns: int) -> list[tuple[str, Transform, float]]:
+        """Return what is new to tell of the own pairs: teammate, ``T_own_peer (3,)``, log-likelihood ratio."""
+        new = []
+        for pair, belief in team.beliefs.items():
+            if self.robot_id not in pair:
+                continue
+            peer = pair[1] if pair[0] == self.robot_id else pair[0]
+            if now_ns - self._heard_ns.get(peer, -IN_CONTACT_NS) >= IN_CONTACT_NS:
+                continue
+            for place in belief.places:
+                if place.own is not None and self._is_news((peer, place.T_a_b.tobytes()), place.own.llr, now_ns):
+                    T_own_peer = place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)
+                    new.append((peer, T_own_peer, place.own.llr))
+        return new
+
+    def _is_news(self, key: tuple[str, bytes], llr: float, now_ns: int) -> bool:
+        told = self._told.get(key, _Told(0.0, -REPEAT_NS))
+        waited_ns, changed = now_ns - told.t_ns, abs(llr - told.llr)
+        if waited_ns < TELL_NS or (changed < CHANGED_LLR and (waited_ns < REPEAT_NS or abs(llr) < CHANGED_LLR)):
+            return False
+        self._told[key] = _Told(llr, now_ns)
+        return True

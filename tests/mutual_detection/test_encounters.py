@@ -1,0 +1,51 @@
+"""Sightings add up over independent moments, and what they can say is bounded."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mrslam.mutual_detection import sightings
+from mrslam.mutual_detection.encounters import MOST_NOT_THERE_LLR, MOST_SEEN_LLR, MOST_UNSEEN_LLR
+from mrslam.spatial import se2
+from tests.mutual_detection.sights import RADIUS_M, moment, way
+
+FRAMES = (se2.transform(5.0, 9.0, 0.7), se2.transform(11.0, 4.0, -2.0))
+RIGHT = se2.between(*FRAMES)
+CORRIDOR_Y = 5.1
+"""Middle of a corridor of the world "office"."""
+OWN = way((3.0, CORRIDOR_Y), (6.0, CORRIDOR_Y), 9)
+MATE = way((9.2, CORRIDOR_Y), (7.0, CORRIDOR_Y), 9, 1.0)
+
+
+def moments(**options: bool) -> list:
+    return [moment(a, b, FRAMES, seed=k, **options) for k, (a, b) in enumerate(zip(OWN, MATE, strict=True))]
+
+
+def test_the_right_place_is_supported_and_another_contradicted() -> None:
+    right = sightings(moments(), RIGHT, RADIUS_M)
+    assert right.seen >= 3 and right.not_there == 0 and right.llr == MOST_SEEN_LLR
+    nearer = se2.compose(se2.inverse(FRAMES[0]), se2.compose(se2.transform(-1.6, 0.0, 0.0), FRAMES[1]))
+    wrong = sightings(moments(), nearer, RADIUS_M)
+    assert wrong.seen == 0 and wrong.not_there >= 3 and wrong.llr == MOST_UNSEEN_LLR
+
+
+def test_a_robot_that_cannot_be_seen_is_not_contradicted_to_death() -> None:
+    hidden = [one for k in range(10) for one in moments(hidden=True)]
+    found = sightings(hidden, RIGHT, RADIUS_M)
+    assert found.not_there > 10 and found.llr == MOST_UNSEEN_LLR
+    found.take(moments()[4], RIGHT, RADIUS_M)
+    assert found.seen == 1 and found.llr == MOST_NOT_THERE_LLR + 2.0
+
+
+def test_a_thing_that_stands_still_counts_once() -> None:
+    stands = np.array([8.6, CORRIDOR_Y])
+    seen = [moment(a, b, FRAMES, [stands], seed=k, hidden=True) for k, (a, b) in enumerate(zip(OWN, MATE, strict=True))]
+    found = sightings(seen, RIGHT, RADIUS_M)
+    assert found.seen == 1 and found.llr < 2.0
+
+
+def test_moments_are_independent_once_a_robot_has_moved() -> None:
+    first = moments()[0]
+    near, far = (moment(OWN[0] + (step, 0.0, 0.0), MATE[0], FRAMES) for step in (0.25, 0.35))
+    assert not near.is_after(first) and far.is_after(first)
+    assert moment(OWN[0], MATE[0] - (0.35, 0.0, 0.0), FRAMES).is_after(first)

@@ -1,0 +1,50 @@
+"""Robots that see each other know where their maps lie; those that see someone else do not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mrslam.mutual_detection import mutual_fix
+from mrslam.spatial import se2
+from tests.mutual_detection.sights import moment, way
+from tests.mutual_detection.test_encounters import CORRIDOR_Y, FRAMES, MATE, OWN, RIGHT, moments
+
+
+def test_two_robots_that_see_each_other_find_the_transform_and_say_how_sure_they_are() -> None:
+    fix = mutual_fix(moments())
+    assert fix is not None and fix.moments >= 6
+    off_m, off_rad = se2.difference(fix.T_map_mate, RIGHT)
+    assert off_rad < 0.03
+    apart = np.append((fix.T_map_mate - RIGHT)[:2], se2.wrap((fix.T_map_mate - RIGHT)[2]))
+    assert apart @ np.linalg.solve(fix.covariance, apart) < 16.0 and off_m < 0.5
+
+
+def test_few_moments_or_robots_that_stand_still_are_not_enough() -> None:
+    assert mutual_fix([]) is None
+    assert mutual_fix(moments()[:3]) is None
+    stand = [moment(OWN[4], MATE[4], FRAMES, seed=k) for k in range(9)]
+    assert mutual_fix(stand) is None
+    mate_stands = [moment(a, MATE[4], FRAMES, seed=k) for k, a in enumerate(OWN)]
+    assert mutual_fix(mate_stands) is None
+
+
+@pytest.mark.parametrize("walks", [True, False])
+def test_somebody_whom_both_see_is_not_the_teammate(walks: bool) -> None:
+    middle = (
+        np.array([OWN[k][:2] + MATE[k][:2] for k in range(9)]) / 2.0 if walks else np.full((9, 2), (6.6, CORRIDOR_Y))
+    )
+    # Both see the same person half way, at one distance, and their bodies are below each other's lasers.
+    seen = [
+        moment(a, b, FRAMES, [middle[k] + (0.0, 0.3 * np.sin(k))], seed=k, hidden=True)
+        for k, (a, b) in enumerate(zip(OWN, MATE, strict=True))
+    ]
+    fix = mutual_fix(seen)
+    assert fix is None or se2.difference(fix.T_map_mate, RIGHT)[0] < 0.5
+
+
+def test_a_person_beside_does_not_disturb() -> None:
+    person = way((5.0, CORRIDOR_Y + 0.45), (8.0, CORRIDOR_Y + 0.45), 9)
+    seen = [moment(a, b, FRAMES, [p[:2]], seed=k) for k, (a, b, p) in enumerate(zip(OWN, MATE, person, strict=True))]
+    fix = mutual_fix(seen)
+    assert fix is not None and se2.difference(fix.T_map_mate, RIGHT)[1] < 0.05
