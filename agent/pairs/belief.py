@@ -148,6 +148,12 @@ class PairBelief:
         self.status, self.reason, self.accepted_at_ns = "revoked", reason, None
         self.stability.contradicted()
 
+    @property
+    def words(self) -> str:
+        """The reason, and the two places between which a pair that is not merged is undecided."""
+        between = None if self.alignment is not None else self.places.ambiguity
+        return self.reason if between is None else f"{between}; {self.reason}"
+
     def row(self, a: str, b: str) -> dict[str, Any]:
         """Return it as plain JSON values, as the mission's metrics list it."""
         found = self.alignment
@@ -158,7 +164,7 @@ class PairBelief:
             "T_a_b": None if found is None else [float(value) for value in found.T_a_b],
             "accepted_at_s": None if self.accepted_at_ns is None else round(self.accepted_at_ns / 1e9, 3),
             "confidence": None if found is None else float(found.confidence),
-            "reason": self.reason,
+            "reason": self.words,
             "attempts": self.attempts,
             "places": [place.row() for place in self.places],
         }

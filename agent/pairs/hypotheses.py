@@ -27,7 +27,7 @@ REFUTED_LLR = -4.0
 (``MOST_UNSEEN_LLR``), for one robot may be too low for the other's laser."""
 
 
-@dataclass
+@dataclass(eq=False)
 class Hypothesis:
     """One place where map b may lie in map a."""
 
@@ -76,6 +76,12 @@ class Hypothesis:
             "not_there": own.not_there,
         }
 
+    @property
+    def words(self) -> str:
+        """Where it has map b, for a person."""
+        x, y, theta = self.T_a_b
+        return f"({x:.1f} m, {y:.1f} m, {np.degrees(theta):.0f} deg)"
+
     def is_at(self, T_a_b: Transform) -> bool:
         """Return whether a transform is this place, up to corrections."""
         return SAME_PLACE.is_near(self.T_a_b, T_a_b)
@@ -112,6 +118,17 @@ class Hypotheses:
         made = Hypothesis(np.array(T_a_b, dtype=np.float64), by, now_ns)
         self._places.append(made)
         return made
+
+    @property
+    def ambiguity(self) -> str | None:
+        """Between which two places the pair is undecided, in words; None where fewer are left, or one is supported.
+
+        The places that sightings say most for, or the first proposed of equals.
+        """
+        left = sorted((one for one in self._places if not one.is_refuted), key=lambda one: -one.llr)
+        if len(left) < 2 or left[0].is_supported:
+            return None
+        return f"ambiguous between {left[0].words} and {left[1].words}"
 
     @property
     def supported(self) -> Hypothesis | None:

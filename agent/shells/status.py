@@ -16,4 +16,4 @@ def status_of(agent: Agent, now_ns: int) -> Send:
 def _words(belief: PairBelief) -> str:
     if belief.alignment is not None:
         return f"merged, confidence {belief.alignment.confidence:.2f}"
-    return belief.reason if belief.status == "untried" else f"not merged: {belief.reason}"
+    return belief.reason if belief.status == "untried" else f"not merged: {belief.words}"

@@ -7,7 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mrslam.comms import CommsNode, DuplicateId, ExchangeDone, ExchangeStarted, PeerGone, PeerSeen, Send, TeammatePose
+from mrslam.comms import (
+    CommsNode,
+    DuplicateId,
+    ExchangeDone,
+    ExchangeStarted,
+    PeerGone,
+    PeerSeen,
+    Send,
+    TeammateClaim,
+    TeammatePose,
+)
 from mrslam.comms.wire.frames import team_tag
 from mrslam.spatial import InputError
 from tests.comms.team import QUICK, SECOND, Team, big_map
@@ -161,3 +171,30 @@ def test_bad_names_and_modes_are_refused():
         CommsNode("a/b", "team", 1)
     with pytest.raises(InputError, match="mode must be one of"):
         CommsNode("a", "team", 1, mode="boss")
+
+
+def test_what_a_teammate_saw_arrives_with_its_pose_and_costs_nothing_when_it_saw_nothing():
+    team = Team("ab", config=replace(QUICK, beacon_period_s=0.25))
+    team.run(2)
+    a = team.nodes["a"]
+    assert a.sightings_bytes == 0
+    seen_m = np.array([[9.0 - k, 0.5] for k in range(9)])
+    a.set_own_pose(np.array([1.0, 2.0, 0.5]), team.now_ns, seen_m)
+    a.add_claims([("b", np.array([-3.0, 4.0, 2.0]), -2.96)])
+    team.run(0.5)
+    pose, claim = team.of(TeammatePose, "b")[-1], team.of(TeammateClaim, "b")[-1]
+    np.testing.assert_allclose(pose.bodies_m, seen_m[:0:-1], atol=0.006)  # the eight nearest
+    assert (claim.peer, claim.robot, claim.llr) == ("a", "b", -3.0)
+    np.testing.assert_allclose(claim.T_peer_robot, [-3.0, 4.0, 2.0], atol=6e-4)
+    assert 40 < a.sightings_bytes < 100
+    a.set_own_pose(np.array([2.0, 2.0, 0.5]), team.now_ns)
+    team.run(2)
+    assert len(team.of(TeammateClaim, "b")) == 1 and not len(team.of(TeammatePose, "b")[-1].bodies_m)
+
+
+def test_more_claims_than_a_beacon_holds_come_with_the_next():
+    team = Team("ab", config=replace(QUICK, beacon_period_s=0.25))
+    team.run(2)
+    team.nodes["a"].add_claims([("b", np.array([float(k), 0.0, 0.0]), 1.0) for k in range(11)])
+    team.run(2)
+    assert [claim.T_peer_robot[0] for claim in team.of(TeammateClaim, "b")] == list(range(11))

@@ -199,3 +199,31 @@ def test_the_frame_is_as_documented():
 def test_names_that_break_keys_are_refused(name):
     with pytest.raises(InputError, match="robot id must be"):
         check_name(name, "robot id")
+
+
+def test_beacons_without_sightings_are_as_before_and_older_programs_pass_over_sightings():
+    class OldBeacon(msgspec.Struct, array_like=True, frozen=True, tag_field="k", tag=1):
+        sender: str
+        boot: int
+        seq: int
+        uptime_ms: int
+        period_ms: int
+        mode: int
+        heard: list[tuple[str, int]]
+        epoch_offset: int
+        pose: tuple[int, int, int, int] | None
+
+    fields = ("a", 1, 2, 3, 500, 0, [("b", 100)], 0, (1, 2, 3, 4))
+    alone, seen = m.Beacon(*fields), m.Beacon(*fields, ((120, -30),), (("b", 1, 2, 3, -30),))
+    bodies = [m.encode(one, TAG)[HEADER.size :] for one in (alone, seen)]
+    assert bodies[0] == msgspec.msgpack.encode(OldBeacon(*fields))
+    assert msgspec.msgpack.decode(bodies[1], type=OldBeacon) == OldBeacon(*fields)
+    assert m.decode(frame(msgspec.msgpack.encode(OldBeacon(*fields)), TAG), TAG, 1000) == alone
+
+
+@pytest.mark.parametrize("extra", [[[[1, 2, 3]]], [[[40_000, 0]]], [[], [["b", 0, 0, 0]]], [[[0, 0]] * 9], [None]])
+def test_sightings_that_are_none_are_refused(extra):
+    fields = [1, "a", 1, 2, 3, 500, 0, [], 0, None]
+    assert m.decode(frame(msgspec.msgpack.encode(fields), TAG), TAG, 1000).seq == 2
+    with pytest.raises(WireError, match="malformed"):
+        m.decode(frame(msgspec.msgpack.encode(fields + extra), TAG), TAG, 1000)

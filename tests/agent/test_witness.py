@@ -1,0 +1,153 @@
+"""What robots see of each other decides how their maps lie, and what they tell each other of it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mrslam.agent import Agent
+from mrslam.agent.effects import AlignJob, Event
+from mrslam.agent.witness import REPEAT_NS, Witness
+from mrslam.alignment import Alignment, Evidence, Rejection
+from mrslam.alignment.evidence import WallEvidence
+from mrslam.comms import TeammateClaim, TeammatePose
+from mrslam.mutual_detection import MutualDetectionConfig, find_bodies
+from mrslam.spatial import se2
+from mrslam.spatial.se2 import Transform
+from tests.agent.duo import S, live, merge, robot
+from tests.mutual_detection.sights import RADIUS_M, sweep
+from tests.mutual_detection.test_encounters import FRAMES, MATE, OWN, RIGHT
+
+NEARER = se2.compose(se2.inverse(FRAMES[0]), se2.compose(se2.transform(-1.6, 0.0, 0.0), FRAMES[1]))
+"""Where r2's map would have it 1.6 m nearer to r1 than it is: on free floor."""
+BEGIN = 100 * S
+
+
+def met() -> Agent:
+    """Return r1, which holds the map of r2."""
+    one, two = robot("r1", 1), robot("r2", 1)
+    live([one, two], 0, 60)
+    assert ("r1", "r2") in one.team.beliefs
+    return one
+
+
+def watch(one: Agent, *, mutual: bool = False, encounters: bool = True) -> tuple[Witness, list[Event]]:
+    """Let r1 see r2 drive towards it, every second; ``mutual`` : r2 tells what it sees. Return what r1 concludes."""
+    witness, effects = Witness("r1", MutualDetectionConfig(encounters=encounters)), []
+    epoch = one.team.maps["r2"].epoch
+    for k, (own, mate) in enumerate(zip(OWN, MATE, strict=True)):
+        t_ns = BEGIN + k * S
+        witness.on_scan(sweep(own, [mate[:2]], seed=k), se2.between(FRAMES[0], own), t_ns)
+        bodies = find_bodies(sweep(mate, [own[:2]], seed=k + 50), RADIUS_M) if mutual else np.empty((0, 2))
+        report = TeammatePose("r2", t_ns, se2.between(FRAMES[1], mate), epoch, bodies)
+        witness.on_report(report, one.team, t_ns)
+        effects += witness.look(one.team, t_ns)
+    return witness, effects
+
+
+def claim(T_r1_r2: Transform, llr: float) -> TeammateClaim:
+    return TeammateClaim("r2", "r1", se2.inverse(T_r1_r2), llr)
+
+
+def walls(matched_m: float, contradicted_m: float) -> Evidence:
+    one = WallEvidence(matched_m, 0.0, contradicted_m, 0.0)
+    return Evidence(a=one, b=one, walls=9, margin=0.1)
+
+
+def too_little(T: Transform, contradicted_m: float = 0.0) -> Rejection:
+    return Rejection("too little wall", 0.3, walls(3.0, contradicted_m), "auto", T)
+
+
+def test_a_place_where_nobody_is_is_given_up_once_both_robots_have_looked() -> None:
+    one = met()
+    merge(one, NEARER.tolist())
+    witness, effects = watch(one)
+    assert effects == [] and "r2" in one.T_team_map  # one robot may be too low for the other's laser
+    witness.on_claim(claim(NEARER, -2.0), one.team, BEGIN + 20 * S)
+    (unmerged,) = witness.look(one.team, BEGIN + 20 * S)
+    assert isinstance(unmerged, Event) and unmerged.kind == "unmerged" and "nobody was there" in str(unmerged.fields)
+    assert "r2" not in one.T_team_map
+    for t_ns in (200 * S, 300 * S):  # maps propose it again
+        job = one.next_job(t_ns)
+        if isinstance(job, AlignJob):
+            one.on_done(job, Alignment(NEARER, 0.9, walls(60.0, 0.0), np.eye(3) * 1e-4, "auto"), t_ns)
+    assert "r2" not in one.T_team_map and "nobody was there" in one.team.beliefs["r1", "r2"].reason
+
+
+def test_the_right_place_is_not_given_up_whatever_one_robot_claims() -> None:
+    one = met()
+    merge(one, RIGHT.tolist())
+    witness, effects = watch(one)
+    witness.on_claim(claim(RIGHT, -6.0), one.team, BEGIN + 20 * S)
+    assert effects == [] == witness.look(one.team, BEGIN + 20 * S) and "r2" in one.T_team_map
+
+
+def test_without_encounters_nothing_is_concluded() -> None:
+    one = met()
+    merge(one, NEARER.tolist())
+    witness, effects = watch(one, mutual=True, encounters=False)
+    assert effects == [] == witness.claims(one.team, BEGIN + 9 * S)
+    assert not isinstance(one.next_job(BEGIN + 9 * S), AlignJob) or one.next_job(BEGIN + 9 * S) is None
+
+
+@pytest.mark.parametrize(("contradicted_m", "merges"), [(0.0, True), (6.0, False)])
+def test_robots_that_see_each_other_merge_unless_their_maps_contradict_it(contradicted_m: float, merges: bool) -> None:
+    one = met()
+    watch(one, mutual=True)
+    job = one.next_job(BEGIN + 10 * S)
+    assert isinstance(job, AlignJob) and job.sighted is not None and job.prior is not None
+    assert se2.difference(job.sighted, RIGHT)[0] < 0.5
+    effects = one.on_done(job, too_little(job.sighted, contradicted_m), BEGIN + 10 * S)
+    assert ("r2" in one.T_team_map) == merges
+    assert any(isinstance(one_effect, Event) and one_effect.kind == "merged" for one_effect in effects) == merges
+
+
+def test_a_wrong_merge_gives_way_to_where_the_robots_see_each_other() -> None:
+    one = met()
+    merge(one, NEARER.tolist())
+    watch(one, mutual=True)
+    job = one.next_job(BEGIN + 10 * S)
+    while not isinstance(job, AlignJob):
+        job = one.next_job(BEGIN + 10 * S)
+    assert job.sighted is not None
+    one.on_done(job, too_little(job.sighted), BEGIN + 10 * S)
+    assert se2.difference(one.T_team_map["r2"], RIGHT)[0] < 0.5
+
+
+def test_a_body_seen_decides_between_places_that_fit_alike_and_a_claim_of_the_same_size_for_another_does_not() -> None:
+    one = met()
+    belief = one.team.beliefs["r1", "r2"]
+    belief.places.add(RIGHT, "maps", 0)
+    witness, _ = watch(one)
+    witness.look(one.team, BEGIN + 20 * S)
+    assert belief.places.supported is not None and belief.alignment is None
+    ambiguous = Rejection("ambiguous", 0.4, walls(30.0, 1.0), "auto", RIGHT)
+    job = AlignJob("r1", "r2", *(one.team.maps[x].grid for x in ("r1", "r2")), None,
+                   (one.team.maps["r1"].version, one.team.maps["r2"].version), (1.0, 1.0), 0)  # fmt: skip
+    one.on_done(job, ambiguous, BEGIN + 20 * S)
+    assert belief.alignment is not None and belief.alignment.method == "sight"
+    elsewhere = Rejection("ambiguous", 0.4, walls(50.0, 1.0), "auto", NEARER)  # a search everywhere: margin 0.1
+    one.on_done(job, elsewhere, BEGIN + 30 * S)
+    assert "r2" in one.T_team_map
+
+
+def test_claims_are_made_when_they_change_and_repeated_seldom() -> None:
+    one = met()
+    merge(one, RIGHT.tolist())
+    one.team.beliefs["r1", "r2"].places.add(NEARER, "maps", 0)
+    witness, _ = watch(one)
+    now_ns = BEGIN + 9 * S
+    told = {round(llr): T for peer, T, llr in witness.claims(one.team, now_ns)}
+    assert set(told) == {6, -3}
+    np.testing.assert_allclose(told[6], RIGHT, atol=1e-9)
+    assert witness.claims(one.team, now_ns + 2 * S) == []
+    witness.on_report(TeammatePose("r2", 0, np.zeros(3), 0), one.team, now_ns + REPEAT_NS)  # still in contact
+    assert len(witness.claims(one.team, now_ns + REPEAT_NS)) == 2
+
+
+def test_bodies_are_reported_until_the_teammate_is_placed() -> None:
+    one = met()
+    witness, _ = watch(one)
+    assert witness.bodies_m(one.team, BEGIN + 9 * S) is not None
+    merge(one, RIGHT.tolist())
+    assert witness.bodies_m(one.team, BEGIN + 9 * S) is None
