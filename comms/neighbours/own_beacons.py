@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -91,6 +90,5 @@ class OwnBeacons:
         )
         size = station.out.post(beacon, None, "beacon")
         if self._bodies or self._claims:
-            alone = msgspec.structs.replace(beacon, bodies=(), claims=())
-            self.sightings_bytes += size - len(encode(alone, station.out.team_tag))
+            self.sightings_bytes += size - len(encode(beacon.alone(), station.out.team_tag))
         self._bodies, self._claims = [], self._claims[MOST_SENT:]

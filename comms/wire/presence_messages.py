@@ -46,8 +46,10 @@ class Beacon(BeaconAlone, frozen=True, tag=1):
 
     def shortest(self) -> Message:
         """Return what is sent: without the last two fields where they are empty."""
-        if self.bodies or self.claims:
-            return self
+        return self if self.bodies or self.claims else self.alone()
+
+    def alone(self) -> BeaconAlone:
+        """Return the beacon without sightings."""
         return BeaconAlone(*(getattr(self, name) for name in BeaconAlone.__struct_fields__))
 
 
