@@ -4,7 +4,8 @@ from bench.mutants.mutant import Mutant
 
 CORE, ROBOT, TEAM, TEAMMATES = (f"agent/{name}.py" for name in ("core", "robot", "team", "teammates"))
 BELIEF, SCHEDULE, SECOND_LOOK = (f"agent/pairs/{name}.py" for name in ("belief", "schedule", "second_look"))
-DOUBT = "agent/self_doubt.py"
+DOUBT, WITNESS = "agent/self_doubt.py", "agent/witness.py"
+HYPOTHESES, WEIGHING = (f"agent/pairs/{name}.py" for name in ("hypotheses", "weighing"))
 
 MUTANTS = (
     Mutant(
@@ -222,5 +223,47 @@ MUTANTS = (
         "self.team.T_own_map(report.peer)",
         "self.T_team_map.get(report.peer)",
         "teammates are masked where the own map is bent away from",
+    ),
+    Mutant(
+        WITNESS,
+        "if place is not None and place.is_refuted:",
+        "if False:",
+        "a pair whose robots looked in vain for each other stays merged",
+    ),
+    Mutant(
+        WEIGHING,
+        "if here is not None and here.is_refuted:",
+        "if False:",
+        "a place where nobody was is believed again as soon as the maps propose it",
+    ),
+    Mutant(
+        WEIGHING,
+        "    return against_m <= max(FORGIVEN_M, FORGIVEN_SHARE * evidence.matched_m)",
+        "    return True",
+        "robots that saw someone else at one distance merge through walls",
+    ),
+    Mutant(
+        HYPOTHESES,
+        "return (0.0 if self.own is None else self.own.llr) + sum(self.told.values())",
+        "return 0.0 if self.own is None else self.own.llr",
+        "what teammates saw is not weighed",
+    ),
+    Mutant(
+        HYPOTHESES,
+        "key=lambda one: (abs(one.llr), one.proposed_ns))",
+        "key=lambda one: one.proposed_ns)",
+        "what was refuted is forgotten as soon as five other places were proposed",
+    ),
+    Mutant(
+        BELIEF,
+        "searched &= here is None or not here.is_supported",
+        "searched &= True",
+        "robots that see each other are unmerged because another wing looks alike",
+    ),
+    Mutant(
+        CORE,
+        "        self.node.add_claims(self._witness.claims(self.team, now_ns))\n",
+        "",
+        "robots do not tell each other what they saw",
     ),
 )

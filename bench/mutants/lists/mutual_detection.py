@@ -3,6 +3,9 @@
 from bench.mutants.mutant import Mutant
 
 GHOSTS, MASK, TRACKER = (f"mutual_detection/{name}.py" for name in ("ghosts", "mask", "tracker"))
+BODIES, SIGHT, ENCOUNTERS, MUTUAL = (
+    f"mutual_detection/{name}.py" for name in ("bodies", "sight", "encounters", "mutual")
+)
 
 MUTANTS = (
     Mutant(MASK, "                out[i] = True\n", "                out[i] = False\n", "teammates are never masked"),
@@ -90,5 +93,59 @@ MUTANTS = (
         "marks = np.where(away_m <= radius_m - INSIDE_M, INSIDE, NEAR)",
         "marks = np.where(away_m <= radius_m + AROUND_M, INSIDE, NEAR)",
         "walls that a robot brushes past are freed",
+    ),
+    Mutant(
+        BODIES,
+        "        not ranges_m[beside] <= limit for",
+        "        True for",
+        "bodies half covered by others are measured as whole ones",
+    ),
+    Mutant(
+        BODIES,
+        "    if not 2.0 * radius_m - 2.5 * spacing - WIDTH_M <= width <= 2.0 * radius_m + WIDTH_M:",
+        "    if False:",
+        "legs of chairs and pillars are taken for robots",
+    ),
+    Mutant(
+        SIGHT,
+        "    if apart_m <= BODY_NEAR_M or not",
+        "    if not",
+        "a transform that is a little off is contradicted by the teammate beside its place",
+    ),
+    Mutant(
+        SIGHT,
+        "return NOT_THERE if (known > beyond[~np.isnan(ranges)]).all() else UNSEEN",
+        "return NOT_THERE",
+        "a teammate behind a wall is taken for one that is not there",
+    ),
+    Mutant(
+        SIGHT,
+        "    if known.size < 0.8 * ranges.size:\n        return UNSEEN\n",
+        "",
+        "dropped beams are taken for free sight",
+    ),
+    Mutant(
+        ENCOUNTERS,
+        ">= FOLLOWED_M:",
+        ">= 0.0:",
+        "a box that stands where a teammate should be supports the place again and again",
+    ),
+    Mutant(
+        ENCOUNTERS,
+        "against = MOST_NOT_THERE_LLR if self.seen else MOST_UNSEEN_LLR",
+        "against = -1e9",
+        "a robot that is too low to be seen is contradicted to death",
+    ),
+    Mutant(
+        MUTUAL,
+        "    if mate_m < MATE_MOVED_M or own_m + mate_m < BOTH_MOVED_M:",
+        "    if False:",
+        "robots that stand still merge by a box that both see",
+    ),
+    Mutant(
+        MUTUAL,
+        "towards + np.pi - back)",
+        "towards - back)",
+        "robots that see each other are placed half a turn off",
     ),
 )
