@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mrslam.comms import TeammatePose
 from mrslam.mutual_detection import Moment, MutualDetectionConfig, MutualFix, find_bodies, mutual_fix
 from mrslam.mutual_detection.encounters import MOMENTS_MOST
-from mrslam.spatial import Scan
+from mrslam.spatial import Scan, se2
 from mrslam.spatial.se2 import Transform
 
 SCANS_MOST = 30
@@ -19,6 +19,33 @@ SCANS_MOST = 30
 TOGETHER_NS = 150_000_000
 """A scan and a report of one moment are no farther apart, nanoseconds: a report lies half a sweep from a scan of 10 Hz,
 and is as late as it took to arrive. Robots drive 8 cm in it."""
+
+
+STANDS_M, STANDS_NS, GONE_NS = 0.25, 4_000_000_000, 20_000_000_000
+"""A body seen within this of one place for longer stands there, and is forgotten where it was not seen for so long:
+metres, nanoseconds. Furniture would be reported all the time; of a robot that stands nothing new is learned."""
+
+
+class Standing:
+    """Tells bodies that stand from those that move or came just now."""
+
+    def __init__(self) -> None:
+        """Start without any."""
+        self._places: list[tuple[NDArray[np.float64], int, int]] = []  # place, first seen (ns), last seen (ns)
+
+    def are_new(self, places_m: NDArray[np.float64], now_ns: int) -> NDArray[np.bool_]:
+        """Return ``(N,)`` which bodies at these places ``(N, 2)`` (map frame) do not stand; call it for every scan."""
+        known = [one for one in self._places if now_ns - one[2] < GONE_NS]
+        new = np.ones(len(places_m), dtype=np.bool_)
+        for i, place in enumerate(places_m):
+            near = next((k for k, one in enumerate(known) if np.hypot(*(one[0] - place)) <= STANDS_M), None)
+            if near is None:
+                known.append((place, now_ns, now_ns))
+            else:
+                new[i] = now_ns - known[near][1] < STANDS_NS
+                known[near] = (known[near][0], known[near][1], now_ns)
+        self._places = known
+        return new
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,18 +65,24 @@ class Encounters:
         self._scans: deque[_Seen] = deque(maxlen=SCANS_MOST)
         self._moments: dict[str, deque[Moment]] = {}
         self._epochs: dict[str, int] = {}
+        self._standing = Standing()
 
     def on_scan(self, scan: Scan, T_map_base: Transform, now_ns: int) -> None:
         """Keep a scan, with the beams that end at teammates, and where the robot took it."""
         if self._enabled:
             self._scans.append(_Seen(now_ns, scan, T_map_base))
 
-    def bodies_m(self) -> NDArray[np.float64] | None:
-        """Return ``(N, 2)`` bodies in the newest scan, base frame; None without a scan."""
-        return find_bodies(self._scans[-1].scan, self.radius_m) if self._scans else None
+    def moving_bodies_m(self) -> NDArray[np.float64]:
+        """Return ``(N, 2)`` bodies in the newest scan that have not stood where they are for long, base frame."""
+        if not self._scans:
+            return np.empty((0, 2))
+        newest = self._scans[-1]
+        bodies_m = find_bodies(newest.scan, self.radius_m)
+        return bodies_m[self._standing.are_new(se2.apply(newest.T_map_base, bodies_m), newest.stamp_ns)]
 
     def forget(self) -> None:
         """Forget scans and moments: the own map was given up, and their poses with it."""
+        self._standing = Standing()
         self._scans.clear()
         self._moments.clear()
 

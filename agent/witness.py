@@ -54,13 +54,13 @@ class Witness:
         self._encounters.forget()
 
     def bodies_m(self, team: Team, now_ns: int) -> NDArray[np.float64] | None:
-        """Return ``(N, 2)`` bodies to report, base frame: None where every teammate in contact is seen and placed."""
+        """Return ``(N, 2)`` bodies to report, base frame; None where every teammate in contact is seen and placed."""
         wanting = [
             peer
             for peer, heard_ns in self._heard_ns.items()
             if now_ns - heard_ns < IN_CONTACT_NS and not self._is_settled(team, peer)
         ]
-        return self._encounters.bodies_m() if wanting else None
+        return self._encounters.moving_bodies_m() if wanting else None
 
     def _is_settled(self, team: Team, peer: str) -> bool:
         belief = team.beliefs.get(pair_of(self.robot_id, peer))

@@ -53,7 +53,7 @@ class Hypothesis:
     @property
     def is_supported(self) -> bool:
         """Whether the robots saw each other where this place has them."""
-        return self.llr >= SUPPORTED_LLR or (self.fix is not None and self.llr > 0.0)
+        return self.llr >= SUPPORTED_LLR or (self.fix is not None and self.llr >= 0.0)
 
     @property
     def is_refuted(self) -> bool:

@@ -7,6 +7,7 @@ import pytest
 
 from mrslam.agent import Agent
 from mrslam.agent.effects import AlignJob, Event
+from mrslam.agent.encounters import Standing
 from mrslam.agent.witness import REPEAT_NS, Witness
 from mrslam.alignment import Alignment, Evidence, Rejection
 from mrslam.alignment.evidence import WallEvidence
@@ -151,3 +152,10 @@ def test_bodies_are_reported_until_the_teammate_is_placed() -> None:
     assert witness.bodies_m(one.team, BEGIN + 9 * S) is not None
     merge(one, RIGHT.tolist())
     assert witness.bodies_m(one.team, BEGIN + 9 * S) is None
+
+
+def test_furniture_is_reported_for_some_seconds_and_what_moves_always() -> None:
+    standing, still = Standing(), np.array([2.0, 1.0])
+    said = [standing.are_new(np.array([still, [0.1 * k, 5.0]]), k * S // 2).tolist() for k in range(20)]
+    assert said[0] == [True, True] and said[-1] == [False, True]
+    assert standing.are_new(still[None], 100 * S).tolist() == [True]  # it was forgotten
