@@ -102,7 +102,7 @@ def mission(maps: dict[str, Iterator[LocalMap]], every_s: float) -> dict[str, ob
             for robot, node in nodes.items():
                 effects = []
                 for item in ends[robot].poll():
-                    effects += node.on_arrival(item, now_ns)
+                    effects += node.on_event(item, now_ns)
                 for peer in nodes:
                     if peer != robot:
                         effects += node.set_link_quality(peer, float(step_ns == STEP_NS), now_ns)

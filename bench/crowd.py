@@ -30,7 +30,7 @@ def crowd(count: int) -> dict[str, object]:
         for robot, node in nodes.items():
             effects = []
             for item in ends[robot].poll():
-                effects += node.on_arrival(item, now_ns)
+                effects += node.on_event(item, now_ns)
             begun = time.process_time()
             effects += node.on_tick(now_ns)
             ticks_ms.append(1e3 * (time.process_time() - begun))

@@ -48,7 +48,7 @@ def loopback(keys: Path | None) -> dict[str, object]:
         while time.monotonic() < until and len(done) < 12:
             effects = []
             for item in end.poll(0.01):
-                effects += node.on_arrival(item, time.monotonic_ns())
+                effects += node.on_event(item, time.monotonic_ns())
             effects += node.set_link_quality(peer, 1.0, time.monotonic_ns()) + node.on_tick(time.monotonic_ns())
             for effect in effects:
                 if isinstance(effect, Send):

@@ -23,13 +23,12 @@ from mrslam.comms.node import CommsNode
 from mrslam.comms.security.team_keys import WARN_DAYS, RobotKeys, load_keys, make_team_keys, own_keys, revoke_robots
 from mrslam.comms.status.report import PeerStatus, status_report, team_status
 from mrslam.comms.status.team_view import TeamView
-from mrslam.comms.transport.base import Arrival, Incoming, PeerJoined, PeerLeft, Sighting, Transport
+from mrslam.comms.transport.base import Incoming, PeerJoined, PeerLeft, Sighting, Transport, TransportEvent
 from mrslam.comms.transport.memory import Conditions, LinkConditions, MemoryNetwork, MemoryTransport
 from mrslam.comms.warm_up import warm_up
 
 __all__ = [
     "WARN_DAYS",
-    "Arrival",
     "CommsConfig",
     "CommsNode",
     "Conditions",
@@ -59,6 +58,7 @@ __all__ = [
     "TeammateClaim",
     "TeammatePose",
     "Transport",
+    "TransportEvent",
     "load_keys",
     "make_team_keys",
     "own_keys",

@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 
 from mrslam.comms import effects as fx
 from mrslam.comms.config import MODES, CommsConfig
+from mrslam.comms.exchange.context import ExchangeContext
 from mrslam.comms.exchange.exchanges import Exchanges
 from mrslam.comms.exchange.outgoing import Outgoing
 from mrslam.comms.exchange.rendezvous import Rendezvous
-from mrslam.comms.exchange.station import Station
-from mrslam.comms.maps.arrivals import Arrivals
 from mrslam.comms.maps.seal import MapSeal
+from mrslam.comms.maps.staged_maps import StagedMaps
 from mrslam.comms.maps.store import MapStore
 from mrslam.comms.neighbours.neighbourhood import Neighbourhood
-from mrslam.comms.transport.base import Arrival, Incoming, PeerJoined, PeerLeft
+from mrslam.comms.transport.base import Incoming, PeerJoined, PeerLeft, TransportEvent
 from mrslam.comms.wire.frames import WireError, check_name
 from mrslam.comms.wire.messages import AnyMessage, Beacon, Bye, Open, Status, decode
 from mrslam.spatial import LocalMap
@@ -50,25 +50,25 @@ class CommsNode:
         self.config = config or CommsConfig()
         self.mode = mode
         self.store = MapStore(robot_id, self.boot_id, self.config)
-        self.arrivals = Arrivals(self.store, self.config)
+        self.staged_maps = StagedMaps(self.store, self.config)
         name_seed = int.from_bytes(blake2b(robot_id.encode(), digest_size=8).digest(), "little")
         self.rendezvous = Rendezvous(robot_id, self.config, np.random.default_rng([seed, name_seed]))
         self._out = Outgoing(team)
         self.team_tag = self._out.team_tag
         self.dropped, self.totals, self.bytes_sent = self._out.dropped, self._out.totals, self._out.bytes_sent
-        station = Station(
+        context = ExchangeContext(
             robot_id,
             self.boot_id,
             mode,
             self.config,
             self.store,
-            self.arrivals,
+            self.staged_maps,
             self.rendezvous,
             self._out,
             self._takes_maps,
         )
-        self._exchanges = Exchanges(station)
-        self._neighbourhood = Neighbourhood(station, self._exchanges.abort)
+        self._exchanges = Exchanges(context)
+        self._neighbourhood = Neighbourhood(context, self._exchanges.abort)
         self.peers, self.links = self._neighbourhood.peers, self._neighbourhood.links.monitor
 
     def uptime_ms(self, now_ns: int) -> int:
@@ -134,7 +134,7 @@ class CommsNode:
 
     # -- from the network ------------------------------------------------------------------------------------------
 
-    def on_arrival(self, arrival: Arrival, now_ns: int) -> list[fx.Effect]:
+    def on_event(self, arrival: TransportEvent, now_ns: int) -> list[fx.Effect]:
         """Take whatever a transport brings."""
         match arrival:
             case Incoming():

@@ -111,7 +111,7 @@ class Knowledge:
                 self._report.say(f"{robot_id} holds {owner} at {version} with a content that {owner} never gave")
 
     def _is_bounded(self, robot_id: str, agent: Agent, count: int) -> None:
-        staged, pairs = len(agent.node.arrivals.staging), len(agent.team.beliefs)
+        staged, pairs = len(agent.node.staged_maps.staging), len(agent.team.beliefs)
         if staged > count or pairs > count**2:
             self._report.say(f"{robot_id} keeps {staged} half maps and {pairs} pairs")
 

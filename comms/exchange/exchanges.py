@@ -6,12 +6,12 @@
 from __future__ import annotations
 
 from mrslam.comms.effects import ExchangeDone, ExchangeFailed, ExchangeStarted
+from mrslam.comms.exchange.context import ExchangeContext
 from mrslam.comms.exchange.exchange import Exchange
 from mrslam.comms.exchange.map_receiver import MapReceiver
 from mrslam.comms.exchange.map_sender import MapSender
 from mrslam.comms.exchange.own_map_claims import OwnMapClaims
 from mrslam.comms.exchange.past_exchanges import PastExchanges
-from mrslam.comms.exchange.station import Station
 from mrslam.comms.wire.messages import (
     ALREADY_OVER,
     GIVE_NO_MORE,
@@ -40,14 +40,14 @@ ExchangeMessage = Accept | Refuse | Ask | Manifest | Get | Chunk | Done
 class Exchanges:
     """The exchanges in progress."""
 
-    def __init__(self, station: Station) -> None:
+    def __init__(self, context: ExchangeContext) -> None:
         """Start with none."""
-        self._station = station
-        self._sender, self._receiver = MapSender(station), MapReceiver(station)
+        self._context = context
+        self._sender, self._receiver = MapSender(context), MapReceiver(context)
         self.active: dict[str, Exchange] = {}
         """By peer."""
-        self._claims = OwnMapClaims(station)
-        self._past = PastExchanges(station.own_id, station.out)
+        self._claims = OwnMapClaims(context)
+        self._past = PastExchanges(context.own_id, context.out)
         self._count = 0
 
     # -- beginning -------------------------------------------------------------------------------------------------
@@ -55,7 +55,7 @@ class Exchanges:
     def open(self, peer: str, now_ns: int) -> None:
         """Propose an exchange to a peer."""
         self._count += 1
-        xid = (self._station.boot * XID_STEP + self._count) & 0xFFFFFFFF
+        xid = (self._context.boot * XID_STEP + self._count) & 0xFFFFFFFF
         self._send_digest(Open, self._begin(peer, xid, True, now_ns))
 
     def on_open(self, message: Open, size: int, now_ns: int) -> None:
@@ -66,16 +66,16 @@ class Exchanges:
             return
         if running is not None and running.xid != message.xid:
             if running.opened_by_me and not running.accepted:
-                if self._station.own_id < peer:
+                if self._context.own_id < peer:
                     return  # both opened at once: the lesser id's proposal stands
                 self._drop(running)
             else:
                 self._fail(running, "the peer began another", now_ns)
             running = None
         if running is None:
-            reason = self._station.rendezvous.may_answer(peer)
+            reason = self._context.rendezvous.may_answer(peer)
             if reason is not None:
-                self._station.out.post(Refuse(self._station.own_id, message.xid, reason), peer, "control")
+                self._context.out.post(Refuse(self._context.own_id, message.xid, reason), peer, "control")
                 return
             running = self._begin(peer, message.xid, False, now_ns)
         running.bytes_received += size
@@ -87,7 +87,7 @@ class Exchanges:
     def _begin(self, peer: str, xid: int, opened_by_me: bool, now_ns: int) -> Exchange:
         exchange = Exchange(peer, xid, opened_by_me, now_ns, now_ns, asked_ns=now_ns, useful_ns=now_ns)
         self.active[peer] = exchange
-        self._station.rendezvous.started(peer)
+        self._context.rendezvous.started(peer)
         return exchange
 
     def _on_digest(self, exchange: Exchange, message: Open | Accept, now_ns: int) -> None:
@@ -95,20 +95,20 @@ class Exchanges:
         if not exchange.accepted:
             exchange.accepted = True
             exchange.useful_ns = now_ns
-            self._station.out.emit(ExchangeStarted(exchange.peer, exchange.opened_by_me))
+            self._context.out.emit(ExchangeStarted(exchange.peer, exchange.opened_by_me))
             exchange.theirs = {robot: (epoch, revision) for robot, epoch, revision in message.digest}
             self._sender.begin(exchange)
         self._sender.offer_all(exchange, message)
         self._settle(exchange, now_ns)
 
     def _send_digest(self, kind: type[Open | Accept], exchange: Exchange) -> None:
-        store = self._station.store
+        store = self._context.store
         held = [(robot, *version) for robot, version in store.digest().items()]
-        staged = [(robot, *version) for robot, version in self._station.arrivals.staged().items()]
+        staged = [(robot, *version) for robot, version in self._context.staged_maps.staged().items()]
         if exchange.shown is None:
             exchange.shown = store.version(exchange.peer)
-        message = kind(self._station.own_id, self._station.boot, exchange.xid, held, staged)
-        exchange.bytes_sent += self._station.out.post(message, exchange.peer, "control")
+        message = kind(self._context.own_id, self._context.boot, exchange.xid, held, staged)
+        exchange.bytes_sent += self._context.out.post(message, exchange.peer, "control")
 
     # -- in between ------------------------------------------------------------------------------------------------
 
@@ -138,7 +138,7 @@ class Exchanges:
 
     def _take(self, exchange: Exchange, message: Manifest | Chunk, now_ns: int) -> None:
         try:
-            if message.robot == self._station.own_id:
+            if message.robot == self._context.own_id:
                 self._on_own_map(exchange, message)
             elif isinstance(message, Manifest):
                 self._receiver.on_manifest(exchange, message)
@@ -151,7 +151,7 @@ class Exchanges:
     def _on_own_map(self, exchange: Exchange, message: Manifest | Chunk) -> None:
         """The peer proves which earlier version of the own map it holds: offer it the own one, labelled above that."""
         held = self._claims.on_manifest(exchange, message) if isinstance(message, Manifest) else None
-        if held is not None and self._sender.offer(exchange, self._station.own_id, held):
+        if held is not None and self._sender.offer(exchange, self._context.own_id, held):
             # It wants more now: a Done that it has sent, or that is on its way, does not count.
             exchange.skips_done, exchange.peer_done = not exchange.peer_done, False
 
@@ -163,7 +163,7 @@ class Exchanges:
 
     def on_tick(self, now_ns: int) -> None:
         """Ask again after silence; give up after too much of it."""
-        config = self._station.config
+        config = self._context.config
         for exchange in list(self.active.values()):
             if now_ns - exchange.progress_ns > config.stall_timeout_s * 1e9:
                 self._fail(exchange, "no answer" if not exchange.accepted else "the peer fell silent", now_ns)
@@ -193,7 +193,7 @@ class Exchanges:
             self._fail(exchange, message.reason, now_ns)
         else:
             self._drop(exchange)
-            self._station.rendezvous.refused(message.sender, now_ns)
+            self._context.rendezvous.refused(message.sender, now_ns)
 
     def _on_done(self, exchange: Exchange, message: Done, now_ns: int) -> None:
         """The peer holds all it wanted, or gives no more."""
@@ -219,13 +219,13 @@ class Exchanges:
             self._say_done(exchange)
         if exchange.peer_done:
             self._close(exchange, completed=True)
-            self._station.rendezvous.done(exchange.peer, now_ns)
+            self._context.rendezvous.done(exchange.peer, now_ns)
             reason = "budget spent" if exchange.budget_spent else "complete"
-            self._station.out.emit(ExchangeDone(exchange.peer, exchange.costs(now_ns), reason))
+            self._context.out.emit(ExchangeDone(exchange.peer, exchange.costs(now_ns), reason))
 
     def _say_done(self, exchange: Exchange) -> None:
-        message = Done(self._station.own_id, exchange.xid, HOLD_ALL)
-        exchange.bytes_sent += self._station.out.post(message, exchange.peer, "control")
+        message = Done(self._context.own_id, exchange.xid, HOLD_ALL)
+        exchange.bytes_sent += self._context.out.post(message, exchange.peer, "control")
 
     def abort(self, peer: str, reason: str, now_ns: int) -> None:
         """End the exchange with a peer that is out of reach."""
@@ -234,9 +234,9 @@ class Exchanges:
 
     def _fail(self, exchange: Exchange, reason: str, now_ns: int) -> None:
         self._close(exchange, completed=False)
-        self._station.rendezvous.failed(exchange.peer, now_ns)
+        self._context.rendezvous.failed(exchange.peer, now_ns)
         if exchange.accepted:  # else ExchangeStarted was never emitted
-            self._station.out.emit(ExchangeFailed(exchange.peer, exchange.costs(now_ns), reason))
+            self._context.out.emit(ExchangeFailed(exchange.peer, exchange.costs(now_ns), reason))
 
     def _close(self, exchange: Exchange, *, completed: bool) -> None:
         self._drop(exchange)
@@ -245,4 +245,4 @@ class Exchanges:
     def _drop(self, exchange: Exchange) -> None:
         self.active.pop(exchange.peer, None)
         self._receiver.release(exchange)
-        self._station.rendezvous.peers[exchange.peer].is_busy = False
+        self._context.rendezvous.peers[exchange.peer].is_busy = False

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from mrslam.comms.effects import MapUpdated
+from mrslam.comms.exchange.context import ExchangeContext
 from mrslam.comms.exchange.exchange import Exchange
 from mrslam.comms.exchange.pull import Pull, next_get, take_chunk
-from mrslam.comms.exchange.station import Station
 from mrslam.comms.maps.manifests import check_extent, check_manifest
 from mrslam.comms.wire.frames import WireError
 from mrslam.comms.wire.messages import Ask, Chunk, Manifest, Version
@@ -20,20 +20,20 @@ MOST_IDLE = 4096
 class MapReceiver:
     """Receives maps, each from one peer at a time."""
 
-    def __init__(self, station: Station) -> None:
-        """Receive into this station's store."""
-        self._station = station
+    def __init__(self, context: ExchangeContext) -> None:
+        """Receive into this robot's store."""
+        self._context = context
         self._source: dict[str, Exchange] = {}  # robot -> the exchange in which its map is being taken
         self._idle: set[tuple[str, str]] = set()  # (peer, robot): asked for items of the map, and has sent none since
 
     def wants(self, peer: str, robot: str, version: Version) -> bool:
         """Return whether this version of a robot's map is worth taking from this peer now."""
-        store = self._station.store
-        if robot == self._station.own_id or self._station.mode == "mapper" or version <= store.version(robot):
+        store = self._context.store
+        if robot == self._context.own_id or self._context.mode == "mapper" or version <= store.version(robot):
             return False
         if peer != robot and version >= store.disowned.get(robot, BEYOND):
             return False
-        return self._station.arrivals.has_room(robot) and self._may_bring(peer, robot)
+        return self._context.staged_maps.has_room(robot) and self._may_bring(peer, robot)
 
     def _may_bring(self, peer: str, robot: str) -> bool:
         """Return whether a robot's map may be taken from a peer: one brings it, until it turns out to bring nothing.
@@ -49,17 +49,17 @@ class MapReceiver:
 
     def on_manifest(self, exchange: Exchange, message: Manifest) -> None:
         """Take a manifest of what is missing of one map; raises ``WireError`` where it is not valid or is forged."""
-        arrivals = self._station.arrivals
+        staged_maps = self._context.staged_maps
         if self._disowns(exchange, message):
-            self._station.store.disown(message.robot)
+            self._context.store.disown(message.robot)
         if not self.wants(exchange.peer, message.robot, (message.epoch, message.target)):
             return
         try:
-            check_manifest(message, self._station.config)
-            arrivals.check_proof(message)
-            base = arrivals.base_of(message)
+            check_manifest(message, self._context.config)
+            staged_maps.check_proof(message)
+            base = staged_maps.base_of(message)
             if base is not None:
-                check_extent(message, base, self._station.config)
+                check_extent(message, base, self._context.config)
         except WireError:
             self._distrust(exchange, message.robot)
             raise
@@ -83,14 +83,14 @@ class MapReceiver:
         A robot goes above what its earlier lives labelled (``own_map_claims``), so what is held is not its own: made up
         by some other robot, or lifted beyond all numbers by a false claim.
         """
-        held = self._station.store.version(message.robot)
-        is_own_word = message.robot == exchange.peer and self._station.store.seal is None
+        held = self._context.store.version(message.robot)
+        is_own_word = message.robot == exchange.peer and self._context.store.seal is None
         return is_own_word and message.base == 0 and held == exchange.shown and message.epoch < held[0]
 
     def _is_at_work(self, pull: Pull, other: Manifest) -> bool:
         """Return whether items are on their way, of a manifest that is as new as the other one and still applies."""
         current = pull.manifest
-        if current is None or not pull.asked or self._station.arrivals.base_of(current) is None:
+        if current is None or not pull.asked or self._context.staged_maps.base_of(current) is None:
             return False
         return (current.epoch, current.target) >= (other.epoch, other.target)
 
@@ -100,7 +100,7 @@ class MapReceiver:
         if pull is None:
             return
         waiting = len(pull.asked)
-        exchange.tiles += len(take_chunk(pull, message, self._station.arrivals))
+        exchange.tiles += len(take_chunk(pull, message, self._context.staged_maps))
         if len(pull.asked) < waiting:
             exchange.useful_ns = now_ns
             self._idle.discard((exchange.peer, message.robot))
@@ -115,7 +115,7 @@ class MapReceiver:
                 self._ask(exchange, robot)
         for pull in list(exchange.pulls.values()):
             self._note_if_idle(exchange.peer, pull)
-            if pull.manifest is None or self._station.arrivals.base_of(pull.manifest) is None:
+            if pull.manifest is None or self._context.staged_maps.base_of(pull.manifest) is None:
                 pull.manifest = None
                 self._ask(exchange, pull.robot)
             else:
@@ -128,26 +128,26 @@ class MapReceiver:
 
     def _continue(self, exchange: Exchange, pull: Pull) -> None:
         """Put the snapshot in place if it is whole, else ask for more of it."""
-        manifest, arrivals = pull.manifest, self._station.arrivals
+        manifest, staged_maps = pull.manifest, self._context.staged_maps
         if manifest is None:
             return
         try:
-            changed = arrivals.try_commit(manifest)
+            changed = staged_maps.try_commit(manifest)
         except WireError:
             self._distrust(exchange, pull.robot)
             raise
         if changed is not None:
-            store = self._station.store
+            store = self._context.store
             version, whole = store.version(pull.robot), store.maps[pull.robot]
             self._end_disowning(exchange.peer, manifest)
-            self._station.out.emit(MapUpdated(pull.robot, *version, changed, exchange.peer, whole))
+            self._context.out.emit(MapUpdated(pull.robot, *version, changed, exchange.peer, whole))
             self._drop(exchange, pull.robot)
             return
-        get = next_get(pull, arrivals, self._station.own_id, exchange.xid, self._station.config)
+        get = next_get(pull, staged_maps, self._context.own_id, exchange.xid, self._context.config)
         if get is not None:
-            exchange.bytes_sent += self._station.out.post(get, exchange.peer, "control")
+            exchange.bytes_sent += self._context.out.post(get, exchange.peer, "control")
             return
-        arrivals.staging.pop(
+        staged_maps.staging.pop(
             pull.robot, None
         )  # all items are here and do not make the target: start this map over in another exchange
         self._drop(exchange, pull.robot)
@@ -155,7 +155,7 @@ class MapReceiver:
 
     def _end_disowning(self, peer: str, manifest: Manifest) -> None:
         """Take a robot's map from all peers again, once it has itself reached the version that it had disowned."""
-        disowned = self._station.store.disowned
+        disowned = self._context.store.disowned
         if peer == manifest.robot and (manifest.epoch, manifest.target) >= disowned.get(peer, BEYOND):
             del disowned[peer]
 
@@ -179,6 +179,6 @@ class MapReceiver:
             self._idle.add((peer, pull.robot))
 
     def _ask(self, exchange: Exchange, robot: str) -> None:
-        epoch, revision = self._station.store.version(robot)
-        question = Ask(self._station.own_id, exchange.xid, robot, epoch, revision)
-        exchange.bytes_sent += self._station.out.post(question, exchange.peer, "control")
+        epoch, revision = self._context.store.version(robot)
+        question = Ask(self._context.own_id, exchange.xid, robot, epoch, revision)
+        exchange.bytes_sent += self._context.out.post(question, exchange.peer, "control")

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from mrslam.comms.exchange.context import ExchangeContext
 from mrslam.comms.exchange.exchange import Exchange
 from mrslam.comms.exchange.in_flight import InFlight
 from mrslam.comms.exchange.pull import offer_of
-from mrslam.comms.exchange.station import Station
 from mrslam.comms.maps.chunks import make_chunks
 from mrslam.comms.maps.manifests import make_manifest
 from mrslam.comms.maps.store import NOTHING
@@ -20,22 +20,22 @@ which come after 1, 2 and 4 times ``retry_s``, have had the time to be answered.
 class MapSender:
     """Sends maps, within the bytes allowed for one exchange."""
 
-    def __init__(self, station: Station) -> None:
-        """Send the maps of this station's store."""
-        self._station = station
+    def __init__(self, context: ExchangeContext) -> None:
+        """Send the maps of this robot's store."""
+        self._context = context
 
     def begin(self, exchange: Exchange) -> None:
         """Count the own map among those whose whole size is compared with the costs, even where it is not offered."""
-        if self._station.takes_maps(exchange.peer):
-            self._count_whole(exchange, self._station.own_id)
+        if self._context.takes_maps(exchange.peer):
+            self._count_whole(exchange, self._context.own_id)
 
     def offer_all(self, exchange: Exchange, digest: Open | Accept) -> None:
         """Send the peer a manifest of each map of which it lacks something, but its own."""
-        if not self._station.takes_maps(exchange.peer):
+        if not self._context.takes_maps(exchange.peer):
             return
         held = {robot: (epoch, revision) for robot, epoch, revision in digest.digest}
         staged = {robot: (epoch, revision) for robot, epoch, revision in digest.staged}
-        for robot in self._station.store.digest():
+        for robot in self._context.store.digest():
             if robot != exchange.peer:
                 self.offer(exchange, robot, held.get(robot, NOTHING), staged.get(robot))
 
@@ -45,7 +45,7 @@ class MapSender:
 
     def on_get(self, exchange: Exchange, message: Get, now_ns: int) -> None:
         """The peer asks for items of a manifest."""
-        store, config = self._station.store, self._station.config
+        store, config = self._context.store, self._context.config
         offer = offer_of(message)
         offered = exchange.offered.get(offer)
         if offered is None or store.at(message.robot, message.epoch, message.target) is None:
@@ -60,7 +60,7 @@ class MapSender:
             if budget and exchange.served and exchange.served + len(chunk.packed) > budget:
                 self._give_no_more(exchange)
                 return
-            sent = self._station.out.post(chunk, exchange.peer, "bulk")
+            sent = self._context.out.post(chunk, exchange.peer, "bulk")
             exchange.served += sent
             exchange.useful_ns = now_ns
             exchange.bytes_sent += sent
@@ -74,25 +74,25 @@ class MapSender:
 
         ``staged``: what the peer has in part. Who holds more of the own map than this robot admits is offered it whole.
         """
-        station = self._station
-        if robot == station.own_id and station.store.seal is None and held > station.store.version(robot):
+        context = self._context
+        if robot == context.own_id and context.store.seal is None and held > context.store.version(robot):
             held = NOTHING
-        finish = staged if station.config.exchange_budget_bytes else None
-        manifest = make_manifest(station.store, station.own_id, exchange.xid, robot, held, finish)
+        finish = staged if context.config.exchange_budget_bytes else None
+        manifest = make_manifest(context.store, context.own_id, exchange.xid, robot, held, finish)
         if manifest is None:
             return False
         exchange.offer(manifest)
         if robot not in exchange.whole:
             self._count_whole(exchange, robot)
-        exchange.bytes_sent += station.out.post(manifest, exchange.peer, "control")
+        exchange.bytes_sent += context.out.post(manifest, exchange.peer, "control")
         return True
 
     def _count_whole(self, exchange: Exchange, robot: str) -> None:
-        snapshot = self._station.store.newest(robot)
+        snapshot = self._context.store.newest(robot)
         if snapshot is not None:
             exchange.whole[robot] = snapshot
 
     def _give_no_more(self, exchange: Exchange) -> None:
         exchange.budget_spent = True
-        message = Done(self._station.own_id, exchange.xid, GIVE_NO_MORE)
-        exchange.bytes_sent += self._station.out.post(message, exchange.peer, "bulk")  # not before the last chunk
+        message = Done(self._context.own_id, exchange.xid, GIVE_NO_MORE)
+        exchange.bytes_sent += self._context.out.post(message, exchange.peer, "bulk")  # not before the last chunk

@@ -8,8 +8,8 @@ are believed, and who still holds more than the robot admits is offered the robo
 
 from __future__ import annotations
 
+from mrslam.comms.exchange.context import ExchangeContext
 from mrslam.comms.exchange.exchange import Exchange
-from mrslam.comms.exchange.station import Station
 from mrslam.comms.wire.messages import Accept, Ask, Manifest, Open, Version
 
 MOST_UNPROVEN = 8
@@ -20,31 +20,31 @@ teammates align its map again; honest ones come from as many earlier lives as te
 class OwnMapClaims:
     """Follows claims about the own map, or asks for their proof."""
 
-    def __init__(self, station: Station) -> None:
+    def __init__(self, context: ExchangeContext) -> None:
         """Start with none heard."""
-        self._station = station
+        self._context = context
         self._followed = 0
 
     def hear(self, exchange: Exchange, digest: Open | Accept) -> None:
         """Take a peer's digest: go above its version of the own map, or with team keys ask for the proof of it."""
-        station = self._station
+        context = self._context
         exchange.claim = None
         for robot, epoch, revision in digest.digest:
-            if robot != station.own_id or not station.store.is_outranked_by((epoch, revision)):
+            if robot != context.own_id or not context.store.is_outranked_by((epoch, revision)):
                 continue
-            if station.store.seal is not None:
+            if context.store.seal is not None:
                 exchange.claim = (epoch, revision)
                 self.ask(exchange)
             elif self._followed < MOST_UNPROVEN:
                 self._followed += 1
-                station.store.outrank((epoch, revision))
+                context.store.outrank((epoch, revision))
 
     def ask(self, exchange: Exchange) -> None:
         """Ask for the manifest of the version claimed, which bears its signature, with as few items as can be."""
         if exchange.claim is not None:
             epoch, revision = exchange.claim
-            question = Ask(self._station.own_id, exchange.xid, self._station.own_id, epoch, max(revision - 1, 0))
-            exchange.bytes_sent += self._station.out.post(question, exchange.peer, "control")
+            question = Ask(self._context.own_id, exchange.xid, self._context.own_id, epoch, max(revision - 1, 0))
+            exchange.bytes_sent += self._context.out.post(question, exchange.peer, "control")
 
     def on_manifest(self, exchange: Exchange, message: Manifest) -> Version | None:
         """Return the version of the own map that a peer has proven to hold, once the own one is labelled above it.
@@ -56,6 +56,6 @@ class OwnMapClaims:
         if exchange.claim is None:
             return None
         exchange.claim = None
-        self._station.arrivals.check_proof(message)
+        self._context.staged_maps.check_proof(message)
         held = (message.epoch, message.target)
-        return held if self._station.store.outrank(held) else None
+        return held if self._context.store.outrank(held) else None

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from mrslam.comms.config import CommsConfig
-from mrslam.comms.maps.arrivals import Arrivals
 from mrslam.comms.maps.chunks import open_chunk
+from mrslam.comms.maps.staged_maps import StagedMaps
 from mrslam.comms.wire.bitmask import to_mask
 from mrslam.comms.wire.messages import Chunk, Get, Manifest
 from mrslam.spatial.tiles import TileIndex
@@ -32,12 +32,12 @@ class Pull:
     """Whether any item has arrived."""
 
 
-def next_get(pull: Pull, arrivals: Arrivals, sender: str, xid: int, config: CommsConfig) -> Get | None:
+def next_get(pull: Pull, staged_maps: StagedMaps, sender: str, xid: int, config: CommsConfig) -> Get | None:
     """Return the request for the most valuable items not here yet, as many as may be on the way; None for nothing."""
     manifest = pull.manifest
     if manifest is None:
         return None
-    tiles, blocks = arrivals.missing(manifest)
+    tiles, blocks = staged_maps.missing(manifest)
     wanted = tiles + [len(manifest.rows) + k for k in blocks]
     pull.asked = set(wanted[: config.window_tiles])
     if not pull.asked:
@@ -46,16 +46,16 @@ def next_get(pull: Pull, arrivals: Arrivals, sender: str, xid: int, config: Comm
     return Get(sender, xid, manifest.robot, manifest.epoch, manifest.base, manifest.target, mask)
 
 
-def take_chunk(pull: Pull, chunk: Chunk, arrivals: Arrivals) -> list[TileIndex]:
+def take_chunk(pull: Pull, chunk: Chunk, staged_maps: StagedMaps) -> list[TileIndex]:
     """Stage a chunk's content and return its tiles; raise :class:`WireError` where it does not hold what it says."""
     manifest = pull.manifest
     if manifest is None or offer_of(chunk) != offer_of(manifest):
         return []  # of a manifest that was replaced
-    base = arrivals.base_of(manifest)
+    base = staged_maps.base_of(manifest)
     if base is None:
         return []
     blocks, tiles = open_chunk(chunk, manifest, base)
-    staging = arrivals.stage(manifest)
+    staging = staged_maps.stage(manifest)
     staging.blocks.update(blocks)
     staging.tiles.update(tiles)
     where = zip(manifest.rows, manifest.cols, strict=True)

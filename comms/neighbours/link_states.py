@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from mrslam.comms.effects import LinkChanged
-from mrslam.comms.exchange.station import Station
+from mrslam.comms.exchange.context import ExchangeContext
 from mrslam.comms.neighbours.link_quality import LinkMonitor
 
 EXACT = 1e-9
@@ -15,14 +15,14 @@ EXACT = 1e-9
 class LinkStates:
     """Keeps the quality of every link and emits :class:`LinkChanged` where one moved."""
 
-    def __init__(self, station: Station, abort: Callable[[str, str, int], None]) -> None:
+    def __init__(self, context: ExchangeContext, abort: Callable[[str, str, int], None]) -> None:
         """Start without links; ``abort(peer, reason, now_ns)`` ends the exchange with a peer that is out of reach."""
-        self._station, self._abort = station, abort
-        self.monitor = LinkMonitor(station.config)
-        self._is_measured = station.config.link_source == "measured"
+        self._context, self._abort = context, abort
+        self.monitor = LinkMonitor(context.config)
+        self._is_measured = context.config.link_source == "measured"
         self._reported: dict[str, float] = {}
         self._given: dict[str, float] = {}  # peer -> quality by the model or trace, also of peers out of sight
-        self._period_ns = round(station.config.beacon_period_s * 1e9)
+        self._period_ns = round(context.config.beacon_period_s * 1e9)
         self._judge_ns = 0
 
     def give(self, peer: str, quality: float, now_ns: int, *, is_here: bool) -> None:
@@ -42,7 +42,7 @@ class LinkStates:
         self._set(peer, 0.0, now_ns)
         self._reported.pop(peer, None)
         self.monitor.forget(peer)
-        self._station.rendezvous.forget(peer)
+        self._context.rendezvous.forget(peer)
 
     def judge(self, here: Callable[[str], bool], now_ns: int) -> None:
         """Update the measured qualities once a beacon period; ``here(peer)``: whether the peer is in sight."""
@@ -55,11 +55,11 @@ class LinkStates:
                     self._set(peer, quality, now_ns)
 
     def _set(self, peer: str, quality: float, now_ns: int) -> None:
-        rendezvous, step = self._station.rendezvous, max(self._station.config.link_step, EXACT)
+        rendezvous, step = self._context.rendezvous, max(self._context.config.link_step, EXACT)
         changed = rendezvous.on_quality(peer, quality, now_ns)
         reported = self._reported.get(peer)
         if changed or reported is None or abs(quality - reported) >= step:
             self._reported[peer] = quality
-            self._station.out.emit(LinkChanged(peer, quality, rendezvous.peers[peer].state))
+            self._context.out.emit(LinkChanged(peer, quality, rendezvous.peers[peer].state))
         if quality <= 0.0 and not self._is_measured:
             self._abort(peer, "link lost", now_ns)

@@ -8,7 +8,7 @@ import numpy as np
 
 from mrslam.comms.config import MODES
 from mrslam.comms.effects import DuplicateId, PeerGone, PeerSeen, TeammateClaim, TeammatePose
-from mrslam.comms.exchange.station import Station
+from mrslam.comms.exchange.context import ExchangeContext
 from mrslam.comms.neighbours.link_quality import HeardBeacon
 from mrslam.comms.neighbours.link_states import LinkStates
 from mrslam.comms.neighbours.own_beacons import CM, LEVELS, LLR_SCALE, OwnBeacons
@@ -25,12 +25,12 @@ late by seconds, and a robot restarts less often."""
 class Neighbourhood:
     """Keeps the list of teammates in sight, by their beacons, tokens and goodbyes."""
 
-    def __init__(self, station: Station, abort: Callable[[str, str, int], None]) -> None:
+    def __init__(self, context: ExchangeContext, abort: Callable[[str, str, int], None]) -> None:
         """Start alone; ``abort(peer, reason, now_ns)`` ends the exchange with a peer that is out of reach."""
-        self._station, self._abort = station, abort
+        self._context, self._abort = context, abort
         self.peers: dict[str, Peer] = {}
-        self.links = LinkStates(station, abort)
-        self.beacons = OwnBeacons(station)
+        self.links = LinkStates(context, abort)
+        self.beacons = OwnBeacons(context)
         self.must_stop = False
         """Set when another live process had this robot's id before."""
         self._duplicates = DuplicateIdWatch()
@@ -43,7 +43,7 @@ class Neighbourhood:
         if self.beacons.is_due(now_ns, calm=calm):
             self.beacons.send(monitor.report(now_ns), now_ns, calm=calm)
         self.links.judge(self.peers.__contains__, now_ns)
-        timeout_s = self._station.config.peer_timeout_s
+        timeout_s = self._context.config.peer_timeout_s
         for peer, known in list(self.peers.items()):
             if not known.has_token and now_ns - known.heard_ns > timeout_s * 1e9:
                 self.lose(peer, f"silent for {timeout_s:g} s", now_ns)
@@ -55,19 +55,19 @@ class Neighbourhood:
         peer = beacon.sender
         known = self.peers.get(peer)
         if known is None:
-            if len(self.peers) >= self._station.config.max_robots:
+            if len(self.peers) >= self._context.config.max_robots:
                 raise WireError("too many robots")
             known = self._see(peer, Peer(boot=beacon.boot, mode=beacon.mode), now_ns)
         elif known.boot != beacon.boot:
             silent_ns = now_ns - known.heard_ns
-            if beacon.boot in known.past_boots and silent_ns <= self._station.config.peer_timeout_s * 1e9:
+            if beacon.boot in known.past_boots and silent_ns <= self._context.config.peer_timeout_s * 1e9:
                 return  # a late beacon of its past life; after ``peer_timeout_s`` of silence it is a live one
             if known.boot:
                 known = self._meet_again(known, beacon, now_ns)
             known.boot = beacon.boot
         known.mode = beacon.mode
         known.heard_ns = max(known.heard_ns, now_ns)
-        percent = dict(beacon.heard).get(self._station.own_id)
+        percent = dict(beacon.heard).get(self._context.own_id)
         nlq = None if percent is None else percent / LEVELS
         sent_ns, period_ns = beacon.uptime_ms * 1_000_000, beacon.period_ms * 1_000_000
         self.links.monitor.hear(peer, HeardBeacon(beacon.seq, sent_ns, period_ns, nlq), now_ns)
@@ -80,7 +80,7 @@ class Neighbourhood:
         """A teammate restarted: drop what was known of its last boot, and return its new entry."""
         past = (*[boot for boot in known.past_boots if boot != beacon.boot][1 - PAST_BOOTS :], known.boot)
         self.lose(beacon.sender, "restarted", now_ns)
-        self._station.rendezvous.on_restart(beacon.sender)
+        self._context.rendezvous.on_restart(beacon.sender)
         return self._see(beacon.sender, Peer(boot=beacon.boot, past_boots=past, has_token=known.has_token), now_ns)
 
     def _take_pose(self, known: Peer, beacon: Beacon, now_ns: int) -> None:
@@ -95,16 +95,16 @@ class Neighbourhood:
             stamp_ns = now_ns - age_ms * 1_000_000
             bodies_m = np.array(beacon.bodies, dtype=np.float64).reshape(-1, 2) / CM
             epoch = beacon.boot + beacon.epoch_offset
-            self._station.out.emit(TeammatePose(beacon.sender, stamp_ns, T_map_base, epoch, bodies_m))
+            self._context.out.emit(TeammatePose(beacon.sender, stamp_ns, T_map_base, epoch, bodies_m))
 
     def _take_claims(self, beacon: Beacon) -> None:
         for robot, *numbers, llr in beacon.claims:
             T_sender_robot = np.array(numbers, dtype=np.float64) / SCALE
-            self._station.out.emit(TeammateClaim(beacon.sender, robot, T_sender_robot, llr / LLR_SCALE))
+            self._context.out.emit(TeammateClaim(beacon.sender, robot, T_sender_robot, llr / LLR_SCALE))
 
     def on_duplicate_id(self, beacon: Beacon, now_ns: int) -> None:
         """Another process uses this robot's id: when that is certain, report it; the newcomer must stop."""
-        own = self._station
+        own = self._context
         if self._duplicates.hear(beacon):
             newcomer = am_newcomer(self.beacons.uptime_ms(now_ns), own.boot, beacon)
             self.must_stop |= newcomer
@@ -114,7 +114,7 @@ class Neighbourhood:
 
     def on_token(self, peer: str, now_ns: int) -> None:
         """A teammate's liveliness token is up."""
-        if peer != self._station.own_id:
+        if peer != self._context.own_id:
             known = self.peers.get(peer)
             if known is None:
                 known = self._see(peer, Peer(heard_ns=now_ns), now_ns)
@@ -123,7 +123,7 @@ class Neighbourhood:
     def _see(self, peer: str, known: Peer, now_ns: int) -> Peer:
         known.heard_ns = now_ns
         self.peers[peer] = known
-        self._station.out.emit(PeerSeen(peer, known.boot, MODES[known.mode]))
+        self._context.out.emit(PeerSeen(peer, known.boot, MODES[known.mode]))
         self.links.on_seen(peer, now_ns)
         return known
 
@@ -140,4 +140,4 @@ class Neighbourhood:
         self._abort(peer, f"{peer} {reason}", now_ns)
         self.links.on_lost(peer, now_ns)
         del self.peers[peer]
-        self._station.out.emit(PeerGone(peer, reason))
+        self._context.out.emit(PeerGone(peer, reason))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.comms.config import MODES
-from mrslam.comms.exchange.station import Station
+from mrslam.comms.exchange.context import ExchangeContext
 from mrslam.comms.neighbours.beacon_clock import BeaconClock
 from mrslam.comms.wire.keyframe_codec import quantise
 from mrslam.comms.wire.messages import Beacon, encode
@@ -28,10 +28,10 @@ LEVELS = 100
 class OwnBeacons:
     """Sends this robot's beacons."""
 
-    def __init__(self, station: Station) -> None:
+    def __init__(self, context: ExchangeContext) -> None:
         """Nothing is sent before the first tick."""
-        self._station = station
-        self._clock = BeaconClock(station.config)
+        self._context = context
+        self._clock = BeaconClock(context.config)
         self._started_ns: int | None = None
         self._pose: tuple[int, int, int, int] | None = None  # x (mm), y (mm), theta (0.1 mrad), stamp (ns)
         self._bodies: list[Body] = []
@@ -72,23 +72,23 @@ class OwnBeacons:
 
     def send(self, heard: list[tuple[str, float]], now_ns: int, *, calm: bool) -> None:
         """Send a beacon; ``heard``: share of their beacons received from the neighbours it reports, 0..1."""
-        station = self._station
+        context = self._context
         period_ns = self._clock.next(now_ns, calm=calm)
         pose = self._pose
         beacon = Beacon(
-            station.own_id,
-            station.boot,
+            context.own_id,
+            context.boot,
             self._clock.seq,
             self.uptime_ms(now_ns),
             max(round(period_ns / 1e6), 1),
-            MODES.index(station.mode),
+            MODES.index(context.mode),
             [(peer, round(LEVELS * share)) for peer, share in heard],
-            station.store.own_epoch - station.boot,
+            context.store.own_epoch - context.boot,
             None if pose is None else (*pose[:3], max(now_ns - pose[3], 0) // 1_000_000),
             tuple(self._bodies),
             tuple(self._claims[:MOST_SENT]),
         )
-        size = station.out.post(beacon, None, "beacon")
+        size = context.out.post(beacon, None, "beacon")
         if self._bodies or self._claims:
-            self.sightings_bytes += size - len(encode(beacon.alone(), station.out.team_tag))
+            self.sightings_bytes += size - len(encode(beacon.alone(), context.out.team_tag))
         self._bodies, self._claims = [], self._claims[MOST_SENT:]

@@ -32,7 +32,7 @@ class PeerLeft:
     peer: str
 
 
-Arrival = Incoming | PeerJoined | PeerLeft
+TransportEvent = Incoming | PeerJoined | PeerLeft
 """What a transport delivers, in order."""
 
 
@@ -53,7 +53,7 @@ class Transport(Protocol):
     def send(self, effect: Send) -> None:
         """Send without waiting; what cannot be sent is lost, as on a radio."""
 
-    def poll(self, timeout_s: float) -> list[Arrival]:
+    def poll(self, timeout_s: float) -> list[TransportEvent]:
         """Return what arrived, in order; wait at most ``timeout_s`` for the first."""
 
     def close(self) -> None:

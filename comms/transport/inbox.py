@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections import Counter, deque
 
-from mrslam.comms.transport.base import Arrival, Incoming
+from mrslam.comms.transport.base import Incoming, TransportEvent
 
 MAX_BEACONS = 4096
 """Beacons kept: 8 s of those of ``max_robots`` at their fastest default pace; bounds memory alone."""
@@ -20,14 +20,14 @@ class Inbox:
         """Make an empty queue."""
         self._max_bytes = max_bytes
         self._ready = threading.Condition()
-        self._beacons: deque[Arrival] = deque(maxlen=max_beacons)
-        self._others: deque[Arrival] = deque()
+        self._beacons: deque[TransportEvent] = deque(maxlen=max_beacons)
+        self._others: deque[TransportEvent] = deque()
         self._bytes = 0
         self._woken = False
         self.refused: Counter[str] = Counter()
         """Messages not taken, by lane."""
 
-    def put(self, arrival: Arrival) -> None:
+    def put(self, arrival: TransportEvent) -> None:
         """Add what arrived; never waits."""
         with self._ready:
             if isinstance(arrival, Incoming) and arrival.lane == "beacon":
@@ -47,7 +47,7 @@ class Inbox:
             self._woken = True
             self._ready.notify()
 
-    def take(self, timeout_s: float) -> list[Arrival]:
+    def take(self, timeout_s: float) -> list[TransportEvent]:
         """Return all that arrived, liveliness and maps before beacons; wait at most ``timeout_s`` for the first."""
         with self._ready:
             if not self._beacons and not self._others and not self._woken and timeout_s > 0.0:

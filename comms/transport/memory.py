@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mrslam.comms.effects import Send
-from mrslam.comms.transport.base import Arrival, Incoming, PeerJoined, PeerLeft
+from mrslam.comms.transport.base import Incoming, PeerJoined, PeerLeft, TransportEvent
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +65,7 @@ class MemoryNetwork:
         self._rng = np.random.default_rng(seed)
         self._reliable, self._queue_s = reliable, queue_s
         self._ends: dict[str, MemoryTransport] = {}
-        self._events: list[tuple[int, int, str, MemoryTransport | None, Arrival]] = []
+        self._events: list[tuple[int, int, str, MemoryTransport | None, TransportEvent]] = []
         self._count = 0
         self._free_ns: dict[tuple[str, str], int] = {}
         self._last_ns: dict[tuple[str, str], int] = {}
@@ -143,7 +143,7 @@ class MemoryNetwork:
         if not reliable and self._rng.random() < link.duplicate:
             self._push(arrive_ns + round(link.jitter_s * self._rng.random() * 1e9), name, None, arrival)
 
-    def _push(self, at_ns: int, receiver: str, end: MemoryTransport | None, arrival: Arrival) -> None:
+    def _push(self, at_ns: int, receiver: str, end: MemoryTransport | None, arrival: TransportEvent) -> None:
         self._count += 1
         heapq.heappush(self._events, (at_ns, self._count, receiver, end, arrival))
 
@@ -154,14 +154,14 @@ class MemoryTransport:
     def __init__(self, network: MemoryNetwork, robot_id: str, name: str) -> None:
         """Made by :meth:`MemoryNetwork.attach`."""
         self.robot_id, self.name = robot_id, name
-        self.inbox: list[Arrival] = []
+        self.inbox: list[TransportEvent] = []
         self._network = network
 
     def send(self, effect: Send) -> None:
         """Put a message on its way."""
         self._network.carry(self, effect)
 
-    def poll(self, timeout_s: float = 0.0) -> list[Arrival]:
+    def poll(self, timeout_s: float = 0.0) -> list[TransportEvent]:
         """Return what has arrived by the network's present time; never waits."""
         arrived, self.inbox = self.inbox, []
         return arrived

@@ -19,7 +19,7 @@ import zenoh
 from mrslam.comms.effects import Lane, Send
 from mrslam.comms.security.revocation import Revocations
 from mrslam.comms.security.team_keys import RobotKeys
-from mrslam.comms.transport.base import Arrival, Incoming, PeerJoined, PeerLeft
+from mrslam.comms.transport.base import Incoming, PeerJoined, PeerLeft, TransportEvent
 from mrslam.comms.transport.inbox import Inbox
 from mrslam.comms.transport.local_robots import announce, withdraw
 from mrslam.comms.transport.outbox import Outbox
@@ -140,14 +140,14 @@ class ZenohTransport:
         outbox = self._bulk if effect.lane == "bulk" else self._control
         outbox.send(f"{self._own}/{target}/{effect.lane}", effect.payload)
 
-    def poll(self, timeout_s: float) -> list[Arrival]:
+    def poll(self, timeout_s: float) -> list[TransportEvent]:
         """Return what arrived; wait at most ``timeout_s`` for the first."""
         arrivals = self.inbox.take(timeout_s)
         if self._revocations is None:
             return arrivals
         return [*self._newly_revoked(self._revocations), *without(arrivals, self._revocations.names, self.refused)]
 
-    def _newly_revoked(self, revocations: Revocations) -> list[Arrival]:
+    def _newly_revoked(self, revocations: Revocations) -> list[TransportEvent]:
         """Read the revocation list again, where it is time; return a ``PeerLeft`` for each name added."""
         now_s = time.monotonic()
         if now_s - self._looked_s < LOOK_S:
@@ -217,11 +217,11 @@ class ZenohTransport:
                 self.inbox.put(PeerLeft(peer))
 
 
-def without(arrivals: list[Arrival], revoked: Set[str], refused: Counter[str]) -> list[Arrival]:
+def without(arrivals: list[TransportEvent], revoked: Set[str], refused: Counter[str]) -> list[TransportEvent]:
     """Return the arrivals that are not from revoked robots; those are counted in ``refused``, by name."""
     if not revoked:
         return arrivals
-    kept: list[Arrival] = []
+    kept: list[TransportEvent] = []
     for item in arrivals:
         sender = item.sender if isinstance(item, Incoming) else item.peer
         if sender in revoked:

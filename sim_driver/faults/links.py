@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from mrslam.comms import Arrival, Conditions, LinkConditions, Send, Transport
+from mrslam.comms import Conditions, LinkConditions, Send, Transport, TransportEvent
 from mrslam.sim_driver.faults.config import FaultConfig
 
 FLAP_S = 3.0
@@ -64,7 +64,7 @@ class CorruptingTransport:
             del raw[int(self._rng.integers(len(raw) + 1)) :]
         return bytes(raw)
 
-    def poll(self, timeout_s: float = 0.0) -> list[Arrival]:
+    def poll(self, timeout_s: float = 0.0) -> list[TransportEvent]:
         """Return what has arrived."""
         return self._beneath.poll(timeout_s)
 

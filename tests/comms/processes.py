@@ -41,7 +41,7 @@ def run_robot(pipe, robot, team, boot, config, local_map, endpoints, keys, names
     while True:
         effects = []
         for item in transport.poll(0.02):
-            effects += node.on_arrival(item, now())
+            effects += node.on_event(item, now())
         effects += node.on_tick(now())
         for effect in effects:
             if isinstance(effect, Send):

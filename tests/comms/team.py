@@ -173,7 +173,7 @@ class Team:
             for item in self.ends[robot].poll():
                 if isinstance(item, Incoming):
                     item = replace(item, payload=self._maybe_broken(item.payload))
-                effects += node.on_arrival(item, self.now_ns)
+                effects += node.on_event(item, self.now_ns)
             if self.config.link_source != "measured":
                 for peer in self.nodes:
                     if peer != robot:

@@ -3,7 +3,7 @@
 from bench.mutants.mutant import Mutant
 
 RENDEZVOUS, RECEIVER, EXCHANGES = (f"comms/exchange/{name}.py" for name in ("rendezvous", "map_receiver", "exchanges"))
-STORE, SEAL, STAGING, ARRIVALS = (f"comms/maps/{name}.py" for name in ("store", "seal", "staging", "arrivals"))
+STORE, SEAL, STAGING, STAGED = (f"comms/maps/{name}.py" for name in ("store", "seal", "staging", "staged_maps"))
 LINKS, AROUND = (f"comms/neighbours/{name}.py" for name in ("link_quality", "neighbourhood"))
 
 MUTANTS = (
@@ -45,7 +45,7 @@ MUTANTS = (
     ),
     Mutant(
         RECEIVER,
-        "            arrivals.check_proof(message)\n",
+        "            staged_maps.check_proof(message)\n",
         "",
         "a map with a forged signature is taken in until it is whole",
     ),
@@ -63,7 +63,7 @@ MUTANTS = (
     ),
     Mutant(
         EXCHANGES,
-        "                if self._station.own_id < peer:\n                    return",
+        "                if self._context.own_id < peer:\n                    return",
         "                if False:\n                    return",
         "two robots that open at once break each other's exchange",
     ),
@@ -98,13 +98,13 @@ MUTANTS = (
         "a meeting takes more than its budget of bytes",
     ),
     Mutant(
-        ARRIVALS,
+        STAGED,
         "is_news = (manifest.epoch, manifest.target) > self._store.version(robot)",
         "is_news = True",
         "maps go back to an older version",
     ),
     Mutant(
-        ARRIVALS,
+        STAGED,
         'raise WireError("forged", f"a map of {robot!r} that is not what it signed")',
         "pass",
         "a third party can change a signed map",
@@ -135,7 +135,7 @@ MUTANTS = (
     ),
     Mutant(
         "comms/exchange/own_map_claims.py",
-        "        self._station.arrivals.check_proof(message)\n",
+        "        self._context.staged_maps.check_proof(message)\n",
         "",
         "a claim about a robot's own epoch counts without its signature",
     ),

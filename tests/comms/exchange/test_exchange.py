@@ -112,14 +112,14 @@ def test_threshold_and_timeout_decide_when_robots_meet():
 def test_a_broken_exchange_goes_on_where_it_stopped():
     team = Team("ab", config=replace(QUICK, window_tiles=16), link=LinkConditions(delay_s=0.2))
     team.nodes["a"].publish(big_map(), 0)
-    while len(team.nodes["b"].arrivals.staging.get("a", _NOTHING).tiles) < 60:
+    while len(team.nodes["b"].staged_maps.staging.get("a", _NOTHING).tiles) < 60:
         team.step()
     assert "a" not in team.nodes["b"].store.maps  # never half of one
-    before = len(team.nodes["b"].arrivals.staging["a"].tiles)
+    before = len(team.nodes["b"].staged_maps.staging["a"].tiles)
     team.groups = {"b": 1}
     team.run(8)
     assert team.of(ExchangeFailed, "b")
-    assert len(team.nodes["b"].arrivals.staging["a"].tiles) >= before
+    assert len(team.nodes["b"].staged_maps.staging["a"].tiles) >= before
     team.groups = {}
     assert team.run_until_agreed(60)
     total = len(team.nodes["a"].store.maps["a"].map.tiles)
@@ -140,8 +140,8 @@ def test_a_broken_exchange_goes_on_with_another_robot_and_a_newer_map():
     team.nodes["a"].publish(first, 0)
     assert team.run_until(lambda: "a" in team.nodes["b"].store.maps)
     team.groups = {"b": 1}
-    assert team.run_until(lambda: len(team.nodes["c"].arrivals.staging.get("a", _NOTHING).tiles) >= 60)
-    staged = len(team.nodes["c"].arrivals.staging["a"].tiles)
+    assert team.run_until(lambda: len(team.nodes["c"].staged_maps.staging.get("a", _NOTHING).tiles) >= 60)
+    staged = len(team.nodes["c"].staged_maps.staging["a"].tiles)
     team.groups = {"a": 1}
     assert team.run_until(lambda: "a" in team.nodes["c"].store.maps)
     done = [event for event in team.of(ExchangeDone, "c") if event.peer == "b"][-1]
@@ -152,7 +152,7 @@ def test_an_exchange_goes_on_where_its_map_is_given_up_meanwhile():
     team = Team("ab", config=replace(QUICK, window_tiles=16), link=LinkConditions(delay_s=0.2))
     a, b = team.nodes["a"], team.nodes["b"].store
     a.publish(big_map(), 0)
-    assert team.run_until(lambda: len(team.nodes["b"].arrivals.staging.get("a", _NOTHING).tiles) >= 60)
+    assert team.run_until(lambda: len(team.nodes["b"].staged_maps.staging.get("a", _NOTHING).tiles) >= 60)
     a.begin_map()
     a.publish(big_map(400, seed=1, revision=2), team.now_ns)
     assert team.run_until(lambda: b.version("a") == a.store.version("a"), 10)
@@ -166,7 +166,7 @@ def test_a_budget_brings_the_most_valuable_tiles_first_and_the_rest_later():
     first = team.of(ExchangeDone, "b")[0]
     assert first.reason == "budget spent"
     assert 0 < first.costs.bytes_received < 4000
-    staged = team.nodes["b"].arrivals.staging["a"].tiles
+    staged = team.nodes["b"].staged_maps.staging["a"].tiles
     whole = team.nodes["a"].store.maps["a"].map.tiles
 
     def known(tiles) -> float:

@@ -103,7 +103,7 @@ def test_an_exchange_that_is_over_for_the_peer_begins_anew_where_more_is_wanted(
     assert team.run_until(lambda: "c" in team.nodes["b"].store.maps)
     a.publish(big_map(2500, seed=4), team.now_ns)
     team.groups = {"b": 2, "a": 1, "c": 1}
-    assert team.run_until(lambda: "c" in a.arrivals.staging)
+    assert team.run_until(lambda: "c" in a.staged_maps.staging)
     team.groups = {}
     assert team.run_until(lambda: (open_now := a._exchanges.active.get("b")) is not None and open_now.is_done, 20)
     team.groups = {"c": 3}
@@ -147,7 +147,7 @@ def test_a_stranger_that_begins_maps_without_end_is_bounded_and_shuts_nobody_out
         chunk = Chunk("evil", 7, name, 1, 0, 1, to_mask([0]), False, len(raw), compress(raw), checked)
         for message in (manifest, chunk):
             victim.on_message(encode(message, tag), team.now_ns, "evil")
-    assert 0 < len(victim.arrivals.staging) <= 6
+    assert 0 < len(victim.staged_maps.staging) <= 6
     victim.on_peer_left("evil", team.now_ns)
     for robot in "ab":
         team.publish(robot)

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from mrslam.comms.config import CommsConfig
 from mrslam.comms.exchange.outgoing import Outgoing
 from mrslam.comms.exchange.rendezvous import Rendezvous
-from mrslam.comms.maps.arrivals import Arrivals
+from mrslam.comms.maps.staged_maps import StagedMaps
 from mrslam.comms.maps.store import MapStore
 
 
 @dataclass(frozen=True)
-class Station:
+class ExchangeContext:
     """One robot's end of the network, of any mode (not a base station). Nothing in it does I/O."""
 
     own_id: str
@@ -22,7 +22,7 @@ class Station:
     """One of ``MODES``."""
     config: CommsConfig
     store: MapStore
-    arrivals: Arrivals
+    staged_maps: StagedMaps
     rendezvous: Rendezvous
     out: Outgoing
     takes_maps: Callable[[str], bool]

@@ -1,7 +1,7 @@
 """What has arrived replaces what is held only where it is newer."""
 
-from mrslam.comms.maps.arrivals import Arrivals
 from mrslam.comms.maps.manifests import make_manifest
+from mrslam.comms.maps.staged_maps import StagedMaps
 from mrslam.comms.maps.store import NOTHING, MapStore
 from mrslam.spatial import LocalMap, TiledMap
 from tests.comms.team import QUICK
@@ -13,8 +13,8 @@ def test_an_older_snapshot_that_is_whole_replaces_nothing():
     for revision in (1, 2):
         theirs.publish(LocalMap(TiledMap(0.05, {}, revision)))
         manifests.append(make_manifest(theirs, "a", 7, "a", NOTHING, None))
-    arrivals = Arrivals(mine, QUICK)
+    staged = StagedMaps(mine, QUICK)
     older, newer = manifests
-    assert arrivals.try_commit(newer) == () and mine.version("a") == (1, 2)
-    assert arrivals.try_commit(older) is None and arrivals.try_commit(newer) is None
+    assert staged.try_commit(newer) == () and mine.version("a") == (1, 2)
+    assert staged.try_commit(older) is None and staged.try_commit(newer) is None
     assert mine.version("a") == (1, 2)

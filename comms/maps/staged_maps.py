@@ -1,7 +1,4 @@
-"""Staging of others' maps: parts are gathered beside the store, and put in place whole or not at all.
-
-Unrelated to :data:`mrslam.comms.transport.base.Arrival`, which is one message or token from a transport.
-"""
+"""Staging of others' maps: parts are gathered beside the store, and put in place whole or not at all."""
 
 from __future__ import annotations
 
@@ -15,7 +12,7 @@ from mrslam.spatial import TiledMap
 from mrslam.spatial.tiles import TileIndex
 
 
-class Arrivals:
+class StagedMaps:
     """Snapshots that have arrived in part, by robot."""
 
     def __init__(self, store: MapStore, config: CommsConfig) -> None:
