@@ -43,6 +43,8 @@ class Recovery:
             is_over = fault.kind not in NEVER and fault.end_s <= scene.now_s
             if is_over and fault not in begun and agent is not None and not _is_troubled(scene, fault.robot):
                 self._cases.append(Case(fault, agent.node.store.version(fault.robot)))
+        stopped = [name for name, agent in scene.agents.items() if agent.node.must_stop]  # while its twin was there
+        self._cases = [case for case in self._cases if case.fault.robot not in stopped]
         for case in self._cases:
             agent = scene.agents.get(case.fault.robot)
             if case.took_s is None and agent is not None and self._has_recovered(scene, case, agent):
@@ -55,7 +57,10 @@ class Recovery:
             case.target = own
         if case.target is None or agent.self_doubt.doubtful:
             return False
-        others = [other for name, other in scene.agents.items() if name != robot_id and not _is_troubled(scene, name)]
+        others = [
+            other for name, other in scene.agents.items()
+            if name != robot_id and not other.node.must_stop and not _is_troubled(scene, name)
+        ]  # fmt: skip
         return all(other.node.store.version(robot_id) >= case.target for other in others)
 
     def at_end(self, scene: Scene) -> None:

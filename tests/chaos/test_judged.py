@@ -107,3 +107,19 @@ def test_a_team_map_with_wrong_walls_is_seen(tmp_path: Path) -> None:
 def test_a_world_that_looks_alike_when_turned_is_known(name: str, low: float, high: float) -> None:
     world = load_world(name, None)
     assert low <= alike(Judge(world.grid, world.reachable)) <= high
+
+
+def test_nobody_waits_for_a_robot_that_stopped_because_another_had_its_id(tmp_path: Path) -> None:
+    lasers = [{"kind": "laser_off", "robot": robot, "at_s": REST_S, "for_s": LENGTH_S} for robot in ("r1", "r2")]
+    faults = [
+        {"kind": "amnesia", "robot": "r1", "at_s": 2.0, "for_s": 4.0},
+        {"kind": "twin", "robot": "r1", "at_s": 3.0, "for_s": 8.0},  # up when the first one comes back
+        *lasers,
+    ]
+    stopped = []
+
+    def spoil(agent: Agent, other: str, now_s: float) -> None:
+        stopped.append(agent.node.must_stop)
+
+    assert [line for line in violations(tmp_path, spoil, faults=faults) if "recovered" in line] == []
+    assert stopped[-1]
