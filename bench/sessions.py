@@ -1,6 +1,6 @@
 """Days in a simulated office whose furniture moves and where people walk: one JSON line a day.
 
-    python bench/sessions.py [--days 10] [--seed 1] [--people 5] [--length 160] [--keep DIR]
+    python bench/sessions.py [--days 10] [--seed 1] [--people 5] [--length 260] [--keep DIR]
 
 Every day a robot drives about from another start, and its map continues the saved one (``one_map``); every night a
 third of the furniture is put elsewhere. Judged in the world's frame, which the first day's start fixes:
@@ -208,7 +208,7 @@ def main() -> None:
     parser.add_argument("--days", type=int, default=10)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--people", type=int, default=5)
-    parser.add_argument("--length", type=float, default=160.0)
+    parser.add_argument("--length", type=float, default=260.0)
     parser.add_argument("--keep", type=Path, default=Path("out/sessions"))
     options = parser.parse_args()
     options.keep.mkdir(parents=True, exist_ok=True)

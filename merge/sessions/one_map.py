@@ -88,7 +88,7 @@ def _continued(before: SavedMap, after: SavedMap) -> SavedMap:
 def thinned(saved: SavedMap) -> SavedMap:
     """Return a saved map with the keyframes of the last visit to each place (:func:`last_visits`)."""
     numbers = np.repeat(np.arange(len(saved.sessions)), [session.keyframes for session in saved.sessions])
-    kept = np.flatnonzero(last_visits(saved.keyframes.T_map_base, numbers))
+    kept = np.flatnonzero(last_visits(saved.keyframes.T_map_base, saved.scans, numbers))
     counts = np.bincount(numbers[kept], minlength=len(saved.sessions))
     sessions = tuple(replace(one, keyframes=int(count)) for one, count in zip(saved.sessions, counts, strict=True))
     keyframes = Keyframes(saved.keyframes.stamps_ns[kept], saved.keyframes.T_map_base[kept])
