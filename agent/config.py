@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from mrslam.alignment import ALIGNERS, AlignmentConfig
@@ -24,6 +24,12 @@ BOUNDS = {
 """Least and largest value of every number."""
 FARTHEST_M = 1e6
 """Largest coordinate of a start, metres."""
+
+
+def check_start(name: str, start: Sequence[float]) -> None:
+    """Raise ``InputError`` where a start is no place with or without a heading."""
+    ok = len(start) in (2, 3) and all(abs(value) <= FARTHEST_M for value in start)
+    require(ok, name, f"[x_m, y_m, theta_rad] or [x_m, y_m], none beyond {FARTHEST_M:g}", list(start))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,8 +58,9 @@ class AgentConfig:
     """Expert: time between two rounds of beacons, rendezvous and exchanges, seconds, > 0."""
 
     starts: Mapping[str, list[float]] = field(default_factory=dict)
-    """Where robots' maps begin in any one frame, [x_m, y_m, theta_rad] by id, where that is known beforehand: maps of
-    two of them are looked for there. What is found must fit as well as without."""
+    """Where robots' maps begin in any one frame, [x_m, y_m, theta_rad] by id, or [x_m, y_m] where the heading is not
+    known, where that is known beforehand: maps of two of them are looked for there, unless neither heading is known.
+    What is found must fit as well as without."""
     start_sigma_m: float = 0.5
     """Standard deviation of the starts' places, metres, > 0."""
     start_sigma_rad: float = 0.1
@@ -61,8 +68,7 @@ class AgentConfig:
 
     def __post_init__(self) -> None:
         for robot_id, start in self.starts.items():
-            ok = len(start) == 3 and all(abs(value) <= FARTHEST_M for value in start)
-            require(ok, f"agent.starts.{robot_id}", f"[x_m, y_m, theta_rad], none beyond {FARTHEST_M:g}", start)
+            check_start(f"agent.starts.{robot_id}", start)
         require(self.align_method in ALIGNERS, "agent.align_method", f"one of {', '.join(ALIGNERS)}", self.align_method)
         require_bounds("agent", self, BOUNDS)
 

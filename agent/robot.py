@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from mrslam.agent.blindness import Blindness
 from mrslam.agent.config import Settings
 from mrslam.agent.known_map import KnownMap
@@ -57,8 +59,11 @@ class Robot:
         """By robot: maps points of its map into the team frame, for those that are placed."""
         return self.team.T_team_map
 
-    def take_saved_map(self, map_id: str, known: KnownMap) -> None:
+    def take_saved_map(self, map_id: str, known: KnownMap, near: Sequence[float] | None = None) -> None:
         """Take a map that was saved before, named with an ``@`` (``r1@monday``), to find this robot's place in it.
+
+        ``near`` : where this robot's map begins in it, to half a metre or so (``agent.start_sigma_m``), if somebody
+        knows: (x, y) or (x, y, theta), metres and radians. It is looked for there first; a wrong hint only takes time.
 
         Saved maps are no part of a checkpoint: they are taken before :func:`mrslam.agent.resume`, which keeps where the
         robot was in them. Raises ``InputError`` where the name could be a robot's or is taken, or the robot does not
@@ -71,7 +76,7 @@ class Robot:
             )
         if map_id in self.team.saved:
             raise InputError(f"{self.robot_id}: two saved maps are named {map_id}")
-        self.team.take_saved_map(map_id, known)
+        self.team.take_saved_map(map_id, known, near)
 
     def whereabouts(self) -> list[Whereabouts]:
         """Return what is known of the robot's place in each saved map: its pose there, or why there is none yet."""

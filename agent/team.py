@@ -6,7 +6,7 @@ becomes an edge of the team graph; one that the graph drops, or that a later ali
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -79,8 +79,13 @@ class Team:
         self._mapper.set_map(robot_id, known.grid, known.trail)
         self._map, self._is_placement_old = None, True
 
-    def take_saved_map(self, map_id: str, known: KnownMap) -> None:
-        """Take a map that was saved before, as that of a teammate that does not move and is never heard."""
+    def take_saved_map(self, map_id: str, known: KnownMap, near: Sequence[float] | None = None) -> None:
+        """Take a map that was saved before, as that of a teammate that does not move and is never heard.
+
+        ``near`` : where the own map begins in it, if somebody knows: (x, y) or (x, y, theta), metres and radians.
+        """
+        if near is not None:
+            self._schedule.expect(map_id, near)
         self.saved.add(map_id)
         self.take_map(map_id, known)
 

@@ -42,8 +42,8 @@ def align(
     grids = [main_part(grid_a.cropped()), main_part(grid_b.cropped())]
     if is_smaller(grids[0], grids[1]):
         grids.reverse()
-        return _inverse(_align(grids, method, None if prior is None else _inverse_prior(prior), config))
-    return _align(grids, method, prior, config)
+        return _inverse(_align(grids, method, _facing(prior, inverse=True), config))
+    return _align(grids, method, _facing(prior, inverse=False), config)
 
 
 def _align(
@@ -88,6 +88,11 @@ def _adjoint(T_a_b: se2.Transform) -> np.ndarray:
     cos, sin = math.cos(T_a_b[2]), math.sin(T_a_b[2])
     back = se2.inverse(T_a_b)
     return np.array([[-cos, -sin, back[1]], [sin, -cos, -back[0]], [0.0, 0.0, -1.0]])
+
+
+def _facing(prior: Prior | None, *, inverse: bool) -> Prior | None:
+    """Return a prior as one of the transform sought, which is ``T_b_a`` where ``inverse``."""
+    return prior if prior is None or prior.of_inverse == inverse else _inverse_prior(prior)
 
 
 def _inverse_prior(prior: Prior) -> Prior:

@@ -64,6 +64,8 @@ class Prior:
     """``(3,)`` expected transform."""
     covariance: NDArray[np.float64]
     """``(3, 3)``, m, m, rad."""
+    of_inverse: bool = False
+    """Whether both are of ``T_b_a``: a place in b without a heading is none of b's origin in a."""
 
     def __post_init__(self) -> None:
         T_a_b, covariance = np.array(self.T_a_b, dtype=np.float64), np.array(self.covariance, dtype=np.float64)

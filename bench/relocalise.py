@@ -1,6 +1,6 @@
 """Relocalisation in saved maps of recorded buildings: one JSON line a run.
 
-    python bench/relocalise.py --out DIR [--cuts 6] [--seconds 150] [intel aces mit-csail isr arena]
+    python bench/relocalise.py --out DIR [--cuts 6] [--seconds 150] [--near right|wrong] [BUILDING ...]
 
 The first half of a log (of isr and arena: the first of two) is mapped and saved. Robots that begin at places
 of the rest look for themselves in it and in the saved map of another building (``foreign``), for ``--seconds`` at most.
@@ -10,6 +10,8 @@ error_m, error_deg : of the pose in the saved map then. Expected is the saved tr
 what the reference trajectory has between the two; isr has none, but its robot stood still
 between the two logs, so the second log's trajectory, mapped whole, continues the first's.
 known_m : from the robot's true start to the nearest place of the saved trajectory; far off, there is nothing to find.
+--near : robots are told where they begin in the saved map, half a metre off, or a place 15 m away from that, without a
+heading (intel, mit-csail and aces, whose reference knows it).
 """
 
 from __future__ import annotations
@@ -35,14 +37,16 @@ NEXT = {"intel": "mit-csail", "mit-csail": "aces", "aces": "intel", "isr": "aren
 NEAR_S = 0.2
 
 
-def play(folder: Path, robot: dict[str, Any], saved: Path | None, seconds: float | None) -> Path:
+def play(
+    folder: Path, robot: dict[str, Any], saved: Path | None, seconds: float | None, near: list[float] | None = None
+) -> Path:
     """Run a mission of one robot in virtual time; return the robot's folder."""
     tables: dict[str, Any] = {"mission": {"shell": "virtual", "seed": 1, "linger_s": 1.0}}
     tables["robots"] = [{"id": "r1", **robot}]
     if seconds is not None:
         tables["mission"]["duration_s"] = seconds
     if saved is not None:
-        tables["maps"] = [{"path": str(saved.resolve()), "id": "saved@map"}]
+        tables["maps"] = [{"path": str(saved.resolve()), "id": "saved@map"} | ({"near": near} if near else {})]
     mission = make_mission(tables, folder.parent / f"{folder.name}.toml")
     run_mission(mission, folder, lambda *_: None, lambda text: print(text, file=sys.stderr))
     return folder / "r1"
@@ -116,6 +120,19 @@ def judge(name: str, saved: Path, robot: Path, data: Path, is_foreign: bool) -> 
     return row
 
 
+def hint(name: str, saved: Path, robot: Path, data: Path, kind: str) -> list[float]:
+    """Return where a robot began in the saved map, as a finger on a map would tell it, or a wrong place."""
+    truth = read_tum(data / f"slam/{name}.reference.tum")
+    way, saved_way = read_tum(robot / "trajectory.tum"), read_tum(saved / "trajectory.tum")
+    true_saved, true_way = at(truth, saved_way[0]), at(truth, way[0])
+    j = int(np.flatnonzero(np.isfinite(true_way[:, 0]))[0])
+    k = int(np.nanargmin(np.hypot(*(true_saved[:, :2] - true_way[j, :2]).T)))
+    T_saved_then = se2.compose(saved_way[1][k], se2.between(true_saved[k], true_way[j]))
+    x, y, _ = se2.compose(T_saved_then, se2.between(way[1][j], way[1][0]))
+    off = 0.4 if kind == "right" else 15.0
+    return [round(float(x) + off, 2), round(float(y) - 0.3, 2)]
+
+
 def runs(name: str, cuts: int) -> list[tuple[bool, str, float]]:
     """Return (is the saved map foreign, log, share of it where the robot begins) of a building's runs."""
     if name in DAYS:
@@ -133,6 +150,7 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=Path("../shared/data"))
     parser.add_argument("--cuts", type=int, default=6)
     parser.add_argument("--seconds", type=float, default=150.0)
+    parser.add_argument("--near", choices=("right", "wrong"))
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     for name in options.names:
@@ -141,9 +159,16 @@ def main() -> None:
             kind = "foreign" if is_foreign else "own"
             before_s = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
             folder = options.out / f"{name}-{kind}-{first:.3f}"
-            robot = play(folder, {"log": log, "first": first, "last": 1.0}, saved, options.seconds)
+            begins, near = {"log": log, "first": first, "last": 1.0}, None
+            if options.near and (is_foreign or name not in HALVES):
+                continue
+            if options.near:
+                without = folder if (folder / "r1").exists() else play(folder, begins, saved, 10.0).parent
+                near = hint(name, saved, without / "r1", options.data, options.near)
+                folder = folder.with_name(f"{folder.name}-{options.near}")
+            robot = play(folder, begins, saved, options.seconds, near)
             cpu_s = round(sum(resource.getrusage(resource.RUSAGE_SELF)[:2]) - before_s, 1)
-            row = {"building": name, "map": kind, "first": round(first, 3), "cpu_s": cpu_s}
+            row = {"building": name, "map": kind, "near": near, "first": round(first, 3), "cpu_s": cpu_s}
             print(json.dumps({**row, **judge(name, saved, robot, options.data, is_foreign)}), flush=True)
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from mrslam.agent.config import AgentConfig
+from mrslam.agent.config import AgentConfig, check_start
 from mrslam.agent.effects import AlignJob
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.pairs.belief import UNCONFIRMED, PairBelief
@@ -34,9 +35,18 @@ class Schedule:
         self.own_id, self.config = own_id, config
         self._starts = {robot_id: np.array(start, dtype=np.float64) for robot_id, start in config.starts.items()}
 
+        self._near: dict[str, NDArray[np.float64]] = {}
+
+    def expect(self, map_id: str, near: Sequence[float]) -> None:
+        """Look for the own map's begin first near ``[x_m, y_m]`` or ``[x_m, y_m, theta_rad]`` of a saved map."""
+        check_start("where a map begins", near)
+        self._near[map_id] = np.array(near, dtype=np.float64)
+
     def forget_start(self, robot_id: str) -> None:
         """A robot began another map, which is not where it started."""
         self._starts.pop(robot_id, None)
+        if robot_id == self.own_id:
+            self._near.clear()
 
     def next_job(
         self,
@@ -79,13 +89,26 @@ class Schedule:
 
     def _by_starts(self, pair: Pair) -> Prior | None:
         """Return where a pair's maps lie by its starts, None where they are not known."""
-        if not self._starts.keys() >= set(pair):
+        starts = self._starts_of(pair)
+        sure = {robot_id: _sureness(robot_id, start) for robot_id, start in starts.items()}
+        if len(starts) < 2 or not any(sure.values()):  # neither heading is known
             return None
-        T_a_b = se2.between(self._starts[pair[0]], self._starts[pair[1]])
-        # A wrong heading of a also moves b about a's start.
-        swing_m = self.config.start_sigma_rad * float(np.hypot(*T_a_b[:2]))
-        place_m2 = 2.0 * self.config.start_sigma_m**2 + swing_m**2
-        return Prior(T_a_b, np.diag([place_m2, place_m2, 2.0 * self.config.start_sigma_rad**2]))
+        a, b = pair
+        if turned := sure[b] > sure[a]:
+            a, b = b, a
+        T_a_b = se2.between(starts[a], np.append(starts[b], 0.0)[:3])
+        # A wrong heading of a also moves b about a's start; the frame of a saved map is what it is.
+        unsure, swing_rad = (1.0, 0.0) if _is_saved(a) else (2.0, self.config.start_sigma_rad)
+        place_m2 = unsure * self.config.start_sigma_m**2 + (swing_rad * float(np.hypot(*T_a_b[:2]))) ** 2
+        turn_rad2 = unsure * self.config.start_sigma_rad**2 if sure[b] else np.pi**2
+        return Prior(T_a_b, np.diag([place_m2, place_m2, turn_rad2]), of_inverse=turned)
+
+    def _starts_of(self, pair: Pair) -> dict[str, NDArray[np.float64]]:
+        """Return where the two maps of a pair begin in one frame, of those of which it is known."""
+        for map_id, other in (pair, pair[::-1]):
+            if map_id in self._near and other == self.own_id:
+                return {map_id: se2.IDENTITY, other: self._near[map_id]}
+        return {robot_id: self._starts[robot_id] for robot_id in pair if robot_id in self._starts}
 
     def _rank(self, pair: Pair, belief: PairBelief) -> tuple[int, int, int]:
         tried = -1 if belief.last is None else belief.last.t_ns
@@ -122,8 +145,19 @@ class Schedule:
         return _grown(maps, belief.search.area_m2, growth)
 
 
+def _sureness(robot_id: str, start: NDArray[np.float64]) -> int:
+    """Return how well a start is known: 0 without heading, 1 with it, 2 for a saved map's origin."""
+    return 2 if _is_saved(robot_id) else int(start.size == 3)
+
+
+def _is_saved(robot_id: str) -> bool:
+    """Return whether this is the name of a saved map, not of a robot."""
+    return "@" in robot_id
+
+
 def _is_near(T_a_b: Transform, prior: Prior) -> bool:
     """Return whether a transform is one that a prior expects."""
+    T_a_b = se2.inverse(T_a_b) if prior.of_inverse else T_a_b
     apart = np.append(T_a_b[:2] - prior.T_a_b[:2], se2.wrap(T_a_b[2] - prior.T_a_b[2]))
     return bool(apart @ np.linalg.solve(prior.covariance, apart) < START_SIGMAS**2)
 

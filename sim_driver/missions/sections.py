@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from mrslam.agent import check_saved_id
+from mrslam.agent.config import check_start
 from mrslam.spatial.errors import SEEDS, require, require_bounds
 from mrslam.spatial.grid import RESOLUTIONS_M
 
@@ -136,13 +137,18 @@ class SavedMapConfig:
     """A map saved before, in which every robot that merges finds its place."""
 
     path: str
-    """A robot's folder, a run's, that of ``mrslam map``, or a map file of any system (YAML and image)."""
+    """A saved map in one file (``.mrslam``), a robot's folder, a run's, that of ``mrslam map``, or a map file of any
+    system (YAML and image)."""
     id: str | None = None
     """Its name, with an @ ("office@monday"); by its file and folder unless given. Of a run's folder only by default."""
+    near: list[float] | None = None
+    """Where robots begin in it, [x_m, y_m] or [x_m, y_m, theta_rad], if that is known: it is looked at first."""
 
     def __post_init__(self) -> None:
         if self.id is not None:
             check_saved_id(self.id, "maps.id")
+        if self.near is not None:
+            check_start("maps.near", self.near)
 
 
 @dataclass(frozen=True, kw_only=True)

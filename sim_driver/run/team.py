@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -66,20 +66,31 @@ def make_agent(mission: Mission, robot: RobotConfig, boot_id: int) -> Agent:
         boot_id=boot_id,
     )
     if robot.mode == "distributed":
-        take_saved_maps(agent, {one.path: (mission.find(one.path), one.id) for one in mission.maps})
+        paths = {one.path: (mission.find(one.path), one.id) for one in mission.maps}
+        take_saved_maps(agent, paths, {one.path: one.near for one in mission.maps})
     return agent
 
 
-def take_saved_maps(agent: Agent, saved: Mapping[str, tuple[Path, str | None]]) -> list[str]:
-    """Give an agent the maps saved at some paths, each with a name or None for the usual; return all their names."""
+def take_saved_maps(
+    agent: Agent,
+    saved: Mapping[str, tuple[Path, str | None]],
+    near: Mapping[str, Sequence[float] | None] | None = None,
+) -> list[str]:
+    """Give an agent the maps saved at some paths, each with a name or None for the usual; return all their names.
+
+    ``near`` : by path as in ``saved``, where the robot begins in that map, if that is known.
+    """
     names = []
     for said, (path, chosen) in saved.items():
         found = read_saved_maps(path)
+        hint = (near or {}).get(said)
+        if hint is not None and len(found) > 1:
+            raise InputError(f"{said}: holds the maps {', '.join(found)}; name the one that near is a place of")
         if chosen is not None and len(found) > 1:
             raise InputError(f"{said}: holds the maps {', '.join(found)}; one name ({chosen}) is not enough for them")
         for name, known in found.items():
             names.append(chosen or name)
-            agent.take_saved_map(names[-1], known)
+            agent.take_saved_map(names[-1], known, hint)
     return names
 
 

@@ -85,6 +85,38 @@ def test_two_places_that_fit_are_ambiguous() -> None:
     assert (at.state, at.reason, at.T_map_base) == ("ambiguous", words, None)
 
 
+def barren(agent: Agent, attempt: int, *, matched_m: float = 1.0, area_m2: float = 64.0) -> list[Event]:
+    """Let a search everywhere find next to nothing; return the events."""
+    nothing = OccupancyGrid(np.empty((0, 0), dtype=np.int8), 0.05)
+    search = AlignJob("a", MONDAY, nothing, nothing, None, ((1, 1), (7, 1)), (area_m2, 200.0), attempt)
+    evidence = Evidence(WallEvidence(matched_m), WallEvidence(matched_m))
+    outcome = Rejection(reason="too little wall in common", confidence=0.1, evidence=evidence, method="auto")
+    effects = agent.on_done(search, outcome, (10 + attempt) * SECOND)
+    return [effect for effect in effects if isinstance(effect, Event) and effect.kind == "not_here"]
+
+
+def test_a_building_that_is_not_the_saved_one_is_said_to_be_another() -> None:
+    agent = robot_with_map()
+    assert [barren(agent, n) for n in range(2)] == [[], []]
+    (event,) = barren(agent, 2)
+    words = "of 64 m2 seen 3 searches on end found no place in it that fits (too little wall in common)"
+    assert event.fields == {"map": MONDAY, "reason": words}
+    (at,) = agent.whereabouts()
+    assert (at.state, at.reason, at.T_map_base) == ("not here", words, None)
+    assert not barren(agent, 3)  # once
+    localise(agent)  # and it goes on looking
+    assert agent.whereabouts()[0].state == "localised"
+
+
+@pytest.mark.parametrize(("attempt", "changed"), [(2, {"matched_m": 7.0}), (3, {"area_m2": 49.0}), (3, {})])
+def test_who_has_seen_little_or_something_that_fits_says_not_yet(attempt: int, changed: dict[str, float]) -> None:
+    agent = robot_with_map()
+    for n in range(attempt):
+        barren(agent, n)
+    is_not_here = bool(barren(agent, attempt, **changed)) or agent.whereabouts()[0].state == "not here"
+    assert is_not_here == (not changed)
+
+
 def test_the_pose_in_a_bent_map_is_followed_back_at_the_nearest_keyframe() -> None:
     agent = robot_with_map()
     localise(agent)

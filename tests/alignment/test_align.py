@@ -222,6 +222,24 @@ def test_prior_picks_the_room_that_was_meant():
     np.testing.assert_allclose(found.T_a_b, [8.0, 0.0, 0.0], atol=0.05)
 
 
+@pytest.mark.parametrize("is_turned", [False, True])
+def test_a_place_without_a_heading_picks_the_room_that_was_meant(is_turned):
+    room = np.zeros((80, 80), dtype=np.int8)
+    room[0], room[-1], room[:, 0], room[:, -1], room[20:30, 30:50], room[60, 10:30] = 100, 100, 100, 100, 100, 100
+    row = OccupancyGrid(np.concatenate([room] * 5, axis=1), 0.05)
+    part = OccupancyGrid(row.cells[:, 160:320].copy(), 0.05)
+    place = np.array([8.2, 0.1, 0.0]), np.diag([0.2, 0.2, np.pi]) ** 2
+    if is_turned:  # where part lies in the row, asked for as where the row lies in part
+        found = align(part, row, prior=Prior(*place, of_inverse=True))
+        assert isinstance(found, Alignment), found.reason
+        found_T = se2.inverse(found.T_a_b)
+    else:
+        found = align(row, part, prior=Prior(*place))
+        assert isinstance(found, Alignment), found.reason
+        found_T = found.T_a_b
+    np.testing.assert_allclose(found_T, [8.0, 0.0, 0.0], atol=0.05)
+
+
 def test_wrong_prior_is_not_followed(pair):
     a, b, truth = pair
     prior = Prior(truth + np.array([6.0, 0.0, 0.0]), np.diag([0.2, 0.2, 0.05]) ** 2)

@@ -21,6 +21,7 @@ from mrslam.comms.zenoh import SensorPublisher
 from mrslam.sim_driver.feeds import Reading, open_feed
 from mrslam.sim_driver.report import write_report
 from mrslam.sim_driver.run.gather import gather
+from mrslam.spatial.files.saved_map import read_saved_map
 
 
 def address(kind: str = "tcp") -> str:
@@ -175,6 +176,33 @@ def test_mistakes_are_one_line(option: tuple[str, str], tmp_path: Path) -> None:
     words, _ = process.communicate(timeout=300)
     assert process.returncode == 1
     assert "mrslam: " in words and "Traceback" not in words
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--map", "x.mrslam", "--near", "a,b"), "--near must be"),
+        (("--near", "1,2"), "--near is a place of one saved map: give one --map with it"),
+        (("--save", "x.txt"), "x.txt: name a saved map"),
+    ],
+)
+def test_a_hint_is_a_place_of_one_map_and_what_is_saved_is_a_saved_map(
+    options: tuple[str, ...], words: str, tmp_path: Path
+) -> None:
+    process = start("r1", "--no-multicast", "--sensors", address(), *options, "--out", str(tmp_path / "r1"))
+    told, _ = process.communicate(timeout=300)
+    assert process.returncode == 1 and words in told.replace("\n", " ") and not (tmp_path / "r1").exists()
+
+
+def test_a_session_is_saved_at_the_end(data_dir: Path, tmp_path: Path) -> None:
+    log = data_dir / "multi_session" / "arena_raw_2.clf.gz"
+    process = start(
+        "r1", "--log", str(log), "--no-multicast", "--out", str(tmp_path / "r1"), "--set", "rbpf.particles=4",
+        "--duration", "5", "--save", str(tmp_path / "arena.mrslam"),
+    )  # fmt: skip
+    words, _ = process.communicate(timeout=300)
+    assert process.returncode == 0 and "1 session" in words
+    assert [one.name for one in read_saved_map(tmp_path / "arena.mrslam").sessions][0].startswith("r1@")
 
 
 def test_a_saved_map_is_looked_for_and_a_missing_one_is_one_line(data_dir: Path, tmp_path: Path) -> None:

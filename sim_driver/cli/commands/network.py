@@ -26,6 +26,14 @@ def agent(
         list[Path] | None,
         typer.Option("--map", metavar="PATH", help="Saved map: a robot's folder, a run's, or a YAML; repeatable."),
     ] = None,
+    near: Annotated[
+        str | None,
+        typer.Option("--near", metavar="X,Y[,THETA]", help="Where it begins in the saved map, in metres and radians."),
+    ] = None,
+    save: Annotated[
+        Path | None,
+        typer.Option("--save", metavar="FILE", help="At the end: saved maps and this session as one (.mrslam)."),
+    ] = None,
     sensors: Annotated[
         str, typer.Option("--sensors", help="Where the robot's drivers send scans and odometry to.")
     ] = "tcp/127.0.0.1:7448",
@@ -45,17 +53,26 @@ def agent(
 
     mrslam agent r1 --team depot --listen tcp/0.0.0.0:7447 --connect tcp/10.0.0.2:7447
     mrslam agent r1 --team desk --log slam/intel.clf.gz    play a log as if it were the laser
-    mrslam agent r1 --map out/monday/r1                     find its place in a map saved before
+    mrslam agent r1 --map office.mrslam --near 2,1.5        find its place in a map saved before
+    mrslam agent r1 --map office.mrslam --save office.mrslam    ... and continue that map
     """
+    if save is not None:
+        from mrslam.sim_driver.cli.maps.save import check_target
+
+        check_target([*(map_ or [])], save)
     from mrslam.sim_driver.cli.live.agent import AgentOptions, run_agent
 
     options = AgentOptions(
         robot=robot, team=team, mode=mode, listen=listen or [], connect=connect or [],
-        multicast=not connect if multicast is None else multicast, keys=keys, log=log, maps=map_ or [],
+        multicast=not connect if multicast is None else multicast, keys=keys, log=log, maps=map_ or [], near=near,
         sensors=sensors, config=config,
         assignments=set_ or [], out=out or Path("out") / robot, fresh=fresh, duration_s=duration, seed=seed,
     )  # fmt: skip
     run_agent(options)
+    if save is not None:
+        from mrslam.sim_driver.cli.maps.save import SaveOptions, save_maps
+
+        save_maps(SaveOptions(maps=[*options.maps, options.out], out=save))
 
 
 def ros(

@@ -20,6 +20,7 @@ WORDS = {
     "recovered": "knows again where it is",
     "given_up": "does not find its place in its map again; it begins a new one",
     "localised": "knows where it is in {map}: x {x_m} m, y {y_m} m, theta {theta_rad} rad in that map's frame",
+    "not_here": "is not in {map}, as far as can be told: {reason}; it goes on looking",
     "not_localised": "does not know any more where it is in {map}: {reason}",
 }
 """Event -> what the robot does, with the event's fields."""

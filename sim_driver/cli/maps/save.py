@@ -49,7 +49,7 @@ def save_maps(options: SaveOptions) -> None:
     check_method(options.method)
     files = [file for path in options.maps for file in map_files(path)]
     names = _names(files)
-    _spare(files, options.out)
+    check_target(files, options.out)
     given = {name: saved_map_of(file) for name, file in zip(names, files, strict=True)}
     start = time.perf_counter()
     made = _made(given, options.method, config)
@@ -117,8 +117,8 @@ def _row(given: Mapping[str, SavedMap], made: OneMap, out: Path) -> dict[str, An
     }
 
 
-def _spare(files: Sequence[Path], out: Path) -> None:
-    """Raise where a map that is read would be replaced, but for the first by its next version."""
+def check_target(files: Sequence[Path], out: Path) -> None:
+    """Raise where a map that is read would be replaced, but for the first by its next version, or no map is named."""
     written = {out.resolve()} if out.suffix == SUFFIX else {(out / MAP_FILE).resolve()}
     for file in files if out.suffix != SUFFIX else files[1:]:
         if file.resolve() in written:

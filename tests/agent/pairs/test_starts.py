@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from mrslam.agent.config import AgentConfig, Settings
+from mrslam.agent.known_map import KnownMap
 from mrslam.alignment import Rejection
-from mrslam.spatial import InputError
+from mrslam.spatial import InputError, LocalMap, OccupancyGrid, TiledMap
 from tests.agent.pairs.floors import Floors, found
 
 NOWHERE = Rejection("overlap 2 %", 0.0, None, "auto")
@@ -61,7 +62,46 @@ def test_of_a_new_map_the_start_is_not_known() -> None:
     assert team.job(0).prior is None
 
 
-@pytest.mark.parametrize("start", [[1.0, 2.0], [1.0, 2.0, 1e9], [1.0, 2.0, float("nan")]])
+@pytest.mark.parametrize("start", [[1.0], [1.0, 2.0, 3.0, 4.0], [1.0, 2.0, 1e9], [1.0, 2.0, float("nan")]])
 def test_a_start_is_a_pose(start: list[float]) -> None:
     with pytest.raises(InputError, match=r"agent\.starts\.r1 must be \[x_m, y_m, theta_rad\]"):
         AgentConfig(starts={"r1": start})
+
+
+def test_a_start_without_a_heading_is_a_place_in_the_others_frame() -> None:
+    config = AgentConfig(starts={"r1": [1.0, 2.0], "r2": [1.0, 5.0, np.pi]}, start_sigma_m=0.3, start_sigma_rad=0.2)
+    prior = Floors("r1", "r2", settings=Settings(agent=config)).job(0).prior
+    assert prior is not None and prior.of_inverse
+    assert prior.T_a_b[:2] == pytest.approx([0.0, 3.0], abs=1e-9)  # r1 as seen from r2
+    assert np.diag(prior.covariance) == pytest.approx([2 * 0.3**2 + 0.6**2, 2 * 0.3**2 + 0.6**2, np.pi**2])
+    neither = AgentConfig(starts={"r1": [1.0, 2.0], "r2": [1.0, 5.0]})
+    assert Floors("r1", "r2", settings=Settings(agent=neither)).job(0).prior is None
+
+
+@pytest.mark.parametrize(("near", "turn_rad"), [((20.0, 5.0), np.pi), ((20.0, 5.0, 0.7), 0.1)])
+def test_a_saved_map_is_looked_at_first_where_the_robot_is_said_to_be(near: tuple[float, ...], turn_rad: float) -> None:
+    team = Floors("r2")  # the team of r2
+    team.take_saved_map("a@monday", saved_floor(), near)
+    prior = team.job(0).prior
+    # "a@monday" is the first of the pair, and its frame is sure: however far off the place is, it is as near as said.
+    assert prior is not None and not prior.of_inverse and prior.T_a_b[:2] == pytest.approx([20.0, 5.0])
+    assert np.sqrt(np.diag(prior.covariance)) == pytest.approx([0.5, 0.5, turn_rad])
+    turned = Floors("r2")
+    turned.take_saved_map("z@monday", saved_floor(), near)
+    prior = turned.job(0).prior
+    assert prior is not None and prior.of_inverse and prior.T_a_b[:2] == pytest.approx([20.0, 5.0])
+
+
+def test_a_hint_is_of_the_map_that_the_robot_began_with() -> None:
+    team = Floors("r2")
+    team.take_saved_map("a@monday", saved_floor(), (1.0, 2.0))
+    team.displace("r2")  # it gave its map up
+    team.grow("r2", 64, epoch=2)
+    assert team.job(0).prior is None
+    with pytest.raises(InputError, match="where a map begins must be"):
+        team.take_saved_map("b@monday", saved_floor(), (1.0,))
+
+
+def saved_floor() -> KnownMap:
+    grid = OccupancyGrid(np.zeros((64, 64), dtype=np.int8), 0.05)
+    return KnownMap((7, 1), LocalMap(TiledMap.from_grid(grid)))
