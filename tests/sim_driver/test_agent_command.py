@@ -202,7 +202,8 @@ def test_a_session_is_saved_at_the_end(data_dir: Path, tmp_path: Path) -> None:
     )  # fmt: skip
     words, _ = process.communicate(timeout=300)
     assert process.returncode == 0 and "1 session" in words
-    assert [one.name for one in read_saved_map(tmp_path / "arena.mrslam").sessions][0].startswith("r1@")
+    (session,) = read_saved_map(tmp_path / "arena.mrslam").sessions
+    assert session.name.startswith("r1@")
 
 
 def test_a_saved_map_is_looked_for_and_a_missing_one_is_one_line(data_dir: Path, tmp_path: Path) -> None:
