@@ -46,6 +46,8 @@ class Plan:
     """Of world: "hotel" or "office"."""
     most_robots: int
     seconds: float
+    walkers: int
+    """People who walk about, and are as large as robots."""
     settings: dict[str, Any]
     """Sections of the mission's file that differ from the usual ones."""
 
@@ -55,7 +57,7 @@ def tables(seed: int, plan: Plan) -> dict[str, Any]:
     rng = np.random.default_rng([seed, 0x407E1])
     return {
         "mission": {"name": plan.kind, "shell": "virtual", "seed": seed, "duration_s": plan.seconds},
-        "world": {"name": f"{plan.kind}:{seed}"},
+        "world": {"name": f"{plan.kind}:{seed}", "walkers": plan.walkers},
         "robots": [
             {"id": f"r{i + 1}", "laser": "lidar-360"} for i in range(int(rng.integers(2, plan.most_robots + 1)))
         ],
@@ -182,11 +184,12 @@ def main() -> int:
     parser.add_argument("--kind", choices=("hotel", "office"), default="hotel", help="of world")
     parser.add_argument("--robots", type=int, default=6, help="most of a mission")
     parser.add_argument("--seconds", type=float, default=180.0, help="of mission time")
+    parser.add_argument("--walkers", type=int, default=0, help="people who walk about")
     parser.add_argument("--without", action="store_true", help="encounters say nothing")
     parser.add_argument("--rows", type=Path, help="file for a JSON line a mission")
     options = parser.parse_args()
     settings = {"mutual_detection": {"encounters": False}} if options.without else {}
-    plan, rows = Plan(options.kind, options.robots, options.seconds, settings), []
+    plan, rows = Plan(options.kind, options.robots, options.seconds, options.walkers, settings), []
     for seed in range(options.seed, options.seed + options.missions):
         rows.append(play(seed, plan))
         if options.rows:

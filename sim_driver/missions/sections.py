@@ -177,9 +177,11 @@ class WorldConfig:
     """Built-in world ("office", "arena1", "office:SEED", ...), map YAML or bitmap."""
     scale_m: float | None = None
     """Metres a pixel of a bitmap."""
+    walkers: int = 0
+    """People who walk about, 0..1000: lasers see them as they see robots."""
 
     def __post_init__(self) -> None:
-        require_bounds("world", self, {"scale_m": RESOLUTIONS_M})
+        require_bounds("world", self, {"scale_m": RESOLUTIONS_M, "walkers": (0, 1000)})
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,6 +4,7 @@ from mrslam.sim_driver.robots.config import ChassisConfig, OdometryConfig
 from mrslam.sim_driver.robots.fleet import Fleet, Observation
 from mrslam.sim_driver.robots.lasers import LASERS, LaserModel
 from mrslam.sim_driver.robots.robot import NOBODY, SimulatedRobot
+from mrslam.sim_driver.robots.walkers import Walkers
 from mrslam.sim_driver.robots.warm_up import warm_up
 
 __all__ = [
@@ -15,5 +16,6 @@ __all__ = [
     "Observation",
     "OdometryConfig",
     "SimulatedRobot",
+    "Walkers",
     "warm_up",
 ]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.sim_driver.robots.robot import SimulatedRobot
+from mrslam.sim_driver.robots.walkers import Walkers
 from mrslam.spatial import Scan
 from mrslam.spatial.se2 import Transform
 
@@ -28,9 +29,10 @@ class Observation:
 class Fleet:
     """Steps robots together, in the order of their ids."""
 
-    def __init__(self, robots: Mapping[str, SimulatedRobot]) -> None:
-        """Take robots that are already placed in one world."""
+    def __init__(self, robots: Mapping[str, SimulatedRobot], walkers: Walkers | None = None) -> None:
+        """Take robots that are already placed in one world, and the people in it."""
         self.robots = {robot_id: robots[robot_id] for robot_id in sorted(robots)}
+        self.walkers = walkers
 
     def T_world_base(self) -> dict[str, Transform]:
         """Return every robot's true pose."""
@@ -40,6 +42,8 @@ class Fleet:
         """Drive every robot for ``dt_s`` by its (speed m/s, turn rad/s); those without a command brake."""
         for robot_id, robot in self.robots.items():
             robot.step(commands.get(robot_id, (0.0, 0.0)), dt_s, self._others(robot_id))
+        if self.walkers is not None:
+            self.walkers.step(np.array([robot.T_world_base[:2] for robot in self.robots.values()]), dt_s)
 
     def observe(self, stamp_ns: int) -> list[Observation]:
         """Return every robot's sensors at this instant."""
@@ -54,4 +58,7 @@ class Fleet:
     def _others(self, robot_id: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         others = [robot for other, robot in self.robots.items() if other != robot_id]
         centres = np.array([robot.T_world_base[:2] for robot in others]).reshape(-1, 2)
-        return centres, np.array([robot.config.radius_m for robot in others], dtype=np.float64)
+        radii = np.array([robot.config.radius_m for robot in others], dtype=np.float64)
+        if self.walkers is None:
+            return centres, radii
+        return np.concatenate([centres, self.walkers.places_m]), np.concatenate([radii, self.walkers.radii_m])

@@ -14,7 +14,7 @@ from mrslam.sim_driver.missions.mission import Mission
 from mrslam.sim_driver.missions.run_files import LINKS_FILE, TRUTH_FILE
 from mrslam.sim_driver.missions.sections import RobotConfig
 from mrslam.sim_driver.missions.seeds import seed_for
-from mrslam.sim_driver.robots import LASERS, ChassisConfig, Fleet, LaserModel, SimulatedRobot
+from mrslam.sim_driver.robots import LASERS, ChassisConfig, Fleet, LaserModel, SimulatedRobot, Walkers
 from mrslam.sim_driver.worlds import World, load_world
 from mrslam.sim_driver.worlds.radio import Radio
 from mrslam.spatial import InputError
@@ -38,7 +38,10 @@ class Simulation:
         self.world = make_world(mission)
         self.radio = Radio(self.world, mission.radio, seed_for(mission, "radio"))
         rng = np.random.default_rng(seed_for(mission, "simulation"))
-        self.fleet = Fleet(self._placed(mission, rng))
+        placed = self._placed(mission, rng)
+        crowd = np.random.default_rng(seed_for(mission, "walkers"))
+        people = Walkers(self.world, mission.world.walkers, crowd) if mission.world.walkers else None
+        self.fleet = Fleet(placed, people)
         self.starts = self.fleet.T_world_base()
         self._commands: dict[str, tuple[float, float]] = {}
         self._sensed: dict[str, list[Sensed]] = defaultdict(list)
