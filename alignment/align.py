@@ -105,7 +105,8 @@ def _inverse(outcome: Alignment | Rejection) -> Alignment | Rejection:
     if isinstance(outcome, Rejection):
         T_b_a = None if outcome.T_a_b is None else se2.inverse(outcome.T_a_b)
         evidence = None if outcome.evidence is None else outcome.evidence.swapped()
-        return replace(outcome, T_a_b=T_b_a, evidence=evidence)
+        rivals = tuple(se2.inverse(rival) for rival in outcome.rivals)
+        return replace(outcome, T_a_b=T_b_a, evidence=evidence, rivals=rivals)
     J = _adjoint(outcome.T_a_b)
     C = J @ outcome.covariance @ J.T
     return replace(

@@ -11,7 +11,8 @@ BOUNDS = {
     "min_score_m": (0.0, 1e6), "min_walls": (0, 100_000), "max_contradiction": (0.0, 1e3),
     "max_deep_contradiction": (0.0, 1e3), "forgiveness": (0.0, 1e3), "min_crosswise_wall_m": (0.0, 1e6),
     "min_crosswise": (0.0, 1.0), "min_margin": (0.0, 1.0), "margin_per_contradiction": (0.0, 1e3),
-    "min_confidence": (0.0, 1.0), "orb_features": (10, 1_000_000), "ransac_draws": (1, 10_000_000),
+    "min_confidence": (0.0, 1.0), "strain": (0.0, 0.2),
+    "min_bent_score_m": (0.0, 1e6), "min_bent_share": (0.0, 1.0), "max_bent_contradiction": (0.0, 1e3), "orb_features": (10, 1_000_000), "ransac_draws": (1, 10_000_000),
     "ransac_inlier_m": (0.001, 100.0), "evaluations": (1, 10_000_000), "max_candidates": (1, 10_000),
 }  # fmt: skip
 """Least and largest value of every setting."""
@@ -49,6 +50,14 @@ class AlignmentConfig:
     """Expert: further lead (>= 0) asked for per contradicted share: a fit that is not clean must stand alone."""
     min_confidence: float = 0.5
     """Confidence (0..1) from which a fit that passes every test is accepted; 0.5 is where a test just passes."""
+    strain: float = 0.03
+    """Usual deformation per metre of maps that do not fit rigidly (0..0.2): 0.03 is 3 % of scale; 0 bends none."""
+    min_bent_score_m: float = 12.0
+    """Expert: like ``min_score_m`` (>= 0), of maps that fit only bent: chance fits are bent to fit, too."""
+    min_bent_share: float = 0.1
+    """Expert: least such score per wall of the smaller map (0..1): chance agrees in proportion to the wall there is."""
+    max_bent_contradiction: float = 0.45
+    """Expert: like ``max_contradiction`` (>= 0), of maps that fit only bent: their walls are ragged, doors shut."""
     orb_features: int = 2000
     """Expert: most ORB or SURF key points kept per map (>= 10)."""
     ransac_draws: int = 4000

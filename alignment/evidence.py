@@ -59,6 +59,10 @@ class Evidence:
     """Wall that speaks for the fit, discounted by the share that contradicts (``Case.worth``), metres."""
     margin: float = 1.0
     """0..1: lead in score over the best distinct other fit; 1 where there is none."""
+    bent_m: float = 0.0
+    """Root mean square shift of the agreeing walls that the rigid transform leaves over, metres; 0 where none bends."""
+    strain: float = 0.0
+    """Root mean square change of that shift per metre: 0.03 is a scale off by 3 %."""
     proposal: Mapping[str, float] = field(default_factory=dict)
     """The proposing method's own numbers by name (matches, inliers, dissimilarity, ...)."""
 

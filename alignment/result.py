@@ -49,6 +49,13 @@ class Rejection:
     """Best proposal, for diagnosis only; never to be used as a transform."""
     may_bend: bool = False
     """Whether its only faults are those of bent maps of one place: walls where the other is free, and rivals for it."""
+    rivals: tuple[Transform, ...] = ()
+    """Where else b fits about as well as at ``T_a_b``, nearest rival first, where nothing else keeps it from acceptance."""
+
+    @property
+    def ambiguous(self) -> bool:
+        """Whether b fits at several places, ``T_a_b`` and ``rivals``, and nothing in the maps says at which."""
+        return bool(self.rivals)
 
     @property
     def accepted(self) -> bool:

@@ -15,6 +15,7 @@ import os
 import platform
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from mrslam import alignment
 from mrslam.sim_driver.missions.usage import peak_kb
 from mrslam.spatial import read_map, se2
 
+KEY_POINT_M = 0.5
 LOOSE, STRICT = (0.5, math.radians(5.0)), (0.15, math.radians(1.0))
 
 
@@ -30,10 +32,43 @@ def default_pairs() -> Path:
     return Path(root) / "pairs"
 
 
+def apart_from(pair: dict[str, Any], T_a_b: np.ndarray | None) -> tuple[float, float]:
+    """Return how far a transform is from the truth, metres at the middle of the overlap and radians."""
+    if not pair["gt"] or T_a_b is None:
+        return math.inf, math.inf
+    T, at = np.array([pair["gt"][k] for k in ("tx", "ty", "theta")]), np.array(pair["eval_point_b"])
+    return float(np.hypot(*(se2.apply(T_a_b, at) - se2.apply(T, at)))), se2.difference(T_a_b, T)[1]
+
+
+def key_point_error_m(path: Path, T_a_b: np.ndarray | None) -> float | None:
+    """Return the mean distance of annotated key points under a transform, metres; None where none are annotated."""
+    with np.load(path) as pair:
+        if "keypoints_a_m" not in pair or not len(pair["keypoints_a_m"]):
+            return None
+        if T_a_b is None:
+            return math.inf
+        return float(np.hypot(*(se2.apply(T_a_b, pair["keypoints_b_m"]) - pair["keypoints_a_m"]).T).mean())
+
+
+def judged_by_key_points(rows: list[tuple[bool, bool, float | None]]) -> dict[str, float] | None:
+    """Return how many are right by their key points (bent maps have no one transform), or None where there are none."""
+    errors = [(accepted, error) for negative, accepted, error in rows if not negative and error is not None]
+    if not errors:
+        return None
+    return {
+        "n": len(errors),
+        "right": sum(accepted and error <= KEY_POINT_M for accepted, error in errors),
+        "wrong": sum(accepted and error > KEY_POINT_M for accepted, error in errors),
+        "proposed": sum(error <= KEY_POINT_M for _, error in errors),
+        "false_accepts": sum(accepted for negative, accepted, _ in rows if negative),
+    }
+
+
 def run(folder: Path, method: str, every: int = 1) -> tuple[dict[str, object], dict[str, dict[str, object]]]:
     """Align every pair; return the summary and the predictions."""
     pairs = json.loads((folder / "index.json").read_text())["pairs"][::every]
     rows, predictions, wall_s, cpu_s = [], {}, [], []
+    by_key_points, ambiguous = [], 0
     for pair in pairs:
         a, b = (read_map(folder / pair["file"], key) for key in "ab")
         wall, cpu = time.perf_counter(), time.process_time()
@@ -44,15 +79,9 @@ def run(folder: Path, method: str, every: int = 1) -> tuple[dict[str, object], d
         predictions[pair["id"]] = {"accepted": accepted, "confidence": found.confidence, "time": cpu_s[-1]}
         if found.T_a_b is not None:
             predictions[pair["id"]] |= dict(zip(("tx", "ty", "theta"), map(float, found.T_a_b), strict=True))
-        apart = (math.inf, math.inf)
-        if pair["gt"] and found.T_a_b is not None:
-            T = np.array([pair["gt"][k] for k in ("tx", "ty", "theta")])
-            at = np.array(pair["eval_point_b"])
-            apart = (
-                float(np.hypot(*(se2.apply(found.T_a_b, at) - se2.apply(T, at)))),
-                se2.difference(found.T_a_b, T)[1],
-            )
-        rows.append((pair["bin"], pair["negative"], accepted, apart, "aliased" in pair["tags"]))
+        rows.append((pair["bin"], pair["negative"], accepted, apart_from(pair, found.T_a_b), "aliased" in pair["tags"]))
+        by_key_points.append((pair["negative"], accepted, key_point_error_m(folder / pair["file"], found.T_a_b)))
+        ambiguous += isinstance(found, alignment.Rejection) and found.ambiguous
 
     def block(chosen: list[tuple[float, bool, bool, tuple[float, float], bool]]) -> dict[str, float]:
         within = [
@@ -81,6 +110,8 @@ def run(folder: Path, method: str, every: int = 1) -> tuple[dict[str, object], d
             "false_accepts": sum(r[2] for r in rows if r[4] and r[1]),
             "negatives": sum(r[1] for r in rows if r[4]),
         },
+        "ambiguous": ambiguous,
+        "key_points": judged_by_key_points(by_key_points),
         "wall_s": {"median": round(float(np.median(wall_s)), 4), "p95": round(float(np.quantile(wall_s, 0.95)), 4)},
         "cpu_s": {
             "median": round(float(np.median(cpu_s)), 4),

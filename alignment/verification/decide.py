@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,66 +12,45 @@ from mrslam.alignment.config import AlignmentConfig
 from mrslam.alignment.evidence import Evidence
 from mrslam.alignment.prepared import PreparedMap
 from mrslam.alignment.result import Alignment, Candidate, Rejection
-from mrslam.alignment.verification.reasons import Test, tests
-from mrslam.alignment.verification.refine import covariance, refine
-from mrslam.alignment.verification.verify import DISCOUNT, Agreement, Case, examine, quick_case
-from mrslam.spatial import se2
+from mrslam.alignment.verification.bent_fits import BentFit, bent_fits
+from mrslam.alignment.verification.fits import Fit, fits_of, margin_over, rivalry, same, slid
+from mrslam.alignment.verification.reasons import CLEAN, Test, bent_bounds, tests
+from mrslam.alignment.verification.refine import covariance
+from mrslam.alignment.verification.verify import Agreement, Case, examine
+from mrslam.spatial.se2 import Transform
 
-Fit = tuple[Case, se2.Transform, Candidate]
-"""A refined candidate: what speaks for and against it, where b lies, where it came from."""
-SAME_M, SAME_RAD = 0.4, math.radians(4.0)
-"""Two fits nearer than this, at the middle of b's walls, are one fit."""
-LEAST_DISCOUNT = 0.1
-"""Contradicted wall per metre of agreeing wall that makes a rival e times less worth where the best fit has none;
-bounds how severely rivals are judged: 0.4 of ``DISCOUNT``, which applies where the best fit contradicts by 0.083."""
-LEAST_KEPT = 0.78
-"""Share of its usual worth that a rival keeps however severely it is judged; bounds what a clean best fit gains."""
-SLIDES_M = (-3.0, -1.5, -0.75, 0.75, 1.5, 3.0)
-"""How far the best fit is slid along its walls to see whether it fits there as well, metres."""
+Rival = tuple[Case, Transform]
+"""Another place: what speaks for and against it, where b lies there."""
+MOST_RIVALS = 4
+"""Rivals named in an ambiguous answer; with the best fit five places."""
 
-
-def rivalry(best: Case, rival: Case) -> float:
-    """Return how near a distinct other fit comes to the best one, 0..1 and more.
-
-    Maps that hardly contradict each other at one place would not do so at their true place either: the cleaner the best
-    fit, the more a rival's contradictions count, but never so much that it loses more than a share of its worth. And a
-    rival is no nearer to the best than the balance of what speaks for and against it.
-    """
-    discount = min(max(3.0 * best.contradicted_m / max(best.matched_m, 0.1), LEAST_DISCOUNT), DISCOUNT)
-    near = max(
-        rival.worth(discount) / max(best.worth(discount), 1e-3), LEAST_KEPT * rival.worth() / max(best.worth(), 1e-3)
-    )
-    return min(near, max(rival.balance, 0.0) / max(best.balance, 1e-3))
+OVERTHROWS = 0.75
+"""Rivalry of a bent place from which it makes a fit that needed no bending ambiguous. Where the bent place is the right
+one it is 1.5 and more (half a turn, ragged maps); where it is not, 0.54 at most: every place gains by bending."""
 
 
-def slid(a: PreparedMap, b: PreparedMap, best: Agreement, tolerance_m: float) -> list[Case]:
-    """Return what speaks for and against the fit slid in the direction that its walls hold least."""
-    along = np.linalg.eigh(best.H[:2, :2])[1][:, 0]
-    return [quick_case(a, b, best.T_a_b + np.append(d * along, 0.0), tolerance_m) for d in SLIDES_M]
+@dataclass(frozen=True, eq=False)
+class Claim:
+    """A fit put forward as the answer: what it shows, and what is asked of it."""
 
+    found: Agreement
+    own: Case
+    """What speaks for and against it, to be compared with its rivals."""
+    evidence: Evidence
+    judged: list[Test]
+    rivals: list[Rival]
+    """Distinct other places, compared with ``own``."""
 
-def same(b: PreparedMap, T_1: se2.Transform, T_2: se2.Transform) -> bool:
-    """Whether two transforms lay b at one place."""
-    if abs(math.remainder(T_1[2] - T_2[2], 2.0 * math.pi)) >= SAME_RAD:
-        return False
-    apart = se2.apply(T_1, b.centre) - se2.apply(T_2, b.centre)
-    return math.hypot(apart[0], apart[1]) < SAME_M
+    @property
+    def passed(self) -> bool:
+        """Whether it shows all that is asked."""
+        return all(test.slack >= 0 for test in self.judged)
 
-
-def fits_of(a: PreparedMap, b: PreparedMap, candidates: list[Candidate], config: AlignmentConfig) -> list[Fit]:
-    """Return the distinct fits the candidates lead to with their scores, best first."""
-    fits: list[Fit] = []
-    for candidate in candidates:
-        if len(fits) == config.max_candidates:
-            break
-        if any(same(b, candidate.T_a_b, T) for _, T, _ in fits):
-            continue
-        T_a_b = refine(a, b, candidate.T_a_b)
-        if any(same(b, T_a_b, T) for _, T, _ in fits):
-            continue
-        fits.append((quick_case(a, b, T_a_b, config.tolerance_m, most_cells=math.inf), T_a_b, candidate))
-    fits.sort(key=lambda fit: -fit[0].worth())
-    return fits
+    def against(self, rivals: list[Rival], config: AlignmentConfig, own: Case | None = None) -> Claim:
+        """Return the claim judged with further rivals; ``own`` : the fit's case to compare these with."""
+        margin = min(self.evidence.margin, margin_over([case for case, _ in rivals], own or self.own))
+        evidence = replace(self.evidence, margin=margin)
+        return replace(self, evidence=evidence, judged=tests(evidence, config), rivals=self.rivals + rivals)
 
 
 def decide(
@@ -85,30 +64,84 @@ def decide(
     """Return the best candidate as an alignment where it passes every test, else a rejection that says why.
 
     ``rivals`` is called for further candidates, to beat the best one but not to be accepted, once it would be accepted.
+    Where the maps do not fit as they are, or not cleanly, they are bent to fit at every place, and judged again.
     """
     if not candidates:
         return Rejection("nothing in the two maps matches", 0.0, None, method)
-    (own, T_a_b, candidate), *others = fits_of(a, b, candidates, config)
-    best = examine(a, b, T_a_b, config.tolerance_m)
-    evidence = replace(best.evidence, score_m=own.worth(), proposal=candidate.evidence)
-    known = slid(a, b, best, config.tolerance_m) + [rival for rival, _, _ in others]
-    evidence = replace(evidence, margin=margin_over(known, own))
-    judged = tests(evidence, config)
-    if rivals is not None and all(test.slack >= 0 for test in judged):
-        known += [rival for rival, T, _ in fits_of(a, b, rivals(), config) if not same(b, T, T_a_b)]
-        evidence = replace(evidence, margin=margin_over(known, own))
-        judged = tests(evidence, config)
-    confidence = confidence_of(judged)
-    if all(test.slack >= 0 for test in judged) and confidence >= config.min_confidence:
-        C = covariance(best.H, best.pivot, T_a_b, 0.5 * config.tolerance_m)
-        return Alignment(T_a_b, confidence, evidence, C, method)
-    may_bend = all(test.slack >= 0 for test in judged if not test.bends)
-    return Rejection(complaint(judged, confidence, evidence, config), confidence, evidence, method, T_a_b, may_bend)
+    fits = fits_of(a, b, candidates, config)
+    claim = rigid_claim(a, b, fits, config)
+    if rivals is not None:
+        if not claim.passed:
+            return answer(claim, method, config)
+        further = [fit for fit in fits_of(a, b, rivals(), config) if not same(b, fit[1], fits[0][1])]
+        fits += further
+        claim = claim.against([(case, T) for case, T, _ in further], config)
+    is_clean = claim.passed and claim.evidence.contradicted_per_m <= CLEAN
+    if config.strain == 0.0 or is_clean:
+        return answer(claim, method, config)
+    bent = bent_fits(a, b, [T for _, T, _ in fits], config)
+    if not claim.passed:
+        other = bent_claim(a, b, bent, config)
+        return answer(other if other.passed else claim, method, config)
+    own = next((fit for fit in bent if fit.start == 0), None)
+    if own is None:  # bent, another place leads to this one and fits better: one place
+        return answer(claim, method, config)
+    others = [(fit.case, fit.bend.T_a_b) for fit in bent if fit is not own and rivalry(own.case, fit.case) > OVERTHROWS]
+    return answer(claim.against(others, config, own.case), method, config)
 
 
-def margin_over(rivals: list[Case], best: Case) -> float:
-    """Return 0..1: the best fit's lead over the nearest of its rivals."""
-    return max(0.0, 1.0 - max(rivalry(best, rival) for rival in rivals))
+def rigid_claim(a: PreparedMap, b: PreparedMap, fits: list[Fit], config: AlignmentConfig) -> Claim:
+    """Return what the best of the fits shows with the maps laid as they are."""
+    (own, T_a_b, candidate), *others = fits
+    found = examine(a, b, T_a_b, config.tolerance_m)
+    margin = margin_over(slid(a, b, found, config.tolerance_m), own)
+    evidence = replace(found.evidence, score_m=own.worth(), margin=margin, proposal=candidate.evidence)
+    return Claim(found, own, evidence, [], []).against([(case, T) for case, T, _ in others], config)
+
+
+def bent_claim(a: PreparedMap, b: PreparedMap, fits: list[BentFit], config: AlignmentConfig) -> Claim:
+    """Return what the best of the fits shows with map b bent; its transform is the rigid part."""
+    best, *others = fits
+    as_bent = best.bend.bent(b)
+    found = examine(a, as_bent, best.bend.T_a_b, config.tolerance_m)
+    rivals = [(fit.case, fit.bend.T_a_b) for fit in others]
+    cases = slid(a, as_bent, found, config.tolerance_m) + [case for case, _ in rivals]
+    evidence = replace(
+        found.evidence,
+        score_m=best.case.worth(),
+        margin=margin_over(cases, best.case),
+        bent_m=best.bend.residual_m,
+        strain=best.bend.strain,
+    )
+    asked = bent_bounds(min(a.wall_m, b.wall_m), config)
+    return Claim(found, best.case, evidence, tests(evidence, config, asked), rivals)
+
+
+def answer(claim: Claim, method: str, config: AlignmentConfig) -> Alignment | Rejection:
+    """Return a claim as an alignment where it passed, else as a rejection with what it lacks."""
+    evidence, T_a_b = claim.evidence, claim.found.T_a_b
+    confidence = confidence_of(claim.judged)
+    if claim.passed and confidence >= config.min_confidence:
+        C = covariance(claim.found.H, claim.found.pivot, T_a_b, 0.5 * config.tolerance_m)
+        return Alignment(T_a_b, confidence, evidence, C + _of_bend(evidence), method)
+    may_bend = all(test.slack >= 0 for test in claim.judged if not test.bends)
+    why = complaint(claim.judged, confidence, evidence, config)
+    return Rejection(why, confidence, evidence, method, T_a_b, may_bend, _places(claim))
+
+
+def _of_bend(evidence: Evidence) -> np.ndarray:
+    """Return the ``(3, 3)`` covariance that a rigid transform has of maps that are bent: what it leaves over."""
+    turn = evidence.bent_m / max(evidence.extent_m, 1.0)
+    return np.diag([evidence.bent_m**2, evidence.bent_m**2, turn**2])
+
+
+def _places(claim: Claim) -> tuple[Transform, ...]:
+    """Return the rivals too near to decide, nearest first, where the claim lacks nothing but a lead."""
+    lead = next(test for test in claim.judged if test.is_lead)
+    if lead.slack >= 0 or any(test.slack < 0 for test in claim.judged if not test.is_lead):
+        return ()
+    near = sorted(((rivalry(claim.own, case), k) for k, (case, _) in enumerate(claim.rivals)), reverse=True)
+    return tuple(claim.rivals[k][1] for share, k in near[:MOST_RIVALS] if 1.0 - share < lead.bound)
 
 
 def confidence_of(judged: list[Test]) -> float:

@@ -33,6 +33,8 @@ class Test:
     """What is said where it is not shown."""
     bends: bool = False
     """Whether maps of one place that are bent may fail it."""
+    is_lead: bool = False
+    """Whether it is the lead over other places: a fit that fails nothing else is ambiguous."""
 
     @property
     def slack(self) -> float:
@@ -46,32 +48,59 @@ def forgiven(evidence: Evidence) -> float:
     return min(max(much, 0.0), 1.0) * min(evidence.walls / MANY_WALLS, 1.0)
 
 
-def tests(evidence: Evidence, config: AlignmentConfig) -> list[Test]:
-    """Return all that a fit must show to be accepted."""
+@dataclass(frozen=True)
+class Bounds:
+    """What is asked of a fit's score, contradictions and lead."""
+
+    score_m: float
+    contradicted: float
+    deep: float
+    lead: float
+
+
+def rigid_bounds(evidence: Evidence, config: AlignmentConfig) -> Bounds:
+    """Return what is asked of maps that are laid as they are."""
+    lead = config.min_margin + config.margin_per_contradiction * max(0.0, evidence.contradicted_per_m - CLEAN)
+    lead = min(MOST_MARGIN, lead + LEAD_PER_M * max(0.0, PLENTY_M - evidence.score_m))
+    more = config.forgiveness * forgiven(evidence)
+    usual = STRICTER + (1.0 - STRICTER) * min(max((evidence.matched_m - FEW_M) / (ENOUGH_M - FEW_M), 0.0), 1.0)
+    return Bounds(
+        config.min_score_m, config.max_contradiction * usual + more, config.max_deep_contradiction + more, lead
+    )
+
+
+def bent_bounds(wall_m: float, config: AlignmentConfig) -> Bounds:
+    """Return what is asked of maps that are bent to fit, as are the rivals; ``wall_m`` : of the smaller map.
+
+    More wall, for any place is helped by bending; no more lead for walls that contradict: rivals contradict likewise,
+    and a bend leaves hardly any wall that is off by less than it can explain, so that all of it counts as deep.
+    """
+    most = config.max_bent_contradiction
+    return Bounds(max(config.min_bent_score_m, config.min_bent_share * wall_m), most, most, config.min_margin)
+
+
+def tests(evidence: Evidence, config: AlignmentConfig, bounds: Bounds | None = None) -> list[Test]:
+    """Return all that a fit must show to be accepted; without ``bounds`` what is asked of maps laid as they are."""
+    bounds = bounds or rigid_bounds(evidence, config)
     matched, across = max(evidence.matched_m, NO_WALL_M), evidence.crosswise_m
     shallow, deep = evidence.contradicted_per_m, evidence.deep_per_m
     score, other = evidence.score_m, 1.0 - evidence.margin
-    lead = config.min_margin + config.margin_per_contradiction * max(0.0, shallow - CLEAN)
-    lead = min(MOST_MARGIN, lead + LEAD_PER_M * max(0.0, PLENTY_M - score))
-    more = config.forgiveness * forgiven(evidence)
-    usual = STRICTER + (1.0 - STRICTER) * min(max((matched - FEW_M) / (ENOUGH_M - FEW_M), 0.0), 1.0)
-    most, most_deep = config.max_contradiction * usual + more, config.max_deep_contradiction + more
     wall = f"{matched:.1f} m of wall agree, {shallow * matched:.1f} m contradict"
     little = f"too little wall in common: {wall}"
     slides = f"the maps can slide along each other: only {across:.1f} m of the {matched:.1f} m that agree run across"
     return [
-        Test(score, config.min_score_m, 2.0, little if score > 0 else f"more speaks against than for it: {wall}"),
+        Test(score, bounds.score_m, 2.0, little if score > 0 else f"more speaks against than for it: {wall}"),
         Test(evidence.walls, config.min_walls, 2.0,
              f"only {evidence.walls} separate walls agree, {config.min_walls} are needed"),
-        Test(shallow, most, -0.1, f"{_share(shallow)} of the walls compared lie where the other map is free, "
-             f"more than {_share(most)}", bends=True),
-        Test(deep, most_deep, -0.05, f"{_share(deep)} of the walls compared lie clearly where the other map is free, "
-             f"more than {_share(most_deep)}", bends=True),
+        Test(shallow, bounds.contradicted, -0.1, f"{_share(shallow)} of the walls compared lie where the other map is "
+             f"free, more than {_share(bounds.contradicted)}", bends=True),
+        Test(deep, bounds.deep, -0.05, f"{_share(deep)} of the walls compared lie clearly where the other map is free, "
+             f"more than {_share(bounds.deep)}", bends=True),
         Test(across, config.min_crosswise_wall_m, 0.5, slides),
         Test(across / matched, config.min_crosswise, 0.05, slides),
-        Test(evidence.margin, lead, 0.2,
-             f"ambiguous: another place fits {other:.0%} as well, at most {1.0 - lead:.0%} is allowed",
-             bends=True),
+        Test(evidence.margin, bounds.lead, 0.2,
+             f"ambiguous: another place fits {other:.0%} as well, at most {1.0 - bounds.lead:.0%} is allowed",
+             bends=True, is_lead=True),
     ]  # fmt: skip
 
 

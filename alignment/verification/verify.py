@@ -147,6 +147,11 @@ def case(evidence: Evidence) -> Case:
     )
 
 
+def free_step(small: PreparedMap, most_cells: float) -> int:
+    """Return the rows and columns from one cell of free space that is looked at to the next, for so many cells."""
+    return max(FREE_STEP, math.ceil(math.sqrt(small.state.size / most_cells)))
+
+
 def quick_case(
     a: PreparedMap,
     b: PreparedMap,
@@ -161,7 +166,7 @@ def quick_case(
     _, (mb, ob, cb, _) = judge_walls(b, a, T_a_b, tolerance_m, step_b)
     _, (ma, oa, ca, _) = judge_walls(a, b, T_b_a, tolerance_m, step_a)
     small, large, T = (a, b, T_b_a) if a.state.size <= b.state.size else (b, a, T_a_b)
-    step = max(FREE_STEP, math.ceil(math.sqrt(small.state.size / most_cells)))
+    step = free_step(small, most_cells)
     free, _, _, _ = free_overlap(small.state, small.x0, small.y0, step, T, large.state, large.x0, large.y0, a.res)
     return Case(
         min(ma * step_a, mb * step_b) * a.res,
