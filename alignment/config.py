@@ -51,7 +51,8 @@ class AlignmentConfig:
     min_confidence: float = 0.5
     """Confidence (0..1) from which a fit that passes every test is accepted; 0.5 is where a test just passes."""
     strain: float = 0.03
-    """Usual deformation per metre of maps that do not fit rigidly (0..0.2): 0.03 is 3 % of scale; 0 bends none."""
+    """Usual deformation per metre of maps that do not fit rigidly (0..0.2): 0.03 is 3 % of scale; 0 bends none.
+    A team's maps, and others with the scans that made them, are bent by these instead."""
     min_bent_score_m: float = 12.0
     """Expert: like ``min_score_m`` (>= 0), of maps that fit only bent: chance fits are bent to fit, too."""
     min_bent_share: float = 0.1

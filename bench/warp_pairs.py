@@ -38,7 +38,7 @@ def warp(centre: np.ndarray, scale: float, bend_m: float, rng: np.random.Generat
     return moved
 
 
-def warped(grid: OccupancyGrid, moved: Places, inverse_rounds: int = 8) -> OccupancyGrid:
+def warped(grid: OccupancyGrid, moved: Places, inverse_rounds: int = 4) -> OccupancyGrid:
     """Return the map drawn where its places go; every cell takes the state of the place that comes to its middle."""
     res, (x0, y0) = grid.resolution_m, grid.origin_m
     height, width = grid.shape

@@ -113,7 +113,9 @@ class Runner:
         return outcome
 
     def _align(self, job: AlignJob) -> Alignment | Rejection:
-        config = replace(self.agent.settings.alignment, seed=self.agent.settings.alignment.seed + job.attempt)
+        settings = self.agent.settings.alignment
+        # Robots' maps are bent by the scans that made them (align_bent), not by their walls alone.
+        config = replace(settings, seed=settings.seed + job.attempt, strain=0.0)
         method = self.agent.settings.agent.align_method
         outcome = align(job.grid_a, job.grid_b, method=method, prior=job.prior, config=config)
         if isinstance(outcome, Rejection) and outcome.may_bend and job.trails is not None:

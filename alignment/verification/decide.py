@@ -46,6 +46,11 @@ class Claim:
         """Whether it shows all that is asked."""
         return all(test.slack >= 0 for test in self.judged)
 
+    @property
+    def lacks_lead(self) -> bool:
+        """Whether it shows all that is asked but a lead over its rivals."""
+        return all((test.slack < 0) == test.is_lead for test in self.judged)
+
     def against(self, rivals: list[Rival], config: AlignmentConfig, own: Case | None = None) -> Claim:
         """Return the claim judged with further rivals; ``own`` : the fit's case to compare these with."""
         margin = min(self.evidence.margin, margin_over([case for case, _ in rivals], own or self.own))
@@ -82,7 +87,7 @@ def decide(
     bent = bent_fits(a, b, [T for _, T, _ in fits], config)
     if not claim.passed:
         other = bent_claim(a, b, bent, config)
-        return answer(other if other.passed else claim, method, config)
+        return answer(other if other.passed or other.lacks_lead else claim, method, config)
     own = next((fit for fit in bent if fit.start == 0), None)
     if own is None:  # bent, another place leads to this one and fits better: one place
         return answer(claim, method, config)
@@ -113,7 +118,7 @@ def bent_claim(a: PreparedMap, b: PreparedMap, fits: list[BentFit], config: Alig
         bent_m=best.bend.residual_m,
         strain=best.bend.strain,
     )
-    asked = bent_bounds(min(a.wall_m, b.wall_m), config)
+    asked = bent_bounds(evidence.residual, min(a.wall_m, b.wall_m), config)
     return Claim(found, best.case, evidence, tests(evidence, config, asked), rivals)
 
 
@@ -137,9 +142,9 @@ def _of_bend(evidence: Evidence) -> np.ndarray:
 
 def _places(claim: Claim) -> tuple[Transform, ...]:
     """Return the rivals too near to decide, nearest first, where the claim lacks nothing but a lead."""
-    lead = next(test for test in claim.judged if test.is_lead)
-    if lead.slack >= 0 or any(test.slack < 0 for test in claim.judged if not test.is_lead):
+    if not claim.lacks_lead:
         return ()
+    lead = next(test for test in claim.judged if test.is_lead)
     near = sorted(((rivalry(claim.own, case), k) for k, (case, _) in enumerate(claim.rivals)), reverse=True)
     return tuple(claim.rivals[k][1] for share, k in near[:MOST_RIVALS] if 1.0 - share < lead.bound)
 

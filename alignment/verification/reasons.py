@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from mrslam.alignment.config import AlignmentConfig
@@ -19,6 +20,13 @@ PLENTY_M, LEAD_PER_M = 8.0, 0.06
 """Below so many metres each metre less asks for so much more lead: chance fits are small."""
 MANY_WALLS = 10
 """Distinct walls that go with it."""
+CHANCE = 0.446
+"""Mean cost of agreeing walls that lie anywhere within the tolerance: 1 - atan(2) / 2, the kernel's scale being half of
+it. That of right fits is 0.06 to 0.33, the median 0.15."""
+SHARP, RAGGED = 0.1, 0.2
+"""Cost of fits of maps that are drawn to a cell, and from which maps are ragged."""
+LOOSE, SMALL_M = 0.3, 12.0
+"""Largest cost of a fit that is worth less than so many metres: half way from right fits to chance."""
 
 
 @dataclass(frozen=True)
@@ -69,13 +77,15 @@ def rigid_bounds(evidence: Evidence, config: AlignmentConfig) -> Bounds:
     )
 
 
-def bent_bounds(wall_m: float, config: AlignmentConfig) -> Bounds:
+def bent_bounds(residual: float, wall_m: float, config: AlignmentConfig) -> Bounds:
     """Return what is asked of maps that are bent to fit, as are the rivals; ``wall_m`` : of the smaller map.
 
     More wall, for any place is helped by bending; no more lead for walls that contradict: rivals contradict likewise,
-    and a bend leaves hardly any wall that is off by less than it can explain, so that all of it counts as deep.
+    and a bend leaves hardly any wall that is off by less than it can explain, so that all of it counts as deep. How
+    much may contradict depends on how ragged the maps are: of walls that agree to a cell none is ragged.
     """
-    most = config.max_bent_contradiction
+    ragged = min(max((residual - SHARP) / (RAGGED - SHARP), 0.0), 1.0)
+    most = config.max_contradiction + ragged * (config.max_bent_contradiction - config.max_contradiction)
     return Bounds(max(config.min_bent_score_m, config.min_bent_share * wall_m), most, most, config.min_margin)
 
 
@@ -96,6 +106,9 @@ def tests(evidence: Evidence, config: AlignmentConfig, bounds: Bounds | None = N
              f"free, more than {_share(bounds.contradicted)}", bends=True),
         Test(deep, bounds.deep, -0.05, f"{_share(deep)} of the walls compared lie clearly where the other map is free, "
              f"more than {_share(bounds.deep)}", bends=True),
+        Test(evidence.residual, LOOSE if score < SMALL_M else math.inf, -0.05,
+             f"walls that agree lie {evidence.residual / CHANCE:.0%} as far apart as chance would lay them, more than "
+             f"{LOOSE / CHANCE:.0%}", bends=True),
         Test(across, config.min_crosswise_wall_m, 0.5, slides),
         Test(across / matched, config.min_crosswise, 0.05, slides),
         Test(evidence.margin, bounds.lead, 0.2,

@@ -59,9 +59,7 @@ class PairAligner:
 
     def align_pairs(self, jobs: Sequence[Job], report: bool = False) -> list[Pair]:
         """Align pairs in parallel; return those accepted, in the order of the jobs."""
-        found = self.pool.map(
-            lambda job: align(self.grids[job[0]], self.grids[job[1]], method=self.method, prior=job[2]), jobs
-        )
+        found = self.pool.map(self._align, jobs)
         accepted = []
         for done, ((a, b, _), result) in enumerate(zip(jobs, found, strict=True), start=1):
             self.tried += 1
@@ -71,12 +69,18 @@ class PairAligner:
                 self.report(done, len(jobs))
         return accepted
 
+    def _align(self, job: Job) -> Alignment | Rejection:
+        a, b, prior = job
+        scanned = {a, b} <= self.trails.keys()  # bent by their scans, not by their walls alone
+        config = AlignmentConfig(strain=0.0) if scanned else None
+        return align(self.grids[a], self.grids[b], method=self.method, prior=prior, config=config)
+
     def _bent(self, a: str, b: str, result: Alignment | Rejection) -> Alignment | Rejection:
         """Return an alignment in place of a rejection where the maps fit once they are bent."""
         if not isinstance(result, Rejection) or not {a, b} <= self.trails.keys():
             return result
         one, two = (Scanned(self.grids[name], self.trails[name]) for name in (a, b))
-        return align_bent(one, two, result, self.method, AlignmentConfig(), self._matcher)
+        return align_bent(one, two, result, self.method, AlignmentConfig(strain=0.0), self._matcher)
 
     def align_grids(self, one: OccupancyGrid, others: Sequence[OccupancyGrid]) -> list[Alignment | Rejection]:
         """Align one map with each of the others in parallel, keeping no result."""

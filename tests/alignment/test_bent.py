@@ -1,0 +1,91 @@
+"""Maps of other mappers: scales that are off, walls that are bent; and buildings that look the same turned around."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from mrslam.alignment import Alignment, AlignmentConfig, Rejection, align
+from mrslam.alignment.prepared import prepare
+from mrslam.alignment.verification.bend import Bend
+from mrslam.spatial import OccupancyGrid, se2
+from tests.alignment.conftest import House
+
+CELLS = np.array([-1, 0, 100], dtype=np.int8)
+"""By state of a prepared map."""
+T_B_WORLD = se2.transform(4.0, 7.0, math.radians(-110.0))
+
+
+def warped(grid: OccupancyGrid, scale: float, bend_m: float) -> tuple[OccupancyGrid, Bend]:
+    """Return the map drawn to another scale, its walls bent by ``bend_m`` over 10 m, and the bend."""
+    b = prepare(grid, grid.resolution_m)
+    x, y = np.arange(0.0, 45.0, 1.0), np.arange(0.0, 45.0, 1.0)
+    (x0, y0), (xs, ys) = grid.origin_m, np.meshgrid(x, y)
+    wave = 0.5 * bend_m * np.sin(xs * math.pi / 10.0)
+    nodes = np.stack([(scale - 1.0) * xs, (scale - 1.0) * ys + wave], axis=-1)
+    by = Bend(se2.IDENTITY, nodes, x0, y0, 1.0, 0.0)
+    drawn = by.bent(b)
+    return OccupancyGrid(CELLS[drawn.state], drawn.res, (drawn.x0, drawn.y0)), by
+
+
+def parts() -> tuple[OccupancyGrid, OccupancyGrid]:
+    house = House()
+    return house.part(slice(0, 400), slice(0, 400), np.zeros(3)), house.part(slice(0, 400), slice(100, 520), T_B_WORLD)
+
+
+@pytest.mark.parametrize(("scale", "bend_m"), [(1.03, 0.0), (1.0, 0.6), (0.975, 0.3)])
+def test_maps_that_other_mappers_warped_fit_by_a_small_bend(scale: float, bend_m: float) -> None:
+    a, straight = parts()
+    b, by = warped(straight, scale, bend_m)
+    found = align(a, b)
+    assert isinstance(found, Alignment), found.reason
+    places = np.random.default_rng(0).uniform((6.0, 1.0), (19.0, 19.0), (50, 2))  # world: known to both
+    in_b = se2.apply(T_B_WORLD, places)
+    off = np.hypot(*(se2.apply(found.T_a_b, in_b + by.shifts(in_b)) - places).T)
+    assert off.mean() < 0.3
+    assert 0.04 < found.evidence.bent_m < 0.4 and 0.005 < found.evidence.strain < 0.06
+    # Its rigid transform is as sure as what it leaves over.
+    assert math.sqrt(found.covariance[0, 0]) > 0.8 * found.evidence.bent_m
+
+
+def test_without_bending_warped_maps_are_refused() -> None:
+    a, straight = parts()
+    found = align(a, warped(straight, 1.03, 0.0)[0], config=AlignmentConfig(strain=0.0))
+    assert isinstance(found, Rejection)
+
+
+def test_maps_that_fit_as_they_are_are_not_bent() -> None:
+    found = align(*parts())
+    assert isinstance(found, Alignment) and found.evidence.bent_m == 0.0 == found.evidence.strain
+
+
+def symmetric() -> House:
+    """Return a house that looks the same after half a turn."""
+    house = House()
+    house.cells = np.maximum(house.cells, house.cells[::-1, ::-1])
+    return house
+
+
+@pytest.mark.parametrize("scale", [1.0, 1.03])
+def test_half_a_turn_in_a_symmetric_house_is_ambiguous_and_both_places_are_named(scale: float) -> None:
+    house = symmetric()
+    every = slice(0, 400), slice(0, 520)
+    a, b = house.part(*every, np.zeros(3)), warped(house.part(*every, T_B_WORLD), scale, 0.0)[0]
+    for one, two in ((a, b), (b, a)):
+        found = align(one, two)
+        assert isinstance(found, Rejection) and found.ambiguous, found
+        assert "ambiguous" in found.reason
+        turns = [math.degrees(abs(se2.wrap(T[2] - found.T_a_b[2]))) for T in found.rivals]
+        assert turns[0] == pytest.approx(180.0, abs=2.0)
+        # The rival lays the middle of the house where the best place does.
+        middle = two.centres(two.is_occupied).mean(axis=0)
+        assert np.hypot(*(se2.apply(found.rivals[0], middle) - se2.apply(found.T_a_b, middle))) < 1.0
+
+
+def test_one_place_only_is_no_ambiguity() -> None:
+    a, b = parts()
+    blank = OccupancyGrid(np.where(b.is_occupied, np.int8(0), b.cells), b.resolution_m, b.origin_m)
+    found = align(a, blank)
+    assert isinstance(found, Rejection) and not found.ambiguous and found.rivals == ()
