@@ -11,9 +11,10 @@ BOUNDS = {
     "min_score_m": (0.0, 1e6), "min_walls": (0, 100_000), "max_contradiction": (0.0, 1e3),
     "max_deep_contradiction": (0.0, 1e3), "forgiveness": (0.0, 1e3), "min_crosswise_wall_m": (0.0, 1e6),
     "min_crosswise": (0.0, 1.0), "min_margin": (0.0, 1.0), "margin_per_contradiction": (0.0, 1e3),
-    "min_confidence": (0.0, 1.0), "strain": (0.0, 0.2),
-    "min_bent_score_m": (0.0, 1e6), "min_bent_share": (0.0, 1.0), "max_bent_contradiction": (0.0, 1e3), "orb_features": (10, 1_000_000), "ransac_draws": (1, 10_000_000),
-    "ransac_inlier_m": (0.001, 100.0), "evaluations": (1, 10_000_000), "max_candidates": (1, 10_000),
+    "min_confidence": (0.0, 1.0), "strain": (0.0, 0.2), "min_bent_score_m": (0.0, 1e6),
+    "min_bent_share": (0.0, 1.0), "max_bent_contradiction": (0.0, 1e3),
+    "orb_features": (10, 1_000_000), "ransac_draws": (1, 10_000_000), "ransac_inlier_m": (0.001, 100.0),
+    "evaluations": (1, 10_000_000), "max_candidates": (1, 10_000),
 }  # fmt: skip
 """Least and largest value of every setting."""
 

@@ -50,7 +50,7 @@ class Rejection:
     may_bend: bool = False
     """Whether its only faults are those of bent maps of one place: walls where the other is free, and rivals for it."""
     rivals: tuple[Transform, ...] = ()
-    """Where else b fits about as well as at ``T_a_b``, nearest rival first, where nothing else keeps it from acceptance."""
+    """Where else b fits about as well as at ``T_a_b``, best first; only where nothing but them forbids acceptance."""
 
     @property
     def ambiguous(self) -> bool:

@@ -1,6 +1,6 @@
 """How many pairs of maps can be aligned at all: an oracle knows the truth and asks whether a rival fits as well.
 
-    python bench/alignment_limit.py [--pairs DIR] [--every 1]
+    python -m bench.alignment_limit [--pairs DIR] [--every 1]
 
 One JSON line; by overlap bin, of the overlapping pairs: ``found`` is right and accepted; ``held`` has enough at the
 true place to be accepted if no other place were known (all tests but the lead); ``unrivalled`` has no other place that
@@ -17,15 +17,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from alignment import LOOSE, apart_from, default_pairs
 
+from bench.alignment import LOOSE, apart_from, default_pairs
 from mrslam import alignment
 from mrslam.alignment import AlignmentConfig
 from mrslam.alignment.aligners import ALIGNERS
 from mrslam.alignment.prepared import is_smaller, main_part, prepare, working_resolution
 from mrslam.alignment.result import Candidate
-from mrslam.alignment.verification.decide import bent_claim, rigid_claim
 from mrslam.alignment.verification.bent_fits import bent_fits
+from mrslam.alignment.verification.decide import bent_claim, rigid_claim
 from mrslam.alignment.verification.fits import fits_of, same
 from mrslam.spatial import OccupancyGrid, read_map, se2
 

@@ -37,9 +37,7 @@ def shifts_at(at: F64, nodes: F64, x0: float, y0: float, spacing_m: float) -> F6
 
 
 @njit(cache=True, nogil=True)
-def partners(
-    at: F64, normals: F64, target: WallMap, reach_m: float, out: I64
-) -> int:  # pragma: no cover - compiled
+def partners(at: F64, normals: F64, target: WallMap, reach_m: float, out: I64) -> int:  # pragma: no cover - compiled
     """Write to ``out (N,)`` the target's nearest wall point that faces as each point does, or -1; return how many.
 
     ``at``, ``normals`` ``(N, 2)`` : points in the target's frame.

@@ -59,7 +59,7 @@ class Bend:
         return out
 
     def bent(self, b: PreparedMap) -> PreparedMap:
-        """Return map b bent, in its own frame: ``T_a_b`` lays it on map a. Known cells stay one part, thin walls whole."""
+        """Return map b bent, in its own frame: ``T_a_b`` lays it on map a."""
         most = math.ceil(float(np.max(np.abs(self.nodes))) / b.res)
         shape = (b.state.shape[0] + 2 * most, b.state.shape[1] + 2 * most)
         x0, y0 = b.x0 - most * b.res, b.y0 - most * b.res

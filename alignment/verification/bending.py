@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import NDArray
 
 from mrslam.alignment.kernels.agreement import agreement
@@ -72,7 +71,7 @@ def membrane(rows: int, cols: int) -> F64:
     two = np.concatenate([index[:, 1:].ravel(), index[1:].ravel()])
     ends = np.zeros((len(one), rows * cols))
     ends[np.arange(len(one)), one], ends[np.arange(len(one)), two] = 1.0, -1.0
-    return np.kron(ends.T @ ends, np.eye(2))
+    return np.asarray(np.kron(ends.T @ ends, np.eye(2)), dtype=np.float64)
 
 
 def _step(a: PreparedMap, b: PreparedMap, here: Bend, stiff: F64, kernel: tuple[float, float]) -> Bend:
@@ -86,9 +85,7 @@ def _step(a: PreparedMap, b: PreparedMap, here: Bend, stiff: F64, kernel: tuple[
     for source, of_b in ((b, True), (a, False)):
         step = -(-len(source.points) // MOST_POINTS)
         at, normals = source.points[::step], source.normals[::step]
-        moved, facing, target = (
-            (here.forward(at), normals @ R.T, a) if of_b else (here.backward(at), normals @ R, b)
-        )
+        moved, facing, target = (here.forward(at), normals @ R.T, a) if of_b else (here.backward(at), normals @ R, b)
         j = np.empty(len(at), dtype=np.int64)
         partners(moved, facing, target.wall_map, reach_m, j)
         hit, j = j >= 0, j[j >= 0]
@@ -104,7 +101,7 @@ def _step(a: PreparedMap, b: PreparedMap, here: Bend, stiff: F64, kernel: tuple[
     places = np.concatenate(held)
     if len(places) < MIN_POINTS:
         return here
-    nodes = here.nodes - scipy.linalg.solve(H, g, assume_a="pos", check_finite=False).reshape(here.nodes.shape)
+    nodes = here.nodes - np.linalg.solve(H, g).reshape(here.nodes.shape)
     return without_rigid(here, nodes, places)
 
 

@@ -80,13 +80,15 @@ def rigid_bounds(evidence: Evidence, config: AlignmentConfig) -> Bounds:
 def bent_bounds(residual: float, wall_m: float, config: AlignmentConfig) -> Bounds:
     """Return what is asked of maps that are bent to fit, as are the rivals; ``wall_m`` : of the smaller map.
 
-    More wall, for any place is helped by bending; no more lead for walls that contradict: rivals contradict likewise,
-    and a bend leaves hardly any wall that is off by less than it can explain, so that all of it counts as deep. How
-    much may contradict depends on how ragged the maps are: of walls that agree to a cell none is ragged.
+    More wall, for any place is helped by bending; no more lead for walls that contradict: rivals contradict likewise.
+    What may contradict, deeply or not, depends on how ragged the maps are: of walls that agree to a cell none is.
     """
     ragged = min(max((residual - SHARP) / (RAGGED - SHARP), 0.0), 1.0)
-    most = config.max_contradiction + ragged * (config.max_bent_contradiction - config.max_contradiction)
-    return Bounds(max(config.min_bent_score_m, config.min_bent_share * wall_m), most, most, config.min_margin)
+    most, most_deep = (
+        usual + ragged * (config.max_bent_contradiction - usual)
+        for usual in (config.max_contradiction, config.max_deep_contradiction)
+    )
+    return Bounds(max(config.min_bent_score_m, config.min_bent_share * wall_m), most, most_deep, config.min_margin)
 
 
 def tests(evidence: Evidence, config: AlignmentConfig, bounds: Bounds | None = None) -> list[Test]:

@@ -17,7 +17,7 @@ def test_a_row_holds_every_number_by_its_name_and_is_read_back():
     row = FULL.as_row()
     assert row["matched_a_m"] == 30.0 and row["deep_b_m"] == 0.5 and row["correlation_m"] == 12.0
     assert row["wall_agreement_a"] == pytest.approx(30 / 35) and row["contradiction"] == pytest.approx(4 / 54)
-    assert len(row) == 1 + 8 + 3 + 10 and all(type(value) is float for value in row.values())
+    assert len(row) == 1 + 8 + 3 + 12 and all(type(value) is float for value in row.values())
     assert Evidence.from_row(row) == FULL
 
 

@@ -38,6 +38,11 @@ def align_files(
     if isinstance(outcome, Alignment):
         x, y, theta = outcome.T_a_b
         text = f"accepted: b lies in a at x {x:.3f} m, y {y:.3f} m, turned by {np.degrees(theta):.2f} deg"
+        if outcome.evidence.bent_m:
+            text += f", bent by {outcome.evidence.bent_m:.2f} m in the mean ({outcome.evidence.strain:.1%})"
+    elif outcome.ambiguous:
+        where = (f"x {x:.1f} m, y {y:.1f} m, {np.degrees(theta):.0f} deg" for x, y, theta in as_row(outcome)["places"])
+        text = f"ambiguous: b may lie at {'; or at '.join(where)}: {outcome.reason}"
     else:
         text = f"rejected: {outcome.reason}"
     say(f"{text} (confidence {outcome.confidence:.2f}, {outcome.method}, {seconds:.2f} s)")
@@ -59,9 +64,12 @@ def check_method(method: str) -> None:
 def as_row(outcome: Alignment | Rejection) -> dict[str, Any]:
     """Return an outcome as plain JSON values."""
     accepted, evidence = isinstance(outcome, Alignment), outcome.evidence
+    rivals = outcome.rivals if isinstance(outcome, Rejection) else ()
+    best = [outcome.T_a_b] if rivals and outcome.T_a_b is not None else []
     return {
-        "status": "accepted" if accepted else "rejected",
+        "status": "accepted" if accepted else "ambiguous" if rivals else "rejected",
         "T_a_b": [float(value) for value in outcome.T_a_b] if isinstance(outcome, Alignment) else None,
+        "places": [[float(value) for value in T] for T in (*best, *rivals)],
         "confidence": float(outcome.confidence),
         "reason": "accepted" if isinstance(outcome, Alignment) else outcome.reason,
         "evidence": {} if evidence is None else evidence.as_row(),

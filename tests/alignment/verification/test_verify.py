@@ -9,7 +9,7 @@ import pytest
 
 from mrslam.alignment import AlignmentConfig, Evidence, WallEvidence
 from mrslam.alignment.prepared import prepare
-from mrslam.alignment.verification.decide import rivalry
+from mrslam.alignment.verification.fits import rivalry
 from mrslam.alignment.verification.reasons import tests as asked_of
 from mrslam.alignment.verification.verify import Case, case, examine, quick_case
 from mrslam.spatial import OccupancyGrid, se2

@@ -23,11 +23,14 @@ def test_maps_that_bring_their_ways_are_bent_until_they_agree(merged):
     assert sum(tie.believed for tie in merged.ties) >= 12
 
 
-def test_without_their_ways_they_are_not_merged(merged):
-    rigid = merge_maps(GRIDS)
-    assert len(rigid.team_map.T_team_map) == 1 and not rigid.team_map.bends and not rigid.ties
-    one_way = merge_maps(GRIDS, trails={"a": A.trail})
-    assert len(one_way.team_map.T_team_map) == 1
+def test_without_their_ways_they_are_merged_by_a_bend_of_their_walls_and_laid_as_they_are(merged):
+    for trails in ({}, {"a": A.trail}):
+        rigid = merge_maps(GRIDS, trails=trails)
+        assert list(rigid.team_map.T_team_map) == ["a", "b"] and not rigid.team_map.bends and not rigid.ties
+        found = rigid.edges["a", "b"]
+        assert found.evidence.bent_m > 0.1
+        away_m, turned_rad = se2.difference(found.T_a_b, merged.edges["a", "b"].T_a_b)
+        assert away_m < 2.0 and turned_rad < 0.1
 
 
 def test_neither_order_nor_workers_change_a_byte(merged):
