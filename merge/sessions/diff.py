@@ -20,8 +20,7 @@ from mrslam.spatial.files.saved_map import SavedMap
 ONE_PIECE_M = 0.15
 """Changed cells no farther apart than this are one piece, metres: a laser sees furniture in strokes."""
 LEAST_M2 = 0.02
-"""Smaller pieces are noise of drawing, square metres: eight cells of 5 cm, a stroke of 0.4 m. Measured on ten drives of
-a simulated office (``bench/sessions.py``): half as much doubles the number of wrong pieces."""
+"""Smaller pieces are left out, square metres: eight cells of 5 cm, a stroke of 0.4 m, the side of a chair."""
 
 NAMES = ("before", "after")
 

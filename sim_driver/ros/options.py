@@ -36,6 +36,10 @@ class RosOptions:
     """The robot's folder for its checkpoint, events and maps; empty: out/ROBOT."""
     fresh: bool = False
     """Begin a new map; a checkpoint is kept as checkpoint.old."""
+    maps: tuple[str, ...] = ()
+    """Saved maps to find the own place in: .mrslam files, robots' folders, YAML; separated by blanks, or a list."""
+    near: str = ""
+    """Where the robot's map begins in the one saved map, "x,y" or "x,y,theta", metres and radians; empty: not known."""
     seed: int = 0
     """Of the particle filter, >= 0."""
     scan_topics: tuple[str, ...] = ("scan",)

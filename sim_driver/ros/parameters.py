@@ -17,7 +17,7 @@ from mrslam.spatial import InputError
 
 OF_ROS = ("use_sim_time", "start_type_description_service", "qos_overrides")
 """Parameters, or first parts of them, that rclpy itself declares."""
-LISTS = ("listen", "connect", "scan_topics")
+LISTS = ("listen", "connect", "maps", "scan_topics")
 """Options that are lists; one text with blanks between its words does as well."""
 
 

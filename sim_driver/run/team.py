@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from mrslam.agent import Agent, Body, Event, LinkSource, Sensed, Watcher, read_saved_maps, resume
+from mrslam.agent.config import check_start
 from mrslam.comms import MapSeal, RobotKeys
 from mrslam.comms.zenoh import ZenohTransport
 from mrslam.sim_driver.drivers import DRIVERS, Driver, Explorer, IdleDriver, TrajectoryDriver, WaypointDriver
@@ -92,6 +93,30 @@ def take_saved_maps(
             names.append(chosen or name)
             agent.take_saved_map(names[-1], known, hint)
     return names
+
+
+def take_maps(agent: Agent, paths: Sequence[Path], near: str | None) -> str:
+    """Give an agent the maps saved at these paths; return a line that names them, empty where there are none.
+
+    ``near`` : "x,y" or "x,y,theta", where the robot's map begins in the only one, if that is known.
+    """
+    hint = None if near is None else place_of(near)
+    if hint is not None and len(paths) != 1:
+        raise InputError("near is a place of one saved map: name one map with it")
+    said = {str(path): (path, None) for path in paths}
+    names = take_saved_maps(agent, said, dict.fromkeys(said, hint))
+    where = "" if near is None else f", first near {near}"
+    return f"{agent.robot_id} looks for its place in {', '.join(names)}{where}" if names else ""
+
+
+def place_of(words: str) -> list[float]:
+    """Return ``x,y`` or ``x,y,theta`` as numbers."""
+    try:
+        place = [float(word) for word in words.split(",")]
+    except ValueError:
+        place = []
+    check_start("near", place)
+    return place
 
 
 def make_body(mission: Mission, robot: RobotConfig, port: Port | None) -> Body:

@@ -181,8 +181,8 @@ def test_mistakes_are_one_line(option: tuple[str, str], tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("--map", "x.mrslam", "--near", "a,b"), "--near must be"),
-        (("--near", "1,2"), "--near is a place of one saved map: give one --map with it"),
+        (("--map", "x.mrslam", "--near", "a,b"), "near must be"),
+        (("--near", "1,2"), "near is a place of one saved map: name one map with it"),
         (("--save", "x.txt"), "x.txt: name a saved map"),
     ],
 )

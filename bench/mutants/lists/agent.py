@@ -9,6 +9,18 @@ HYPOTHESES, WEIGHING = (f"agent/pairs/{name}.py" for name in ("hypotheses", "wei
 
 MUTANTS = (
     Mutant(
+        "agent/pairs/belief.py",
+        "self.barren + 1 if is_barren else 0)",
+        "self.barren + 1)",
+        "a robot in the building of its saved map says that it is elsewhere",
+    ),
+    Mutant(
+        "agent/pairs/schedule.py",
+        "        if turned := sure[b] > sure[a]:\n",
+        "        if turned := False:\n",
+        "a hint without a heading is looked for about the wrong place",
+    ),
+    Mutant(
         TEAMMATES,
         "        if not self._enabled:\n            return scan, 0",
         "        if True:\n            return scan, 0",

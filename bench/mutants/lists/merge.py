@@ -5,7 +5,51 @@ from bench.mutants.mutant import Mutant
 GRAPH = "merge/team_graph.py"
 CONSISTENCY, SOLVE = (f"merge/graph/{name}.py" for name in ("consistency", "solve"))
 
+CHANGES, THINNING, ONE_MAP, DIFF = (f"merge/sessions/{name}.py" for name in ("changes", "thinning", "one_map", "diff"))
+
 MUTANTS = (
+    Mutant(
+        CHANGES,
+        "    is_new_wall = after.is_occupied & ~was_near\n",
+        "    is_new_wall = after.is_occupied\n",
+        "walls of a saved map grow thicker with every session",
+    ),
+    Mutant(
+        CHANGES,
+        "    is_new_floor = after.is_free & ~(before.is_occupied & is_near)\n",
+        "    is_new_floor = after.is_free\n",
+        "walls of a saved map are lost where a session shows them beside themselves",
+    ),
+    Mutant(
+        CHANGES,
+        "    is_new_floor = after.is_free & ~(before.is_occupied & is_near)\n",
+        "    is_new_floor = after.is_free & ~before.is_occupied\n",
+        "furniture that went stays in the saved map",
+    ),
+    Mutant(
+        THINNING,
+        "        if not covers.any():\n",
+        "        if True:\n",
+        "a saved map grows with every visit",
+    ),
+    Mutant(
+        THINNING,
+        "        covers &= (seen[others] & seen[k]).sum(axis=1) >= SHARED * seen[k].sum()\n",
+        "",
+        "what was seen driving the other way is left out",
+    ),
+    Mutant(
+        ONE_MAP,
+        "    return OneMap(thinned(reduce(_continued, placed)), result)\n",
+        "    return OneMap(thinned(reduce(_continued, placed[::-1])), result)\n",
+        "what was seen first wins",
+    ),
+    Mutant(
+        DIFF,
+        "    label = np.where(mask, label, 0)\n",
+        "",
+        "pieces that changed are listed larger than they are",
+    ),
     Mutant(
         GRAPH,
         "tree = spanning_tree(inside, lambda edge: edge.confidence)",

@@ -4,6 +4,18 @@ from bench.mutants.mutant import Mutant
 
 MUTANTS = (
     Mutant(
+        "spatial/files/saved_map.py",
+        '        if hashlib.sha256(part).hexdigest() != manifest["sha256"].get(name):\n',
+        "        if False:\n",
+        "a saved map with a part of another one is read",
+    ),
+    Mutant(
+        "spatial/files/saved_map.py",
+        "    if number > FORMAT:\n",
+        "    if False:\n",
+        "a saved map of a newer program is read as if it were an old one",
+    ),
+    Mutant(
         "spatial/se2.py",
         "x = -cos * ab[..., 0] - sin * ab[..., 1]",
         "x = -cos * ab[..., 0] + sin * ab[..., 1]",

@@ -13,7 +13,6 @@ from pathlib import Path
 from rich.status import Status
 
 from mrslam.agent import Agent, Body, Event, Keeper, ProcessShell, Runner, SensorBody, Settings, WallClock
-from mrslam.agent.config import check_start
 from mrslam.comms import load_keys
 from mrslam.comms.zenoh import ZenohSensors
 from mrslam.sim_driver.cli.console import console, say
@@ -29,9 +28,8 @@ from mrslam.sim_driver.missions.run_files import CHECKPOINT
 from mrslam.sim_driver.missions.settings import as_table, check_keys, read_toml, with_overrides
 from mrslam.sim_driver.missions.usage import write_usage
 from mrslam.sim_driver.run.known_area import KnownArea
-from mrslam.sim_driver.run.team import NoBody, go_online, take_saved_maps
+from mrslam.sim_driver.run.team import NoBody, go_online, take_maps
 from mrslam.sim_driver.simulation.recorded import RecordedBody
-from mrslam.spatial import InputError
 from mrslam.spatial.files.atomic import held
 
 SHOW_S = 1.0
@@ -73,7 +71,8 @@ def run_agent(options: AgentOptions) -> None:
     boot_id = time.time_ns() // 1_000_000
     name = {"team": options.team, "mode": options.mode}
     agent = Agent(options.robot, settings, **name, seed=options.seed, boot_id=boot_id)
-    _take_maps(agent, options)
+    if taken := take_maps(agent, options.maps, options.near):
+        say(taken)
     known = KnownArea()
     with (
         held(options.out),
@@ -97,28 +96,6 @@ def run_agent(options: AgentOptions) -> None:
         write_usage(shell, options.out)
         replace(record, ended=True).write(options.out)
     say(f"everything is in {options.out}")
-
-
-def _take_maps(agent: Agent, options: AgentOptions) -> None:
-    """Give the agent its saved maps, with the place that it begins at where that is named."""
-    near = None if options.near is None else place_of(options.near)
-    if near is not None and len(options.maps) != 1:
-        raise InputError("--near is a place of one saved map: give one --map with it")
-    paths = {str(path): (path, None) for path in options.maps}
-    taken = take_saved_maps(agent, paths, dict.fromkeys(paths, near))
-    if taken:
-        where = "" if options.near is None else f", first near {options.near}"
-        say(f"{options.robot} looks for its place in {', '.join(taken)}{where}")
-
-
-def place_of(words: str) -> list[float]:
-    """Return ``x,y`` or ``x,y,theta`` as numbers."""
-    try:
-        place = [float(word) for word in words.split(",")]
-    except ValueError:
-        place = []
-    check_start("--near", place)
-    return place
 
 
 def _skip_played(body: RecordedBody, agent: Agent) -> str | None:

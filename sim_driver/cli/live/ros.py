@@ -24,7 +24,7 @@ from mrslam.sim_driver.missions.usage import write_usage
 from mrslam.sim_driver.ros.outlook import Onlooker, RosBody
 from mrslam.sim_driver.ros.sessions import Sessions
 from mrslam.sim_driver.run.known_area import KnownArea
-from mrslam.sim_driver.run.team import go_online
+from mrslam.sim_driver.run.team import go_online, take_maps
 from mrslam.spatial import InputError
 from mrslam.spatial.files.atomic import held
 
@@ -86,7 +86,10 @@ def _make_agent(node: RosNode) -> Agent:
     options = node.options
     boot_id = time.time_ns() // 1_000_000
     name = {"team": options.team, "mode": options.mode}
-    return Agent(options.robot, node.settings, **name, seed=options.seed, boot_id=boot_id)
+    agent = Agent(options.robot, node.settings, **name, seed=options.seed, boot_id=boot_id)
+    if taken := take_maps(agent, [Path(path) for path in options.maps], options.near or None):
+        node.say(taken)
+    return agent
 
 
 def _play(

@@ -4,18 +4,25 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from mrslam.agent import Agent, Settings
+from mrslam.sim_driver.cli.live.ros import _make_agent
 from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.sim_driver.replay.again import mission_of
 from mrslam.sim_driver.report import write_report
-from mrslam.spatial import InputError, read_tum, se2
+from mrslam.sim_driver.ros.parameters import parameters, resolve
+from mrslam.sim_driver.run.team import take_maps
+from mrslam.spatial import InputError, read_tum, se2, write_map
 from mrslam.spatial.se2 import Transform
+from tests.merge.plans import building
 from tests.sim_driver.runs import played
 
+DEFAULTS = {one.name: one.default for one in parameters()}
 FAST = {"particles": 8, "threads": 1}
 
 
@@ -97,3 +104,33 @@ def test_a_saved_map_is_not_replaced_by_the_run_that_reads_it(monday: Path, data
 def test_what_is_no_saved_map_of_a_mission(maps: Any, words: str) -> None:
     with pytest.raises(InputError, match=words):
         make_mission({"robots": [{"id": "r1", "log": "x.clf"}], "maps": maps}, Path("m.toml"))
+
+
+@pytest.mark.parametrize("robot", ["agent", "node"])
+def test_a_ros_node_takes_saved_maps_as_an_agent_does(robot: str, tmp_path: Path) -> None:
+    for name in ("office", "depot"):
+        (tmp_path / name).mkdir()
+        write_map(tmp_path / name / "map.yaml", building())
+    office, depot = tmp_path / "office", tmp_path / "depot"
+
+    def made(maps: list[Path], near: str) -> Agent:
+        if robot == "agent":
+            agent = Agent("r1", Settings())
+            said.append(take_maps(agent, maps, near or None))
+            return agent
+        options, settings = resolve({**DEFAULTS, "robot": "r1", "maps": " ".join(map(str, maps)), "near": near}, "/")
+        return _make_agent(SimpleNamespace(options=options, settings=settings, say=said.append))  # type: ignore[arg-type]
+
+    said: list[str] = []
+    agent = made([office, depot], "")
+    assert [at.map_id for at in agent.whereabouts()] == ["map@depot", "map@office"]
+    assert said == ["r1 looks for its place in map@office, map@depot"]
+    made([office], "2,1.5")
+    assert said[1] == "r1 looks for its place in map@office, first near 2,1.5"
+    assert not made([], "").whereabouts()
+    with pytest.raises(InputError, match="near is a place of one saved map"):
+        made([office, depot], "2,1.5")
+    with pytest.raises(InputError, match="near must be"):
+        made([office], "here")
+    with pytest.raises(InputError, match="nowhere: no such map file"):
+        made([tmp_path / "nowhere"], "")
