@@ -10,7 +10,7 @@ from mrslam.agent.config import AgentConfig, Settings
 from mrslam.agent.effects import AlignJob, Event
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.team import Team
-from mrslam.alignment import Alignment, Evidence, Rejection
+from mrslam.alignment import Alignment, Evidence, Rejection, WallEvidence
 from mrslam.spatial import LocalMap, OccupancyGrid, TiledMap
 
 S = 1_000_000_000
@@ -18,6 +18,15 @@ S = 1_000_000_000
 
 def found(x: float = 1.0, confidence: float = 0.9, theta: float = 0.0) -> Alignment:
     return Alignment(np.array([x, 0.0, theta]), confidence, Evidence(), np.eye(3) * 1e-4, "auto")
+
+
+def walls(matched_m: float, contradicted_m: float) -> Evidence:
+    side = WallEvidence(matched_m=matched_m, contradicted_m=contradicted_m)
+    return Evidence(a=side, b=side)
+
+
+def weak(wall_m: float) -> Alignment:
+    return Alignment(np.array([1.0, 0.0, 0.0]), 0.58, walls(wall_m, 0.0), np.eye(3) * 1e-4, "auto")
 
 
 class Floors(Team):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mrslam.agent.pairs.belief import UNCONFIRMED, WEAK
-from mrslam.alignment import Alignment, Evidence, Rejection, WallEvidence
-from tests.agent.pairs.floors import Floors, found, merged
+from mrslam.alignment import Alignment, Evidence, Rejection
+from tests.agent.pairs.floors import Floors, found, merged, walls, weak
 
 
 def test_an_alignment_is_believed_when_a_second_one_agrees() -> None:
@@ -20,15 +20,6 @@ def test_an_alignment_is_believed_when_a_second_one_agrees() -> None:
     row = team.beliefs["r1", "r2"].row("r1", "r2")
     assert row["status"] == "accepted" and row["accepted_at_s"] == 10.0 and row["T_a_b"] == [1.05, 0.0, 0.0]
     assert team.T_team_map["r1"] == pytest.approx([-1.05, 0.0, 0.0])
-
-
-def walls(matched_m: float, contradicted_m: float) -> Evidence:
-    side = WallEvidence(matched_m=matched_m, contradicted_m=contradicted_m)
-    return Evidence(a=side, b=side)
-
-
-def weak(wall_m: float) -> Alignment:
-    return Alignment(np.array([1.0, 0.0, 0.0]), 0.58, walls(wall_m, 0.0), np.eye(3) * 1e-4, "auto")
 
 
 def test_weak_evidence_looked_at_twice_is_not_believed_until_it_has_grown() -> None:

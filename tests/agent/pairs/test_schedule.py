@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from mrslam.agent.pairs.belief import WEAK
+from mrslam.agent.pairs.schedule import PATIENT_AFTER
 from mrslam.alignment import Evidence, Rejection
-from tests.agent.pairs.floors import Floors, found, merged
+from tests.agent.pairs.floors import Floors, found, merged, weak
 
 
 def test_pairs_with_the_own_map_come_first_and_are_named_in_order() -> None:
@@ -79,3 +81,26 @@ def test_the_own_map_under_another_label_keeps_its_pairs_and_another_map_does_no
     team = merged()
     team.grow("r1", 66, 2, epoch=9)  # nobody can know what a teammate's label means
     assert team.beliefs["r1", "r2"].status == "untried" and "r1" not in team.T_team_map
+
+
+def test_a_pair_that_was_tried_often_waits_for_more_growth() -> None:
+    team = Floors("r1", "r2")
+    cells, t_s = 64, 0.0
+    for revision in range(2, 2 + PATIENT_AFTER):
+        team.align(Rejection("overlap 2 %", 0.1, None, "auto"), t_s)
+        cells, t_s = round(1.06 * cells), t_s + 20.0  # an eighth more area
+        team.grow("r1", cells, revision)
+    assert team.due(t_s) is None  # now it waits for a fifth
+    team.grow("r1", round(1.06 * cells), 50)
+    assert team.due(t_s) == ("r1", "r2")
+
+
+def test_weak_evidence_is_looked_at_again_once_it_can_have_grown() -> None:
+    team = Floors("r1", "r2")
+    for t_s in (0.0, 20.0):
+        team.align(weak(10.0), t_s)
+    assert team.beliefs["r1", "r2"].reason == WEAK
+    team.grow("r1", 68, 2)  # 13 % more area
+    assert team.due(40.0) is None
+    team.grow("r1", 71, 3)  # 23 %
+    assert team.due(40.0) == ("r1", "r2")
