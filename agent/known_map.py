@@ -37,4 +37,4 @@ class KnownMap:
     @cached_property
     def area_m2(self) -> float:
         """Known area, square metres."""
-        return self.grid.known_area_m2()
+        return self.local.map.known_area_m2()

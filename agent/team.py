@@ -28,8 +28,9 @@ from mrslam.mutual_detection import clear_ghosts
 from mrslam.spatial import Keyframes, OccupancyGrid, se2
 from mrslam.spatial.se2 import Transform
 
-PLACE_NS = 2_000_000_000
-"""Least time between two placements for changed maps alone, nanoseconds: as ``agent.publish_interval_s`` by default."""
+PLACE_NS, PLACE_OWN_NS = 2_000_000_000, 10_000_000_000
+"""Least time between two placements for changed maps alone, nanoseconds: as ``agent.publish_interval_s`` by default;
+and where only the own map has grown: that can but show that it contradicts another by now."""
 
 
 class Team:
@@ -58,7 +59,11 @@ class Team:
         self._placement = Placement(T_team_map={robot_id: se2.IDENTITY} if has_own_map else {})
         self._confirmed: frozenset[Pair] = frozenset()
         self._placed_ns = 0
+        self._newer: set[str] = set()
+        """Robots whose maps changed since the last placement."""
         self._is_placement_old = False
+        self._is_placement_wrong = False
+        """Whether it is old for more than that the own map has grown."""
         self._is_own_frame_new = False
         """Whether the own map was given up, and the next one published has another frame."""
         self._map: TeamMap | None = None
@@ -76,8 +81,11 @@ class Team:
             self.displace(robot_id)
         if robot_id == self.robot_id:
             self._is_own_frame_new = False
-        self._mapper.set_map(robot_id, known.grid, known.trail)
+        self._newer.add(robot_id)
         self._map, self._is_placement_old = None, True
+        bent = self._mapper.bent.corrected(robot_id, known.trail)
+        self._is_placement_wrong |= bent is not self._mapper.bent or robot_id != self.robot_id
+        self._mapper.bent = bent
 
     def take_saved_map(self, map_id: str, known: KnownMap, near: Sequence[float] | None = None) -> None:
         """Take a map that was saved before, as that of a teammate that does not move and is never heard.
@@ -126,10 +134,12 @@ class Team:
     def displace(self, robot_id: str) -> None:
         """Remove a robot's map and place at once; of the own robot, all places: its map frame was the team frame."""
         self._mapper.remove_map(robot_id)
+        self._newer.discard(robot_id)
         self._is_own_frame_new |= robot_id == self.robot_id
         lost = self.T_team_map.keys() - {self.robot_id} if robot_id == self.robot_id else {robot_id}
         places = {one: T for one, T in self.T_team_map.items() if one not in lost}
         self._placement, self._is_placement_old = replace(self._placement, T_team_map=places), True
+        self._is_placement_wrong = True
 
     def restore(self, maps: Mapping[str, KnownMap], beliefs: Mapping[Pair, PairBelief], frame: str | None) -> None:
         """Continue with the maps, beliefs and frame of a checkpoint, beside the saved maps that were taken before."""
@@ -232,14 +242,23 @@ class Team:
         return found.covariance if self.robot_id < robot_id else inverse_covariance(found.T_a_b, found.covariance)
 
     def keep_placed(self, now_ns: int) -> None:
-        """Compute places again where maps have changed, at most every ``PLACE_NS``."""
-        if self._is_placement_old and now_ns - self._placed_ns >= PLACE_NS:
+        """Compute places again where maps have changed, at most every ``PLACE_NS`` or ``PLACE_OWN_NS``."""
+        wait_ns = PLACE_NS if self._is_placement_wrong else PLACE_OWN_NS
+        if self._is_placement_old and now_ns - self._placed_ns >= wait_ns:
             self._place(now_ns)
 
     def _place(self, now_ns: int) -> None:
         """Compute where every map lies by the alignments believed now."""
-        self._placed_ns = now_ns
+        self._placed_ns, self._is_placement_wrong = now_ns, False
+        self._use_newer()
         self._placement, self._is_placement_old = self._mapper.placement(self._alignments()), False
+
+    def _use_newer(self) -> None:
+        """Hand maps that changed since the last placement to the mapper: each takes its whole grid, assembled."""
+        for robot_id in sorted(self._newer):
+            known = self.maps[robot_id]
+            self._mapper.set_map(robot_id, known.grid, known.trail)
+        self._newer.clear()
 
     def _alignments(self) -> dict[Pair, Alignment]:
         return {pair: found for pair, belief in self.beliefs.items() if (found := belief.weighed_alignment) is not None}
@@ -247,6 +266,7 @@ class Team:
     def map(self) -> TeamMap:
         """Return the team map in the team frame, with the places of maps, and why the others have none."""
         if self._map is None:
+            self._use_newer()
             team = self._mapper.team_map(self._alignments())
             self._placement, self._is_placement_old = team, False
             unplaced = {robot_id: self._why(robot_id, reason) for robot_id, reason in team.unplaced.items()}

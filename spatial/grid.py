@@ -107,6 +107,8 @@ class OccupancyGrid:
         if rows.size == 0:
             return OccupancyGrid(np.empty((0, 0), dtype=np.int8), self.resolution_m, self.origin_m)
         r0, r1, c0, c1 = int(rows[0]), int(rows[-1]) + 1, int(cols[0]), int(cols[-1]) + 1
+        if margin_cells == 0 and (r0, c0, r1, c1) == (0, 0, *self.shape):
+            return self
         cells = np.pad(self.cells[r0:r1, c0:c1], margin_cells, constant_values=UNKNOWN)
         x = self.origin_m[0] + (c0 - margin_cells) * self.resolution_m
         y = self.origin_m[1] + (r0 - margin_cells) * self.resolution_m

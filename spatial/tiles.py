@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,11 @@ class Tile:
     cells: NDArray[np.int8]
     """``(64, 64) int8``, -1 or 0..100; not to be written to."""
 
+    @cached_property
+    def known_cells(self) -> int:
+        """Number of cells that are known."""
+        return int(np.count_nonzero(self.cells != UNKNOWN))
+
 
 def box_cells(indices: Collection[TileIndex]) -> int:
     """Return how many cells the smallest grid has that holds these tiles."""
@@ -52,6 +58,10 @@ class TiledMap:
     tiles: Mapping[TileIndex, Tile] = field(default_factory=dict)
     revision: int = 0
     """Grows with every change; no tile's revision is above it."""
+
+    def known_area_m2(self) -> float:
+        """Return the area of known cells, square metres; tiles that did not change are not counted again."""
+        return float(sum(tile.known_cells for tile in self.tiles.values())) * self.resolution_m**2
 
     def to_grid(self) -> OccupancyGrid:
         """Return the known part as one grid, its origin on the lattice; 0 x 0 where nothing is known."""
