@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
@@ -28,6 +29,9 @@ PATIENT_AFTER = 8
 faults: half came with the 3rd try, nine in ten by the 6th, the last with the 9th."""
 EVERYWHERE_EVERY = 4
 """One in this many tries of a pair with known starts looks everywhere: a start may be wrong, or of an earlier map."""
+EDGES_ENOUGH = 2
+"""Merged pairs of a robot from which it needs no more from a pair of two others: it is part of a loop of alignments,
+whose consistency is checked. So a team of n has about 2 n alignments to find and follow, not n^2 / 2."""
 START_SIGMAS = 4.0
 """A transform farther from the known starts than this many standard deviations is not where they say."""
 
@@ -61,14 +65,16 @@ class Schedule:
         confirmed: Collection[Pair],
         now_ns: int,
     ) -> AlignJob | None:
-        """Return the pair most worth aligning: untried first, then the own map's, then the longest waiting.
+        """Return the pair most worth aligning: the own map's first, then untried ones, then the longest waiting.
 
         ``confirmed`` : merged pairs whose alignment the joint solution confirms; it follows their maps itself.
         """
+        tied = self._tied_enough(beliefs, T_team_map)
         due = [
             (self._rank(pair, belief), pair)
             for pair, belief in beliefs.items()
             if self._is_due(belief, (maps[pair[0]], maps[pair[1]]), pair in confirmed, now_ns)
+            and not (belief.alignment is None and tied.issuperset(pair))
         ]
         if not due:
             return None
@@ -115,9 +121,14 @@ class Schedule:
                 return {map_id: se2.IDENTITY, other: self._near[map_id]}
         return {robot_id: self._starts[robot_id] for robot_id in pair if robot_id in self._starts}
 
+    def _tied_enough(self, beliefs: Mapping[Pair, PairBelief], placed: Collection[str]) -> set[str]:
+        """Return the placed robots, without the own one, that are part of enough merged pairs (``EDGES_ENOUGH``)."""
+        merged = Counter(name for pair, belief in beliefs.items() if belief.alignment is not None for name in pair)
+        return {name for name in placed if merged[name] >= EDGES_ENOUGH and name != self.own_id}
+
     def _rank(self, pair: Pair, belief: PairBelief) -> tuple[int, int, int]:
         tried = -1 if belief.last is None else belief.last.t_ns
-        return (0 if belief.last is None else 1, 0 if self.own_id in pair else 1, tried)
+        return (0 if self.own_id in pair else 1, 0 if belief.last is None else 1, tried)
 
     def _is_due(self, belief: PairBelief, maps: tuple[KnownMap, KnownMap], is_confirmed: bool, now_ns: int) -> bool:
         last = belief.last

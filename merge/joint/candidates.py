@@ -10,7 +10,7 @@ import numpy as np
 from mrslam.merge.joint.consistent import KeyMatch
 from mrslam.merge.joint.trail import Trail
 from mrslam.spatial import se2
-from mrslam.spatial.matching.places import TURN_COST_M, within_m
+from mrslam.spatial.matching.places import FAR_MOST_M, TURN_COST_M, within_m
 from mrslam.spatial.se2 import Transform
 
 COMPARED_EVERY_M = 2.5
@@ -44,6 +44,8 @@ def candidates(
     ``believed`` : those matches that the last solution believes.
     """
     (a, b), (T_a, T_b) = trails, poses
+    if not _are_near(T_a, T_b):
+        return []
     if believed:
         to_a = a.way_from(np.array([match.i for match in believed]))
         to_b = b.way_from(np.array([match.j for match in believed]))
@@ -62,3 +64,11 @@ def candidates(
         if done_m.size == 0 or np.abs(done_m - last_m).min() >= 0.5 * COMPARED_EVERY_M:
             chosen.append(Candidate(i, j, se2.between(T_a[i], T_b[j]), lost_m))
     return chosen
+
+
+def _are_near(T_a: Transform, T_b: Transform) -> bool:
+    """Return whether any two keyframes may be near enough to be compared, by the boxes around ``(K, 3)`` each."""
+    if not (len(T_a) and len(T_b)):
+        return False
+    apart = np.maximum(T_a[:, :2].min(axis=0) - T_b[:, :2].max(axis=0), T_b[:, :2].min(axis=0) - T_a[:, :2].max(axis=0))
+    return bool((apart <= FAR_MOST_M).all())

@@ -104,3 +104,16 @@ def test_weak_evidence_is_looked_at_again_once_it_can_have_grown() -> None:
     assert team.due(40.0) is None
     team.grow("r1", 71, 3)  # 23 %
     assert team.due(40.0) == ("r1", "r2")
+
+
+def test_own_pairs_come_before_pairs_of_others_which_are_tied_no_more_than_loops_need() -> None:
+    team = Floors("r1", "r2", "r3", "r4", "r5")
+    tried = []
+    for t_s in range(0, 400, 2):
+        if team.due(t_s) is not None:
+            job = team.job(t_s)
+            team.end(job, found(float(int(job.b[1]) - int(job.a[1]))), t_s)
+            tried.append((job.a, job.b))
+    assert tried[:4] == [("r1", "r2"), ("r2", "r3"), ("r2", "r4"), ("r2", "r5")]
+    merged_pairs = {pair for pair, belief in team.beliefs.items() if belief.alignment is not None}
+    assert merged_pairs == {*tried[:4], ("r1", "r3"), ("r1", "r4"), ("r1", "r5")}  # none of r3-r4, r3-r5, r4-r5
