@@ -3,10 +3,10 @@
     python bench/scale.py [--robots 2 4 8 16] [--minutes 3] [--world office] [--seed 1] [--rows FILE]
 
 CPU seconds are those of all robots together, without compiling, by room: ``simulation`` (lasers, radio, driving),
-``mapping``, ``alignment`` (whole maps), ``joint`` (scans matched, poses solved), ``placing`` and ``drawing`` (team maps),
-``exchange`` (beacons, messages, coding), ``rest``. Bytes are those a robot sends in a minute, by lane. ``--rows`` adds
-the lines to a file, and the laws are fitted to all of it: y ~ n^p over robots at the same number of minutes, in all
-and a robot; where there are at least three numbers of robots.
+``mapping``, ``alignment`` (whole maps), ``joint`` (scans matched, poses solved), ``placing`` and ``drawing`` (team
+maps), ``exchange`` (beacons, messages, coding), ``rest``. Bytes are those a robot sends in a minute, by lane.
+``--rows`` adds the lines to a file, and the laws are fitted to all of it: y ~ n^p over robots at the same number of
+minutes, where there are at least three numbers of robots.
 """
 
 from __future__ import annotations
