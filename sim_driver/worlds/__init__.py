@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from mrslam.sim_driver.worlds.builtin import BUILT_IN
+from mrslam.sim_driver.worlds.campus import campus
 from mrslam.sim_driver.worlds.hotel import hotel
 from mrslam.sim_driver.worlds.office import office
 from mrslam.sim_driver.worlds.world import World
@@ -16,12 +17,12 @@ from mrslam.spatial.grid import RESOLUTIONS_M
 
 DARK_BELOW = 128
 """Grey value below which a bitmap's pixel is wall."""
-DRAWN: dict[str, Callable[[int], OccupancyGrid]] = {"office": office, "hotel": hotel}
+DRAWN: dict[str, Callable[[int], OccupancyGrid]] = {"office": office, "hotel": hotel, "campus": campus}
 """Kind of world drawn at random -> plan by seed."""
 
 
 def load_world(name_or_path: str | Path, scale_m: float | None = None) -> World:
-    """Return a world by name ("office", "office:7", "hotel:7"), from a map server's YAML, or a bitmap (dark = wall).
+    """Return a world by name ("office", "campus:7"), from a map server's YAML, or a bitmap (dark = wall).
 
     ``scale_m`` : metres a pixel of a bitmap, default 0.05. Raises ``InputError`` on unknown names and unreadable files.
     """
@@ -48,4 +49,4 @@ def load_world(name_or_path: str | Path, scale_m: float | None = None) -> World:
     return World(path.stem, OccupancyGrid(cells, scale_m or 0.05))
 
 
-__all__ = ["BUILT_IN", "DRAWN", "World", "hotel", "load_world", "office"]
+__all__ = ["BUILT_IN", "DRAWN", "World", "campus", "hotel", "load_world", "office"]

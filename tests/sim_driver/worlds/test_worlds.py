@@ -7,7 +7,7 @@ from mrslam.spatial import InputError, OccupancyGrid, write_map
 
 
 @pytest.mark.parametrize(
-    "name", [*BUILT_IN, "office:0", "office:1", "office:2", "office:3", *(f"hotel:{k}" for k in range(8))]
+    "name", [*BUILT_IN, "office:0", "office:1", "office:2", "office:3", *(f"hotel:{k}" for k in range(8)), "campus:0", "campus:1"]
 )
 def test_every_world_is_closed_and_has_one_floor(name):
     world = load_world(name)
@@ -158,3 +158,16 @@ def test_real_floor_plans(data_dir, name, scale):
     assert floor_m2 > 10
     start = world.free_start(np.random.default_rng(0))
     assert world.clearance_m(start[:2]) > 0.25
+
+
+def test_a_campus_is_large_and_robots_reach_all_of_it():
+    from scipy import ndimage
+
+    for seed in range(4):
+        world = load_world(f"campus:{seed}")
+        assert 10_000.0 <= world.grid.cells.size * world.resolution_m**2 <= 14_000.0
+        labels, _ = ndimage.label(world.clearance_cells * world.resolution_m > 0.3)
+        areas = np.bincount(labels.ravel())[1:]
+        assert areas.max() > 0.98 * areas.sum(), seed
+    assert not np.array_equal(load_world("campus:0").grid.cells, load_world("campus:1").grid.cells)
+    assert np.array_equal(load_world("campus:1").grid.cells, load_world("campus:1").grid.cells)
