@@ -40,8 +40,8 @@ MUTANTS = (
     ),
     Mutant(
         CORE,
-        "        effects += self.team.revoke(now_ns)\n",
-        "",
+        "return effects + self.team.revoke(now_ns) + self",
+        "return effects + self",
         "contradicted merges are never taken back on a tick",
     ),
     Mutant(
@@ -118,8 +118,8 @@ MUTANTS = (
     ),
     Mutant(
         BELIEF,
-        "        if self.alignment is None and is_echo(self.stability, outcome):",
-        "        if False:",
+        "        elif self.alignment is None and is_echo(self.stability, outcome):",
+        "        elif False:",
         "weak evidence looked at twice is believed",
     ),
     Mutant(
@@ -142,7 +142,7 @@ MUTANTS = (
     ),
     Mutant(
         SCHEDULE,
-        "            return _grown(maps, last.area_m2, self.config.align_growth)",
+        "            return _grown(maps, last.area_m2, self._patience(belief))",
         "            return False",
         "a pair that was rejected once is never tried again",
     ),
@@ -277,5 +277,29 @@ MUTANTS = (
         "        self.node.add_claims(self._witness.claims(self.team, now_ns))\n",
         "",
         "robots do not tell each other what they saw",
+    ),
+    Mutant(
+        SCHEDULE,
+        "self.config.align_growth * (1.0 + belief.attempts // PATIENT_AFTER)",
+        "self.config.align_growth",
+        "maps that lie far apart are searched as often as any",
+    ),
+    Mutant(
+        SCHEDULE,
+        "            return max(WALL_GROWTH - 1.0, self.config.align_growth)",
+        "            return self.config.align_growth",
+        "weak evidence is looked at again before it can have grown",
+    ),
+    Mutant(
+        SCHEDULE,
+        "            and not (belief.alignment is None and tied.issuperset(pair))\n",
+        "",
+        "every pair of a team is aligned by everyone",
+    ),
+    Mutant(
+        "agent/reports.py",
+        "robots != self._placed or ",
+        "",
+        "a new place is not reported before the minute is over",
     ),
 )
