@@ -7,7 +7,17 @@ from mrslam.spatial import InputError, OccupancyGrid, write_map
 
 
 @pytest.mark.parametrize(
-    "name", [*BUILT_IN, "office:0", "office:1", "office:2", "office:3", *(f"hotel:{k}" for k in range(8)), "campus:0", "campus:1"]
+    "name",
+    [
+        *BUILT_IN,
+        "office:0",
+        "office:1",
+        "office:2",
+        "office:3",
+        *(f"hotel:{k}" for k in range(8)),
+        "campus:0",
+        "campus:1",
+    ],
 )
 def test_every_world_is_closed_and_has_one_floor(name):
     world = load_world(name)
