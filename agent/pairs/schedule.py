@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from mrslam.agent.config import AgentConfig, check_start
 from mrslam.agent.effects import AlignJob
 from mrslam.agent.known_map import KnownMap
-from mrslam.agent.pairs.belief import UNCONFIRMED, WEAK, PairBelief
+from mrslam.agent.pairs.belief import UNCONFIRMED, WEAK, Attempt, PairBelief
 from mrslam.agent.pairs.second_look import WALL_GROWTH
 from mrslam.alignment import Prior
 from mrslam.merge import Pair
@@ -23,10 +24,11 @@ PRIOR_COVARIANCE = np.diag([0.5**2, 0.5**2, 0.1**2])
 standard deviations are the limits within which two estimates confirm each other (``StabilityCheck``)."""
 
 
-PATIENT_AFTER = 8
-"""Tries of a pair that is not merged after which the growth waited for is twice as large, and so on, up to
-``agent.realign_growth``: pairs that lie far apart are searched less often. Measured over 114 merges of missions with
-faults: half came with the 3rd try, nine in ten by the 6th, the last with the 9th."""
+PATIENT_AFTER, PATIENCE_S = 6, 90.0
+"""Tries of a pair that is not merged after which both of its maps must have grown (by
+``agent.realign_growth``, in the mean), or one of them and
+the second have passed, seconds: pairs that lie far apart are searched less often. Measured over 114 merges of missions
+with faults: half came with the 3rd try, nine in ten by the 6th, the last with the 9th."""
 EVERYWHERE_EVERY = 4
 """One in this many tries of a pair with known starts looks everywhere: a start may be wrong, or of an earlier map."""
 EDGES_ENOUGH = 2
@@ -142,16 +144,20 @@ class Schedule:
         if last.versions == (maps[0].version, maps[1].version):
             return False
         if belief.alignment is None:
-            return _grown(maps, last.area_m2, self._patience(belief))
+            return self._is_worth_a_search(belief, last, maps, waited_ns)
         is_old = waited_ns / 1e9 >= self.config.realign_interval_s and not is_confirmed
         return is_old or self._outgrown(belief, maps)
 
-    def _patience(self, belief: PairBelief) -> float:
-        """Return the share by which a map of a pair that is not merged must have grown before it is tried again."""
-        if belief.reason == WEAK:
-            return max(WALL_GROWTH - 1.0, self.config.align_growth)
-        patient = self.config.align_growth * (1.0 + belief.attempts // PATIENT_AFTER)
-        return max(min(patient, self.config.realign_growth), self.config.align_growth)
+    def _is_worth_a_search(
+        self, belief: PairBelief, last: Attempt, maps: tuple[KnownMap, KnownMap], waited_ns: int
+    ) -> bool:
+        """Return whether the maps of a pair that is not merged have grown enough since its last try."""
+        if belief.reason == WEAK:  # neither map brings a fifth more wall where it has not grown by that
+            return _grown(maps, last.area_m2, max(WALL_GROWTH - 1.0, self.config.align_growth))
+        if belief.attempts < PATIENT_AFTER or waited_ns >= PATIENCE_S * 1e9:
+            return _grown(maps, last.area_m2, self.config.align_growth)
+        both = math.prod(one.area_m2 / max(area, 1e-9) for one, area in zip(maps, last.area_m2, strict=True))
+        return both >= (1.0 + self.config.realign_growth) ** 2
 
     def _may_follow(self, pair: Pair, belief: PairBelief, maps: tuple[KnownMap, KnownMap]) -> bool:
         """Return whether a prior where the pair was found is enough, which is cheap; else everything is searched."""

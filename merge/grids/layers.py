@@ -7,7 +7,7 @@ import hashlib
 import numpy as np
 from numpy.typing import NDArray
 
-from mrslam.merge.grids.warp import warp_tile, window
+from mrslam.merge.grids.warp import Warp, window
 from mrslam.spatial import TILE_CELLS, UNKNOWN, OccupancyGrid, se2
 from mrslam.spatial.tiles import TileIndex
 
@@ -35,9 +35,9 @@ class Layer:
         wanted = set(self.tiles) if before is None else set[TileIndex]()
         for part in changed_parts(before, grid):
             wanted |= _touched(part, T_team_map, resolution_m)
+        warped = Warp(grid, T_team_map, resolution_m)
         for index in sorted(wanted):
-            row0, col0 = index[0] * TILE_CELLS, index[1] * TILE_CELLS
-            cells = warp_tile(grid, T_team_map, resolution_m, row0, col0, TILE_CELLS)
+            cells = warped.square(index[0] * TILE_CELLS, index[1] * TILE_CELLS, TILE_CELLS)
             self.warped += 1
             if (cells == UNKNOWN).all():
                 self.tiles.pop(index, None)

@@ -69,12 +69,26 @@ def window(grid: OccupancyGrid, T_target_grid: NDArray[np.float64], resolution_m
     return int(low[1]), int(low[0]), int(high[1] - low[1]), int(high[0] - low[0])
 
 
-def warp_tile(
-    grid: OccupancyGrid, T_target_grid: NDArray[np.float64], resolution_m: float, row0: int, col0: int, edge: int
-) -> NDArray[np.int8]:
-    """Return ``(edge, edge) int8``: the square of :func:`warp`'s result from lattice cell (row0, col0)."""
-    out = np.full((edge, edge), UNKNOWN, dtype=np.int8)
-    if grid.cells.size:
-        affine = to_source(grid, T_target_grid, resolution_m)
-        warp_window(grid.cells, affine, resolution_m / grid.resolution_m, row0, col0, out)
-    return out
+class Warp:
+    """A grid to be rewritten in the target's lattice square by square: the squares of :func:`warp`'s result."""
+
+    def __init__(self, grid: OccupancyGrid, T_target_grid: NDArray[np.float64], resolution_m: float) -> None:
+        """Place the grid at ``T_target_grid (3,)``, in cells of ``resolution_m``."""
+        self._cells, self._ratio = grid.cells, resolution_m / grid.resolution_m
+        self._to_source = to_source(grid, T_target_grid, resolution_m)
+        steps = np.rint(self._to_source[:, 2])
+        lattice = np.column_stack([np.eye(2), steps])
+        self._shift = (int(steps[1]), int(steps[0])) if np.array_equal(self._to_source, lattice) else None
+        """(row, col) from target to source cells where both lattices are one: cells are copied."""
+
+    def square(self, row0: int, col0: int, edge: int) -> NDArray[np.int8]:
+        """Return ``(edge, edge) int8`` from the target's lattice cell (row0, col0) on."""
+        out = np.full((edge, edge), UNKNOWN, dtype=np.int8)
+        if self._shift is None:
+            if self._cells.size:
+                warp_window(self._cells, self._to_source, self._ratio, row0, col0, out)
+            return out
+        row, col = row0 + self._shift[0], col0 + self._shift[1]
+        part = self._cells[max(row, 0) : max(row + edge, 0), max(col, 0) : max(col + edge, 0)]
+        out[max(-row, 0) :, max(-col, 0) :][: part.shape[0], : part.shape[1]] = part
+        return out

@@ -1,4 +1,4 @@
-"""Campuses drawn at random: eight office buildings on about 10 000 m2, with yards between them. One seed, one campus."""
+"""Campuses drawn at random: eight office buildings on 12 000 m2, with yards between them. One seed, one campus."""
 
 from __future__ import annotations
 

@@ -142,7 +142,7 @@ MUTANTS = (
     ),
     Mutant(
         SCHEDULE,
-        "            return _grown(maps, last.area_m2, self._patience(belief))",
+        "            return self._is_worth_a_search(belief, last, maps, waited_ns)",
         "            return False",
         "a pair that was rejected once is never tried again",
     ),
@@ -280,14 +280,14 @@ MUTANTS = (
     ),
     Mutant(
         SCHEDULE,
-        "self.config.align_growth * (1.0 + belief.attempts // PATIENT_AFTER)",
-        "self.config.align_growth",
+        "belief.attempts < PATIENT_AFTER or waited_ns",
+        "True or waited_ns",
         "maps that lie far apart are searched as often as any",
     ),
     Mutant(
         SCHEDULE,
-        "            return max(WALL_GROWTH - 1.0, self.config.align_growth)",
-        "            return self.config.align_growth",
+        "max(WALL_GROWTH - 1.0, self.config.align_growth))",
+        "self.config.align_growth)",
         "weak evidence is looked at again before it can have grown",
     ),
     Mutant(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mrslam.agent.pairs.belief import WEAK
-from mrslam.agent.pairs.schedule import PATIENT_AFTER
+from mrslam.agent.pairs.schedule import PATIENCE_S, PATIENT_AFTER
 from mrslam.alignment import Evidence, Rejection
 from tests.agent.pairs.floors import Floors, found, merged, weak
 
@@ -90,8 +90,10 @@ def test_a_pair_that_was_tried_often_waits_for_more_growth() -> None:
         team.align(Rejection("overlap 2 %", 0.1, None, "auto"), t_s)
         cells, t_s = round(1.06 * cells), t_s + 20.0  # an eighth more area
         team.grow("r1", cells, revision)
-    assert team.due(t_s) is None  # now it waits for a fifth
-    team.grow("r1", round(1.06 * cells), 50)
+    assert team.due(t_s) is None  # now it waits for both to grow by a quarter
+    assert team.due(t_s - 20.0 + PATIENCE_S) == ("r1", "r2")  # or for a while
+    team.grow("r1", round(1.12 * cells), 50)
+    team.grow("r2", round(1.12 * 64), 50)
     assert team.due(t_s) == ("r1", "r2")
 
 

@@ -32,14 +32,14 @@ def test_one_try_in_four_looks_everywhere_and_what_it_finds_is_confirmed_everywh
     priors = []
     for k in range(8):
         team.grow("r1", round(64 * 1.2**k), k + 2)
-        priors.append((job := team.job(20.0 * k)).prior is not None)
-        team.end(job, NOWHERE, 20.0 * k)
+        priors.append((job := team.job(100.0 * k)).prior is not None)
+        team.end(job, NOWHERE, 100.0 * k)
     assert priors == [True, True, True, False] * 2
     team.grow("r1", 500, 20)
     for k in (8, 9, 10):
-        team.end(team.job(20.0 * k), NOWHERE, 20.0 * k)
+        team.end(team.job(100.0 * k), NOWHERE, 100.0 * k)
         team.grow("r1", 500 + 100 * (k - 7), k + 20)
-    for t_s in (220.0, 240.0):
+    for t_s in (1100.0, 1120.0):
         job = team.job(t_s)
         assert job.prior is None
         team.end(job, found(9.0), t_s)
