@@ -121,8 +121,16 @@ def test_align_prints_one_json_object(tmp_path: Path) -> None:
     result = mrslam("align", a, a, "--json")
     assert result.returncode == 0, result.stderr
     answer = json.loads(result.stdout)
-    assert {"status", "T_a_b", "confidence", "reason", "evidence", "seconds"} <= answer.keys()
-    assert answer["status"] in ("accepted", "rejected")
+    assert {"status", "T_a_b", "places", "confidence", "reason", "evidence", "seconds"} <= answer.keys()
+    assert answer["status"] in ("accepted", "ambiguous", "rejected")
+
+
+def test_align_draws_how_two_maps_fit(tmp_path: Path) -> None:
+    a = room(tmp_path / "a.yaml")
+    result = mrslam("align", a, a, "--picture", tmp_path / "new" / "fit.png")
+    assert result.returncode == 0, result.stderr
+    assert (tmp_path / "new" / "fit.png").read_bytes().startswith(b"\x89PNG")
+    assert "the picture is a .png file" in one_line_error(mrslam("align", a, a, "--picture", tmp_path / "fit.jpg"))
 
 
 def test_merge_by_known_poses_places_maps_that_do_not_overlap(tmp_path: Path) -> None:

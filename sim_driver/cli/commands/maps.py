@@ -67,19 +67,22 @@ def align(
     resolution: Annotated[
         float | None, typer.Option("--resolution", help="Metres a cell, for images without YAML.")
     ] = None,
+    picture: Annotated[
+        Path | None, typer.Option("--picture", help="PNG of the fit, of its rival, and of what contradicts.")
+    ] = None,
     set_: Set = None,
     json: Json = False,
 ) -> None:
     """Find how two maps fit together, or say why they do not.
 
-    Both are answers: the exit code is 0 either way.
+    All are answers, "ambiguous" with the places that look alike too: the exit code is 0 either way.
 
     mrslam align a/map.yaml b/map.yaml --json
-    mrslam align a.png b.png --resolution 0.05 --method surf
+    mrslam align a.png b.png --resolution 0.05 --method surf --picture fit.png
     """
     from mrslam.sim_driver.cli.maps.align import align_files
 
-    align_files(a, b, method, resolution, set_ or [], json)
+    align_files(a, b, method, resolution, set_ or [], json, picture)
 
 
 def merge(
@@ -96,13 +99,16 @@ def merge(
     resolution: Annotated[
         float | None, typer.Option("--resolution", help="Metres a cell, for images without YAML.")
     ] = None,
+    pictures: Annotated[
+        bool, typer.Option("--pictures", help="Also write a picture of how each pair of maps fits, or why not.")
+    ] = False,
     set_: Set = None,
     json: Json = False,
 ) -> None:
     """Merge map files of any SLAM system.
 
     Maps of this one bring what was seen on the way (keyframes.npz beside the map) and are bent until that agrees;
-    others are laid over each other as they are.
+    others are laid over each other as they are; how far that is off is said.
 
     Maps that do not fit are named with the reason (the exit code stays 0).
 
@@ -118,7 +124,7 @@ def merge(
         return
     from mrslam.sim_driver.cli.maps.merge import merge_files
 
-    merge_files(maps, out, known_poses, method, resolution, set_ or [], json)
+    merge_files(maps, out, known_poses, method, resolution, set_ or [], json, pictures)
 
 
 def save(

@@ -10,18 +10,29 @@ from typing import Any
 import numpy as np
 
 from mrslam.alignment import ALIGNERS, Alignment, AlignmentConfig, Rejection, align
+from mrslam.merge.fit_picture import draw_fit
 from mrslam.merge.grids.upright import read_upright
 from mrslam.sim_driver.cli.console import say
 from mrslam.sim_driver.kernels import ensure_compiled
 from mrslam.sim_driver.missions.settings import build, with_overrides
-from mrslam.spatial import InputError
+from mrslam.spatial import InputError, OccupancyGrid
 from mrslam.spatial.files.archives import arrays_in
+from mrslam.spatial.files.atomic import make_folder
+from mrslam.spatial.files.images import write_image
 
 
 def align_files(
-    a: Path, b: Path | None, method: str, resolution: float | None, assignments: list[str], as_json: bool
+    a: Path,
+    b: Path | None,
+    method: str,
+    resolution: float | None,
+    assignments: list[str],
+    as_json: bool,
+    picture: Path | None = None,
 ) -> None:
-    """Align two maps and print the outcome."""
+    """Align two maps, print the outcome, and draw it where a ``picture`` is asked for."""
+    if picture is not None and picture.suffix != ".png":
+        raise InputError(f"{picture}: the picture is a .png file")
     config = build(AlignmentConfig, with_overrides({"alignment": {}}, assignments)["alignment"], "alignment")
     check_method(method)
     if b is None and a.suffix != ".npz":
@@ -32,6 +43,8 @@ def align_files(
     start = time.perf_counter()
     outcome = align(grid_a, grid_b, method=method, config=config)
     seconds = time.perf_counter() - start
+    if picture is not None:
+        write_fit(picture, grid_a, grid_b, outcome, config)
     if as_json:
         print(json.dumps({**as_row(outcome), "seconds": round(seconds, 4)}, allow_nan=False))
         return
@@ -46,6 +59,18 @@ def align_files(
     else:
         text = f"rejected: {outcome.reason}"
     say(f"{text} (confidence {outcome.confidence:.2f}, {outcome.method}, {seconds:.2f} s)")
+
+
+def write_fit(
+    path: Path, a: OccupancyGrid, b: OccupancyGrid, outcome: Alignment | Rejection, config: AlignmentConfig | None
+) -> None:
+    """Write how two maps fit as a picture, or say that no place was found to draw."""
+    drawn = draw_fit(a, b, outcome, config)
+    if drawn is None:
+        say(f"{path} is not written: there is no place to draw")
+        return
+    make_folder(path.parent)
+    write_image(path, drawn)
 
 
 def _key(path: Path) -> str:

@@ -18,7 +18,7 @@ from mrslam.merge import MergeConfig, MergeResult, Pair, Trail, merge_maps
 from mrslam.merge.draw import draw_team
 from mrslam.merge.grids.upright import read_upright
 from mrslam.sim_driver.cli.console import say
-from mrslam.sim_driver.cli.maps.align import as_row, check_method
+from mrslam.sim_driver.cli.maps.align import as_row, check_method, write_fit
 from mrslam.sim_driver.cli.progress import progress_bar
 from mrslam.sim_driver.kernels import ensure_compiled
 from mrslam.sim_driver.missions.run_files import KEYFRAMES_FILE, MAP_FILE, TEAM_MAP_FILE, team_file
@@ -41,8 +41,9 @@ def merge_files(
     resolution: float | None,
     assignments: list[str],
     as_json: bool,
+    pictures: bool = False,
 ) -> None:
-    """Merge the maps; write the team map, its picture and ``merge.json``."""
+    """Merge the maps; write the team map, its picture and ``merge.json``, and of each pair a picture if asked for."""
     target = target_of(out)
     config = build(MergeConfig, with_overrides({"merge": {}}, assignments)["merge"], "merge")
     check_method(method)
@@ -64,6 +65,9 @@ def merge_files(
     write_image(target.with_suffix(".png"), draw_team(result.team_map, grids))
     write_text(target.with_suffix(".json"), json.dumps(row, indent=1, allow_nan=False) + "\n")
     _write_ways(result, trails, target.parent)
+    for (a, b), outcome in sorted(({**result.edges, **result.rejections} if pictures else {}).items()):
+        named = f"{a}--{b}".replace("/", "_").replace(":", "_")
+        write_fit(target.parent / "pairs" / f"{named}.png", grids[a], grids[b], outcome, None)
     if as_json:
         print(json.dumps(row, allow_nan=False))
         return
@@ -118,6 +122,14 @@ def _say_bends(result: MergeResult, trails: Mapping[str, Trail]) -> None:
     for name in result.team_map.T_team_map.keys() - result.team_map.bends.keys():
         why = "nothing ties it to the others" if name in trails else f"there is no {KEYFRAMES_FILE} with its map"
         say(f"{name} is laid as it is: {why}")
+    for (a, b), edge in sorted(result.edges.items()):
+        if edge.evidence.bent_m:
+            say(
+                f"{a} and {b} fit only bent: as they are laid walls are off by {edge.evidence.bent_m:.2f} m in the mean"
+            )
+    for (a, b), rejection in sorted(result.rejections.items()):
+        if rejection.ambiguous:
+            say(f"how {a} and {b} fit is ambiguous: {len(rejection.rivals) + 1} places look alike")
 
 
 def _write_ways(result: MergeResult, trails: Mapping[str, Trail], folder: Path) -> None:
