@@ -65,9 +65,8 @@ def merge_files(
     write_image(target.with_suffix(".png"), draw_team(result.team_map, grids))
     write_text(target.with_suffix(".json"), json.dumps(row, indent=1, allow_nan=False) + "\n")
     _write_ways(result, trails, target.parent)
-    for (a, b), outcome in sorted(({**result.edges, **result.rejections} if pictures else {}).items()):
-        named = f"{a}--{b}".replace("/", "_").replace(":", "_")
-        write_fit(target.parent / "pairs" / f"{named}.png", grids[a], grids[b], outcome, None)
+    if pictures:
+        _draw_pairs(result, grids, target.parent / "pairs")
     if as_json:
         print(json.dumps(row, allow_nan=False))
         return
@@ -82,6 +81,14 @@ def merge_files(
     if len(result.team_map.T_team_map) < 2:
         say("nothing was merged: the map written is one of those given")
     say(f"{target.with_suffix('.png')}, {target} ({row['seconds']:.1f} s)")
+
+
+def _draw_pairs(result: MergeResult, grids: Mapping[str, OccupancyGrid], folder: Path) -> None:
+    """Write a picture of how each pair that was looked at fits, or why it does not."""
+    outcomes: dict[Pair, Alignment | Rejection] = {**result.edges, **result.rejections}
+    for (a, b), outcome in sorted(outcomes.items()):
+        name = f"{a}--{b}".replace("/", "_").replace(":", "_")
+        write_fit(folder / f"{name}.png", grids[a], grids[b], outcome, None)
 
 
 def in_folders(paths: list[Path]) -> list[Path]:
