@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,11 +49,17 @@ class Standing:
         return new
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class _Seen:
     stamp_ns: int
     scan: Scan
     T_map_base: Transform
+    radius_m: float
+
+    @cached_property
+    def bodies_m(self) -> NDArray[np.float64]:
+        """Bodies in the scan, found once for all teammates."""
+        return find_bodies(self.scan, self.radius_m)
 
 
 class Encounters:
@@ -70,14 +77,14 @@ class Encounters:
     def on_scan(self, scan: Scan, T_map_base: Transform, now_ns: int) -> None:
         """Keep a scan, with the beams that end at teammates, and where the robot took it."""
         if self._enabled:
-            self._scans.append(_Seen(now_ns, scan, T_map_base))
+            self._scans.append(_Seen(now_ns, scan, T_map_base, self.radius_m))
 
     def moving_bodies_m(self) -> NDArray[np.float64]:
         """Return ``(N, 2)`` bodies in the newest scan that have not stood where they are for long, base frame."""
         if not self._scans:
             return np.empty((0, 2))
         newest = self._scans[-1]
-        bodies_m = find_bodies(newest.scan, self.radius_m)
+        bodies_m = newest.bodies_m
         return bodies_m[self._standing.are_new(se2.apply(newest.T_map_base, bodies_m), newest.stamp_ns)]
 
     def forget(self) -> None:
@@ -101,8 +108,7 @@ class Encounters:
             self._epochs[report.peer] = report.epoch
             self._moments.pop(report.peer, None)
         kept = self._moments.setdefault(report.peer, deque(maxlen=MOMENTS_MOST))
-        bodies_m = find_bodies(seen.scan, self.radius_m)
-        moment = Moment(seen.scan, bodies_m, seen.T_map_base, report.T_map_base, report.bodies_m)
+        moment = Moment(seen.scan, seen.bodies_m, seen.T_map_base, report.T_map_base, report.bodies_m)
         if kept and not moment.is_after(kept[-1]):
             return None
         kept.append(moment)

@@ -16,6 +16,7 @@ from mrslam.comms import TeammateClaim, TeammatePose
 from mrslam.merge import Pair
 from mrslam.merge.graph.edges import inverse_covariance, pair_of
 from mrslam.mutual_detection import Moment, MutualDetectionConfig, MutualFix, sightings
+from mrslam.mutual_detection.encounters import MOST_SEEN_LLR, MOST_UNSEEN_LLR
 from mrslam.spatial import Scan, se2
 from mrslam.spatial.se2 import Transform
 
@@ -100,7 +101,7 @@ class Witness:
         T_a_b = claim.T_peer_robot if pair[0] == claim.peer else se2.inverse(claim.T_peer_robot)
         place = belief.places.add(T_a_b, claim.peer, now_ns)
         if place is not None:
-            place.told[claim.peer] = claim.llr
+            place.told[claim.peer] = min(max(claim.llr, MOST_UNSEEN_LLR), MOST_SEEN_LLR)
 
     def _propose(self, pair: Pair, belief: PairBelief, fix: MutualFix | None, now_ns: int) -> None:
         """Take a transform that sightings agree on as a place of the pair."""
@@ -133,7 +134,7 @@ class Witness:
                 self._weigh_new(pair, belief)
             if belief.alignment is None:
                 continue
-            place = belief.places.at(belief.alignment.T_a_b)
+            place = belief.places.add(belief.alignment.T_a_b, "maps", now_ns)
             if place is not None and place.is_refuted:
                 reason = f"the robots looked where the other should be, and nobody was there ({place.llr:.1f} nats)"
                 effects += team.unmerge(pair, reason, now_ns)

@@ -186,9 +186,8 @@ class PairBelief:
         if self.alignment is None:
             return None
         here = self.places.at(self.alignment.T_a_b)
-        searched &= (
-            here is None or not here.is_supported
-        )  # robots saw each other here: whatever fits elsewhere, as well
+        if here is not None and here.is_supported:  # robots saw each other here: what fits elsewhere fits as well
+            searched = False
         reason = lies_elsewhere(self.alignment, outcome) if searched else None
         return reason or refuted(self.alignment, outcome)
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from mrslam.agent.pairs.hypotheses import Hypotheses, Hypothesis
+from mrslam.agent.pairs.second_look import SAME_PLACE
 from mrslam.alignment import Alignment, Evidence, Rejection
 from mrslam.spatial.se2 import Transform
 
@@ -35,7 +36,7 @@ def weighed(places: Hypotheses, outcome: Alignment | Rejection) -> Alignment | R
             return _refused(
                 outcome, f"the robots looked where the other should be, and nobody was there ({here.llr:.1f} nats)"
             )
-        if supported is not None and here is not supported:
+        if supported is not None and not SAME_PLACE.is_near(supported.T_a_b, outcome.T_a_b):
             x, y, _ = supported.T_a_b
             return _refused(
                 outcome, f"the robots saw each other with the maps {x:.1f}, {y:.1f} m apart, which is not here"

@@ -8,6 +8,8 @@ import pytest
 from mrslam.agent import Agent
 from mrslam.agent.effects import AlignJob, Event
 from mrslam.agent.encounters import Standing
+from mrslam.agent.pairs.hypotheses import Hypotheses
+from mrslam.agent.pairs.weighing import weighed
 from mrslam.agent.witness import REPEAT_NS, Witness
 from mrslam.alignment import Alignment, Evidence, Rejection
 from mrslam.alignment.evidence import WallEvidence
@@ -79,7 +81,7 @@ def test_the_right_place_is_not_given_up_whatever_one_robot_claims() -> None:
     one = met()
     merge(one, RIGHT.tolist())
     witness, effects = watch(one)
-    witness.on_claim(claim(RIGHT, -6.0), one.team, BEGIN + 20 * S)
+    witness.on_claim(claim(RIGHT, -99.0), one.team, BEGIN + 20 * S)
     assert effects == [] == witness.look(one.team, BEGIN + 20 * S) and "r2" in one.T_team_map
 
 
@@ -159,3 +161,29 @@ def test_furniture_is_reported_for_some_seconds_and_what_moves_always() -> None:
     said = [standing.are_new(np.array([still, [0.1 * k, 5.0]]), k * S // 2).tolist() for k in range(20)]
     assert said[0] == [True, True] and said[-1] == [False, True]
     assert standing.are_new(still[None], 100 * S).tolist() == [True]  # it was forgotten
+
+
+def test_a_supported_place_lets_its_maps_be_corrected_but_not_be_laid_elsewhere() -> None:
+    places = Hypotheses()
+    place = places.add(RIGHT, "sight", 0)
+    assert place is not None
+    place.told["r2"] = 6.0
+    corrected, elsewhere = (
+        weighed(places, Alignment(RIGHT + np.array([off_m, 0.0, 0.0]), 0.9, walls(60.0, 0.0), np.eye(3) * 1e-4, "auto"))
+        for off_m in (0.8, 3.0)
+    )
+    assert isinstance(corrected, Alignment)
+    assert isinstance(elsewhere, Rejection) and "saw each other" in elsewhere.reason
+    place.told["r2"] = -6.0
+    refused = weighed(places, Alignment(RIGHT, 0.9, walls(60.0, 0.0), np.eye(3) * 1e-4, "auto"))
+    assert isinstance(refused, Rejection) and "nobody was there" in refused.reason
+
+
+def test_a_robot_that_was_resumed_looks_at_the_places_it_believes() -> None:
+    one = met()
+    merge(one, NEARER.tolist())
+    belief = one.team.beliefs["r1", "r2"]
+    belief.places = Hypotheses()  # a checkpoint keeps none
+    watch(one)
+    (place,) = belief.places
+    assert place.own is not None and place.own.not_there >= 3

@@ -268,8 +268,8 @@ MUTANTS = (
     ),
     Mutant(
         BELIEF,
-        "searched &= here is None or not here.is_supported",
-        "searched &= True",
+        "            searched = False\n",
+        "            pass\n",
         "robots that see each other are unmerged because another wing looks alike",
     ),
     Mutant(
