@@ -142,6 +142,8 @@ class PairBelief:
         """Return the outcome as encounters leave it; a place that two robots' sight proposed needs no walls."""
         if outcome.T_a_b is not None and is_worth_keeping(outcome):
             self.places.add(outcome.T_a_b, "maps", now_ns)
+        for rival in outcome.rivals if isinstance(outcome, Rejection) else ():
+            self.places.add(rival, "maps", now_ns)
         seen = None if job.sighted is None else self.places.at(job.sighted)
         if seen is not None and isinstance(outcome, Rejection) and agrees(outcome.evidence) and not seen.is_refuted:
             return by_sight(seen, outcome)

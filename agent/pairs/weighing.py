@@ -42,9 +42,20 @@ def weighed(places: Hypotheses, outcome: Alignment | Rejection) -> Alignment | R
                 outcome, f"the robots saw each other with the maps {x:.1f}, {y:.1f} m apart, which is not here"
             )
         return outcome
-    if here is None or here is not supported or not agrees(outcome.evidence):
+    if here is not None and here is supported and agrees(outcome.evidence):
+        return by_sight(here, outcome)
+    return _decided(places, outcome) if outcome.ambiguous else outcome
+
+
+def _decided(places: Hypotheses, outcome: Rejection) -> Alignment | Rejection:
+    """Return the only place left of those that fit alike: the others were refuted, or robots saw each other there."""
+    fits = [outcome.T_a_b, *outcome.rivals]
+    known = [(T, places.at(T)) for T in fits if T is not None]
+    left = [T for T, place in known if place is not None and place is places.supported]
+    left = left or [T for T, place in known if place is None or not place.is_refuted]
+    if len(left) != 1 or outcome.evidence is None:
         return outcome
-    return by_sight(here, outcome)
+    return Alignment(left[0], SIGHT_CONFIDENCE, outcome.evidence, SPREAD, SIGHT_METHOD)
 
 
 def is_worth_keeping(outcome: Alignment | Rejection) -> bool:

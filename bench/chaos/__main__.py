@@ -15,6 +15,7 @@ import sys
 import time
 from collections import Counter
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 from rich.console import Console
@@ -30,6 +31,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--missions", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0, help="of the first mission; the others follow")
+    parser.add_argument("--world", help='all in this one: "hotel" (another by each seed), "arena2", ...')
     parser.add_argument("--stop", action="store_true", help="at the first mission that breaks")
     parser.add_argument("--figures", type=Path, help="file for what was measured: a JSON line a mission")
     parser.add_argument("--workers", type=int, default=os.cpu_count())
@@ -43,7 +45,7 @@ def main() -> int:
     played = 0
     figures = options.figures.open("a") if options.figures else None
     with suppress(KeyboardInterrupt):
-        outcomes = play_all(play_chaos, seeds, options.workers)
+        outcomes = play_all(partial(play_chaos, world=options.world), seeds, options.workers)
         for outcome in track(outcomes, "chaos", total=len(seeds), console=console):
             played += 1
             faults += outcome.faults

@@ -29,9 +29,9 @@ class Outcome:
     """What was measured, plain JSON values by name."""
 
 
-def run_chaos(seed: int, folder: Path) -> Outcome:
+def run_chaos(seed: int, folder: Path, world: str | None = None) -> Outcome:
     """Play the mission of this seed in the folder and check it at every step."""
-    mission = make_mission(chaos_tables(seed), folder / "chaos.toml")
+    mission = make_mission(chaos_tables(seed, world), folder / "chaos.toml")
     world = make_world(mission)
     invariants = Invariants(mission, Judge(world.grid, world.reachable))
 
@@ -49,7 +49,7 @@ def run_chaos(seed: int, folder: Path) -> Outcome:
     return Outcome(seed, invariants.violations, played, figures)
 
 
-def play_chaos(seed: int) -> Outcome:
+def play_chaos(seed: int, world: str | None = None) -> Outcome:
     """Play the mission of this seed in a folder that is gone afterwards."""
     with tempfile.TemporaryDirectory() as folder:
-        return run_chaos(seed, Path(folder))
+        return run_chaos(seed, Path(folder), world)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from bench.chaos.repeats import Repeats, is_repeating
 from bench.chaos.scene import SPOILS, Report, Scene
 from mrslam.agent import Agent
 from mrslam.sim_driver.evaluate.truth import FALSE_MERGE_DEG, FALSE_MERGE_M
@@ -26,6 +27,7 @@ class Places:
 
     def __init__(self, report: Report) -> None:
         self._report = report
+        self._repeats = Repeats(report)
 
     def step(self, scene: Scene) -> None:
         """Look at all placements."""
@@ -76,6 +78,9 @@ class Places:
         T_own_other = agent.T_team_map[other[0]]
         off_m, off_rad = se2.difference(T_own_other, se2.between(own[1], other[1]))
         off_deg = float(np.degrees(off_rad))
+        if is_repeating(scene):
+            self._repeats.judge(scene, own[0], other[0], off_m <= FALSE_MERGE_M and off_deg <= FALSE_MERGE_DEG)
+            return
         moved = se2.compose(se2.compose(own[1], T_own_other), se2.inverse(other[1]))
         if off_m > FALSE_MERGE_M or off_deg > FALSE_MERGE_DEG:
             is_alike = scene.judge.occupied_precision(scene.judge.world, moved) >= ALIKE

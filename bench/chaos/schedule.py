@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from mrslam.sim_driver.faults.config import KINDS
+from mrslam.sim_driver.worlds import DRAWN
 
 LENGTH_S = 75.0
 """Mission time, seconds."""
@@ -20,8 +21,11 @@ ONE_EACH = ("kidnapped", "liar", "clock")
 """Faults that a mission has at most one robot suffer from."""
 
 
-def chaos_tables(seed: int) -> dict[str, Any]:
-    """Return a mission, as tables: two to four robots in a small world, and one to six faults."""
+def chaos_tables(seed: int, world: str | None = None) -> dict[str, Any]:
+    """Return a mission, as tables: two to four robots in a small world, and one to six faults.
+
+    ``world`` : instead of one by chance: "hotel" and "office" are drawn by the seed.
+    """
     rng = np.random.default_rng([seed, 0xC4A05])
     robots = [f"r{i + 1}" for i in range(int(rng.choice([2, 3, 3, 4])))]
     kinds = [str(kind) for kind in rng.choice([kind for kind in KINDS if kind != "laser_off"], int(rng.integers(1, 7)))]
@@ -41,10 +45,13 @@ def chaos_tables(seed: int) -> dict[str, Any]:
                 "amount": round(float(rng.uniform(low, high)), 2),
             }
         )
+    drawn = str(rng.choice(WORLDS))
+    if world is not None:
+        drawn = f"{world}:{seed}" if world in DRAWN else world
     rest = [{"kind": "laser_off", "robot": robot, "at_s": REST_S, "for_s": LENGTH_S} for robot in robots]
     return {
         "mission": {"name": "chaos", "shell": "virtual", "seed": seed, "duration_s": LENGTH_S},
-        "world": {"name": str(rng.choice(WORLDS))},
+        "world": {"name": drawn},
         "robots": [{"id": robot, "laser": "lidar-360"} for robot in robots],
         "rbpf": {"particles": 4, "threads": 1},
         "comms": {"exchange_timeout_s": 3.0, "link_threshold": 0.5, "beacon_window": 8},

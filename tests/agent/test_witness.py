@@ -187,3 +187,31 @@ def test_a_robot_that_was_resumed_looks_at_the_places_it_believes() -> None:
     watch(one)
     (place,) = belief.places
     assert place.own is not None and place.own.not_there >= 3
+
+
+@pytest.mark.parametrize(
+    ("llr_here", "llr_rival", "decided"),
+    [(0, 0, None), (-6, 0, "rival"), (0, 6, "rival"), (0, -6, "here"), (-6, -6, None)],
+)
+def test_of_places_that_fit_alike_sightings_leave_one(llr_here: float, llr_rival: float, decided: str | None) -> None:
+    places = Hypotheses()
+    for T, llr in ((RIGHT, llr_here), (NEARER, llr_rival)):
+        place = places.add(T, "maps", 0)
+        assert place is not None
+        place.told["r2"] = llr
+    found = weighed(places, Rejection("ambiguous", 0.4, walls(30.0, 1.0), "auto", RIGHT, rivals=(NEARER,)))
+    if decided is None:
+        assert isinstance(found, Rejection)
+    else:
+        assert isinstance(found, Alignment)
+        np.testing.assert_array_equal(found.T_a_b, RIGHT if decided == "here" else NEARER)
+
+
+def test_places_that_fit_as_well_are_kept() -> None:
+    one = met()
+    job = one.next_job(BEGIN)
+    assert isinstance(job, AlignJob)
+    one.on_done(job, Rejection("ambiguous", 0.4, walls(30.0, 1.0), "auto", RIGHT, rivals=(NEARER,)), BEGIN)
+    belief = one.team.beliefs["r1", "r2"]
+    assert [place.is_at(T) for place, T in zip(belief.places, (RIGHT, NEARER), strict=True)] == [True, True]
+    assert "ambiguous between" in belief.words

@@ -181,6 +181,7 @@ def test_invariants_notice_a_lost_map_a_forgotten_one_and_a_false_merge(tmp_path
 
 def test_schedules_follow_from_their_seed_and_play_every_kind(tmp_path: Path) -> None:
     assert chaos_tables(5) == chaos_tables(5) != chaos_tables(6)
+    assert chaos_tables(5, "hotel") == {**chaos_tables(5), "world": {"name": "hotel:5"}}
     kinds = set()
     for seed in range(80):
         mission = make_mission(chaos_tables(seed), tmp_path / "chaos.toml")
