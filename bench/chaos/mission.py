@@ -32,8 +32,8 @@ class Outcome:
 def run_chaos(seed: int, folder: Path, world: str | None = None) -> Outcome:
     """Play the mission of this seed in the folder and check it at every step."""
     mission = make_mission(chaos_tables(seed, world), folder / "chaos.toml")
-    world = make_world(mission)
-    invariants = Invariants(mission, Judge(world.grid, world.reachable))
+    built = make_world(mission)
+    invariants = Invariants(mission, Judge(built.grid, built.reachable))
 
     def watch(team: VirtualTeam, now_ns: int) -> None:
         invariants(team, now_ns)
@@ -45,7 +45,7 @@ def run_chaos(seed: int, folder: Path, world: str | None = None) -> Outcome:
     except Exception as error:  # noqa: BLE001 - whatever it is, it is a violation, and the seed shows it again
         invariants.violations.append(f"{type(error).__name__}: {error}")
     played = Counter(fault.kind for fault in mission.faults if fault.kind != REST)
-    figures = {"world": world.name, **invariants.report.figures}
+    figures = {"world": built.name, **invariants.report.figures}
     return Outcome(seed, invariants.violations, played, figures)
 
 
