@@ -82,7 +82,8 @@ def test_another_building_is_not_the_saved_one(monday: Path, data_dir: Path, tmp
     run = played(tables(log, 0.0, 0.5, saved=monday, duration_s=120.0), tmp_path / "elsewhere")
     assert not events(run, "localised") and len(events(run, "alignment")) > 2
     row = saved_row(run)
-    assert row["state"] in ("not yet", "ambiguous") and row["T_map_base"] is None and row["reason"]
+    assert row["state"] == "not here" and row["T_map_base"] is None and "no place in it that fits" in row["reason"]
+    assert events(run, "not_here")
 
 
 def test_a_saved_map_is_not_replaced_by_the_run_that_reads_it(monday: Path, data_dir: Path) -> None:
