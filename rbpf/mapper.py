@@ -31,7 +31,7 @@ from mrslam.spatial.poses import compose
 from mrslam.spatial.runtime.crew import Crew, Pending
 from mrslam.spatial.se2 import Transform
 
-LAYOUT = 16
+LAYOUT = 17
 """Version of what :meth:`Mapper.state` returns; raised whenever its content changes."""
 SETTLE_SCANS = 10
 """The back end's result is collected after this many scans at the latest: a robot that stopped gets it, too."""
@@ -82,6 +82,8 @@ class Mapper:
         resampled = self._settle() if is_key or self._settle_in == 0 else False
         if is_key:
             self._begin_key(reading, step.inliers)
+        if step.is_carried:
+            self._health = min(self._health, DOUBTFUL)
         watch.start()  # the back end has a watch of its own
         self._history.add_scan(scan.stamp_ns, self._T_key_base, self._motion.way_m, self.T_map_base)
         watch.lap("record")

@@ -53,22 +53,25 @@ class BackEnd:
         self._arrivals = Rows(ARRIVAL_COLUMNS)
         self._health = Health()
         self._is_contradicted = False  # whether the newest loop edge contradicts the trajectory
+        self._is_carried = False  # whether the robot was carried, and was not found in its map since
 
     @property
     def arrivals(self) -> NDArray[np.float64]:
-        """``(K, 6)``: local motion from keyframe to keyframe, see ``mrslam.rbpf.front_end.motion``."""
+        """``(K, 7)``: local motion from keyframe to keyframe, see ``mrslam.rbpf.front_end.motion``."""
         return self._arrivals.rows
 
     def add(self, key: Keyframe) -> KeyframeResult:
         """Update every particle and its map, and see whether the robot is back where it has been."""
         self._watch.start()
         resamplings, edges = self.filter.resamplings, self.loops.edges
-        agreement = self.filter.move(key)
+        self._is_carried |= key.is_carried
+        agreement = self.filter.move(key, self._is_carried)
         if agreement is not None:
             self._health.follow(agreement, key)
         self.filter.draw(key, beside=lambda: self._look_for_loop(key))
         closed = self._is_contradicted and self._relax()
-        if self.loops.edges > edges:
+        self._is_carried &= self.loops.is_carried
+        if self.loops.edges > edges and not self._is_carried:
             self._health.anchor()
         self._watch.lap("loops")
         return KeyframeResult(
@@ -79,7 +82,7 @@ class BackEnd:
     def _look_for_loop(self, key: Keyframe) -> None:
         """Where the best particle comes to a place it has been, see whether its trajectory agrees."""
         self._arrivals.add(key.arrival)
-        self.loops.add_key(key.beams, float(key.arrival[WAY]))
+        self.loops.add_key(key.beams, float(key.arrival[WAY]), key.is_carried)
         trajectory = self.filter.trajectory
         self.loops.scans.forget(trajectory)
         self._is_contradicted = self.config.close_loops and self.loops.look(trajectory, self.arrivals)
@@ -102,7 +105,7 @@ class BackEnd:
         """Return everything that a resumed mapper needs."""
         return {
             "filter": self.filter.state(), "loops": self.loops.state(), "arrivals": self.arrivals,
-            "health": self._health.state(),
+            "health": self._health.state(), "is_carried": self._is_carried,
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -111,3 +114,4 @@ class BackEnd:
         self.loops.restore(state["loops"])
         self._arrivals = Rows.of(state["arrivals"])
         self._health.restore(state["health"])
+        self._is_carried = state["is_carried"]

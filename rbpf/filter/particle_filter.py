@@ -85,10 +85,11 @@ class ParticleFilter:
         """``(N,)``, their sum 1."""
         return normalised(self.log_weights)
 
-    def move(self, key: Keyframe) -> Agreement | None:
+    def move(self, key: Keyframe, is_carried: bool = False) -> Agreement | None:
         """Bring the particles to a keyframe, to be drawn next (:meth:`draw`), and resample them where Neff is low.
 
-        Return how far the best particle's map agrees with it, None at the very first.
+        ``is_carried`` : whether the robot was carried and nobody knows where to: then only local motion says where it
+        goes. Return how far the best particle's map agrees with it, None at the very first.
         """
         agreement: Agreement | None = None
         poses = np.zeros((self.count, 3))
@@ -100,11 +101,13 @@ class ParticleFilter:
             agreement = Agreement(inliers=0.0, conflicts=1.0)
         else:
             self._cover(poses[:, :2])
-        if self.ancestry.keys > 0 and not self._is_beyond:
+        if is_carried:
+            agreement = Agreement(inliers=key.inliers, conflicts=0.0)
+        elif self.ancestry.keys > 0 and not self._is_beyond:
             proposals = self._propose(key)
             self._reweigh(proposals.gains)
             poses, agreement = proposals.poses, proposals.agreement(self.best)
-        self._turn_by_walls(key, poses)
+        self._turn_by_walls(key, poses, is_carried)
         self.ancestry.append(poses)
         self._resample_if_due()
         self.watch.lap("resample")
@@ -133,9 +136,12 @@ class ParticleFilter:
         if self.log_weights[self.best] < -BEST_SWITCH_LOG_WEIGHT:
             self.best = int(np.argmax(self.log_weights))
 
-    def _turn_by_walls(self, key: Keyframe, poses: Transform) -> None:
+    def _turn_by_walls(self, key: Keyframe, poses: Transform, is_carried: bool) -> None:
         """Turn the new ``poses (N, 3)`` by what the directions of walls say of the best one's heading."""
         if not self.config.use_walls:
+            return
+        if is_carried:
+            self._walls.pass_over()
             return
         heading, way_m = float(poses[self.best, 2]), float(key.arrival[WAY])
         turn = self._walls.turn(key.beams.points, key.beams.origin, heading, way_m)

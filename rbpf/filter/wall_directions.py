@@ -90,6 +90,10 @@ class WallDirections:
         self._seen_by_key.add((direction, one))
         return float(gain[0] * missed[one])
 
+    def pass_over(self) -> None:
+        """Learn nothing from a keyframe whose heading in the map nobody knows."""
+        self._seen_by_key.add((0.0, NONE))
+
     def _begin(self, angle: float, variance: float) -> int:
         """Remember a new direction, where there are too many in place of the one seen least; return its index."""
         n = self.angles.size

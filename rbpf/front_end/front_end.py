@@ -23,6 +23,10 @@ from mrslam.spatial.se2 import Transform
 
 MOVED = 0.02
 """A robot whose wheels stand has moved if the score elsewhere is better by this."""
+STOOD_M, STOOD_RAD = 0.3, 0.3
+"""A robot that moved less than this in a pause sees most of what it saw before, metres and radians."""
+CARRIED_S = 5.0
+"""Nobody lifts, carries and puts down a robot in less, seconds."""
 ADRIFT_MEMORY = 0.1
 """Share of a new scan in ``FrontEnd.adrift``."""
 
@@ -39,6 +43,8 @@ class Step:
     """Share of beams that lie on the rolling map, 0..1."""
     blind_m: NDArray[np.float64]
     """``(2,)``, base frame, metres: along the direction where scans saw no motion, as long as the error expected."""
+    is_carried: bool = False
+    """Whether the robot was carried to where this scan was taken, nobody knows how far."""
 
 
 class FrontEnd:
@@ -71,12 +77,26 @@ class FrontEnd:
             return Step(np.zeros(3), 0.0, 1.0, np.zeros(2))
         self.predictor.wait(elapsed_s)
         guess, found = self._best_of_guesses(points, T_before_odom)
+        if elapsed_s >= CARRIED_S and self._was_carried(guess, found):
+            return self._begin_elsewhere(all_points)
         self.T_local_base = found.pose
         motion = between(before, found.pose)
         self._learn(guess, motion, T_before_odom, found)
         if self._map.is_due(found.pose):
             self._map.add(found.pose, all_points)
         return Step(motion, found.score, found.inliers, _blind_m(motion, guess.slip, found))
+
+    def _was_carried(self, guess: Guess, found: Match) -> bool:
+        """Return whether a robot that should still see what it saw before a pause sees something else."""
+        stood = math.hypot(guess.motion[0], guess.motion[1]) < STOOD_M and abs(guess.motion[2]) < STOOD_RAD
+        return self.predictor.is_after_pause and stood and self._matcher.is_doubtful(found)
+
+    def _begin_elsewhere(self, all_points: NDArray[np.float64]) -> Step:
+        """Begin another rolling map with this scan, as if the robot had not moved."""
+        self._map.clear()
+        self._map.tiles_around(self.T_local_base)
+        self._map.add(self.T_local_base, all_points)
+        return Step(np.zeros(3), 0.0, 1.0, np.zeros(2), is_carried=True)
 
     def knows(self, points: NDArray[np.float64], T_before_odom: Transform | None) -> bool:
         """Return whether a scan fits what was seen before, where the robot is expected; nothing is learnt from it."""

@@ -29,15 +29,17 @@ class Health:
     def __init__(self) -> None:
         self._fit = 1.0
         self._unseen_m, self._way_m = 0.0, 0.0  # since the last loop edge
+        self._is_carried = False  # and not found in its map since
 
     @property
     def value(self) -> float:
         """0..1."""
-        adrift = self._unseen_m > max(UNSEEN_M, UNSEEN_SHARE * self._way_m)
+        adrift = self._is_carried or self._unseen_m > max(UNSEEN_M, UNSEEN_SHARE * self._way_m)
         return min(self._fit, DOUBTFUL) if adrift else self._fit
 
     def follow(self, agreement: Agreement, key: Keyframe) -> None:
         """Take a keyframe, and how far the best particle's map agrees with it, into account."""
+        self._is_carried |= key.is_carried
         seen = agreement.inliers + agreement.conflicts
         fits = agreement.inliers / seen if seen > SEEN_LEAST else key.inliers
         fit = float(np.clip((fits - BAD_FIT) / FIT_RANGE, 0.0, 1.0))
@@ -49,11 +51,13 @@ class Health:
     def anchor(self) -> None:
         """Forget way covered unseen: the robot is back at a place it knows."""
         self._unseen_m = self._way_m = 0.0
+        self._is_carried = False
 
     def state(self) -> list[float]:
         """Return everything that a resumed health needs."""
-        return [self._fit, self._unseen_m, self._way_m]
+        return [self._fit, self._unseen_m, self._way_m, float(self._is_carried)]
 
     def restore(self, state: list[float]) -> None:
         """Continue from what :meth:`state` returned."""
-        self._fit, self._unseen_m, self._way_m = state
+        self._fit, self._unseen_m, self._way_m = state[:3]
+        self._is_carried = bool(state[3])

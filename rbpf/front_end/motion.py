@@ -27,10 +27,13 @@ WAY_MOST = 3.0
 NOISE_M, NOISE_RAD = 0.01, 0.0015
 """Standard deviation of any local motion, however short, metres and radians: of the matcher's pose."""
 
-MOTION, WAY, BLIND_M = slice(0, 3), 3, slice(4, 6)
-"""Columns of an arrival: local motion ``T_before_key`` from the keyframe before (3: m, m, rad), its way (1: m), and its
-blind error in the frame of the keyframe before (2: m)."""
-ARRIVAL_COLUMNS = 6
+CARRIED_M, CARRIED_RAD = 1e3, math.pi
+"""Standard deviation of a motion in which the robot was carried, metres and radians: it may be anywhere."""
+
+MOTION, WAY, BLIND_M, CARRIED = slice(0, 3), 3, slice(4, 6), 6
+"""Columns of an arrival: local motion ``T_before_key`` from the keyframe before (3: m, m, rad), its way (1: m), its
+blind error in the frame of the keyframe before (2: m), and whether the robot was carried meanwhile (0 or 1)."""
+ARRIVAL_COLUMNS = 7
 """Number of columns of an arrival."""
 
 
@@ -40,9 +43,14 @@ class Keyframe:
 
     beams: Beams
     arrival: NDArray[np.float64]
-    """``(6,)``: local motion to this keyframe, columns ``MOTION``, ``WAY`` and ``BLIND_M``."""
+    """``(7,)``: local motion to this keyframe, columns ``MOTION``, ``WAY``, ``BLIND_M`` and ``CARRIED``."""
     inliers: float
     """Share of beams that lie on the rolling map, 0..1."""
+
+    @property
+    def is_carried(self) -> bool:
+        """Whether the robot was carried here."""
+        return bool(self.arrival[CARRIED])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,12 +75,15 @@ class LocalMotion:
         """Length of the path driven, turns included."""
         self.blind_m = np.zeros(2)
         """``(2,)``, keyframe's frame: error of the motion along what could not be seen."""
+        self.is_carried = False
+        """Whether the robot was carried since."""
 
     def add(self, step: Step) -> None:
         """Add the motion of one scan."""
         self.T_key_base = compose(self.T_key_base, step.T_before_base)
         if step.blind_m.any():
             self.blind_m += se2.apply(np.array([0.0, 0.0, self.T_key_base[2]]), step.blind_m)
+        self.is_carried |= step.is_carried
         self.way_m += float(math.hypot(*step.T_before_base[:2]) + TURN_WAY_M * abs(step.T_before_base[2]))
 
     def is_due(self, config: MapperConfig, stamp_ns: int) -> bool:
@@ -84,21 +95,23 @@ class LocalMotion:
             or abs(motion[2]) >= config.angular_update_rad
             or self.way_m >= WAY_MOST * config.linear_update_m
             or waited
+            or self.is_carried
         )
 
     def restart(self, stamp_ns: int) -> NDArray[np.float64]:
-        """Begin again at a keyframe, and return the arrival ``(6,)`` there."""
-        arrival = np.array([*self.T_key_base, self.way_m, *self.blind_m])
+        """Begin again at a keyframe, and return the arrival ``(7,)`` there."""
+        arrival = np.array([*self.T_key_base, self.way_m, *self.blind_m, float(self.is_carried)])
         self.stamp_ns, self.T_key_base, self.way_m, self.blind_m = stamp_ns, np.zeros(3), 0.0, np.zeros(2)
+        self.is_carried = False
         return arrival
 
     def state(self) -> list[Any]:
         """Return everything that a resumed mapper needs."""
-        return [self.stamp_ns, self.T_key_base, self.way_m, self.blind_m]
+        return [self.stamp_ns, self.T_key_base, self.way_m, self.blind_m, self.is_carried]
 
     def restore(self, state: list[Any]) -> None:
         """Continue from what :meth:`state` returned."""
-        self.stamp_ns, self.T_key_base, self.way_m, self.blind_m = state
+        self.stamp_ns, self.T_key_base, self.way_m, self.blind_m, self.is_carried = state
 
 
 def motion_cov(config: MapperConfig, motion: Transform, blind_m: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -106,16 +119,17 @@ def motion_cov(config: MapperConfig, motion: Transform, blind_m: NDArray[np.floa
 
     ``blind_m (2,)`` : error of the motion along what could not be seen, in the same frame.
     """
-    return chain_cov(config, np.array([[*motion, 0.0, *blind_m]]))[0]
+    return chain_cov(config, np.array([[*motion, 0.0, *blind_m, 0.0]]))[0]
 
 
 def chain_cov(config: MapperConfig, arrivals: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ``(K, 3, 3)`` covariances of the motion to each keyframe, from ``arrivals (K, 6)``."""
+    """Return ``(K, 3, 3)`` covariances of the motion to each keyframe, from ``arrivals (K, 7)``."""
     length, turn = np.hypot(arrivals[:, 0], arrivals[:, 1]), np.abs(arrivals[:, 2])
     sigma_m = NOISE_M + config.noise_m_per_m * length + config.noise_m_per_rad * turn
     sigma_rad = NOISE_RAD + config.noise_rad_per_m * length + config.noise_rad_per_rad * turn
     cov = np.zeros((arrivals.shape[0], 3, 3))
     cov[:, 0, 0] = cov[:, 1, 1] = sigma_m**2
     cov[:, 2, 2] = sigma_rad**2
+    cov[arrivals[:, CARRIED] > 0.0] += np.diag(np.square([CARRIED_M, CARRIED_M, CARRIED_RAD]))
     cov[:, :2, :2] += np.einsum("ki,kj->kij", arrivals[:, BLIND_M], arrivals[:, BLIND_M])
     return cov

@@ -44,6 +44,11 @@ class RollingMap:
         self._store.cover(T_local_base[:2] - self._reach_m, T_local_base[:2] + self._reach_m)
         return self._store.tiles(0)
 
+    def clear(self) -> None:
+        """Forget everything."""
+        self._scans.clear()
+        self._store.clear(0)
+
     def _is_out_of_sight(self, T_local_base: Transform) -> bool:
         """Return whether nothing in the map can be seen from a pose ``(3,)``."""
         near_m, (x, y, _) = 2.0 * self._reach_m, T_local_base.tolist()

@@ -2,26 +2,28 @@
 
 The newest stretch of way is looked for in the whole map within what may have drifted. One fit is a guess; it is
 followed along the way, and believed when enough stretches have agreed with it, none of them along a corridor, and no
-other place fits them as well.
+other place fits them as well. Where several places fit, each is a history that is followed (:mod:`.guesses`), as many
+as there may be particles.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf.loops.drift import Drift
+from mrslam.rbpf.loops.guesses import DISAGREE_MOST, LIGHT, Fit, Guess, shares, surviving
 from mrslam.rbpf.loops.kept_scans import KeptScans
 from mrslam.spatial import se2
 from mrslam.spatial.matching import places
 from mrslam.spatial.matching.gauss_newton import Match
-from mrslam.spatial.matching.global_search import CELL_M, Spot, WallGrid, find, wall_grid
+from mrslam.spatial.matching.global_search import CELL_M, LOOKS_MOST, Search, WallGrid, find, wall_grid
 from mrslam.spatial.se2 import Transform
 
-EVERY_M = 8.0
-"""The map is searched after this much way."""
+EVERY_M, CARRIED_EVERY_M = 8.0, 2.0
+"""The map is searched after this much way, and where the robot was carried."""
 EVERY_POINT = 3
 """One in this number of an old scan's points is drawn: cells are larger than the distance between them."""
 STRETCH = 10
@@ -32,6 +34,8 @@ POINTS_LEAST = 40
 """Fewer are not looked for."""
 SHARE_LEAST = 0.45
 """Least share of the score of a perfect fit that is worth a closer look."""
+BEGUN_MOST = 16
+"""Most guesses that begin at once."""
 CONFIRM_M = 2.0
 """A guess is asked for again after this much way."""
 FOUND_WITHIN_M, FOUND_WITHIN_RAD = 0.5, 0.08
@@ -40,12 +44,21 @@ NEAR_M = 4.0
 """They say nothing where no old keyframe was nearer, metres."""
 LOST_M = 5.0
 """Way that drifts between two questions, metres: what is searched around the guess."""
-AGREE_LEAST, DISAGREE_MOST = 5, 2
-"""Stretches that must fit, and stretches that may not."""
+AGREE_LEAST = 5
+"""Stretches that must fit."""
+SURE = 0.99
+"""Least posterior of a history that is believed."""
+ALIKE = 0.8
+"""Places are worth a closer look that fit this share of what the best one does."""
 EXTENT_LEAST_M = 5.0
 """They span at least this, metres, along one axis: a place, not a spot."""
+ASKED_MOST = 12
+"""Most keyframes asked about before that a new guess is asked about, too: some 24 m of way."""
 QUIET_MOST_M = 25.0
 """A guess is given up where nothing spoke for it on this much way."""
+LOOKS_UNKNOWN = 5 * LOOKS_MOST
+"""The same for a robot that may be anywhere. With as few as for others, the right place was passed over in an office."""
+NOWHERE = Search(None, True)
 RIVAL = 0.9
 """Another place that fits this share of what the guess does makes it ambiguous."""
 
@@ -57,39 +70,34 @@ class Compare(Protocol):
         """Return where the newest keyframe lies in the frame of the ``old`` one."""
 
 
-class Fit(NamedTuple):
-    """A keyframe that saw the place of an old one."""
-
-    old: int
-    new: int
-    found: Match
-    """Its pose is of ``new`` in the frame of ``old``."""
-
-
 class FarSearch:
-    """One guess at a time of where the robot really is."""
+    """The histories of where the robot really is."""
 
-    def __init__(self, scans: KeptScans, compare: Compare) -> None:
+    def __init__(self, scans: KeptScans, compare: Compare, evidence_beams: float, most: int) -> None:
+        """Follow at most this number of histories; ``evidence_beams`` : independent beams that a scan weighs as."""
         self._scans, self._compare = scans, compare
+        self._evidence_beams, self.most = evidence_beams, most
         self._searched_m = 0.0  # way at the newest search
-        self._fits: list[Fit] = []  # that agree on the guess
-        self._disagreed = 0
+        self.guesses: list[Guess] = []
+        """Histories that are followed."""
         self._asked_m = 0.0  # way at the newest question
+        self._asked: list[int] = []  # keyframes that the guesses were asked about
 
     def drop(self) -> None:
-        """Give the guess up."""
-        self._fits, self._disagreed = [], 0
+        """Give all guesses up."""
+        self.guesses, self._asked = [], []
 
     def rest(self) -> None:
         """Ask again after ``EVERY_M``: nothing can be far off now."""
         self.drop()
         self._searched_m = float(self._scans.way_m[-1])
 
-    @property
-    def is_due(self) -> bool:
-        """Whether there is something to ask at the newest keyframe."""
+    def is_due(self, is_carried: bool) -> bool:
+        """Return whether there is something to ask at the newest keyframe."""
         way_m = float(self._scans.way_m[-1])
-        return way_m - self._asked_m >= CONFIRM_M if self._fits else way_m - self._searched_m >= EVERY_M
+        if self.guesses:
+            return way_m - self._asked_m >= CONFIRM_M
+        return way_m - self._searched_m >= (CARRIED_EVERY_M if is_carried else EVERY_M)
 
     def look(self, T_map_key: Transform, old: NDArray[np.int64], drift: Drift) -> list[Fit]:
         """Ask the newest of the keyframes ``(K, 3)``; return the fits that are believed, or none.
@@ -97,38 +105,72 @@ class FarSearch:
         ``old (n,)`` : keyframes that may have seen its place, whose scans are kept. ``drift`` : how far off the newest
         may be.
         """
-        way_m = float(self._scans.way_m[-1])
-        self._asked_m = way_m
-        if self._fits:
-            self._follow(T_map_key, old)
-            return self._believed(T_map_key, old, drift)
-        self._searched_m = way_m
-        spot = self._search(T_map_key, old, drift, STRETCH, None)
-        if spot is not None:
-            fit = self._verified(T_map_key, old, spot.T_map_scan)
-            self._fits = [fit] if fit is not None and places.fits(fit.found) and fit.found.blind == 0.0 else []
-            self._disagreed = 0
-        return []
+        self._asked_m = float(self._scans.way_m[-1])
+        self._asked = [*self._asked[-ASKED_MOST:], T_map_key.shape[0] - 1]
+        for guess in self.guesses:
+            self._follow(guess, T_map_key, old)
+        self.guesses = surviving(self.guesses, self.most)
+        if not self.guesses and not drift.is_unknown:
+            self._asked = []
+        believed = self._believed(T_map_key, old, drift)
+        is_due = self._asked_m - self._searched_m >= EVERY_M and drift.is_unknown and len(self.guesses) < self.most
+        if not self.guesses or (is_due and not believed):
+            self._guess(T_map_key, old, drift)
+        return believed
 
-    def _follow(self, T_map_key: Transform, old: NDArray[np.int64]) -> None:
-        """Ask the newest keyframe whether it agrees with the guess."""
-        last = self._fits[-1]
+    def _guess(self, T_map_key: Transform, old: NDArray[np.int64], drift: Drift) -> None:
+        """Begin a history for every place that the newest stretch fits about as well as the best one."""
+        self._searched_m = self._asked_m
+        known = [guess.T_map_newest for guess in self.guesses]
+        share_least = SHARE_LEAST
+        most = min(self.most, BEGUN_MOST) if drift.is_unknown else 1
+        for _ in range(min(most, self.most - len(self.guesses))):
+            spot = self._search(T_map_key, old, drift, STRETCH, known, share_least=share_least).spot
+            if spot is None:
+                return
+            share_least = max(share_least, ALIKE * spot.share)
+            known.append(spot.T_map_scan)
+            fit = self._verified(T_map_key, old, spot.T_map_scan)
+            if fit is not None and places.fits(fit.found) and fit.found.blind == 0.0:
+                guess = Guess([fit], T_map_newest=se2.compose(T_map_key[fit.old], fit.found.pose))
+                guess.explain(fit.found, self._evidence_beams)
+                self._explain_before(guess, T_map_key, old)
+                self.guesses.append(guess)
+
+    def _explain_before(self, guess: Guess, T_map_key: Transform, old: NDArray[np.int64]) -> None:
+        """Weigh a new history by what was asked of the others before: all are weighed by the same scans."""
+        best = max((other.log_weight for other in self.guesses), default=0.0)
+        newest = T_map_key.shape[0] - 1
+        for k, key in enumerate(reversed(self._asked)):
+            most = (len(self._asked) - k) * self._evidence_beams
+            if key == newest or guess.log_weight + most < best - LIGHT:
+                continue
+            T_map_then = se2.compose(guess.T_map_newest, se2.between(T_map_key[newest], T_map_key[key]))
+            fit = self._verified(T_map_key[: key + 1], old[old <= key], T_map_then)
+            if fit is not None:
+                guess.explain(fit.found, self._evidence_beams)
+
+    def _follow(self, guess: Guess, T_map_key: Transform, old: NDArray[np.int64]) -> None:
+        """Ask the newest keyframe whether it agrees with a guess."""
+        last = guess.fits[-1]
         if self._scans.way_m[-1] - self._scans.way_m[last.new] > QUIET_MOST_M:
-            self.drop()
+            guess.disagreed = DISAGREE_MOST + len(guess.fits)
             return
         T_map_last = se2.compose(T_map_key[last.old], last.found.pose)
         expected = se2.compose(T_map_last, se2.between(T_map_key[last.new], T_map_key[-1]))
+        guess.T_map_newest = expected
         fit = self._verified(T_map_key, old, expected)
-        if fit is None or fit.found.blind > 0.0:
+        if fit is None:
+            return
+        guess.explain(fit.found, self._evidence_beams)
+        if fit.found.blind > 0.0:
             return
         away_m, turned = se2.difference(se2.compose(T_map_key[fit.old], fit.found.pose), expected)
         drifted = places.DRIFT_M_PER_M * (self._scans.way_m[-1] - self._scans.way_m[last.new])
         if places.fits(fit.found) and away_m <= FOUND_WITHIN_M + drifted and turned <= FOUND_WITHIN_RAD:
-            self._fits.append(fit)
+            guess.fits.append(fit)
         else:
-            self._disagreed += 1
-            if self._disagreed > max(DISAGREE_MOST, len(self._fits) // 2):
-                self.drop()
+            guess.disagreed += 1
 
     def _verified(self, T_map_key: Transform, old: NDArray[np.int64], T_map_new: Transform) -> Fit | None:
         """Match the newest keyframe where it may be, ``(3,)``; None where nothing old is near."""
@@ -142,26 +184,30 @@ class FarSearch:
         return Fit(nearest, T_map_key.shape[0] - 1, found)
 
     def _believed(self, T_map_key: Transform, old: NDArray[np.int64], drift: Drift) -> list[Fit]:
-        """Return the fits once they are enough and no other place explains what they saw."""
-        fits = self._fits
-        if len(fits) < AGREE_LEAST or self._disagreed > len(fits) // 2:
+        """Return the fits of the heaviest history once they are enough and no other place explains what they saw."""
+        if not self.guesses:
+            return []
+        best = int(np.argmax(shares(self.guesses)))
+        guess = self.guesses[best]
+        fits = guess.fits
+        if len(fits) < AGREE_LEAST or guess.disagreed > len(fits) // 2 or shares(self.guesses)[best] < SURE:
             return []
         if np.ptp(T_map_key[[fit.new for fit in fits], :2], axis=0).max() < EXTENT_LEAST_M:
             return []
-        if fits[-1].new != T_map_key.shape[0] - 1 or self._is_ambiguous(T_map_key, old, drift):
+        if fits[-1].new != T_map_key.shape[0] - 1 or self._is_ambiguous(fits, T_map_key, old, drift):
             return []
         self.drop()
         return fits
 
-    def _is_ambiguous(self, T_map_key: Transform, old: NDArray[np.int64], drift: Drift) -> bool:
+    def _is_ambiguous(self, fits: list[Fit], T_map_key: Transform, old: NDArray[np.int64], drift: Drift) -> bool:
         """Return whether all that was seen since the first fit would be seen elsewhere, too."""
-        first, last = self._fits[0], self._fits[-1]
+        first, last = fits[0], fits[-1]
         T_map_new = se2.compose(T_map_key[last.old], last.found.pose)
         count = last.new - first.new + STRETCH
-        here = self._search(T_map_key, old, Drift(2.0 * CELL_M, 0.06), count, None, T_map_new)
+        here = self._search(T_map_key, old, Drift(2.0 * CELL_M, 0.06), count, [], T_map_new).spot
         share = SHARE_LEAST if here is None else here.share
-        rival = self._search(T_map_key, old, drift, count, T_map_new, share_least=RIVAL * share)
-        return rival is not None
+        rival = self._search(T_map_key, old, drift, count, [T_map_new], share_least=RIVAL * share)
+        return rival.spot is not None or (drift.is_unknown and not rival.is_complete)
 
     def _search(
         self,
@@ -169,21 +215,23 @@ class FarSearch:
         old: NDArray[np.int64],
         drift: Drift,
         count: int,
-        other_than: Transform | None,
+        other_than: list[Transform],
         centre: Transform | None = None,
         share_least: float = SHARE_LEAST,
-    ) -> Spot | None:
+    ) -> Search:
         """Return where the newest ``count`` keyframes fit what the ``old`` ones ``(n,)`` saw best."""
         newest = T_map_key.shape[0] - 1
         centre = T_map_key[-1] if centre is None else centre
-        points = self._scans.joined(T_map_key, range(max(newest - count + 1, 0), newest + 1), newest)
+        stretch = self._scans.uncarried(newest - count + 1, newest + 1, newest)
+        points = self._scans.joined(T_map_key, stretch, newest)
         if points.shape[0] < POINTS_LEAST:
-            return None
+            return NOWHERE
         grid = self._walls(T_map_key, old, centre, drift.reach_m + float(np.hypot(*points[:, :2].T).max()))
         if grid is None:
-            return None
+            return NOWHERE
         points = points[:: max(1, points.shape[0] // POINTS_MOST)]
-        return find(grid, points, centre, drift.reach_m, drift.turn_rad, share_least, other_than)
+        looks_most = LOOKS_UNKNOWN if drift.is_unknown else LOOKS_MOST
+        return find(grid, points, centre, drift.reach_m, drift.turn_rad, share_least, other_than, looks_most)
 
     def _walls(
         self, T_map_key: Transform, old: NDArray[np.int64], centre: Transform, reach_m: float
@@ -201,10 +249,9 @@ class FarSearch:
 
     def state(self) -> list[Any]:
         """Return everything that a resumed search needs."""
-        fits = [[fit.old, fit.new, list(fit.found)] for fit in self._fits]
-        return [self._searched_m, self._asked_m, self._disagreed, fits]
+        return [self._searched_m, self._asked_m, list(self._asked), [guess.state() for guess in self.guesses]]
 
     def restore(self, state: list[Any]) -> None:
         """Continue from what :meth:`state` returned."""
-        self._searched_m, self._asked_m, self._disagreed = state[:3]
-        self._fits = [Fit(old, new, Match(*found)) for old, new, found in state[3]]
+        self._searched_m, self._asked_m, self._asked = state[:3]
+        self.guesses = [Guess.of(guess) for guess in state[3]]

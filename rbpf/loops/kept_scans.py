@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ class KeptScans:
         """By keyframe, in the order of time: points ``(N, 5)`` in its base frame; not of all, see :meth:`forget`."""
         self._origins = Rows(2)
         self._way = Rows(1)
+        self._starts = [0]  # keyframes from which on the robot was not carried, in the order of time
 
     @property
     def origins(self) -> NDArray[np.float64]:
@@ -38,8 +40,21 @@ class KeptScans:
         """``(K,)``, way since the start, see ``mrslam.rbpf.front_end.motion``."""
         return self._way.rows[:, 0]
 
-    def add(self, beams: Beams, way_m: float) -> None:
-        """Keep a keyframe's scan, taken ``way_m`` after the keyframe before."""
+    @property
+    def newest_start(self) -> int:
+        """The keyframe to which the robot was carried last, 0 if it never was."""
+        return self._starts[-1]
+
+    def uncarried(self, first: int, last: int, key: int) -> range:
+        """Return which of the keyframes ``first .. last - 1`` were reached from ``key``, or it from them, uncarried."""
+        k = bisect_right(self._starts, key)
+        ends = [*self._starts, self._way.size]
+        return range(max(first, ends[k - 1]), min(last, ends[k]))
+
+    def add(self, beams: Beams, way_m: float, is_carried: bool = False) -> None:
+        """Keep a keyframe's scan, taken ``way_m`` after the keyframe before; the robot may have been carried there."""
+        if is_carried:
+            self._starts.append(self._way.size)
         self.points[self._way.size] = beams.points.astype(np.float32)
         self._origins.add(beams.origin)
         self._way.add(way_m + (self.way_m[-1] if self._way.size else 0.0))
@@ -78,10 +93,11 @@ class KeptScans:
         """Return all that is kept."""
         return {
             "kept": list(self.points), "points": list(self.points.values()),
-            "origins": self.origins, "way": self._way.rows,
+            "origins": self.origins, "way": self._way.rows, "starts": list(self._starts),
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
         """Continue from what :meth:`state` returned."""
         self.points = dict(zip(state["kept"], state["points"], strict=True))
         self._origins, self._way = Rows.of(state["origins"]), Rows.of(state["way"])
+        self._starts = list(state["starts"])

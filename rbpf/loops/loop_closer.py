@@ -6,15 +6,17 @@ where it does not, a second fit has to say the same before it is believed.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
-from mrslam.rbpf.front_end.motion import chain_cov
-from mrslam.rbpf.loops.drift import Drift, drift_from_newest
+from mrslam.rbpf.front_end.motion import CARRIED_M, chain_cov
+from mrslam.rbpf.loops.drift import REACH_MOST_M, Drift, drift_from_newest, most
 from mrslam.rbpf.loops.far_search import FarSearch
+from mrslam.rbpf.loops.guesses import Guess
 from mrslam.rbpf.loops.kept_scans import KeptScans
 from mrslam.rbpf.rows import Rows
 from mrslam.spatial import LoopEdges, se2
@@ -50,8 +52,10 @@ class LoopCloser:
     def __init__(self, config: MapperConfig) -> None:
         self.scans = KeptScans()
         self._config = config
-        self._far = FarSearch(self.scans, self._compare)
+        self._far = FarSearch(self.scans, self._compare, config.evidence_beams, config.particles)
         self._is_far = False  # whether an edge was found that is far from the trajectory
+        self.is_carried = False
+        """Whether the robot was carried, and was not found in its map since."""
         self._matcher = PlaceMatcher(config.resolution_m, config.sigma_m)
         self._edges = Rows(2, np.int64)  # an old keyframe, and the one that saw it again
         self._edge_values = Rows(3 + 9)  # where the second is in the frame of the first, and the information of that
@@ -68,43 +72,60 @@ class LoopCloser:
         return LoopEdges(keys, values[:, :3].copy(), values[:, 3:].reshape(-1, 3, 3).copy())
 
     @property
+    def histories(self) -> list[Guess]:
+        """Where else the robot may be than where the trajectory ends."""
+        return self._far.guesses
+
+    @property
     def edges(self) -> int:
         """Number of :attr:`found` loop edges."""
         return self._edges.size
 
-    def add_key(self, beams: Beams, way_m: float) -> None:
-        """Take a keyframe's scan, taken ``way_m`` after the keyframe before."""
-        self.scans.add(beams, way_m)
+    def add_key(self, beams: Beams, way_m: float, is_carried: bool = False) -> None:
+        """Take a keyframe's scan, taken ``way_m`` after the keyframe before; the robot may have been carried there."""
+        self.scans.add(beams, way_m, is_carried)
+        self.is_carried |= is_carried
+        if is_carried:
+            self._far.drop()
 
     def look(self, T_map_key: Transform, arrivals: NDArray[np.float64]) -> bool:
         """Compare the newest of the keyframes ``(K, 3)`` with an old one near it, or else with all of the map.
 
-        ``arrivals (K, 6)`` : local motion to each keyframe (``mrslam.rbpf.front_end.motion``). Return whether there is
+        ``arrivals (K, 7)`` : local motion to each keyframe (``mrslam.rbpf.front_end.motion``). Return whether there is
         a new edge that contradicts the trajectory.
         """
         return self._look_near(T_map_key) or self._look_far(T_map_key, arrivals)
 
     def _look_far(self, T_map_key: Transform, arrivals: NDArray[np.float64]) -> bool:
         """Look for the newest keyframes wherever drift may have put them off."""
-        if not self._far.is_due:
+        if not self._far.is_due(self.is_carried):
             return False
         way_m = self.scans.way_m
         cov = chain_cov(self._config, arrivals)
         reach_m, turn_rad = drift_from_newest(way_m, cov, self._edges.rows)
         kept = np.fromiter(self.scans.points, np.int64, len(self.scans.points))
-        is_far = (reach_m[kept] > places.FAR_MOST_M) & (way_m[-1] - way_m[kept] > OLD_WAY_M + reach_m[kept])
-        if not is_far.any():
+        is_far = (reach_m > places.FAR_MOST_M) & (way_m[-1] - way_m > OLD_WAY_M + np.minimum(reach_m, REACH_MOST_M))
+        if self.is_carried:
+            is_far = reach_m > CARRIED_M
+        old = kept[is_far[kept]]
+        if not old.size:
             self._far.rest()
             return False
-        old = kept[is_far]
-        believed = self._far.look(T_map_key, old, Drift(float(reach_m[old].max()), float(turn_rad[old].max())))
+        drift = most(reach_m[old], turn_rad[old])
+        if self.is_carried:
+            farthest_m = np.hypot(*(T_map_key[old, :2] - T_map_key[-1, :2]).T).max()
+            drift = Drift(float(farthest_m) + OLD_WAY_M, math.pi)
+        believed = self._far.look(T_map_key, old, drift)
         for fit in believed:
             self._add_edge(fit.old, fit.found, fit.new)
+        self.is_carried &= not believed
         self._is_far |= bool(believed)
         return bool(believed)
 
     def _look_near(self, T_map_key: Transform) -> bool:
         """Compare the newest of the keyframes ``(K, 3)`` with an old one near it."""
+        if self.is_carried:
+            return False
         way_m = float(self.scans.way_m[-1])
         lost_m = way_m - self._anchored_m  # way since the trajectory was last seen to agree with an old place
         if way_m - self._last_fit_m < EDGE_WAY_M:
@@ -140,11 +161,11 @@ class LoopCloser:
         ``T_old_new (3,)`` : where it is expected, by what may have drifted over ``lost_m``.
         """
         new = T_map_key.shape[0] - 1
-        group = range(max(0, old - places.GROUP), min(old + places.GROUP + 1, new - TAIL))
+        group = self.scans.uncarried(old - places.GROUP, min(old + places.GROUP + 1, new - TAIL), old)
         keys = [k for k in group if k in self.scans.points]
         T_old_key = se2.between(T_map_key[old], T_map_key[keys])
         place = Place(self.scans.origins[keys], T_old_key, [self.scans.points[k] for k in keys])
-        points = self.scans.joined(T_map_key, range(max(0, new - TAIL), new + 1), new)
+        points = self.scans.joined(T_map_key, self.scans.uncarried(new - TAIL, new + 1, new), new)
         return self._matcher.match(place, points, T_old_new, lost_m)
 
     def _is_confirmed(self, T_map_key: Transform, old: int, found: Match) -> bool:
@@ -188,10 +209,20 @@ class LoopCloser:
 
     def _bent_far(self, T_map_key: Transform, edges: Edges, is_loop: NDArray[np.bool_]) -> Transform:
         """Return the trajectory that fits all edges, also such as are far from it; those that cannot be true go."""
-        poses, weight = relax_graduated(T_map_key, edges, is_loop, LOOP_CHI2)
+        poses, weight = relax_graduated(self._put_back(T_map_key), edges, is_loop, LOOP_CHI2)
         believed = weight[is_loop] > 0.0
         keys, values = self._edges.rows[believed].copy(), self._edge_values.rows[believed].copy()
         self._edges, self._edge_values = Rows.of(keys), Rows.of(values)
+        return poses
+
+    def _put_back(self, T_map_key: Transform) -> Transform:
+        """Return the trajectory with all keyframes since the robot was carried where the newest edge has them."""
+        begin, (old, new) = self.scans.newest_start, self._edges.rows[-1]
+        if not old < begin <= new:
+            return T_map_key
+        T_map_new = se2.compose(T_map_key[old], self._edge_values.rows[-1, :3])
+        poses = T_map_key.copy()
+        poses[begin:] = se2.compose(T_map_new, se2.between(T_map_key[new], T_map_key[begin:]))
         return poses
 
     def state(self) -> dict[str, Any]:
@@ -200,6 +231,7 @@ class LoopCloser:
             "scans": self.scans.state(), "edges": self._edges.rows, "edge_values": self._edge_values.rows,
             "waiting": None if self._waiting is None else list(self._waiting),
             "way_m": [self._last_fit_m, self._anchored_m], "far": self._far.state(),
+            "is_carried": self.is_carried,
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -209,3 +241,4 @@ class LoopCloser:
         self._waiting = None if state["waiting"] is None else (state["waiting"][0], state["waiting"][1])
         self._last_fit_m, self._anchored_m = state["way_m"]
         self._far.restore(state["far"])
+        self.is_carried = state["is_carried"]

@@ -7,6 +7,7 @@ squares bound the score of all poses in a square; what cannot beat the best so f
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -48,6 +49,15 @@ class Spot(NamedTuple):
     """0..1: score as a share of a perfect one."""
 
 
+class Search(NamedTuple):
+    """What a search found."""
+
+    spot: Spot | None
+    """The best pose, None where none is good enough."""
+    is_complete: bool
+    """Whether nothing was passed over for lack of time."""
+
+
 def wall_grid(walls: NDArray[np.float64]) -> WallGrid:
     """Return the grid of points on walls, ``(N, 2)``, map frame, metres."""
     pad = 1 << LEVELS
@@ -76,11 +86,13 @@ def find(
     half_m: float,
     half_rad: float,
     share_least: float,
-    other_than: Transform | None = None,
-) -> Spot | None:
-    """Return the pose that most of ``points (N, >= 2)`` fit, None where fewer than ``share_least`` would.
+    other_than: Sequence[Transform] = (),
+    looks_most: int = LOOKS_MOST,
+) -> Search:
+    """Return the pose that most of ``points (N, >= 2)`` fit, none where fewer than ``share_least`` would.
 
-    Poses up to ``half_m`` and ``half_rad`` from ``centre (3,)`` are tried; none near ``other_than (3,)``.
+    Poses up to ``half_m`` and ``half_rad`` from ``centre (3,)`` are tried, but for those near ``other_than (3,)``;
+    ``looks_most`` squares of them at most.
     """
     steps = math.ceil(half_rad / TURN_STEP_RAD)
     turns = (TURN_STEP_RAD * np.arange(-steps, steps + 1)).astype(np.float64)
@@ -91,17 +103,18 @@ def find(
     rows = np.floor((centre[1] + s * x + c * y - grid.low_m[1]) / CELL_M).astype(np.int32)
     most = HIT * points.shape[0]
     half = math.ceil(half_m / CELL_M)
-    banned = np.full(3, np.nan)
-    if other_than is not None:
-        away = other_than - centre
-        banned = np.array([away[0] / CELL_M, away[1] / CELL_M, se2.wrap(away[2])])
+    banned = np.zeros((len(other_than), 3))
+    for k, other in enumerate(other_than):
+        away = other - centre
+        banned[k] = away[0] / CELL_M, away[1] / CELL_M, se2.wrap(away[2])
     best = np.zeros(4, dtype=np.int64)
     best[0] = int(share_least * most)
-    if not branch_and_bound(grid.levels, rows, cols, turns, half, banned, best):
-        return None
+    found, is_complete = branch_and_bound(grid.levels, rows, cols, turns, half, banned, looks_most, best)
+    if not found:
+        return Search(None, is_complete)
     score, turn, row, col = best
     pose = np.array([centre[0] + col * CELL_M, centre[1] + row * CELL_M, se2.wrap(theta[turn])])
-    return Spot(pose, float(score) / most)
+    return Search(Spot(pose, float(score) / most), is_complete)
 
 
 @njit(cache=True, nogil=True)
@@ -119,6 +132,17 @@ def _score(
 
 
 @njit(cache=True, nogil=True)
+def _is_banned(banned: NDArray[np.float64], row: int, col: int, turn: float) -> bool:  # pragma: no cover - compiled
+    """Return whether a shift and turn is that of one of the ``banned (B, 3)`` places."""
+    for k in range(banned.shape[0]):
+        turned = turn - banned[k, 2]
+        turned -= 2.0 * math.pi * math.floor((turned + math.pi) / (2.0 * math.pi))
+        if math.hypot(col - banned[k, 0], row - banned[k, 1]) < DISTINCT_M / CELL_M and abs(turned) < DISTINCT_RAD:
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True)
 def branch_and_bound(
     levels: NDArray[np.uint8],
     rows: NDArray[np.int32],
@@ -126,12 +150,15 @@ def branch_and_bound(
     turns: NDArray[np.float64],
     half: int,
     banned: NDArray[np.float64],
+    looks_most: int,
     best: NDArray[np.int64],
-) -> bool:  # pragma: no cover - compiled
-    """Return whether a pose scores above ``best[0]``; if so, ``best (4,)`` is its score, turn, and shift (row, col).
+) -> tuple[bool, bool]:  # pragma: no cover - compiled
+    """Return whether a pose scores above ``best[0]``, and whether all were looked at.
+
+    If so, ``best (4,)`` is its score, turn, and shift (row, col).
 
     ``rows, cols (T, N)`` : cells of N points for each of ``turns (T,)``; shifts are up to ``half`` cells. ``banned
-    (3,)`` : shift (col, row) and turn of a place that is left out, NaN for none.
+    (B, 3)`` : shift (col, row) and turn of places that are left out.
     """
     top = levels.shape[0] - 1
     step = 1 << top
@@ -143,8 +170,10 @@ def branch_and_bound(
     looks, found = 0, False
     stack = np.empty((4 * levels.shape[0] + 4, 4), dtype=np.int64)  # score, level, row, col
     for i in np.argsort(-scores):
-        if scores[i] <= best[0] or looks > LOOKS_MOST:
+        if scores[i] <= best[0]:
             break
+        if looks > looks_most:
+            return found, False
         turn, row, col = _corner(i, across, step, half)
         stack[0, 0], stack[0, 1], stack[0, 2], stack[0, 3] = scores[i], top, row, col
         depth = 1
@@ -154,7 +183,7 @@ def branch_and_bound(
             if score <= best[0]:
                 continue
             if level == 0:
-                if not _is_near(row, col, turns[turn], banned):
+                if not _is_banned(banned, row, col, turns[turn]):
                     best[0], best[1], best[2], best[3] = score, turn, row, col
                     found = True
                 continue
@@ -168,7 +197,7 @@ def branch_and_bound(
                 if value > best[0]:
                     _push(stack, first, depth, (value, below, r, c))
                     depth += 1
-    return found
+    return found, True
 
 
 @njit(cache=True, nogil=True)
@@ -176,13 +205,6 @@ def _corner(i: int, across: int, step: int, half: int) -> tuple[int, int, int]: 
     """Return turn and shift (row, col) of the corner of the ``i``-th block at the top, ``across`` to a side."""
     turn, rest = i // (across * across), i % (across * across)
     return turn, (rest // across) * step - half, (rest % across) * step - half
-
-
-@njit(cache=True, nogil=True)
-def _is_near(row: int, col: int, turn: float, banned: NDArray[np.float64]) -> bool:  # pragma: no cover - compiled
-    """Return whether a shift (cells) and a turn are those of ``banned (3,)``: shift (col, row) and turn, or NaN."""
-    is_near = math.hypot(col - banned[0], row - banned[1]) < DISTINCT_M / CELL_M
-    return is_near and abs(turn - banned[2]) < DISTINCT_RAD
 
 
 @njit(cache=True, nogil=True)

@@ -133,4 +133,28 @@ MUTANTS = (
         "    return False",
         "garbage of a broken laser is drawn into the map",
     ),
+    Mutant(
+        "rbpf/loops/guesses.py",
+        "self.log_weight += evidence_beams * (found.score - NEW)",
+        "self.log_weight += evidence_beams * found.score",
+        "a history is not weighed against the place being new",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        "most = min(self.most, BEGUN_MOST) if drift.is_unknown else 1",
+        "most = 1",
+        "of places that look alike only the best is followed",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        "if len(fits) < AGREE_LEAST or",
+        "if len(fits) < 1 or",
+        "a place is believed when one stretch fits",
+    ),
+    Mutant(
+        "rbpf/loops/loop_closer.py",
+        "relax_graduated(self._put_back(T_map_key), edges",
+        "relax_graduated(T_map_key, edges",
+        "a robot that was carried is not put back where it was found before the trajectory is relaxed",
+    ),
 )

@@ -11,7 +11,7 @@ from mrslam.spatial.hits.views import NO_ENDS, Beams
 
 
 def key(unseen_m: float = 0.0, inliers: float = 1.0) -> Keyframe:
-    arrival = np.array([0.5, 0.0, 0.0, 0.5, unseen_m, 0.0])
+    arrival = np.array([0.5, 0.0, 0.0, 0.5, unseen_m, 0.0, 0.0])
     return Keyframe(beams=Beams(np.zeros(2), np.zeros((0, 5)), NO_ENDS), arrival=arrival, inliers=inliers)
 
 

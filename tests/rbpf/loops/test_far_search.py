@@ -78,3 +78,11 @@ def test_drift_is_what_adds_up_along_the_shortest_way() -> None:
         assert np.allclose(turn_rad, TURN_SIGMAS * 0.01 * np.sqrt(steps), atol=1e-3)
         variance = steps * (0.02**2 + 0.03**2) + steps * 0.01**2 * (LEVER * 0.5 * steps) ** 2
         assert np.allclose(reach_m, REACH_SIGMAS * np.sqrt(variance), atol=1e-3)
+
+
+def test_a_place_is_believed_after_five_stretches_fit() -> None:
+    loops, _, contradicted = tour([np.zeros(3), np.array([9.0, -6.0, 0.3])], 72, (BLIND_M,))
+    first = contradicted[0]
+    old, new = loops.found.keys.T
+    across = (old < len(ROUND)) & (new <= first) & (new >= len(ROUND) + OUTSIDE)
+    assert np.count_nonzero(across) >= 5

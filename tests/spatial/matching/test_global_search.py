@@ -30,10 +30,10 @@ def test_the_best_is_that_of_a_slow_twin(seed: int) -> None:
     height, width = grid.levels.shape[1:]
     half, turns = 37, np.arange(3) * 0.1
     rows, cols = (rng.integers(0, n, (3, 40)).astype(np.int32) for n in (height, width))
-    banned = np.array([5.0, -3.0, 0.1])
+    banned = np.array([[5.0, -3.0, 0.1], [-20.0, 11.0, 0.0]])
 
     def score(turn: int, row: int, col: int) -> int:
-        if math.hypot(col - banned[0], row - banned[1]) < 8.0 and abs(turns[turn] - banned[2]) < 0.3:
+        if any(math.hypot(col - c, row - r) < 8.0 and abs(turns[turn] - t) < 0.3 for c, r, t in banned):
             return 0
         r, c = rows[turn] + row, cols[turn] + col
         inside = (r >= 0) & (r < height) & (c >= 0) & (c < width)
@@ -42,10 +42,12 @@ def test_the_best_is_that_of_a_slow_twin(seed: int) -> None:
     shifts = range(-half, half + 1)
     expected = max(score(turn, row, col) for turn in range(3) for row in shifts for col in shifts)
     best = np.zeros(4, dtype=np.int64)
-    assert branch_and_bound(grid.levels, rows, cols, turns, half, banned, best)
+    assert branch_and_bound(grid.levels, rows, cols, turns, half, banned, 10**9, best) == (True, True)
     assert best[0] == expected == score(*best[1:])
     best[0] = expected  # nothing is better
-    assert not branch_and_bound(grid.levels, rows, cols, turns, half, banned, best)
+    assert branch_and_bound(grid.levels, rows, cols, turns, half, banned, 10**9, best) == (False, True)
+    best[0] = 0
+    assert not branch_and_bound(grid.levels, rows, cols, turns, half, banned, 10, best)[1]  # no time to see all
 
 
 def test_levels_are_maxima_of_squares_and_walls_are_blurred_by_a_cell() -> None:
@@ -68,9 +70,9 @@ def test_scans_are_found_far_from_where_they_were_expected(pose: tuple[float, fl
     seen = seen[np.hypot(*seen.T) < 14.0]
     seen = seen[rng.choice(len(seen), 100)] + rng.normal(0.0, 0.03, (100, 2))
     grid = wall_grid(walls(1))
-    spot = find(grid, seen, np.zeros(3), 20.0, 0.5, 0.6)
+    spot = find(grid, seen, np.zeros(3), 20.0, 0.5, 0.6).spot
     assert spot is not None and spot.share > 0.7
     away_m, turned = se2.difference(spot.T_map_scan, T_map_scan)
     assert away_m < 1.5 * CELL_M and turned < 0.04
-    assert find(grid, seen, np.zeros(3), 20.0, 0.5, 0.6, spot.T_map_scan) is None
-    assert find(grid, seen, np.zeros(3), 4.0, 0.5, 0.6) is None
+    assert find(grid, seen, np.zeros(3), 20.0, 0.5, 0.6, [spot.T_map_scan]).spot is None
+    assert find(grid, seen, np.zeros(3), 4.0, 0.5, 0.6).spot is None

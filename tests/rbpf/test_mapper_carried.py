@@ -1,0 +1,99 @@
+"""A robot that is carried to another place of its map, and what it makes of places that look alike."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from mrslam.rbpf import Mapper, MapperConfig, load_checkpoint, save_checkpoint
+from mrslam.spatial import se2
+from mrslam.spatial.files.state_file import pack
+from tests.rbpf.rooms import drive, make_scan
+
+PAUSE = 300
+"""Scans that the laser would have taken while the robot was carried: 30 s."""
+
+
+def played(mapper: Mapper, poses: NDArray[np.float64], first: int, T_odom_start: NDArray[np.float64]) -> list[float]:
+    """Feed scans from these poses, the first one numbered ``first``; return the health after each."""
+    rng = np.random.default_rng(first)
+    told = se2.compose(T_odom_start, se2.between(poses[0], poses))
+    scans = (make_scan(pose, (first + k) * 10**8, fov=2 * np.pi, rng=rng) for k, pose in enumerate(poses))
+    return [mapper.update(scan, odometry).health for scan, odometry in zip(scans, told, strict=True)]
+
+
+def carried(particles: int) -> tuple[Mapper, NDArray[np.float64], list[float]]:
+    """A mapper that was carried across the room it knows and drove on; the way since, and the health on it."""
+    mapper = Mapper(MapperConfig(particles=particles, threads=1), seed=1)
+    before, after = drive(200), np.concatenate([drive(200)[90:], drive(200)[:120]])
+    played(mapper, before[:190], 0, np.zeros(3))
+    return mapper, after, played(mapper, after, 190 + PAUSE, before[189])
+
+
+def test_a_robot_that_was_carried_is_found_in_its_map() -> None:
+    mapper, after, health = carried(6)
+    assert max(health[:20]) < 0.5 < health[-1]  # doubted at once, and until it is found
+    gap = se2.between(after, mapper.trajectory().T_map_base[190:])
+    assert np.hypot(gap[:, 0], gap[:, 1]).max() < 0.1 and np.abs(gap[:, 2]).max() < 0.05
+    assert np.abs(se2.between(after[-1], mapper.T_map_base)).max() < 0.1
+    assert mapper.stats.loops_closed == 1
+
+
+def test_a_robot_that_stood_through_a_pause_was_not_carried() -> None:
+    mapper, way = Mapper(MapperConfig(particles=6, threads=1), seed=1), drive(200)
+    played(mapper, way[:100], 0, np.zeros(3))
+    health = played(mapper, way[99:], 100 + PAUSE, way[99])
+    assert min(health) > 0.5 and mapper.stats.loops_closed == 0
+    gap = se2.between(way[99:], mapper.trajectory().T_map_base[100:])
+    assert np.hypot(gap[:, 0], gap[:, 1]).max() < 0.08
+
+
+def test_a_checkpoint_of_a_carried_robot_continues_the_same(tmp_path: Path) -> None:
+    way = drive(200)
+    states = []
+    for saved in (False, True):
+        mapper = Mapper(MapperConfig(particles=6, threads=1), seed=1)
+        played(mapper, way[:190], 0, np.zeros(3))
+        played(mapper, way[90:130], 190 + PAUSE, way[189])
+        assert mapper.health < 0.5
+        if saved:
+            save_checkpoint(mapper, tmp_path / "carried.ckpt")
+            mapper = load_checkpoint(tmp_path / "carried.ckpt")
+        played(mapper, way[130:], 230 + PAUSE, se2.compose(way[189], se2.between(way[90], way[130])))
+        states.append(pack(mapper.state()))
+    assert states[0] == states[1]
+
+
+TWINS = np.array(
+    [
+        [0, 0, 30, 0], [30, 0, 30, 8], [30, 8, 0, 8], [0, 8, 0, 0],  # a hall with two equal niches, and unlike ends
+        [6, 0, 6, 2], [6, 2, 8, 2], [8, 2, 8, 0], [18, 0, 18, 2], [18, 2, 20, 2], [20, 2, 20, 0],
+        [1, 8, 1, 6.5], [1, 6.5, 2.5, 6.5], [28, 3, 29, 4],
+    ],
+    dtype=float,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("particles", [1, 8])
+def test_particles_follow_all_places_that_look_alike(monkeypatch: pytest.MonkeyPatch, particles: int) -> None:
+    monkeypatch.setattr("tests.rbpf.rooms.WALLS", TWINS)
+    monkeypatch.setattr("tests.rbpf.rooms.T_WORLD_START", np.array([3.0, 5.0, 0.0]))
+    near = 4.0  # metres that the laser sees: not the ends from the niches
+
+    def seen(mapper: Mapper, x: NDArray[np.float64], first: int, told: float) -> int:
+        guesses = 0
+        for k, at in enumerate(x):
+            scan = make_scan(np.array([at, 0.0, 0.0]), (first + k) * 10**8, fov=2 * np.pi, rng=np.random.default_rng(k))
+            ranges = np.where(scan.ranges_m < near, scan.ranges_m, np.inf).astype(np.float32)
+            mapper.update(replace(scan, ranges_m=ranges), np.array([told + at - x[0], 0.0, 0.0]))
+            guesses = max(guesses, len(mapper._back.loops.histories))
+        return guesses
+
+    mapper = Mapper(MapperConfig(particles=particles, threads=1), seed=1)
+    seen(mapper, np.arange(0.0, 24.0, 0.15), 0, 0.0)
+    guesses = seen(mapper, np.arange(2.5, 8.0, 0.15), 1000, 24.0)
+    assert (guesses > 1) == (particles > 1)
