@@ -8,9 +8,12 @@ from numpy.typing import NDArray
 
 from mrslam.rbpf import MapperConfig
 from mrslam.rbpf.front_end.motion import ARRIVAL_COLUMNS, chain_cov
-from mrslam.rbpf.loops.drift import LEVER, REACH_SIGMAS, TURN_SIGMAS, drift_from_newest
+from mrslam.rbpf.loops.drift import LEVER, REACH_SIGMAS, TURN_SIGMAS, Drift, drift_from_newest
+from mrslam.rbpf.loops.far_search import FarSearch
+from mrslam.rbpf.loops.guesses import Fit, Guess
 from mrslam.rbpf.loops.loop_closer import LoopCloser
 from mrslam.spatial import se2
+from mrslam.spatial.matching.gauss_newton import Match
 from tests.rbpf.rooms import drive, keyframe
 
 ROUND = drive(24)
@@ -80,9 +83,18 @@ def test_drift_is_what_adds_up_along_the_shortest_way() -> None:
         assert np.allclose(reach_m, REACH_SIGMAS * np.sqrt(variance), atol=1e-3)
 
 
-def test_a_place_is_believed_after_five_stretches_fit() -> None:
-    loops, _, contradicted = tour([np.zeros(3), np.array([9.0, -6.0, 0.3])], 72, (BLIND_M,))
-    first = contradicted[0]
-    old, new = loops.found.keys.T
-    across = (old < len(ROUND)) & (new <= first) & (new >= len(ROUND) + OUTSIDE)
-    assert np.count_nonzero(across) >= 5
+@pytest.mark.parametrize(
+    ("fits", "span_m", "log_weight", "is_believed"),
+    [(5, 6.0, 9.0, True), (4, 6.0, 9.0, False), (5, 4.0, 9.0, False), (5, 6.0, 1.0, False)],
+)
+def test_a_place_is_believed_on_five_fits_over_five_metres_that_leave_no_doubt(
+    monkeypatch: pytest.MonkeyPatch, fits: int, span_m: float, log_weight: float, is_believed: bool
+) -> None:
+    monkeypatch.setattr(FarSearch, "_is_ambiguous", lambda *_: False)
+    far = LoopCloser(MapperConfig(threads=1))._far
+    T_map_key = np.zeros((fits, 3))
+    T_map_key[:, 0] = np.linspace(0.0, span_m, fits)
+    match = Match(np.zeros(3), -0.3, 1.0, 0.0, np.eye(3), 0.0, np.array([1.0, 0.0]))
+    far.guesses = [Guess([Fit(0, k, match) for k in range(fits)], 0, log_weight)]
+    believed = far._believed(T_map_key, np.array([0]), Drift(10.0, 0.3))
+    assert len(believed) == (fits if is_believed else 0)
