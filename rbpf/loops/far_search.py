@@ -57,7 +57,7 @@ ASKED_MOST = 12
 QUIET_MOST_M = 25.0
 """A guess is given up where nothing spoke for it on this much way."""
 LOOKS_UNKNOWN = 5 * LOOKS_MOST
-"""The same for a robot that may be anywhere. With as few as for others, the right place was passed over in an office."""
+"""The same for a robot that may be anywhere: with ``LOOKS_MOST`` the right place was passed over in an office."""
 NOWHERE = Search(None, True)
 RIVAL = 0.9
 """Another place that fits this share of what the guess does makes it ambiguous."""

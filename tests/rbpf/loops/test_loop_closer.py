@@ -53,3 +53,21 @@ def test_a_fit_that_contradicts_the_trajectory_has_to_be_said_twice(again_off_m:
         loops.add_key(keyframe(np.zeros(3), truth, np.random.default_rng(k)).beams, 0.6)
     trajectory[keys:, 1] += again_off_m  # then the second fit means another correction
     assert look(loops, trajectory, keys + 5) == (believed, int(believed))
+
+
+def test_a_robot_that_was_carried_is_put_back_where_it_was_found() -> None:
+    loops = LoopCloser(MapperConfig(threads=1))
+    for k in range(6):
+        loops.add_key(keyframe(np.zeros(3), np.zeros(3), None).beams, 0.6, is_carried=k == 3)
+    T_map_key = np.array([[0.6 * k, 0.1 * k, 0.3 * k] for k in range(6)])
+    T_old_new = np.array([5.0, -2.0, 3.0])
+    for old, new in ((1, 4), (3, 5), (0, 2)):  # only the first leads from after it was carried to before
+        loops._edges.add((old, new))
+        loops._edge_values.add((*T_old_new, *np.eye(3).flat))
+        poses = loops._put_back(T_map_key)
+        if old != 1:
+            assert np.array_equal(poses, T_map_key)
+            continue
+        assert np.array_equal(poses[:3], T_map_key[:3])
+        assert np.allclose(poses[4], se2.compose(T_map_key[1], T_old_new))
+        assert np.allclose(se2.between(poses[3], poses[5]), se2.between(T_map_key[3], T_map_key[5]))
