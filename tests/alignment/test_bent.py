@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from mrslam.alignment import Alignment, AlignmentConfig, Rejection, align
 from mrslam.alignment.prepared import prepare
+from mrslam.alignment.verification import decide
 from mrslam.alignment.verification.bend import Bend
+from mrslam.alignment.verification.bent_fits import BentFit, bent_fits
 from mrslam.spatial import OccupancyGrid, se2
 from tests.alignment.conftest import House
 
@@ -89,3 +92,25 @@ def test_one_place_only_is_no_ambiguity() -> None:
     blank = OccupancyGrid(np.where(b.is_occupied, np.int8(0), b.cells), b.resolution_m, b.origin_m)
     found = align(a, blank)
     assert isinstance(found, Rejection) and not found.ambiguous and found.rivals == ()
+
+
+@pytest.mark.parametrize(("share", "ambiguous"), [(0.5, False), (0.95, True)])
+def test_a_fit_that_is_not_clean_must_stand_against_places_that_are_bent(
+    share: float, ambiguous: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    a, straight = parts()
+    b, _ = warped(straight, 0.985, 0.3)
+    assert isinstance(align(a, b), Alignment)  # as it is, though 9 % of the walls contradict
+
+    def with_a_rival(*arguments: object) -> list[BentFit]:
+        fits = bent_fits(*arguments)
+        own = next(fit for fit in fits if fit.start == 0)
+        case = replace(own.case, matched_m=share * own.case.matched_m, opposed_m=share * own.case.opposed_m)
+        away = replace(own.bend, T_a_b=own.bend.T_a_b + np.array([9.0, 0.0, 0.0]))
+        return [own, BentFit(replace(case, contradicted_m=share * case.contradicted_m), away, 99)]
+
+    monkeypatch.setattr(decide, "bent_fits", with_a_rival)
+    found = align(a, b)
+    assert isinstance(found, Rejection) == ambiguous
+    if ambiguous:
+        assert len(found.rivals) == 1 and np.hypot(*(found.rivals[0] - found.T_a_b)[:2]) == pytest.approx(9.0, abs=0.6)

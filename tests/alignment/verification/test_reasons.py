@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -13,3 +14,35 @@ def test_the_lead_bounds_the_confidence_as_the_documentation_says() -> None:
     evidence = Evidence(a=walls, b=walls, walls=99, crosswise_m=500.0, score_m=1000.0, margin=1.0)
     least = min(asked.slack for asked in reasons.tests(evidence, AlignmentConfig()))
     assert 1.0 / (1.0 + math.exp(-least)) == pytest.approx(0.8909, abs=5e-5)
+
+
+def failed(evidence: Evidence) -> list[str]:
+    return [asked.complaint for asked in reasons.tests(evidence, AlignmentConfig()) if asked.slack < 0]
+
+
+def test_a_small_fit_must_be_tighter_than_half_way_to_chance() -> None:
+    walls = WallEvidence(matched_m=10.0)
+    loose = Evidence(a=walls, b=walls, walls=9, crosswise_m=3.0, score_m=9.0, residual=0.32)
+    assert len(failed(loose)) == 1 and "as far apart as chance" in failed(loose)[0]
+    assert not failed(replace(loose, residual=0.28))
+    assert not failed(replace(loose, score_m=13.0))
+
+
+def test_of_bent_maps_more_is_asked_the_more_wall_there_is() -> None:
+    config = AlignmentConfig()
+    assert reasons.bent_bounds(0.2, 50.0, config).score_m == config.min_bent_score_m
+    assert reasons.bent_bounds(0.2, 500.0, config).score_m == pytest.approx(50.0)
+
+
+def test_ragged_maps_may_contradict_more_than_sharp_ones() -> None:
+    config = AlignmentConfig()
+    sharp, ragged = (reasons.bent_bounds(residual, 50.0, config) for residual in (0.05, 0.25))
+    assert (sharp.contradicted, sharp.deep) == (config.max_contradiction, config.max_deep_contradiction)
+    assert (ragged.contradicted, ragged.deep) == pytest.approx((config.max_bent_contradiction,) * 2)
+
+
+def test_only_a_fit_that_lacks_nothing_but_the_lead_is_ambiguous() -> None:
+    walls = WallEvidence(matched_m=50.0)
+    evidence = Evidence(a=walls, b=walls, walls=9, crosswise_m=9.0, score_m=50.0, margin=0.2)
+    judged = reasons.tests(evidence, AlignmentConfig())
+    assert [asked.is_lead for asked in judged if asked.slack < 0] == [True]
