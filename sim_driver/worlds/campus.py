@@ -30,7 +30,7 @@ Cells = NDArray[np.int8]
 def campus(seed: int) -> OccupancyGrid:
     """Return a campus whose buildings all differ, each of them entered from two sides."""
     rng = np.random.default_rng(seed)
-    buildings = [[_building(rng) for _ in range(COLUMNS)] for _ in range(ROWS)]
+    buildings = [[building(rng) for _ in range(COLUMNS)] for _ in range(ROWS)]
     plan = Canvas(1.0, 1.0)
     depths = [max(one.shape[0] for one in row) for row in buildings]
     widths = [max(row[k].shape[1] for row in buildings) for k in range(COLUMNS)]
@@ -47,7 +47,7 @@ def campus(seed: int) -> OccupancyGrid:
     return plan.grid()
 
 
-def _building(rng: np.random.Generator) -> Cells:
+def building(rng: np.random.Generator) -> Cells:
     """Return the cells of an office floor, mirrored or not, with an entrance at both ends of a corridor."""
     cells = office(int(rng.integers(1 << 31)), float(rng.uniform(*WIDTH_M))).cells.copy()
     if rng.random() < 0.5:

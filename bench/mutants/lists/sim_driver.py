@@ -175,4 +175,10 @@ MUTANTS = (
         "None,",
         "a replay leaves odometry out",
     ),
+    Mutant(
+        "sim_driver/worlds/campus.py",
+        "    _enter(cells)\n",
+        "",
+        "buildings of a campus are entered from one side only",
+    ),
 )

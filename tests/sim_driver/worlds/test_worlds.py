@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 
 from mrslam.sim_driver.worlds import BUILT_IN, World, load_world
+from mrslam.sim_driver.worlds.campus import building
 from mrslam.spatial import InputError, OccupancyGrid, write_map
 
 
@@ -181,3 +182,10 @@ def test_a_campus_is_large_and_robots_reach_all_of_it():
         assert areas.max() > 0.98 * areas.sum(), seed
     assert not np.array_equal(load_world("campus:0").grid.cells, load_world("campus:1").grid.cells)
     assert np.array_equal(load_world("campus:1").grid.cells, load_world("campus:1").grid.cells)
+
+
+def test_buildings_of_a_campus_are_entered_from_two_sides():
+    for seed in range(5):
+        cells = building(np.random.default_rng(seed))
+        for side, rest in ((cells[:, 0], cells[0]), (cells[:, -1], cells[-1])):
+            assert 1.5 <= 0.05 * np.count_nonzero(side == 0) <= 1.7 and (rest == 100).all()
