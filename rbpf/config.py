@@ -23,7 +23,7 @@ class MapperConfig:
     """Settings of one robot's mapper; the defaults serve indoor robots with lasers of 4 to 80 m."""
 
     particles: int = 30
-    """Number of particles, 1..1000: hypotheses about where the robot has been."""
+    """Most particles, 1..1000: histories of where the robot has been; one where all of its way was seen."""
     resolution_m: float = 0.05
     """Edge of a map cell, metres, 0.01..1."""
     linear_update_m: float = 0.6

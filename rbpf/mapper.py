@@ -57,7 +57,7 @@ class Mapper:
         self._pending: Pending[KeyframeResult] | None = None  # of the newest keyframe, until it is collected
         self._settle_in = 0  # scans until it is collected at the latest
         self._reported = ReportedPose()
-        self._neff, self._health = float(self.config.particles), 1.0
+        self._neff, self._health = 1.0, 1.0
         self._history = History()
         self._publisher = Publisher()
 
@@ -151,7 +151,7 @@ class Mapper:
 
     @property
     def particles(self) -> Transform:
-        """``(N, 3)``, where each particle has the robot now."""
+        """``(N, 3)``, where each particle has the robot now; one where all of the way was seen."""
         particles = self._back.filter
         if self._history.keys == 0:
             return np.zeros((particles.count, 3))
@@ -197,13 +197,17 @@ class Mapper:
         return LocalMap(tiles, self._history.keyframes(back), self._history.key_scans, back.loops.found)
 
     def use_particles(self, count: int) -> None:
-        """Continue with this number of particles, drawn by their weights: fewer cost less, and close fewer loops.
+        """Continue with at most this number of particles: there are as many where the way was not seen, else one.
 
         Raises ``InputError`` where there cannot be as many.
         """
         replace(self.config, particles=count)  # checks it
-        if count != self._back.filter.count:
-            self._back.filter.resize(count)
+        self._back.use_particles(count)
+
+    @property
+    def particles_most(self) -> int:
+        """Most particles there may be now."""
+        return self._back.particles_most
 
     def skip_revisions(self, count: int) -> None:
         """Leave out map revisions: a mapper resumed from disk may have published some that it does not remember."""

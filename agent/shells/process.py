@@ -53,7 +53,7 @@ class ProcessShell:
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="align", initializer=_step_back)
         self._job: tuple[Job, Future[Outcome]] | None = None
         self._mapper = runner.agent.mapper
-        self._load = Overload(runner.agent.settings.rbpf.particles, len(self._mapper.particles))
+        self._load = Overload(runner.agent.settings.rbpf.particles, self._mapper.particles_most)
         self._next_tick_ns = 0
         self._next_status_ns = 0
 

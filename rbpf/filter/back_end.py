@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -47,7 +47,9 @@ class BackEnd:
 
     def __init__(self, config: MapperConfig, seed: int, crew: Crew, watch: Stopwatch) -> None:
         self.config = config
-        self.filter = ParticleFilter(config, seed, crew, watch)
+        self.particles_most = config.particles
+        """Bound on the number of particles, and of histories of a robot that was carried."""
+        self.filter = ParticleFilter(replace(config, particles=1), seed, crew, watch)
         self.loops = LoopCloser(config)
         self._watch = watch
         self._arrivals = Rows(ARRIVAL_COLUMNS)
@@ -64,6 +66,7 @@ class BackEnd:
         """Update every particle and its map, and see whether the robot is back where it has been."""
         self._watch.start()
         resamplings, edges = self.filter.resamplings, self.loops.edges
+        self._follow_need()
         self._is_carried |= key.is_carried
         agreement = self.filter.move(key, self._is_carried)
         if agreement is not None:
@@ -78,6 +81,21 @@ class BackEnd:
             T_map_key=self.filter.ends[self.filter.best].copy(), neff=self.filter.neff, health=self._health.value,
             resampled=self.filter.resamplings > resamplings, loop_closed=closed,
         )  # fmt: skip
+
+    def _follow_need(self) -> None:
+        """Let there be as many particles as the trajectory is uncertain: one where all of the way was seen.
+
+        Where scans show the way, all particles would be where the one is, to the centimetres that matching errs by.
+        """
+        count = self.particles_most if self._health.is_adrift else 1
+        if self.filter.count != count:
+            self.filter.resize(count)
+
+    def use_particles(self, most: int) -> None:
+        """Change the bound on the number of particles."""
+        self.particles_most = self.loops.histories_most = most
+        if self.filter.count > most:
+            self.filter.resize(most)
 
     def _look_for_loop(self, key: Keyframe) -> None:
         """Where the best particle comes to a place it has been, see whether its trajectory agrees."""
@@ -106,6 +124,7 @@ class BackEnd:
         return {
             "filter": self.filter.state(), "loops": self.loops.state(), "arrivals": self.arrivals,
             "health": self._health.state(), "is_carried": self._is_carried,
+            "particles_most": self.particles_most,
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -115,3 +134,4 @@ class BackEnd:
         self._arrivals = Rows.of(state["arrivals"])
         self._health.restore(state["health"])
         self._is_carried = state["is_carried"]
+        self.particles_most = self.loops.histories_most = state["particles_most"]

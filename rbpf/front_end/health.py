@@ -34,8 +34,12 @@ class Health:
     @property
     def value(self) -> float:
         """0..1."""
-        adrift = self._is_carried or self._unseen_m > max(UNSEEN_M, UNSEEN_SHARE * self._way_m)
-        return min(self._fit, DOUBTFUL) if adrift else self._fit
+        return min(self._fit, DOUBTFUL) if self._is_carried or self.is_adrift else self._fit
+
+    @property
+    def is_adrift(self) -> bool:
+        """Whether too much of the way since the last loop edge was not seen."""
+        return self._unseen_m > max(UNSEEN_M, UNSEEN_SHARE * self._way_m)
 
     def follow(self, agreement: Agreement, key: Keyframe) -> None:
         """Take a keyframe, and how far the best particle's map agrees with it, into account."""

@@ -72,6 +72,15 @@ class LoopCloser:
         return LoopEdges(keys, values[:, :3].copy(), values[:, 3:].reshape(-1, 3, 3).copy())
 
     @property
+    def histories_most(self) -> int:
+        """Bound on their number."""
+        return self._far.most
+
+    @histories_most.setter
+    def histories_most(self, most: int) -> None:
+        self._far.most = most
+
+    @property
     def histories(self) -> list[Guess]:
         """Where else the robot may be than where the trajectory ends."""
         return self._far.guesses

@@ -18,47 +18,46 @@ def test_one_seed_gives_the_same_bytes_with_any_number_of_threads() -> None:
     poses, files = drive(60), []
     for threads in (1, 2, 3):
         mapper = Mapper(MapperConfig(particles=7, threads=threads), seed=4)
+        need(mapper, True)
         feed(mapper, poses)
+        assert len(mapper.particles) == 7
         files.append((pack(mapper.state()), mapper.trajectory().T_map_base.tobytes()))
     assert files[0] == files[1] == files[2]
     other = Mapper(MapperConfig(particles=7, threads=1), seed=5)
+    need(other, True)
     feed(other, poses)
     assert pack(other.state()) != files[0][0]
 
 
-def test_particles_may_be_fewer_and_more_while_the_robot_drives(tmp_path: Path) -> None:
+def need(mapper: Mapper, is_needed: bool) -> None:
+    """Let so much way be unseen that particles are needed, or none."""
+    mapper._back._health._unseen_m = 1e6 if is_needed else 0.0
+
+
+def test_there_are_as_many_particles_as_way_was_unseen(tmp_path: Path) -> None:
     poses = drive(150)
     states = []
     for threads in (1, 2):
         mapper = Mapper(MapperConfig(particles=12, threads=threads), seed=4)
         rng = np.random.default_rng(9)
+        counts = []
         for k, pose in enumerate(poses):
-            count = {40: 3, 80: 1, 110: 20}.get(k)
-            if count is not None:
-                told = mapper.T_map_base
-                speaks = mapper.snapshot().keyframes.T_map_base
-                mapper.use_particles(count)
-                assert mapper.particles.shape == (count, 3) and mapper._back.filter.neff == count
-                assert np.array_equal(mapper.T_map_base, told)
-                assert np.array_equal(mapper.snapshot().keyframes.T_map_base, speaks)
+            if k in (30, 100):
+                need(mapper, k == 30)
+            if k in (60, 80):
+                mapper.use_particles({60: 3, 80: 20}[k])
                 save_checkpoint(mapper, tmp_path / "resized.ckpt")
                 mapper = load_checkpoint(tmp_path / "resized.ckpt")
+                assert mapper.particles_most == {60: 3, 80: 20}[k]
             mapper.update(make_scan(pose, k * 10**8, rng=rng), pose)
+            counts.append(len(mapper.particles))
+        assert (counts[29], counts[59], counts[79], counts[99], counts[-1]) == (1, 12, 3, 20, 1)
+        assert len({tuple(pose) for pose in mapper.particles}) == 1
         assert errors(mapper, poses)[0] < 0.06
-        assert len({tuple(pose) for pose in mapper.particles}) == 20  # copies part with the next keyframe
         states.append(pack(mapper.state()))
     assert states[0] == states[1]
     with pytest.raises(InputError, match=r"rbpf\.particles must be a whole number in 1\.\.1000, got 0"):
         mapper.use_particles(0)
-
-
-def test_particles_may_be_fewer_from_the_first_scan_on() -> None:
-    poses = drive(60)
-    mapper = Mapper(SMALL, seed=1)
-    mapper.use_particles(2)
-    feed(mapper, poses)
-    assert mapper.particles.shape == (2, 3)
-    assert errors(mapper, poses)[0] < 0.06
 
 
 def test_rounds_in_one_room_cost_no_memory() -> None:
@@ -83,6 +82,7 @@ def test_particles_that_never_part_remember_the_far_past_once(monkeypatch: pytes
     monkeypatch.setattr("mrslam.rbpf.filter.ancestry.APART_MOST", 12)
     poses = drive(120)
     mapper = Mapper(replace(SMALL, neff_fraction=0.01), seed=1)
+    need(mapper, True)
     feed(mapper, poses)
     particles = mapper._back.filter
     ancestry = particles.ancestry

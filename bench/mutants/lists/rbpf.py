@@ -157,4 +157,10 @@ MUTANTS = (
         "relax_graduated(T_map_key, edges",
         "a robot that was carried is not put back where it was found before the trajectory is relaxed",
     ),
+    Mutant(
+        "rbpf/filter/back_end.py",
+        "count = self.particles_most if self._health.is_adrift else 1",
+        "count = 1",
+        "there is one particle even where the way was not seen",
+    ),
 )

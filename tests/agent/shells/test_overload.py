@@ -94,8 +94,8 @@ def test_the_mapper_of_a_robot_that_is_late_really_has_fewer_particles(tmp_path:
     body = LateBody()
     runner = Runner(agent, body, MemoryNetwork().attach("r1"), tmp_path)
     shell = ProcessShell(runner, WallClock(start_ns=time.monotonic_ns() - 10_000_000_000))
-    shell.run(lambda: len(agent.mapper.particles) < 30 or body.count >= 200)
-    assert len(agent.mapper.particles) == 15
+    shell.run(lambda: agent.mapper.particles_most < 30 or body.count >= 200)
+    assert agent.mapper.particles_most == 15
     events = [json.loads(line) for line in (tmp_path / "events.jsonl").read_text().splitlines()]
     told = [event for event in events if event["event"] == "overloaded"]
     assert [(event["particles"], event["of"]) for event in told] == [(15, 30)]
