@@ -112,7 +112,9 @@ def _counts(mapped: Mapped, way: Way) -> Metrics:
         "ms_per_processed_p50": _percentile(way.processed_ms, 50),
         "ms_per_processed_p95": _percentile(way.processed_ms, 95),
         "peak_rss_mb": round(peak_kb() / 1024, 1),
-        "neff_min": round(min(mapped.stats.neff_min, float(mapped.particles)), 3),
+        "neff_min": round(min(mapped.stats.neff_min, float(mapped.particles)), 3)
+        if mapped.stats.processed > 1
+        else 1.0,
         "resamplings": mapped.stats.resamplings,
         "known_area_m2": round(mapped.grid.known_area_m2(), 1),
     }
