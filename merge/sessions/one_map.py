@@ -62,14 +62,20 @@ def trail_of(saved: SavedMap) -> Trail:
 
 
 def placed_in_one_frame(saved: SavedMap, name: str, result: MergeResult) -> SavedMap:
-    """Return a map that was merged under a name in the frame of the merged map, bent as it is there."""
+    """Return a map that was merged under a name in the frame of the merged map, bent as it is there.
+
+    One that is bent by less than a cell where it lies is not drawn again: a saved map is continued many times, and each
+    drawing may thicken a wall by a cell.
+    """
     team, resolution_m = result.team_map, result.team_map.grid.resolution_m
     bend = team.bends.get(name)
     if bend is None:
         T_team_map: Transform = team.T_team_map[name]
         grid, T_team_key = saved.grid, se2.compose(T_team_map, saved.keyframes.T_map_base)
     else:
-        T_team_map, grid, T_team_key = bend.T_team_map, bend.bent(saved.grid), bend.T_team_key
+        T_team_map, T_team_key = bend.T_team_map, bend.T_team_key
+        stays = not T_team_map.any() and bend.most_m < resolution_m
+        grid = saved.grid if stays else bend.bent(saved.grid)
     keyframes = Keyframes(saved.keyframes.stamps_ns, T_team_key)
     return replace(saved, grid=warp(grid, T_team_map, resolution_m), keyframes=keyframes)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mrslam.merge.sessions.one_map import one_map, thinned
+from mrslam.merge.sessions.one_map import one_map, placed_in_one_frame, thinned
 from mrslam.spatial import OccupancyGrid, se2
 from mrslam.spatial.files.saved_map import SavedMap, of_one_session, write_saved_map
 from tests.merge.joint.blocks import Drive, around, drive, local_map
@@ -42,6 +42,17 @@ def test_sessions_are_bent_to_one_map_in_the_frame_of_the_first(tmp_path: Path) 
     assert errors.mean() < 0.1 and errors.max() < 0.4
     walls = session(first).grid.is_occupied.sum()
     assert saved.grid.is_occupied.sum() < 1.5 * walls  # three visits, each laid a little beside the others
+
+
+def test_a_map_that_is_hardly_bent_is_not_drawn_again() -> None:
+    saved, again = session(drive(0.0, 95.0, seed=1)), session(drive(20.0, 80.0, seed=2))
+    made = one_map({"saved": saved, "today": again})
+    assert made.result is not None
+    bend = made.result.team_map.bends["saved"]
+    assert 0.0 < bend.most_m < 0.05
+    placed = placed_in_one_frame(saved, "saved", made.result)
+    assert np.array_equal(placed.grid.cropped().cells, saved.grid.cropped().cells)
+    assert np.array_equal(placed.keyframes.T_map_base, bend.T_team_key)
 
 
 def test_one_session_is_a_saved_map_and_is_thinned() -> None:
