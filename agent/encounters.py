@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mrslam.comms import TeammatePose
 from mrslam.mutual_detection import Moment, MutualDetectionConfig, MutualFix, find_bodies, mutual_fix
-from mrslam.mutual_detection.encounters import MOMENTS_MOST
+from mrslam.mutual_detection.encounters import MOMENTS_MOST, MOST_HIDDEN_LLR, MOST_UNSEEN_LLR
 from mrslam.spatial import Scan, se2
 from mrslam.spatial.se2 import Transform
 
@@ -68,6 +68,7 @@ class Encounters:
     def __init__(self, config: MutualDetectionConfig) -> None:
         """Start without teammates."""
         self.radius_m = config.robot_radius_m
+        self.most_unseen_llr = MOST_UNSEEN_LLR if config.teammates_visible else MOST_HIDDEN_LLR
         self._enabled = config.encounters
         self._scans: deque[_Seen] = deque(maxlen=SCANS_MOST)
         self._moments: dict[str, deque[Moment]] = {}

@@ -147,7 +147,7 @@ class Witness:
             if place.own is None:
                 moments = self._encounters.moments(peer) if moments is None else moments
                 T_own_peer = place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)
-                place.own = sightings(moments, T_own_peer, self._encounters.radius_m)
+                place.own = sightings(moments, T_own_peer, self._encounters.radius_m, self._encounters.most_unseen_llr)
 
     def claims(self, team: Team, now_ns: int) -> list[tuple[str, Transform, float]]:
         """Return what is new to tell of the own pairs: teammate, ``T_own_peer (3,)``, log-likelihood ratio."""

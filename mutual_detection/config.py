@@ -23,6 +23,10 @@ class MutualDetectionConfig:
     encounters: bool = True
     """Whether seeing a teammate, or free floor where it should stand, is evidence on how two maps lie. Off where robots
     cannot see each other's bodies: all lasers above them."""
+    teammates_visible: bool = False
+    """Whether every laser of the team surely meets teammates' bodies. If so, free floor where a teammate should stand
+    refutes a place though the robots never saw each other; if not, they must have seen each other there before. On in
+    simulated missions."""
     robot_radius_m: float = 0.18
     """Radius of a teammate's body, metres, > 0."""
     margin_m: float = 0.08

@@ -28,7 +28,11 @@ NOT_THERE_LLR = -1.0
 MOST_SEEN_LLR = 6.0
 """Bound of what all bodies say: moments are not quite independent."""
 MOST_UNSEEN_LLR = -3.0
-"""Bound of what free sight says while the teammate was never seen: one robot in 20 is too low for the other's laser."""
+"""Bound of what free sight says while the teammate was never seen, though every laser of the team should meet
+teammates' bodies: one robot in 20 is behind glass, or leans."""
+MOST_HIDDEN_LLR = -1.5
+"""The same where teammates may be too low for each other's lasers: both robots' together must not refute a place, for
+of two robots of one kind neither sees the other then."""
 MOST_NOT_THERE_LLR = -6.0
 """... and where it was seen some time at the same place."""
 MOMENTS_MOST = 100
@@ -71,13 +75,15 @@ class Sightings:
 
     seen: int = 0
     not_there: int = 0
+    most_unseen_llr: float = MOST_UNSEEN_LLR
+    """Bound of what free sight says while the teammate was never seen."""
     _last: Moment | None = None
     """The last moment in which a body counted."""
 
     @property
     def llr(self) -> float:
         """Return the log-likelihood ratio, nats; positive for the transform."""
-        against = MOST_NOT_THERE_LLR if self.seen else MOST_UNSEEN_LLR
+        against = MOST_NOT_THERE_LLR if self.seen else self.most_unseen_llr
         return min(SEEN_LLR * self.seen, MOST_SEEN_LLR) + max(NOT_THERE_LLR * self.not_there, against)
 
     def take(self, moment: Moment, T_map_mate: Transform, radius_m: float) -> None:
@@ -91,9 +97,11 @@ class Sightings:
                 self.seen, self._last = self.seen + 1, moment
 
 
-def sightings(moments: list[Moment], T_map_mate: Transform, radius_m: float) -> Sightings:
+def sightings(
+    moments: list[Moment], T_map_mate: Transform, radius_m: float, most_unseen_llr: float = MOST_UNSEEN_LLR
+) -> Sightings:
     """Return what all these moments say of a transform from the teammate's map to the own one."""
-    found = Sightings()
+    found = Sightings(most_unseen_llr=most_unseen_llr)
     for moment in moments:
         found.take(moment, T_map_mate, radius_m)
     return found

@@ -24,7 +24,8 @@ SUPPORTED_LLR = 6.0
 """A place is supported from here, nats: three independent sightings, 400 to 1."""
 REFUTED_LLR = -4.0
 """A place is refuted below, nats: 50 to 1 against it, and more than one robot's free sight may say
-(``MOST_UNSEEN_LLR``), for one robot may be too low for the other's laser."""
+(``MOST_UNSEEN_LLR``), for one robot may be too low for the other's laser. Where all may be (``MOST_HIDDEN_LLR``) not
+both together reach it."""
 
 
 @dataclass(eq=False)

@@ -97,6 +97,8 @@ def make_mission(tables: dict[str, Any], path: Path) -> Mission:
         tables = {**tables, "comms": {"link_source": "trace", **tables.get("comms", {})}}
     if starts := {robot.id: robot.start for robot in robots if robot.start_known}:
         tables = {**tables, "agent": {"starts": starts, **tables.get("agent", {})}}
+    sight = {"encounters": False} if any(robot.log for robot in robots) else {"teammates_visible": True}
+    tables = {**tables, "mutual_detection": {**sight, **tables.get("mutual_detection", {})}}
     return Mission(
         mission=mission,
         robots=robots,

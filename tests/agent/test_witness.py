@@ -36,7 +36,8 @@ def met() -> Agent:
 
 def watch(one: Agent, *, mutual: bool = False, encounters: bool = True) -> tuple[Witness, list[Event]]:
     """Let r1 see r2 drive towards it, every second; ``mutual`` : r2 tells what it sees. Return what r1 concludes."""
-    witness, effects = Witness("r1", MutualDetectionConfig(encounters=encounters)), []
+    config = MutualDetectionConfig(encounters=encounters, teammates_visible=True)
+    witness, effects = Witness("r1", config), []
     epoch = one.team.maps["r2"].epoch
     for k, (own, mate) in enumerate(zip(OWN, MATE, strict=True)):
         t_ns = BEGIN + k * S

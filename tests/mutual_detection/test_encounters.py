@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from mrslam.agent.pairs.hypotheses import REFUTED_LLR
 from mrslam.mutual_detection import sightings
-from mrslam.mutual_detection.encounters import MOST_NOT_THERE_LLR, MOST_SEEN_LLR, MOST_UNSEEN_LLR
+from mrslam.mutual_detection.encounters import MOST_HIDDEN_LLR, MOST_NOT_THERE_LLR, MOST_SEEN_LLR, MOST_UNSEEN_LLR
 from mrslam.spatial import se2
 from tests.mutual_detection.sights import RADIUS_M, moment, way
 
@@ -35,6 +36,14 @@ def test_a_robot_that_cannot_be_seen_is_not_contradicted_to_death() -> None:
     assert found.not_there > 10 and found.llr == MOST_UNSEEN_LLR
     found.take(moments()[4], RIGHT, RADIUS_M)
     assert found.seen == 1 and found.llr == MOST_NOT_THERE_LLR + 2.0
+
+
+def test_robots_that_may_be_too_low_for_each_other_refute_nothing_before_they_were_seen() -> None:
+    hidden = [one for k in range(10) for one in moments(hidden=True)]
+    found = sightings(hidden, RIGHT, RADIUS_M, MOST_HIDDEN_LLR)
+    assert found.not_there > 10 and found.llr == MOST_HIDDEN_LLR and 2.0 * found.llr > REFUTED_LLR
+    found.take(moments()[4], RIGHT, RADIUS_M)
+    assert found.llr == MOST_NOT_THERE_LLR + 2.0
 
 
 def test_a_thing_that_stands_still_counts_once() -> None:

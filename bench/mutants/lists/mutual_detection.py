@@ -132,7 +132,7 @@ MUTANTS = (
     ),
     Mutant(
         ENCOUNTERS,
-        "against = MOST_NOT_THERE_LLR if self.seen else MOST_UNSEEN_LLR",
+        "against = MOST_NOT_THERE_LLR if self.seen else self.most_unseen_llr",
         "against = -1e9",
         "a robot that is too low to be seen is contradicted to death",
     ),

@@ -83,3 +83,10 @@ def test_the_missions_of_the_repository_are_valid() -> None:
     assert missions
     for path in missions:
         load_mission(path)
+
+
+def test_robots_that_were_not_recorded_together_are_no_evidence_and_simulated_ones_are_all_visible() -> None:
+    recorded, simulated = make(), make(world={"name": "office"}, robots=[{"id": "r1"}, {"id": "r2"}])
+    assert not recorded.settings.mutual_detection.encounters
+    assert simulated.settings.mutual_detection.encounters and simulated.settings.mutual_detection.teammates_visible
+    assert make(mutual_detection={"encounters": True}).settings_of["r1"].mutual_detection.encounters
