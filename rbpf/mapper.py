@@ -23,7 +23,7 @@ from mrslam.rbpf.filter.publisher import Publisher
 from mrslam.rbpf.front_end.front_end import FrontEnd
 from mrslam.rbpf.front_end.health import ADRIFT_MOST, DOUBTFUL
 from mrslam.rbpf.front_end.intake import Intake, Reading
-from mrslam.rbpf.front_end.motion import MOTION, Keyframe, LocalMotion, motion_cov
+from mrslam.rbpf.front_end.motion import MOTION, Keyframe, LocalMotion, composed_cov, motion_cov
 from mrslam.rbpf.front_end.reported_pose import ReportedPose
 from mrslam.rbpf.outcome import Stats, Stopwatch, UpdateInfo
 from mrslam.spatial import InputError, Keyframes, LocalMap, Scan, se2
@@ -164,13 +164,18 @@ class Mapper:
 
     @property
     def covariance(self) -> NDArray[np.float64]:
-        """``(3, 3)`` of the pose over the particles, and of the motion since the newest keyframe."""
+        """``(3, 3)`` of the pose in the map, m^2 and rad^2, where the first pose is certain.
+
+        It adds up what the keyframes' motion and loops leave open, the particles' spread, and the motion since.
+        """
         if self._history.keys == 0:
             return np.zeros((3, 3))
-        error = self.particles - self.T_map_base
+        pose, particles = self.T_map_base, self.particles
+        error = particles - pose
         error[:, 2] = se2.wrap(error[:, 2])
         over_particles = np.einsum("i,ij,ik->jk", self._back.filter.weights, error, error)
-        return over_particles + motion_cov(self.config, self._T_key_base, self._motion.blind_m)
+        since = motion_cov(self.config, self._T_key_base, self._motion.blind_m)
+        return over_particles + composed_cov(pose, self._T_key_base, self._back.covariance, since)
 
     @property
     def neff(self) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
@@ -111,6 +111,21 @@ def relax_graduated(
     return poses, weight
 
 
+def marginal(poses: Transform, edges: Edges, node: int) -> NDArray[np.float64]:
+    """Return ``(3, 3)``, covariance of one pose, x, y and theta of the graph's frame; the first one is certain.
+
+    The edges are all believed; ``poses (K, 3)`` is where it is linearised (Kaess and Dellaert 2009, equation 5).
+    """
+    if node == 0 or edges.first.size == 0:
+        return np.zeros((3, 3))
+    factors, _ = _system(poses, edges, np.ones(edges.first.size))
+    columns = np.zeros((3 * poses.shape[0] - 3, 3))
+    own = slice(3 * node - 3, 3 * node)
+    columns[own] = np.eye(3)
+    cov = factors.solve(columns)[own]
+    return np.asarray(0.5 * (cov + cov.T))
+
+
 def _anneal(poses: Transform, edges: Edges, doubtful: NDArray[np.bool_], bound: float, worst: float) -> None:
     """Relax the poses in place under a loss that becomes sharper, from convex for squared lengths up to ``worst``."""
     mu, weight = bound / (2.0 * worst - bound), np.ones(edges.first.size)
@@ -147,6 +162,14 @@ def _step(poses: Transform, edges: Edges, weight: NDArray[np.float64]) -> float:
 
 def _solve(poses: Transform, edges: Edges, weight: NDArray[np.float64]) -> Transform:
     """Return the Gauss-Newton step ``(K, 3)``; the first pose's is 0."""
+    factors, rhs = _system(poses, edges, weight)
+    step = np.zeros((poses.shape[0], 3))
+    step[1:] = factors.solve(rhs).reshape(-1, 3)
+    return step
+
+
+def _system(poses: Transform, edges: Edges, weight: NDArray[np.float64]) -> tuple[SuperLU, NDArray[np.float64]]:
+    """Return the factorised normal equations of all poses but the first, and their right side ``(3 K - 3,)``."""
     first, second, count = edges.first, edges.second, poses.shape[0]
     error = edges.residuals(poses)
     a, b = _jacobians(poses, first, second)
@@ -169,9 +192,7 @@ def _solve(poses: Transform, edges: Edges, weight: NDArray[np.float64]) -> Trans
     values = np.concatenate([values[free], np.full(size, 1e-6)])  # a node without edges stays where it is
     matrix = coo_matrix((values, (rows, cols)), shape=(size, size)).tocsc()
     symmetric = splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.0)
-    step = np.zeros((count, 3))
-    step[1:] = symmetric.solve(rhs[3:]).reshape(-1, 3)
-    return step
+    return symmetric, rhs[3:]
 
 
 def _jacobians(

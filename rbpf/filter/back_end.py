@@ -56,6 +56,7 @@ class BackEnd:
         self._health = Health()
         self._is_contradicted = False  # whether the newest loop edge contradicts the trajectory
         self._is_carried = False  # whether the robot was carried, and was not found in its map since
+        self._covariance, self._covariance_at = np.zeros((3, 3)), (0, 0)  # of so many keyframes and loop edges
 
     @property
     def arrivals(self) -> NDArray[np.float64]:
@@ -114,6 +115,15 @@ class BackEnd:
             return False
         self.filter.adopt(relaxed, self.loops.scans.points, self.loops.scans.origins)
         return True
+
+    @property
+    def covariance(self) -> NDArray[np.float64]:
+        """``(3, 3)`` of the newest keyframe's pose in the map by the best particle's graph, m^2 and rad^2."""
+        at = (self._arrivals.size, self.loops.edges)
+        if self._covariance_at != at:
+            cov = chain_cov(self.config, self.arrivals)
+            self._covariance_at, self._covariance = at, self.loops.covariance(self.filter.trajectory, cov)
+        return self._covariance
 
     def smoothed(self) -> Transform:
         """Return the best particle's keyframes ``(K, 3)`` without the jitter of sampling."""

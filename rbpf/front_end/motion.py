@@ -133,3 +133,15 @@ def chain_cov(config: MapperConfig, arrivals: NDArray[np.float64]) -> NDArray[np
     cov[arrivals[:, CARRIED] > 0.0] += np.diag(np.square([CARRIED_M, CARRIED_M, CARRIED_RAD]))
     cov[:, :2, :2] += np.einsum("ki,kj->kij", arrivals[:, BLIND_M], arrivals[:, BLIND_M])
     return cov
+
+
+def composed_cov(
+    T_map_base: Transform, T_key_base: Transform, key_cov: NDArray[np.float64], motion_cov: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return ``(3, 3)`` of a pose in the map: of its keyframe's (map axes), and of the motion since (its own axes)."""
+    heading = float(T_map_base[2] - T_key_base[2])
+    c, s = math.cos(heading), math.sin(heading)
+    x, y = c * T_key_base[0] - s * T_key_base[1], s * T_key_base[0] + c * T_key_base[1]
+    by_key = np.array([[1.0, 0.0, -y], [0.0, 1.0, x], [0.0, 0.0, 1.0]])
+    turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(by_key @ key_cov @ by_key.T + turned @ motion_cov @ turned.T)

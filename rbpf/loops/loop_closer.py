@@ -24,7 +24,7 @@ from mrslam.spatial.hits.views import Beams
 from mrslam.spatial.matching import places
 from mrslam.spatial.matching.gauss_newton import Match
 from mrslam.spatial.matching.places import Place, PlaceMatcher, edge_information, fits
-from mrslam.spatial.pose_graph import Edges, relax, relax_graduated
+from mrslam.spatial.pose_graph import Edges, marginal, relax, relax_graduated
 from mrslam.spatial.se2 import Transform
 
 OLD_WAY_M = 12.0
@@ -199,22 +199,29 @@ class LoopCloser:
 
         Neighbours are held where the filter has them, by that covariance.
         """
-        count = T_map_key.shape[0]
         if not self.edges:
             return T_map_key.copy()
-        chain = np.arange(count - 1)
-        first, second = np.concatenate([np.stack([chain, chain + 1], axis=1), self._edges.rows]).T
-        values = self._edge_values.rows
-        edges = Edges(
-            first, second,
-            T_first_second=np.concatenate([se2.between(T_map_key[:-1], T_map_key[1:]), values[:, :3]]),
-            information=np.concatenate([np.linalg.inv(motion_cov[1:]), values[:, 3:].reshape(-1, 3, 3)]),
-        )  # fmt: skip
-        is_loop = np.arange(first.size) >= count - 1
+        edges = self._graph(T_map_key, motion_cov)
+        is_loop = np.arange(edges.first.size) >= T_map_key.shape[0] - 1
         if not self._is_far:
             return relax(T_map_key, edges, robust=is_loop)
         self._is_far = False
         return self._bent_far(T_map_key, edges, is_loop)
+
+    def covariance(self, T_map_key: Transform, motion_cov: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return ``(3, 3)`` of the newest keyframe's pose in the map: what its way and loops leave open, m^2, rad^2."""
+        return marginal(T_map_key, self._graph(T_map_key, motion_cov), T_map_key.shape[0] - 1)
+
+    def _graph(self, T_map_key: Transform, motion_cov: NDArray[np.float64]) -> Edges:
+        """Return the edges from each keyframe to the next, as the filter has them, and those of loops after them."""
+        chain = np.arange(T_map_key.shape[0] - 1)
+        first, second = np.concatenate([np.stack([chain, chain + 1], axis=1), self._edges.rows]).T
+        values = self._edge_values.rows
+        return Edges(
+            first, second,
+            T_first_second=np.concatenate([se2.between(T_map_key[:-1], T_map_key[1:]), values[:, :3]]),
+            information=np.concatenate([np.linalg.inv(motion_cov[1:]), values[:, 3:].reshape(-1, 3, 3)]),
+        )  # fmt: skip
 
     def _bent_far(self, T_map_key: Transform, edges: Edges, is_loop: NDArray[np.bool_]) -> Transform:
         """Return the trajectory that fits all edges, also such as are far from it; those that cannot be true go."""

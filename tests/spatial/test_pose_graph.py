@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mrslam.spatial import se2
-from mrslam.spatial.pose_graph import Edges, relax, relax_graduated
+from mrslam.spatial.pose_graph import Edges, marginal, relax, relax_graduated
 
 TIGHT = np.diag([1e4, 1e4, 1e4])
 
@@ -125,3 +125,23 @@ def test_relaxation_goes_on_until_it_settles() -> None:
     relaxed = relax(drifted, edges, robust)
     assert np.abs(relaxed - drifted).max() > 0.5
     assert np.abs(relax(relaxed, edges, robust) - relaxed).max() < 1e-3
+
+
+def test_a_marginal_is_what_sampled_edges_spread_to() -> None:
+    poses, information = ring(8), np.diag([1e4, 4e4, 1e5])
+    rng = np.random.default_rng(1)
+    for pairs in (chain(8), [*chain(8), (7, 0)]):
+        edges = edges_of(poses, pairs, information)
+        ends = []
+        for _ in range(400):
+            noise = rng.multivariate_normal(np.zeros(3), np.linalg.inv(information), len(pairs))
+            measured = edges._replace(T_first_second=edges.T_first_second + noise)
+            ends.append(relax(poses, measured, np.zeros(len(pairs), bool))[5])
+        off = np.array(ends) - poses[5]
+        off[:, 2] = se2.wrap(off[:, 2])
+        spread = np.cov(off.T)
+        found = marginal(poses, edges, 5)
+        assert np.allclose(np.sqrt(np.diag(found)), np.sqrt(np.diag(spread)), rtol=0.12)
+        assert np.allclose(np.linalg.solve(spread, found), np.eye(3), atol=0.35)
+    assert np.trace(found) < 0.7 * np.trace(marginal(poses, edges_of(poses, chain(8), information), 5))
+    assert not marginal(poses, edges, 0).any()
