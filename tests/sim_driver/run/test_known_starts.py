@@ -24,6 +24,7 @@ def tables(*, known: bool) -> dict[str, Any]:
         ],
         "rbpf": {"particles": 4, "threads": 1},
         "comms": {"exchange_timeout_s": 5.0, "beacon_window": 16},
+        "mutual_detection": {"encounters": False},  # the robots see each other, which says it, too
     }
 
 

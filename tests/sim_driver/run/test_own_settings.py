@@ -38,7 +38,7 @@ def test_every_robot_maps_with_its_own_settings(run: Path, tmp_path: Path) -> No
     }
     assert resolutions == {"r1": 0.05, "r2": 0.1}
     team = VirtualTeam(make_mission(TABLES, Path("small.toml")), tmp_path)
-    assert [len(robot.runner.agent.mapper.particles) for robot in team.robots] == [5, 8]
+    assert [robot.runner.agent.mapper.particles_most for robot in team.robots] == [5, 8]
 
 
 def test_maps_of_two_resolutions_merge_on_both_sides(run: Path) -> None:
