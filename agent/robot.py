@@ -15,7 +15,7 @@ from mrslam.agent.team import Team
 from mrslam.agent.teammates import Teammates
 from mrslam.agent.witness import Witness
 from mrslam.comms import CommsNode
-from mrslam.merge import TeamMap
+from mrslam.merge import Bend, TeamMap
 from mrslam.rbpf import Mapper
 from mrslam.spatial import InputError, Keyframes, LocalMap, OccupancyGrid, Scan, se2
 from mrslam.spatial.se2 import Transform
@@ -115,8 +115,10 @@ class Robot:
         ways = self.team.keyframes()
         bends = self.team.bends
         if self.robot_id in bends:
-            own, stamps_ns = self.trajectory_laser(), self.team.maps[self.robot_id].local.keyframes.stamps_ns
-            ways[self.robot_id] = bends[self.robot_id].corrected_at(stamps_ns, own)
+            # The own map may have been corrected since it was published: by its keyframes of now.
+            keys, T_team_key = self.local_map().keyframes, bends[self.robot_id].T_team_key
+            now = Bend(keys.T_map_base[: len(T_team_key)], T_team_key)
+            ways[self.robot_id] = now.corrected_at(keys.stamps_ns, self.trajectory_laser())
         return {robot_id: way for robot_id, way in ways.items() if robot_id in bends.keys() - self.team.saved}
 
     def known_area_m2(self) -> float:
