@@ -69,7 +69,7 @@ MUTANTS = (
     ),
     Mutant(
         "comms/exchange/own_map_claims.py",
-        "                station.store.outrank((epoch, revision))\n",
+        "                context.store.outrank((epoch, revision))\n",
         "                pass\n",
         "a robot that lost its memory cannot give its map to those who knew it",
     ),

@@ -124,7 +124,7 @@ MUTANTS = (
         "a damaged checkpoint is taken up",
     ),
     Mutant(
-        "spatial/files/map_files.py",
+        "spatial/files/trinary.py",
         "return np.ascontiguousarray(image[::-1])",
         "return np.ascontiguousarray(image)",
         "maps are written upside down",
