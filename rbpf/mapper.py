@@ -73,7 +73,7 @@ class Mapper:
         if reading.waits:
             return self._carry_on(reading)
         self._dead_reckoned = se2.IDENTITY
-        step = self._front.step(reading.sample, reading.points, reading.T_before_odom, reading.elapsed_s)
+        step = self._front.step(reading.sample, reading.points, reading.odom_motion, reading.elapsed_s)
         self._motion.add(step)
         self._intake.matched(reading, self._front.T_local_base)
         watch.lap("front end")
@@ -95,7 +95,7 @@ class Mapper:
     def _drop(self, reading: Reading) -> UpdateInfo:
         """Count a scan that is of no use; odometry carries the pose on."""
         self.stats.dropped += 1
-        self._dead_reckoned = self._front.predictor.dead_reckoned(reading.T_before_odom)
+        self._dead_reckoned = self._front.predictor.dead_reckoned(reading.odom_motion)
         return UpdateInfo(
             processed=False, T_map_base=self.T_map_base, neff=self._neff, health=self.health,
             dropped_beams=reading.dropped_beams, reason=reading.reason,
@@ -103,7 +103,7 @@ class Mapper:
 
     def _carry_on(self, reading: Reading) -> UpdateInfo:
         """Let odometry carry the pose to a scan that is matched together with the next ones."""
-        self._dead_reckoned = self._front.predictor.dead_reckoned(reading.T_before_odom)
+        self._dead_reckoned = self._front.predictor.dead_reckoned(reading.odom_motion)
         self._history.add_scan(reading.scan.stamp_ns, self._T_key_base, self._motion.way_m, self.T_map_base)
         self.stopwatch.lap("record")
         return UpdateInfo(

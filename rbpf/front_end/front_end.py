@@ -63,12 +63,12 @@ class FrontEnd:
         self,
         points: NDArray[np.float64],
         all_points: NDArray[np.float64],
-        T_before_odom: Transform | None,
+        odom_motion: Transform | None,
         elapsed_s: float,
     ) -> Step:
         """Match a scan, and extend the rolling map.
 
-        ``points (n, 5)`` are those of ``all_points (N, 5)`` to match; ``T_before_odom (3,)`` is ``T_before_base``
+        ``points (n, 5)`` are those of ``all_points (N, 5)`` to match; ``odom_motion (3,)`` is ``T_before_base``
         as odometry measured it since the scan before, which was taken ``elapsed_s`` earlier.
         """
         before = self.T_local_base
@@ -76,12 +76,12 @@ class FrontEnd:
             self._map.add(before, all_points)
             return Step(np.zeros(3), 0.0, 1.0, np.zeros(2))
         self.predictor.wait(elapsed_s)
-        guess, found = self._best_of_guesses(points, T_before_odom)
+        guess, found = self._best_of_guesses(points, odom_motion)
         if elapsed_s >= CARRIED_S and self._was_carried(guess, found):
             return self._begin_elsewhere(all_points)
         self.T_local_base = found.pose
         motion = between(before, found.pose)
-        self._learn(guess, motion, T_before_odom, found)
+        self._learn(guess, motion, odom_motion, found)
         if self._map.is_due(found.pose):
             self._map.add(found.pose, all_points)
         return Step(motion, found.score, found.inliers, _blind_m(motion, guess.slip, found))
@@ -98,23 +98,23 @@ class FrontEnd:
         self._map.add(self.T_local_base, all_points)
         return Step(np.zeros(3), 0.0, 1.0, np.zeros(2), is_carried=True)
 
-    def knows(self, points: NDArray[np.float64], T_before_odom: Transform | None) -> bool:
+    def knows(self, points: NDArray[np.float64], odom_motion: Transform | None) -> bool:
         """Return whether a scan fits what was seen before, where the robot is expected; nothing is learnt from it."""
         if self._map.is_empty:
             return False
-        guess = self.predictor.predict(T_before_odom)
+        guess = self.predictor.predict(odom_motion)
         start = compose(self.T_local_base, guess.motion)
         return self._matcher.descend(self._map.tiles_around(start), points, start, guess).inliers >= BAD_INLIERS
 
-    def _best_of_guesses(self, points: NDArray[np.float64], T_before_odom: Transform | None) -> tuple[Guess, Match]:
+    def _best_of_guesses(self, points: NDArray[np.float64], odom_motion: Transform | None) -> tuple[Guess, Match]:
         """Return the guess of the motion that leads to the best match, and that match."""
-        guess = self.predictor.predict(T_before_odom)
+        guess = self.predictor.predict(odom_motion)
         best = self._match(points, guess)
-        stands = self.predictor.says_it_stands(T_before_odom)
+        stands = self.predictor.says_it_stands(odom_motion)
         to_beat = self._score_to_beat(best, stands)
         if to_beat is None:
             return guess, best
-        for other in self.predictor.alternatives(T_before_odom, guess.motion):
+        for other in self.predictor.alternatives(odom_motion, guess.motion):
             found = self._match(points, other)
             # A robot that did not move in a pause sees the same as before: a weaker fit may be any similar room.
             is_there = found.inliers >= GOOD_INLIERS or not self.predictor.is_after_pause
@@ -139,10 +139,10 @@ class FrontEnd:
             return found.score - BETTER
         return None
 
-    def _learn(self, guess: Guess, motion: Transform, T_before_odom: Transform | None, found: Match) -> None:
+    def _learn(self, guess: Guess, motion: Transform, odom_motion: Transform | None, found: Match) -> None:
         missed = between(guess.motion, motion)
         refuted = math.hypot(missed[0], missed[1]) > NEAR_M
-        self.predictor.learn(motion, T_before_odom, found, refuted=refuted)
+        self.predictor.learn(motion, odom_motion, found, refuted=refuted)
         guessed = found.blind if guess.slip > DISBELIEVED else 0.0
         self.adrift += ADRIFT_MEMORY * (guessed - self.adrift)
         if found.inliers < LOST_INLIERS:

@@ -28,7 +28,7 @@ class Reading:
     """``(N, 5)``, all usable returns, base frame."""
     sample: NDArray[np.float64]
     """``(n, 5)``, those to match; empty where the scan is of no use."""
-    T_before_odom: Transform | None
+    odom_motion: Transform | None
     """``(3,)``, ``T_before_base`` by odometry since the newest scan that was used; None where there is no odometry."""
     elapsed_s: float
     """Seconds since that scan; 0 at the first."""
@@ -58,14 +58,14 @@ class Intake:
     def take(self, scan: Scan, T_odom_base: Transform | None) -> Reading:
         """Return a scan as points, with the motion that odometry ``(3,)``, if there is some, says led to it."""
         T_odom_base = self._valid(T_odom_base)
-        T_before_odom = None
+        odom_motion = None
         if T_odom_base is not None and self._T_odom_base is not None:
-            T_before_odom = between(self._T_odom_base, T_odom_base)
+            odom_motion = between(self._T_odom_base, T_odom_base)
         points = self._sight.points(scan)
         self._gathering.count(points.shape[0])
         least = PART_LEAST if self._gathers(T_odom_base) else POINTS_LEAST
         reason = self._gate.refuse(
-            scan, points, T_odom_base, least, lambda: self._is_known(scan, points, T_before_odom)
+            scan, points, T_odom_base, least, lambda: self._is_known(scan, points, odom_motion)
         )  # fmt: skip
         elapsed_s, sample = 0.0, points[:0]
         waits = False
@@ -82,10 +82,10 @@ class Intake:
             elapsed_s = 0.0 if self._stamp_ns is None else (scan.stamp_ns - self._stamp_ns) / 1e9
             self._stamp_ns, self._T_odom_base = scan.stamp_ns, T_odom_base
             if scan.beam_interval_s > 0.0:
-                self._sight.straighten(points, scan, self._front.predictor.speed(T_before_odom, elapsed_s))
+                self._sight.straighten(points, scan, self._front.predictor.speed(odom_motion, elapsed_s))
             sample = self._sight.sample(points, scan.T_base_laser)
         return Reading(
-            scan=scan, points=points, sample=sample, T_before_odom=T_before_odom, elapsed_s=elapsed_s, reason=reason,
+            scan=scan, points=points, sample=sample, odom_motion=odom_motion, elapsed_s=elapsed_s, reason=reason,
             waits=waits,
         )  # fmt: skip
 
@@ -106,9 +106,9 @@ class Intake:
             points = self._gathering.of_key(self._front.T_local_base, origin)
         return Beams(origin, points, self._sight.clearing_ends(reading.scan))
 
-    def _is_known(self, scan: Scan, points: NDArray[np.float64], T_before_odom: Transform | None) -> bool:
+    def _is_known(self, scan: Scan, points: NDArray[np.float64], odom_motion: Transform | None) -> bool:
         """Return whether a scan fits what was seen before."""
-        return self._front.knows(self._sight.sample(points, scan.T_base_laser), T_before_odom)
+        return self._front.knows(self._sight.sample(points, scan.T_base_laser), odom_motion)
 
     def _valid(self, T_odom_base: Transform | None) -> Transform | None:
         """Return a pose by odometry, if it makes sense and is wanted."""

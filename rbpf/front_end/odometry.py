@@ -49,11 +49,11 @@ class OdometryModel:
         # The stretch: motion as reported and as matched, and whether it was seen in every direction.
         self._reported, self._matched, self._is_seen = np.zeros(3), np.zeros(3), True
 
-    def corrected(self, T_before_odom: Transform) -> Transform:
+    def corrected(self, odom_motion: Transform) -> Transform:
         """Return the motion ``(3,)`` that odometry means, judging by what matching found so far."""
         gain, turn = self.gains
-        turned = turn * T_before_odom[2] + self.veer * _signed_way(T_before_odom)
-        return np.array([gain * T_before_odom[0], gain * T_before_odom[1], turned])
+        turned = turn * odom_motion[2] + self.veer * _signed_way(odom_motion)
+        return np.array([gain * odom_motion[0], gain * odom_motion[1], turned])
 
     @property
     def is_dead(self) -> bool:
@@ -64,21 +64,21 @@ class OdometryModel:
         """Raise ``slip``: a scan fits a place that odometry excluded."""
         self.slip += LEARN_STRETCH * (1.0 - self.slip)
 
-    def watch_standing(self, motion: Transform, T_before_odom: Transform, is_good: bool) -> None:
+    def watch_standing(self, motion: Transform, odom_motion: Transform, is_good: bool) -> None:
         """Count scans that moved while the wheels stood; ``is_good`` : whether the scan's match can be believed."""
-        if not is_still(T_before_odom):
+        if not is_still(odom_motion):
             self.dead_scans = 0
         elif has_moved(motion):
             self.dead_scans += is_good
         elif not self.is_dead:
             self.dead_scans = max(self.dead_scans - 1, 0)
 
-    def judge(self, motion: Transform, T_before_odom: Transform, is_seen: bool) -> None:
+    def judge(self, motion: Transform, odom_motion: Transform, is_seen: bool) -> None:
         """Add one scan's motion, as matched and as reported, to the stretch, and learn from it once it is long enough.
 
         ``is_seen`` : whether the scan saw its motion in every direction.
         """
-        self._reported, self._matched = compose(self._reported, T_before_odom), compose(self._matched, motion)
+        self._reported, self._matched = compose(self._reported, odom_motion), compose(self._matched, motion)
         self._is_seen &= is_seen
         way, turn = math.hypot(self._matched[0], self._matched[1]), abs(self._matched[2])
         if way > STRETCH_M and self._is_seen:

@@ -1,7 +1,7 @@
 """Prediction of the motion to the next scan: by odometry as far as it proved right, else by constant velocity.
 
 Two guesses: odometry, corrected by what matching found wrong with it, and constant velocity. Matching shows how far
-each can be believed, wherever the walls around leave no direction unseen. ``T_before_odom`` is ``T_before_base`` as
+each can be believed, wherever the walls around leave no direction unseen. ``odom_motion`` is ``T_before_base`` as
 odometry measured it, ``before`` being the base at the newest scan that was used.
 """
 
@@ -107,19 +107,19 @@ class Predictor:
         """Whether the robot moved before this scan."""
         return has_moved(self.velocity)
 
-    def says_it_stands(self, T_before_odom: Transform | None) -> bool:
+    def says_it_stands(self, odom_motion: Transform | None) -> bool:
         """Return whether odometry says that the robot stands, and may be right."""
-        return T_before_odom is not None and not self.odometry.is_dead and is_still(T_before_odom)
+        return odom_motion is not None and not self.odometry.is_dead and is_still(odom_motion)
 
-    def predict(self, T_before_odom: Transform | None) -> Guess:
+    def predict(self, odom_motion: Transform | None) -> Guess:
         """Return the motion to expect, given the one that odometry reports if there is some.
 
         Way and turn come from odometry or from constant velocity each, whichever erred less of late; the way comes from
         odometry in any case while its ``slip`` is below ``DISBELIEVED``.
         """
-        if T_before_odom is None or self._is_void(T_before_odom):
+        if odom_motion is None or self._is_void(odom_motion):
             return self._steady()
-        corrected = self.odometry.corrected(T_before_odom)
+        corrected = self.odometry.corrected(odom_motion)
         if self.is_after_pause:
             return self._guess(corrected, ODOMETRY, ODOMETRY)
         errors, trusted = self.errors, self.odometry.slip < DISBELIEVED
@@ -127,60 +127,60 @@ class Predictor:
         turn = ODOMETRY if errors[ODOMETRY, 1] <= errors[VELOCITY, 1] else VELOCITY
         return self._guess(corrected, way, turn)
 
-    def alternatives(self, T_before_odom: Transform | None, predicted: Transform) -> list[Guess]:
+    def alternatives(self, odom_motion: Transform | None, predicted: Transform) -> list[Guess]:
         """Return other guesses, for where the one predicted fits badly or cannot be seen.
 
         They are what odometry says, if constant velocity was preferred to it, and constant velocity, if odometry may
         have jumped or stopped to count. After a pause it is no motion at all: wheels that counted on while the robot
         was off may say anything.
         """
-        if T_before_odom is None or self._is_void(T_before_odom):
+        if odom_motion is None or self._is_void(odom_motion):
             return []
-        corrected = self.odometry.corrected(T_before_odom)
+        corrected = self.odometry.corrected(odom_motion)
         if self.is_after_pause:
             return [STOOD] if _are_apart(corrected, STOOD.motion) else []
         others = [self._guess(corrected, ODOMETRY, ODOMETRY)] if _are_apart(corrected, predicted) else []
-        may_be_wrong = self._has_jumped(T_before_odom) or self.says_it_stands(T_before_odom)
+        may_be_wrong = self._has_jumped(odom_motion) or self.says_it_stands(odom_motion)
         return [*others, self._steady()] if may_be_wrong else others
 
-    def dead_reckoned(self, T_before_odom: Transform | None) -> Transform:
+    def dead_reckoned(self, odom_motion: Transform | None) -> Transform:
         """Return the motion ``(3,)`` since the newest scan that was used, as far as odometry alone can say."""
-        if T_before_odom is None or self._is_void(T_before_odom):
+        if odom_motion is None or self._is_void(odom_motion):
             return np.zeros(3)
-        return self.odometry.corrected(T_before_odom)
+        return self.odometry.corrected(odom_motion)
 
-    def speed(self, T_before_odom: Transform | None, elapsed_s: float) -> Transform:
+    def speed(self, odom_motion: Transform | None, elapsed_s: float) -> Transform:
         """Return how fast the robot moves, ``(3,)`` m/s and rad/s in its own frame; zeros where that is a guess."""
         if not 0.0 < elapsed_s <= STEADY_S:
             return np.zeros(3)
-        velocity = self.predict(T_before_odom).motion / elapsed_s
+        velocity = self.predict(odom_motion).motion / elapsed_s
         is_possible = math.hypot(velocity[0], velocity[1]) <= MAX_SPEED_M_S and abs(velocity[2]) <= MAX_TURN_RAD_S
         return velocity if is_possible else np.zeros(3)
 
-    def learn(self, motion: Transform, T_before_odom: Transform | None, found: Match, *, refuted: bool = False) -> None:
+    def learn(self, motion: Transform, odom_motion: Transform | None, found: Match, *, refuted: bool = False) -> None:
         """Learn how well each guess predicted the motion ``(3,)``, where the match is good enough for that.
 
         ``refuted`` : the scan fits a place that the prediction excluded.
         """
         is_good, is_seen = found.inliers >= LEARN_INLIERS, found.blind == 0.0
-        if T_before_odom is None or not is_good:
+        if odom_motion is None or not is_good:
             self.odometry.begin_stretch()
         else:
             if refuted:
                 self.odometry.refute()
-            self.odometry.judge(motion, T_before_odom, is_seen)
-            self._judge(motion, T_before_odom, is_seen)
+            self.odometry.judge(motion, odom_motion, is_seen)
+            self._judge(motion, odom_motion, is_seen)
         if self.is_after_pause:
             return
-        if T_before_odom is not None:
-            self.odometry.watch_standing(motion, T_before_odom, is_good)
+        if odom_motion is not None:
+            self.odometry.watch_standing(motion, odom_motion, is_good)
         self.velocity = motion if is_good else VELOCITY_DECAY * self.velocity
-        self._odom_before = np.zeros(3) if T_before_odom is None else T_before_odom
+        self._odom_before = np.zeros(3) if odom_motion is None else odom_motion
 
-    def _judge(self, motion: Transform, T_before_odom: Transform, is_seen: bool) -> None:
+    def _judge(self, motion: Transform, odom_motion: Transform, is_seen: bool) -> None:
         """Learn the errors of both guesses from one scan."""
         length, turn = math.hypot(motion[0], motion[1]), abs(motion[2])
-        for guess, errors in zip((self.odometry.corrected(T_before_odom), self.velocity), self.errors, strict=True):
+        for guess, errors in zip((self.odometry.corrected(odom_motion), self.velocity), self.errors, strict=True):
             if length > LEAST_M and is_seen:
                 missed = math.hypot(guess[0] - motion[0], guess[1] - motion[1]) / length
                 errors[0] = max(errors[0] + LEARN * (min(missed, MOST_ERROR) - errors[0]), LEAST_ERROR)
@@ -188,17 +188,17 @@ class Predictor:
                 missed = abs(math.remainder(guess[2] - motion[2], 2.0 * math.pi)) / turn
                 errors[1] = max(errors[1] + LEARN * (min(missed, MOST_ERROR) - errors[1]), LEAST_ERROR)
 
-    def _is_void(self, T_before_odom: Transform) -> bool:
+    def _is_void(self, odom_motion: Transform) -> bool:
         """Return whether odometry says nothing: impossibly far, or wheels that stopped counting."""
         most_m = max(MAX_STEP_M, min(MAX_SPEED_M_S * self._pause_s, PAUSE_MOST_M))
-        return not math.hypot(T_before_odom[0], T_before_odom[1]) <= most_m or (
-            self.odometry.is_dead and is_still(T_before_odom)
+        return not math.hypot(odom_motion[0], odom_motion[1]) <= most_m or (
+            self.odometry.is_dead and is_still(odom_motion)
         )
 
-    def _has_jumped(self, T_before_odom: Transform) -> bool:
+    def _has_jumped(self, odom_motion: Transform) -> bool:
         before, way = self._odom_before, math.hypot(self._odom_before[0], self._odom_before[1])
-        gap = math.hypot(T_before_odom[0] - before[0], T_before_odom[1] - before[1])
-        turn = abs(math.remainder(T_before_odom[2] - before[2], 2.0 * math.pi))
+        gap = math.hypot(odom_motion[0] - before[0], odom_motion[1] - before[1])
+        turn = abs(math.remainder(odom_motion[2] - before[2], 2.0 * math.pi))
         return gap > max(JUMP_M, 2.0 * way) or turn > max(JUMP_RAD, 2.0 * abs(before[2]))
 
     def _steady(self) -> Guess:
