@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,17 +35,31 @@ def draw_fit(
     The first panel is the best place, the second its nearest rival where the answer is ambiguous. Walls on which both
     maps agree are black, walls where the other map is free red, walls that only one knows in its colour.
     """
-    config = config or AlignmentConfig()
     if outcome.T_a_b is None or outcome.evidence is None:
         return None
-    one, two = main_part(a.cropped()), main_part(b.cropped())
-    res = working_resolution(one, two, config)
-    maps = prepare(one, res), prepare(two, res)
     verdict = "accepted" if isinstance(outcome, Alignment) else "ambiguous" if outcome.ambiguous else "rejected"
     places = [(outcome.T_a_b, verdict)]
     if isinstance(outcome, Rejection) and outcome.ambiguous:
         places.append((outcome.rivals[0], "its rival"))
-    is_bent = outcome.evidence.bent_m > 0.0
+    return draw_places(a, b, places, config, is_bent=outcome.evidence.bent_m > 0.0)
+
+
+def draw_places(
+    a: OccupancyGrid,
+    b: OccupancyGrid,
+    places: Sequence[tuple[Transform, str]],
+    config: AlignmentConfig | None = None,
+    *,
+    is_bent: bool = False,
+) -> NDArray[np.uint8]:
+    """Return places ``T_a_b (3,)`` with their captions, beside each other: ``(H, W, 3) uint8`` RGB, first row on top.
+
+    Colours are those of :func:`draw_fit`. Map b is bent first where ``is_bent``.
+    """
+    config = config or AlignmentConfig()
+    one, two = main_part(a.cropped()), main_part(b.cropped())
+    res = working_resolution(one, two, config)
+    maps = prepare(one, res), prepare(two, res)
     panels = [_panel(maps[0], maps[1], T, is_bent, caption, config) for T, caption in places]
     height = max(panel.shape[0] for panel in panels)
     padded = [

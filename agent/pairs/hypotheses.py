@@ -73,6 +73,7 @@ class Hypothesis:
             "T_a_b": [round(float(value), 3) for value in self.T_a_b],
             "by": self.by,
             "llr": round(self.llr, 1),
+            "refuted": self.is_refuted,
             "seen": own.seen,
             "not_there": own.not_there,
         }

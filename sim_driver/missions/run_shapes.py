@@ -21,17 +21,26 @@ Count = Annotated[int, Meta(ge=0, le=2**62)]
 Number = Annotated[float, Meta(ge=-1e300, le=1e300)]
 
 
+class PlaceFile(TypedDict):
+    """One place where a pair's maps may lie."""
+
+    T_a_b: Pose
+    llr: Number
+    refuted: NotRequired[bool]
+
+
 class PairFile(TypedDict):
     """What one robot believes of a pair."""
 
     a: Name
     b: Name
-    status: Literal["accepted", "rejected", "untried"]
+    status: Literal["accepted", "rejected", "revoked", "untried"]
     T_a_b: Pose | None
     accepted_at_s: Seconds | None
     confidence: Share | None
     reason: str
     attempts: NotRequired[Count]
+    places: NotRequired[list[PlaceFile]]
 
 
 class LinkFile(TypedDict):

@@ -18,6 +18,7 @@ from mrslam.sim_driver.report.map_data import map_data
 from mrslam.sim_driver.report.one_map import one_map_data
 from mrslam.sim_driver.report.seen import first_seen_s
 from mrslam.sim_driver.report.story import event_words, headline, sentences
+from mrslam.sim_driver.report.undecided import undecided_data
 
 TICKER_LINES = 400
 """Most lines of the player's ticker: with more, plain ones are left out."""
@@ -45,6 +46,7 @@ def page_data(run: RunResults, references: References | None = None) -> dict[str
         "map": None,
         "coverage": None,
         "one_map": one_map_data(run),
+        "undecided": undecided_data(run),
     }
     if run.robots:
         layout = lay_out(run)

@@ -181,4 +181,16 @@ MUTANTS = (
         "",
         "buildings of a campus are entered from one side only",
     ),
+    Mutant(
+        "sim_driver/missions/run_shapes.py",
+        'Literal["accepted", "rejected", "revoked", "untried"]',
+        'Literal["accepted", "rejected", "untried"]',
+        "a robot whose merge was just taken back counts as damaged",
+    ),
+    Mutant(
+        "sim_driver/report/undecided.py",
+        'if not place.get("refuted", False)]',
+        "]",
+        "the report shows places where nobody was",
+    ),
 )

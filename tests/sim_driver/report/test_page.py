@@ -134,6 +134,32 @@ def test_the_map_before_and_after_bending_is_shown_with_what_made_it(merged: Pat
     assert page_data(run)["one_map"] is None and any("team_overlay.png" in line for line in run.damage)
 
 
+def undecided(merged: Path, copy: Path, refuted: int) -> list[dict]:
+    """Return what the page shows of a run whose pair fits at three places, so many of which are refuted."""
+    shutil.copytree(merged, copy)
+    places = [
+        {"T_a_b": [float(x), 0.0, 0.0], "llr": llr, "refuted": i < refuted}
+        for i, (x, llr) in enumerate([(9, -5.0), (0, 0.0), (3, 1.5)])
+    ]
+    for robot_id in ("r1", "r2"):
+        robot = json.loads((copy / robot_id / "robot.json").read_text())
+        robot["pairs"][0] |= {"status": "revoked", "T_a_b": None, "accepted_at_s": None, "places": places}
+        (copy / robot_id / "robot.json").write_text(json.dumps(robot))
+    run = RunResults.read(copy)
+    shown = page_data(run)["undecided"]
+    assert run.damage == []
+    return shown
+
+
+def test_a_pair_that_fits_at_several_places_is_shown_at_each(merged: Path, tmp_path: Path) -> None:
+    assert page_data(RunResults.read(merged))["undecided"] == []
+    (two,) = undecided(merged, tmp_path / "two", refuted=1)
+    (three,) = undecided(merged, tmp_path / "three", refuted=0)
+    assert (two["pair"], two["robot"], two["places"], three["places"]) == ("r1-r2", "r1", 2, 3)
+    assert two["picture"].startswith("data:image/png;base64,iVBOR") and len(three["picture"]) > len(two["picture"])
+    assert undecided(merged, tmp_path / "one", refuted=2) == []
+
+
 def test_images_are_png_files() -> None:
     import base64
 
