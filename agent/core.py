@@ -20,6 +20,10 @@ from mrslam.rbpf import Mapper, UpdateInfo
 from mrslam.spatial import Scan, se2
 from mrslam.spatial.se2 import Transform
 
+AT_REST = 2.0
+"""Publishing intervals after which a robot without new keyframes publishes what it has: one that drives on publishes
+with the next keyframe after the first, and one that stopped, or gets no more scans, is not waited for longer."""
+
 
 class Agent(Robot):
     """A deterministic state machine; it owns no socket, thread, clock or global random state."""
@@ -43,6 +47,7 @@ class Agent(Robot):
         if info.processed:
             effects.append(Event(now_ns, "mapped", mapped_fields(info)))
         if self.mapper.stats.processed and not self.self_doubt.doubtful:
+            self._has_news = self._has_news or info.processed
             if info.processed and self._publish_due(now_ns):
                 self.publish(now_ns)
             self.node.set_own_pose(self.mapper.T_map_base, now_ns, self._witness.bodies_m(self.team, now_ns))
@@ -50,13 +55,13 @@ class Agent(Robot):
 
     def publish(self, now_ns: int) -> None:
         """Publish the own map: a new revision, for teammates and for the own team map alike."""
-        self._published_ns = now_ns
+        self._published_ns, self._has_news = now_ns, False
         published = self.node.publish(self.local_map(), now_ns)
         if published is not None:
             self._take_map(published)
 
-    def _publish_due(self, now_ns: int) -> bool:
-        interval_ns = self.settings.agent.publish_interval_s * 1e9
+    def _publish_due(self, now_ns: int, intervals: float = 1.0) -> bool:
+        interval_ns = intervals * self.settings.agent.publish_interval_s * 1e9
         return self._published_ns is None or now_ns - self._published_ns >= interval_ns
 
     def _expected_pose(self, T_odom_base: Transform | None) -> Transform:
@@ -86,7 +91,7 @@ class Agent(Robot):
         """Begin a new map; teammates see a new epoch, for the old map's frame is not this one's."""
         self.map_number += 1
         self.mapper = Mapper(self.settings.rbpf, seed=self.seed + self.map_number)
-        self._published_ns = None
+        self._published_ns, self._has_news = None, False
         self._witness.forget()
         self.node.begin_map()
         self.team.displace(self.robot_id)
@@ -115,6 +120,8 @@ class Agent(Robot):
 
     def on_tick(self, now_ns: int) -> list[Effect]:
         """Handle beacons, rendezvous, exchanges and the places of maps; call it every ``agent.tick_s``."""
+        if self._has_news and not self.self_doubt.doubtful and self._publish_due(now_ns, AT_REST):
+            self.publish(now_ns)
         self.node.add_claims(self._witness.claims(self.team, now_ns))
         effects = self._follow(self.node.on_tick(now_ns), now_ns)
         self.team.keep_placed(now_ns)

@@ -53,6 +53,8 @@ class Robot:
         self._blindness, self._saved_maps, self._reports = Blindness(), SavedMaps(), KnowledgeReports()
         self._T_odom_base: Transform | None = None
         self._published_ns: int | None = None
+        self._has_news = False
+        """Whether there are keyframes that were not published."""
 
     @property
     def T_team_map(self) -> dict[str, Transform]:

@@ -61,7 +61,10 @@ def _align(
 
     def proposed(by: str) -> list[Candidate]:
         found = ALIGNERS[by](a, b, config, prior)
-        return [c for c in found if prior is None or _within(prior, c.T_a_b, a, b)]
+        if prior is None:
+            return found
+        # Where nothing is proposed the prior's own place is examined: the answer then says what speaks against it.
+        return [c for c in found if _within(prior, c.T_a_b, a, b)] or [Candidate(prior.T_a_b)]
 
     # The other methods propose some places only: what else fits is found by the exhaustive search.
     rivals = None if method == EXHAUSTIVE else lambda: proposed(EXHAUSTIVE)

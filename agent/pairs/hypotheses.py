@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mrslam.agent.known_map import Version
 from mrslam.alignment import StabilityCheck
 from mrslam.mutual_detection import MutualFix, Sightings
 from mrslam.spatial import se2
@@ -41,6 +42,8 @@ class Hypothesis:
     """The sightings that propose it, as ``T_a_b``."""
     tried_ns: int | None = None
     """When maps were laid together there because of these sightings."""
+    tried: tuple[Version, Version] | None = None
+    """The two maps that were."""
     own: Sightings | None = None
     """What the own scans say, where the own robot is one of the pair."""
     told: dict[str, float] = field(default_factory=dict)
@@ -64,7 +67,7 @@ class Hypothesis:
     def correct(self, T_a_b: Transform) -> None:
         """Take a better estimate of the place."""
         if not MOVED.is_near(self.T_a_b, T_a_b):
-            self.T_a_b, self.own = np.array(T_a_b, dtype=np.float64), None
+            self.T_a_b, self.own, self.tried = np.array(T_a_b, dtype=np.float64), None, None
 
     def row(self) -> dict[str, Any]:
         """Return it as plain JSON values."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from mrslam.agent.effects import AlignJob
-from mrslam.agent.known_map import KnownMap
+from mrslam.agent.known_map import KnownMap, Version
 from mrslam.agent.pairs.belief import PairBelief
 from mrslam.agent.pairs.hypotheses import Hypothesis
 from mrslam.alignment import Prior
@@ -22,25 +22,28 @@ def sighted_job(
 ) -> AlignJob | None:
     """Return the maps of the first pair that is to be tried where its robots saw each other, None where there is none.
 
-    A place is tried again after ``interval_s``, for maps that contradicted it may have been corrected.
+    A place is tried again after ``interval_s`` with maps that have changed: what contradicted it may be corrected.
     """
     for pair, belief in beliefs.items():
-        place = _untried(belief, interval_s, now_ns)
+        (a, b), (map_a, map_b) = pair, (maps[pair[0]], maps[pair[1]])
+        versions = (map_a.version, map_b.version)
+        place = _untried(belief, versions, interval_s, now_ns)
         if place is not None and place.fix is not None:
-            place.tried_ns = now_ns
-            (a, b), (map_a, map_b) = pair, (maps[pair[0]], maps[pair[1]])
+            place.tried_ns, place.tried = now_ns, versions
             prior = Prior(place.T_a_b, place.fix.covariance + MARGIN)
-            versions, areas = (map_a.version, map_b.version), (map_a.area_m2, map_b.area_m2)
-            trails = (map_a.trail, map_b.trail)
+            areas, trails = (map_a.area_m2, map_b.area_m2), (map_a.trail, map_b.trail)
             return AlignJob(a, b, map_a.grid, map_b.grid, prior, versions, areas, belief.attempts, trails, place.T_a_b)
     return None
 
 
-def _untried(belief: PairBelief, interval_s: float, now_ns: int) -> Hypothesis | None:
+def _untried(
+    belief: PairBelief, versions: tuple[Version, Version], interval_s: float, now_ns: int
+) -> Hypothesis | None:
     """Return a place by sight where the pair is not merged, None where there is none, or it was tried just now."""
     for place in belief.places:
         is_elsewhere = belief.alignment is None or not place.is_at(belief.alignment.T_a_b)
-        is_due = place.tried_ns is None or now_ns - place.tried_ns >= interval_s * 1e9
+        waited = place.tried_ns is None or now_ns - place.tried_ns >= interval_s * 1e9
+        is_due = waited and place.tried != versions
         if place.fix is not None and is_elsewhere and is_due and not place.is_refuted:
             return place
     return None

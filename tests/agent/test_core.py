@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mrslam.agent import Agent
+from mrslam.agent import Agent, AgentConfig
 from mrslam.agent.effects import Effect, Event
 from mrslam.spatial import Scan
-from tests.agent.duo import TURN_RAD, S, live, merge, odometry, robot, scan, talk
+from tests.agent.duo import SETTINGS, TURN_RAD, S, live, merge, odometry, robot, scan, talk
 
 AHEAD_M = 2.0
 DOUBT = ("doubtful", "recovered", "given_up")
@@ -85,6 +85,19 @@ def test_maps_are_published_as_they_grow() -> None:
     first = one.node.store.version("r1")
     live([one], 30, 60)
     assert one.node.store.version("r1") > first > (0, 0)
+
+
+def test_the_last_keyframes_of_a_robot_that_stops_are_published_once() -> None:
+    one = Agent("r1", replace(SETTINGS, agent=AgentConfig(publish_interval_s=6.0)), boot_id=1)
+    live([one], 0, 60)
+    keys, before = one.mapper.stats.processed, one.node.store.version("r1")
+    assert len(one.team.maps["r1"].trail) < keys  # the newest came within an interval of the last map
+    after = []
+    for k in range(60, 200):  # no more scans
+        one.on_tick(k * S // 10)
+        after.append(one.node.store.version("r1"))
+    assert after[0] == before < after[-1]
+    assert len(set(after)) == 2 and len(one.team.maps["r1"].trail) == keys
 
 
 def elsewhere(k: int) -> Scan:

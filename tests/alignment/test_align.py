@@ -240,6 +240,18 @@ def test_a_place_without_a_heading_picks_the_room_that_was_meant(is_turned):
     np.testing.assert_allclose(found_T, [8.0, 0.0, 0.0], atol=0.05)
 
 
+@pytest.mark.parametrize("method", ["auto", "orb"])
+def test_where_nothing_is_proposed_the_priors_own_place_is_examined(method, pair, monkeypatch):
+    a, b, truth = pair
+    monkeypatch.setitem(alignment.ALIGNERS, method, lambda *_: [])
+    sure = np.diag([0.1, 0.1, 0.02]) ** 2
+    here = align(a, b, method=method, prior=Prior(truth, sure))
+    assert here.evidence is not None and here.evidence.contradiction < 0.05 < 5.0 < here.evidence.matched_m
+    wrong = align(a, b, method=method, prior=Prior(truth + np.array([2.0, 0.0, 0.5]), sure))
+    assert isinstance(wrong, Rejection) and wrong.evidence is not None and wrong.evidence.contradiction > 0.3
+    assert align(a, b, method=method).evidence is None
+
+
 def test_wrong_prior_is_not_followed(pair):
     a, b, truth = pair
     prior = Prior(truth + np.array([6.0, 0.0, 0.0]), np.diag([0.2, 0.2, 0.05]) ** 2)

@@ -64,6 +64,12 @@ MUTANTS = (
     ),
     Mutant(
         CORE,
+        "if self._has_news and not self.self_doubt.doubtful and self._publish_due(now_ns, AT_REST):",
+        "if False:",
+        "where a robot stops, its last keyframes are never published",
+    ),
+    Mutant(
+        CORE,
         "return self._published_ns is None or now_ns - self._published_ns >= interval_ns",
         "return self._published_ns is None",
         "a robot publishes its first map only",

@@ -137,4 +137,10 @@ MUTANTS = (
         "0.0 * wall_m",
         "a corner that is bent to fit merges two large maps",
     ),
+    Mutant(
+        "alignment/align.py",
+        " or [Candidate(prior.T_a_b)]",
+        "",
+        "robots that saw each other merge maps that contradict it, where walls propose nothing near",
+    ),
 )
