@@ -73,7 +73,6 @@ def restore(agent: Agent, path: Path) -> None:
         mapper.skip_revisions(REVISIONS_LOST)
         links = {peer: LinkStats(**sums) for peer, sums in state["links"].items()}
         beliefs = {(a, b): _belief(belief) for a, b, belief in state["pairs"]}
-        beliefs = _of_maps_here(beliefs, state.get("saved", {}), agent)
         frame = state.get("frame")
         masked_beams, map_number = state["masked_beams"], state["map_number"]
         doubt = agent.self_doubt.resumed(state["self_doubt"])
@@ -83,13 +82,17 @@ def restore(agent: Agent, path: Path) -> None:
     agent.mapper, agent.links, agent.masked_beams, agent.map_number = mapper, links, masked_beams, map_number
     agent.self_doubt = doubt
     store = agent.node.store
-    maps = {robot_id: KnownMap(store.version(robot_id), local) for robot_id, local in store.maps.items()}
-    agent.team.restore(maps, beliefs, frame)
+    maps = {name: KnownMap(store.version(name), local) for name, local in store.maps.items() if name not in store.given}
+    agent.team.restore(maps, _of_maps_here(beliefs, state.get("saved", {}), agent), frame)
 
 
 def _of_maps_here(beliefs: Mapping[Pair, PairBelief], saved: Mapping[str, int], agent: Agent) -> dict[Pair, PairBelief]:
-    """Return the beliefs without those of saved maps that the robot was not given again, or that have changed since."""
+    """Return the beliefs without those of saved maps that the robot was not given again, or that have changed since.
+
+    Saved maps that came from teammates came back with the store.
+    """
     here = {map_id: agent.team.maps[map_id].epoch for map_id in agent.team.saved}
+    here |= {map_id: epoch for map_id, (epoch, _) in agent.node.store.saved_digest().items()}
     gone = {map_id for map_id in saved.keys() | here.keys() if saved.get(map_id) != here.get(map_id)}
     return {pair: belief for pair, belief in beliefs.items() if not gone & set(pair)}
 

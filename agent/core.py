@@ -152,7 +152,8 @@ class Agent(Robot):
         return out
 
     def _take_map(self, new: comms.MapUpdated) -> None:
-        self.team.take_map(new.robot_id, KnownMap((new.epoch, new.revision), new.map))
+        take = self.team.take_saved_map if comms.is_saved(new.robot_id) else self.team.take_map
+        take(new.robot_id, KnownMap((new.epoch, new.revision), new.map))
 
     def _observe(self, report: comms.TeammatePose, now_ns: int) -> None:
         self._witness.on_report(report, self.team, now_ns)

@@ -64,6 +64,9 @@ class Robot:
     def take_saved_map(self, map_id: str, known: KnownMap, near: Sequence[float] | None = None) -> None:
         """Take a map that was saved before, named with an ``@`` (``r1@monday``), to find this robot's place in it.
 
+        Teammates that lack it get it in exchanges, as any map, and look for their places in it
+        (``comms.share_saved_maps``).
+
         ``near`` : where this robot's map begins in it, to half a metre or so (``agent.start_sigma_m``), if somebody
         knows: (x, y) or (x, y, theta), metres and radians. It is looked for there first; a wrong hint only takes time.
 
@@ -78,7 +81,8 @@ class Robot:
             )
         if map_id in self.team.saved:
             raise InputError(f"{self.robot_id}: two saved maps are named {map_id}")
-        self.team.take_saved_map(map_id, known, near)
+        given = self.node.give_saved(map_id, known.local, known.epoch)
+        self.team.take_saved_map(map_id, KnownMap(known.version, given), near)
 
     def whereabouts(self) -> list[Whereabouts]:
         """Return what is known of the robot's place in each saved map: its pose there, or why there is none yet."""

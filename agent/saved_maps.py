@@ -11,12 +11,10 @@ import numpy as np
 from mrslam.agent.effects import Event
 from mrslam.agent.pairs.belief import PairBelief
 from mrslam.agent.team import Team
+from mrslam.comms import SAVED_NAME
 from mrslam.merge.graph.edges import pair_of
 from mrslam.spatial import InputError, se2
 from mrslam.spatial.se2 import Transform
-
-SAVED_ID = re.compile(r"(?!\.)[A-Za-z0-9_.-]{1,64}@[A-Za-z0-9_.-]{1,64}")
-"""Names of saved maps. No robot has an ``@`` in its name, so nobody on the network can take a saved map's place."""
 
 State = Literal["localised", "ambiguous", "not here", "not yet"]
 NOT_HERE_SEARCHES = 3
@@ -29,7 +27,7 @@ saved map know where they are with 38 to 77 m2."""
 
 def check_saved_id(map_id: str, what: str) -> str:
     """Return a saved map's name, or raise ``InputError`` where it could be a robot's, or would break file names."""
-    if not SAVED_ID.fullmatch(map_id):
+    if not re.fullmatch(SAVED_NAME, map_id):
         raise InputError(
             f"{what} must be two names of letters, digits, '_', '-', '.' joined by '@' (office@monday), got {map_id!r}"
         )

@@ -21,6 +21,7 @@ from mrslam.agent.pairs.belief import PairBelief, Verdict
 from mrslam.agent.pairs.schedule import Schedule
 from mrslam.agent.pairs.sighted import sighted_job
 from mrslam.alignment import Alignment, Rejection
+from mrslam.comms import is_saved
 from mrslam.merge import Bend, BentTeam, JointMap, Pair, Placement, TeamMap, TeamMapper
 from mrslam.merge.graph.edges import inverse_covariance, pair_of
 from mrslam.merge.joint.join import Tie
@@ -48,7 +49,7 @@ class Team:
         self.doubted: dict[str, str] = {}
         """By robot: why its newest map is refused (:func:`contradicts_itself`)."""
         self.saved: set[str] = set()
-        """Those of :attr:`maps` that were saved before: none grows, nobody drives in them, and nobody sends them."""
+        """Those of :attr:`maps` that were saved before: none grows, and nobody drives in them."""
         self.beliefs: dict[Pair, PairBelief] = {}
         """By pair of the robots in :attr:`maps`, (a, b) with a < b; the only place where alignments are kept."""
         self._schedule, self._joining = Schedule(robot_id, settings.agent), Joining()
@@ -88,14 +89,14 @@ class Team:
         self._mapper.bent = bent
 
     def take_saved_map(self, map_id: str, known: KnownMap, near: Sequence[float] | None = None) -> None:
-        """Take a map that was saved before, as that of a teammate that does not move and is never heard.
+        """Take a map that was saved before, as that of a teammate that does not move.
 
         ``near`` : where the own map begins in it, if somebody knows: (x, y) or (x, y, theta), metres and radians.
         """
         if near is not None:
             self._schedule.expect(map_id, near)
-        self.saved.add(map_id)
         self.take_map(map_id, known)
+        (self.saved.add if map_id in self.maps else self.saved.discard)(map_id)
 
     def _know(self, robot_id: str, known: KnownMap) -> None:
         self.maps[robot_id] = known
@@ -147,6 +148,8 @@ class Team:
         for robot_id, known in sorted(maps.items()):
             if not self._doubts(robot_id, known):
                 self._know(robot_id, known)
+                if is_saved(robot_id):
+                    self.saved.add(robot_id)
                 self._mapper.set_map(robot_id, known.grid, known.trail)
         self.beliefs |= {pair: belief for pair, belief in beliefs.items() if set(pair) <= self.maps.keys()}
         self._map = None

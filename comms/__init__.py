@@ -26,8 +26,10 @@ from mrslam.comms.status.team_view import TeamView
 from mrslam.comms.transport.base import Incoming, PeerJoined, PeerLeft, Sighting, Transport, TransportEvent
 from mrslam.comms.transport.memory import Conditions, LinkConditions, MemoryNetwork, MemoryTransport
 from mrslam.comms.warm_up import warm_up
+from mrslam.comms.wire.fields import SAVED_NAME, is_saved
 
 __all__ = [
+    "SAVED_NAME",
     "WARN_DAYS",
     "CommsConfig",
     "CommsNode",
@@ -59,6 +61,7 @@ __all__ = [
     "TeammatePose",
     "Transport",
     "TransportEvent",
+    "is_saved",
     "load_keys",
     "make_team_keys",
     "own_keys",

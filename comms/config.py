@@ -44,6 +44,8 @@ class CommsConfig:
     """Exchanges a robot opens at the same time, with different peers, 1..64."""
     exchange_budget_bytes: int = 0
     """Most bytes of map that one robot serves in one exchange; the rest follows at the next. 0: no limit."""
+    share_saved_maps: bool = True
+    """Whether robots that map and merge give the saved maps they have to teammates, and take theirs."""
     retry_s: float = 1.0
     """Expert: silence in an exchange after which an open question is repeated, seconds; then 2 and 4 times this."""
     stall_timeout_s: float = 8.0

@@ -24,6 +24,7 @@ from mrslam.comms.wire.messages import AnyMessage, Beacon, Bye, Open, Status, de
 from mrslam.spatial import LocalMap
 from mrslam.spatial.errors import require
 from mrslam.spatial.se2 import Transform
+from mrslam.spatial.tiles import MOST_CELLS, box_cells
 
 
 class CommsNode:
@@ -92,6 +93,15 @@ class CommsNode:
             return None
         version, whole = self.store.version(self.robot_id), self.store.maps[self.robot_id]
         return fx.MapUpdated(self.robot_id, *version, (), self.robot_id, whole)
+
+    def give_saved(self, map_id: str, local_map: LocalMap, epoch: int) -> LocalMap:
+        """Take a saved map to offer it to teammates, and return it as they will get it.
+
+        One beyond the bounds that teammates keep (``comms.max_tiles``, ``max_keyframes``) is kept to oneself.
+        """
+        tiles, keyframes = local_map.map.tiles, local_map.keyframes.stamps_ns.size
+        is_small = len(tiles) <= self.config.max_tiles and keyframes <= self.config.max_keyframes
+        return self.store.give(map_id, local_map, epoch) if is_small and box_cells(tiles) <= MOST_CELLS else local_map
 
     def begin_map(self) -> None:
         """Start a new epoch: what is published next is another map, in a frame unrelated to the last one's."""

@@ -27,3 +27,8 @@ class ExchangeContext:
     out: Outgoing
     takes_maps: Callable[[str], bool]
     """Whether a peer takes maps at all."""
+
+    @property
+    def shares_saved_maps(self) -> bool:
+        """Whether this robot gives saved maps to teammates and takes theirs: one that maps and merges, by default."""
+        return self.config.share_saved_maps and self.mode == "distributed"

@@ -96,7 +96,8 @@ class Exchanges:
             exchange.accepted = True
             exchange.useful_ns = now_ns
             self._context.out.emit(ExchangeStarted(exchange.peer, exchange.opened_by_me))
-            exchange.theirs = {robot: (epoch, revision) for robot, epoch, revision in message.digest}
+            theirs = (*message.digest, *(message.saved or ()))
+            exchange.theirs = {name: (epoch, revision) for name, epoch, revision in theirs}
             self._sender.begin(exchange)
         self._sender.offer_all(exchange, message)
         self._settle(exchange, now_ns)
@@ -105,9 +106,12 @@ class Exchanges:
         store = self._context.store
         held = [(robot, *version) for robot, version in store.digest().items()]
         staged = [(robot, *version) for robot, version in self._context.staged_maps.staged().items()]
+        saved = None
+        if self._context.shares_saved_maps:
+            saved = [(name, *version) for name, version in store.saved_digest().items()]
         if exchange.shown is None:
             exchange.shown = store.version(exchange.peer)
-        message = kind(self._context.own_id, self._context.boot, exchange.xid, held, staged)
+        message = kind(self._context.own_id, self._context.boot, exchange.xid, held, staged, saved)
         exchange.bytes_sent += self._context.out.post(message, exchange.peer, "control")
 
     # -- in between ------------------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@ from mrslam.comms.exchange.context import ExchangeContext
 from mrslam.comms.exchange.exchange import Exchange
 from mrslam.comms.exchange.pull import Pull, next_get, take_chunk
 from mrslam.comms.maps.manifests import check_extent, check_manifest
+from mrslam.comms.wire.fields import is_saved
 from mrslam.comms.wire.frames import WireError
 from mrslam.comms.wire.messages import Ask, Chunk, Manifest, Version
 
@@ -30,6 +31,8 @@ class MapReceiver:
         """Return whether this version of a robot's map is worth taking from this peer now."""
         store = self._context.store
         if robot == self._context.own_id or self._context.mode == "mapper" or version <= store.version(robot):
+            return False
+        if is_saved(robot) and (robot in store.given or not self._context.shares_saved_maps):
             return False
         if peer != robot and version >= store.disowned.get(robot, BEYOND):
             return False

@@ -30,7 +30,7 @@ class MapSender:
             self._count_whole(exchange, self._context.own_id)
 
     def offer_all(self, exchange: Exchange, digest: Open | Accept) -> None:
-        """Send the peer a manifest of each map of which it lacks something, but its own."""
+        """Send the peer a manifest of each map of which it lacks something, but its own; saved maps last."""
         if not self._context.takes_maps(exchange.peer):
             return
         held = {robot: (epoch, revision) for robot, epoch, revision in digest.digest}
@@ -38,6 +38,10 @@ class MapSender:
         for robot in self._context.store.digest():
             if robot != exchange.peer:
                 self.offer(exchange, robot, held.get(robot, NOTHING), staged.get(robot))
+        if digest.saved is not None and self._context.shares_saved_maps:
+            saved = {name: (epoch, revision) for name, epoch, revision in digest.saved}
+            for name in self._context.store.saved_digest():
+                self.offer(exchange, name, saved.get(name, NOTHING))
 
     def on_ask(self, exchange: Exchange, message: Ask) -> None:
         """The peer asks what it lacks of one map."""

@@ -16,8 +16,11 @@ from mrslam.spatial.tiles import MOST_CELLS, box_cells
 
 
 def store_state(store: MapStore) -> dict[str, Any]:
-    """Return the newest snapshot of every robot and the own epoch; what is staged is left out."""
-    newest = {robot: store.newest(robot) for robot in store.digest()}
+    """Return the newest snapshot of every robot and the own epoch.
+
+    What is staged is left out, and saved maps that this robot was given: it is given them again.
+    """
+    newest = {name: store.newest(name) for name in (*store.digest(), *store.saved_digest()) if name not in store.given}
     maps = {robot: _snapshot_state(snapshot) for robot, snapshot in newest.items() if snapshot is not None}
     return {"epoch": store.own_epoch, "maps": maps}
 
@@ -30,6 +33,8 @@ def restore_store(store: MapStore, state: dict[str, Any], skip: int) -> None:
     """
     store.own_epoch = int(state["epoch"])
     for robot, kept in sorted(state["maps"].items()):
+        if robot in store.given:
+            continue
         snapshot = _snapshot(kept)
         if robot == store.own_id:
             revision = snapshot.map.revision + skip

@@ -20,6 +20,7 @@ from mrslam.comms.maps.snapshots import Proof, Snapshot
 from mrslam.comms.security.certificates import read_private_key
 from mrslam.comms.security.revocation import Revocations
 from mrslam.comms.security.team_keys import RobotKeys
+from mrslam.comms.wire.fields import is_saved
 from mrslam.comms.wire.frames import WireError
 from mrslam.comms.wire.messages import Version
 from mrslam.spatial import InputError, Tile
@@ -67,19 +68,20 @@ class MapSeal:
         der = certificate.public_bytes(serialization.Encoding.DER)
         return cls(team, own_id, key, der, authority, keys.revocations, keys.ends_s)
 
-    def sign(self, snapshot: Snapshot) -> Proof:
-        """Return the proof that the own map at this version is this snapshot."""
-        root = self.root_of(self.own_id, snapshot)
-        return Proof(
-            root, self.key.sign(self._statement(self.own_id, snapshot.version, root), ALGORITHM), self.certificate
-        )
+    def sign(self, robot: str, snapshot: Snapshot) -> Proof:
+        """Return the proof that the own map, or a saved one, is this snapshot at this version."""
+        root = self.root_of(robot, snapshot)
+        return Proof(root, self.key.sign(self._statement(robot, snapshot.version, root), ALGORITHM), self.certificate)
 
     def check(self, robot: str, version: Version, proof: Proof) -> None:
-        """Raise :class:`WireError` unless the robot itself has signed that its map at this version has this root."""
-        if robot in self.revocations.names:
-            raise WireError("revoked", f"a map of {robot!r}")
+        """Raise :class:`WireError` unless the robot itself has signed that its map at this version has this root.
+
+        A saved map is no robot's: any robot of the team that was given it may have signed.
+        """
         name, public_key = self._signer(proof.certificate)
-        if name != robot:
+        if {robot, name} & set(self.revocations.names):
+            raise WireError("revoked", f"a map of {robot!r}, signed by {name!r}")
+        if name != robot and not is_saved(robot):
             raise WireError("forged", f"a map of {robot!r} signed by {name!r}")
         try:
             public_key.verify(proof.signature, self._statement(robot, version, proof.root), ALGORITHM)

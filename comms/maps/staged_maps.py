@@ -6,6 +6,7 @@ from mrslam.comms.config import CommsConfig
 from mrslam.comms.maps.snapshots import Proof, Snapshot
 from mrslam.comms.maps.staging import Staging, changed_tiles
 from mrslam.comms.maps.store import MapStore
+from mrslam.comms.wire.fields import is_saved
 from mrslam.comms.wire.frames import WireError
 from mrslam.comms.wire.messages import Manifest, SignedManifest, Version
 from mrslam.spatial import TiledMap
@@ -25,8 +26,9 @@ class StagedMaps:
         return self._store.newest(robot_id) is not None or len(self._store.maps) < self._max_robots
 
     def staged(self) -> dict[str, Version]:
-        """Return (epoch, revision) of the snapshots that have arrived in part, by robot."""
-        return {robot: (part.epoch, part.target) for robot, part in sorted(self.staging.items())}
+        """Return (epoch, revision) of robots' snapshots that have arrived in part, by robot."""
+        parts = sorted(self.staging.items())
+        return {robot: (part.epoch, part.target) for robot, part in parts if not is_saved(robot)}
 
     def base_of(self, manifest: Manifest) -> Snapshot | None:
         """Return the map a manifest's differences apply to, empty for base 0; None where another one is held now."""

@@ -12,6 +12,7 @@ from dataclasses import replace
 from mrslam.comms.config import CommsConfig
 from mrslam.comms.maps.seal import MapSeal
 from mrslam.comms.maps.snapshots import Snapshot, published, relabelled
+from mrslam.comms.wire.fields import is_saved
 from mrslam.comms.wire.messages import Version
 from mrslam.spatial import LocalMap
 
@@ -23,13 +24,15 @@ always be able to go above what is claimed, and to begin maps after that, with n
 
 
 class MapStore:
-    """All maps one robot knows; own and others', by robot id."""
+    """All maps one robot knows: the own, teammates' by robot id, and saved ones by their names."""
 
     def __init__(self, own_id: str, epoch: int, config: CommsConfig) -> None:
         """Start with nothing; ``epoch`` labels the own map, and is higher at every start of the robot."""
         self.own_id = own_id
         self.own_epoch = self._first_epoch = max(epoch, 1)
         self.maps: dict[str, LocalMap] = {}
+        self.given: set[str] = set()
+        """Saved maps that this robot was given itself: it takes no other map of their names."""
         self.disowned: dict[str, Version] = {}
         """By robot: the version that it disowned itself; from there on its map is taken from the robot alone."""
         self._config = config
@@ -40,9 +43,9 @@ class MapStore:
     def use_seal(self, seal: MapSeal) -> None:
         """Sign the own map from now on, and take only signed ones."""
         self.seal = seal
-        own = self._newest.get(self.own_id)
-        if own is not None:
-            self.put(self.own_id, own)
+        for name in (self.own_id, *sorted(self.given)):
+            if name in self._newest:
+                self.put(name, self._newest[name])
 
     def version(self, robot_id: str) -> Version:
         """Return (epoch, revision) of the newest map of a robot; (0, 0) where nothing is known."""
@@ -50,8 +53,12 @@ class MapStore:
         return NOTHING if newest is None else newest.version
 
     def digest(self) -> dict[str, Version]:
-        """Return the version of every map held, by robot id."""
-        return {robot: self._newest[robot].version for robot in sorted(self._newest)}
+        """Return the version of every robot's map held, by robot id."""
+        return {robot: self._newest[robot].version for robot in sorted(self._newest) if not is_saved(robot)}
+
+    def saved_digest(self) -> dict[str, Version]:
+        """Return the version of every saved map held, by name."""
+        return {name: self._newest[name].version for name in sorted(self._newest) if is_saved(name)}
 
     def newest(self, robot_id: str) -> Snapshot | None:
         """Return the newest snapshot of a robot."""
@@ -89,6 +96,18 @@ class MapStore:
             return False
         self.put(self.own_id, snapshot)
         return True
+
+    def give(self, map_id: str, local_map: LocalMap, epoch: int) -> LocalMap:
+        """Take a saved map to offer it to teammates; return it as they will get it.
+
+        ``epoch`` : a number of its content, so that robots that were given the same map hold the same version.
+        """
+        snapshot = published(local_map, None, epoch)
+        if snapshot is None:
+            raise ValueError(f"the saved map {map_id} has no revision")
+        self.given.add(map_id)
+        self.put(map_id, snapshot)
+        return self.maps[map_id]
 
     def begin_map(self) -> None:
         """Start a new epoch: what is published next is another map, whatever its revision."""
@@ -131,11 +150,14 @@ class MapStore:
             self.put(self.own_id, relabelled(own, self.own_epoch))
 
     def put(self, robot_id: str, snapshot: Snapshot) -> None:
-        """Make a snapshot the newest of its robot, for all to read; the own one is signed where there are keys."""
+        """Make a snapshot the newest of its robot, for all to read.
+
+        Where there are keys the own one is signed, and saved ones that this robot was given.
+        """
         for tile in snapshot.map.tiles.values():
             if tile.cells.flags.writeable:
                 tile.cells.flags.writeable = False
-        if self.seal is not None and robot_id == self.own_id:
-            snapshot = replace(snapshot, proof=self.seal.sign(snapshot))
+        if self.seal is not None and (robot_id == self.own_id or robot_id in self.given):
+            snapshot = replace(snapshot, proof=self.seal.sign(robot_id, snapshot))
         self._newest[robot_id] = snapshot
         self.maps[robot_id] = snapshot.local_map

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import msgspec
 
-from mrslam.comms.wire.fields import MAX_LIST, U32, Count, Digest, Message, Name, TileCoordinate
+from mrslam.comms.wire.fields import MAX_LIST, U32, Count, Digest, MapName, Message, SavedDigest, TileCoordinate
 
 
 class Open(Message, frozen=True, tag=2):
@@ -19,6 +19,8 @@ class Open(Message, frozen=True, tag=2):
     """Versions held."""
     staged: Digest
     """Versions held in part."""
+    saved: SavedDigest | None = None
+    """Saved maps held; None, or left out by older programs: takes none."""
 
 
 class Accept(Message, frozen=True, tag=3):
@@ -28,6 +30,7 @@ class Accept(Message, frozen=True, tag=3):
     xid: U32
     digest: Digest
     staged: Digest
+    saved: SavedDigest | None = None
 
 
 class Refuse(Message, frozen=True, tag=4):
@@ -41,7 +44,7 @@ class Ask(Message, frozen=True, tag=5):
     """Asks for a manifest of what this robot's map has beyond version (epoch, base)."""
 
     xid: U32
-    robot: Name
+    robot: MapName
     epoch: Count
     base: Count
 
@@ -53,8 +56,8 @@ class Manifest(Message, frozen=True, tag=6):
     """
 
     xid: U32
-    robot: Name
-    """Whose map it is."""
+    robot: MapName
+    """Whose map it is, or which saved map."""
     epoch: Count
     base: Count
     """Revision that the asker holds; 0 for none of this epoch."""
@@ -89,7 +92,7 @@ class Get(Message, frozen=True, tag=7):
     """Asks for items of a manifest (bit i of the mask: tile i; after the tiles the keyframe blocks)."""
 
     xid: U32
-    robot: Name
+    robot: MapName
     epoch: Count
     base: Count
     target: Count
@@ -100,7 +103,7 @@ class Chunk(Message, frozen=True, tag=8):
     """Carries items of a manifest."""
 
     xid: U32
-    robot: Name
+    robot: MapName
     epoch: Count
     base: Count
     target: Count

@@ -8,6 +8,11 @@ import msgspec
 
 Name = Annotated[str, msgspec.Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.-]+$")]
 """A robot id. ``frames.check_name`` also refuses a leading "." for the own names, which become file names."""
+SAVED_NAME = r"(?!\.)[A-Za-z0-9_.-]{1,64}@[A-Za-z0-9_.-]{1,64}"
+"""Names of saved maps; no robot has an ``@`` in its name."""
+SavedName = Annotated[str, msgspec.Meta(max_length=129, pattern=f"^{SAVED_NAME}$")]
+MapName = Annotated[str, msgspec.Meta(max_length=129, pattern=f"^([A-Za-z0-9_.-]{{1,64}}|{SAVED_NAME})$")]
+"""Whose map it is: a robot id, or the name of a saved map."""
 Percent = Annotated[int, msgspec.Meta(ge=0, le=100)]
 U32 = Annotated[int, msgspec.Meta(ge=0, le=2**32 - 1)]
 Count = Annotated[int, msgspec.Meta(ge=0, le=2**62)]
@@ -24,6 +29,13 @@ Version = tuple[int, int]
 
 Digest = Annotated[list[tuple[Name, Count, Count]], msgspec.Meta(max_length=4096)]
 """(robot, epoch, revision), by robot."""
+SavedDigest = Annotated[list[tuple[SavedName, Count, Count]], msgspec.Meta(max_length=4096)]
+"""(saved map, epoch, revision), by name."""
+
+
+def is_saved(name: str) -> bool:
+    """Return whether a map's name is that of a saved map."""
+    return "@" in name
 
 
 class Message(msgspec.Struct, array_like=True, frozen=True, tag_field="k"):

@@ -110,7 +110,7 @@ def make_mission(tables: dict[str, Any], path: Path) -> Mission:
         driver=build(DriverConfig, tables.get("driver", {}), f"{where}: driver"),
         radio=build(RadioConfig, tables.get("radio", {}), f"{where}: radio"),
         faults=faults,
-        maps=_maps(tables, where),
+        maps=_maps(tables, robots, where),
         folder=path.resolve().parent,
     )
 
@@ -135,11 +135,15 @@ def _robots(tables: dict[str, Any], where: str) -> tuple[RobotConfig, ...]:
     return robots
 
 
-def _maps(tables: dict[str, Any], where: str) -> tuple[SavedMapConfig, ...]:
+def _maps(tables: dict[str, Any], robots: Sequence[RobotConfig], where: str) -> tuple[SavedMapConfig, ...]:
     tables_of = tables.get("maps", [])
     if not isinstance(tables_of, list) or not all(isinstance(one, dict) for one in tables_of):
         raise InputError(f"{where}: maps are [[maps]] sections")
-    return tuple(build(SavedMapConfig, one, f"{where}: maps[{i}]") for i, one in enumerate(tables_of))
+    maps = tuple(build(SavedMapConfig, one, f"{where}: maps[{i}]") for i, one in enumerate(tables_of))
+    ids = [robot.id for robot in robots]
+    for i, one in enumerate(maps):
+        check_keys(one.robots or (), ids, f"{where}: maps[{i}].robots")
+    return maps
 
 
 def _check_bodies(robots: Sequence[RobotConfig], mission: MissionConfig, world: WorldConfig | None, where: str) -> None:

@@ -134,7 +134,7 @@ class RobotConfig:
 
 @dataclass(frozen=True, kw_only=True)
 class SavedMapConfig:
-    """A map saved before, in which every robot that merges finds its place."""
+    """A map saved before, in which robots that merge find their places."""
 
     path: str
     """A saved map in one file (``.mrslam``), a robot's folder, a run's, that of ``mrslam map``, or a map file of any
@@ -143,6 +143,10 @@ class SavedMapConfig:
     """Its name, with an @ ("office@monday"); by its file and folder unless given. Of a run's folder only by default."""
     near: list[float] | None = None
     """Where robots begin in it, [x_m, y_m] or [x_m, y_m, theta_rad], if that is known: it is looked at first."""
+
+    robots: list[str] | None = None
+    """Ids of the robots that are given it; all that map and merge unless given. They hand it on to teammates they meet
+    (``comms.share_saved_maps``)."""
 
     def __post_init__(self) -> None:
         if self.id is not None:

@@ -67,8 +67,9 @@ def make_agent(mission: Mission, robot: RobotConfig, boot_id: int) -> Agent:
         boot_id=boot_id,
     )
     if robot.mode == "distributed":
-        paths = {one.path: (mission.find(one.path), one.id) for one in mission.maps}
-        take_saved_maps(agent, paths, {one.path: one.near for one in mission.maps})
+        given = [one for one in mission.maps if one.robots is None or robot.id in one.robots]
+        paths = {one.path: (mission.find(one.path), one.id) for one in given}
+        take_saved_maps(agent, paths, {one.path: one.near for one in given})
     return agent
 
 

@@ -1,4 +1,4 @@
-"""A saved map is a teammate that does not move: it is aligned like any, and nobody else hears of it."""
+"""A saved map is a teammate that does not move: it is aligned like any, and teammates get it."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from mrslam.alignment import Alignment, Evidence, Rejection, WallEvidence
 from mrslam.comms.maps.snapshots import published
 from mrslam.merge import Bend
 from mrslam.spatial import InputError, OccupancyGrid, se2
+from tests.agent.duo import live, robot
 from tests.agent.test_team import room
 
 SECOND = 1_000_000_000
@@ -128,10 +129,10 @@ def test_the_pose_in_a_bent_map_is_followed_back_at_the_nearest_keyframe() -> No
         assert T_map_base is not None and T_map_base[:2] == pytest.approx(expected)
 
 
-def test_nobody_hears_of_a_saved_map_and_its_drive_frees_no_wall() -> None:
+def test_the_drive_of_a_saved_map_frees_no_wall() -> None:
     agent = robot_with_map()
     localise(agent)
-    assert MONDAY in agent.T_team_map and MONDAY not in agent.node.store.digest()
+    assert MONDAY in agent.T_team_map
     wall = OccupancyGrid(np.full((400, 400), 100, dtype=np.int8), 0.05, (-10.0, -10.0))
     x, y, _ = se2.compose(T_A_MONDAY, np.array([3.9, 3.9, 0.0]))  # where the saved robot was, and the own was not
     cells = agent.team.without_ghosts(wall).cells
@@ -170,6 +171,27 @@ def test_a_restart_without_the_saved_map_forgets_it(tmp_path: Path) -> None:
     again = Agent("a", Settings(), boot_id=2)
     resume(again, tmp_path / "a.state")
     assert again.next_job(0) is None and not again.team.beliefs and not again.whereabouts()
+
+
+def test_a_teammate_gets_the_saved_map_and_has_it_after_a_restart(tmp_path: Path) -> None:
+    a, b = robot("a", 1), robot("b", 2)
+    a.take_saved_map(MONDAY, saved())
+    live([a, b], 1, 60)
+    assert b.team.saved == {MONDAY} and [at.map_id for at in b.whereabouts()] == [MONDAY]
+    assert np.array_equal(b.team.maps[MONDAY].grid.cells, a.team.maps[MONDAY].grid.cells)
+    b.team.beliefs["b", MONDAY].attempts = 5
+    checkpoint.write(checkpoint.freeze(b), tmp_path / "b.state")
+    again = robot("b", 3)
+    resume(again, tmp_path / "b.state")
+    assert again.team.saved == {MONDAY} and again.team.beliefs["b", MONDAY].attempts == 5
+
+
+def test_a_saved_map_that_contradicts_itself_is_not_taken_from_a_teammate() -> None:
+    a, b = robot("a", 1), robot("b", 2)
+    a.take_saved_map(MONDAY, KnownMap((7, 1), room(drove_in_walls=True)))
+    live([a, b], 1, 60)
+    assert MONDAY in b.node.store.maps and MONDAY in b.team.doubted and not b.team.saved
+    checkpoint.freeze(b)
 
 
 def test_the_summary_keeps_saved_maps_apart_from_teammates(tmp_path: Path) -> None:

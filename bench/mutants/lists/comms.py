@@ -45,6 +45,18 @@ MUTANTS = (
     ),
     Mutant(
         RECEIVER,
+        "if is_saved(robot) and (robot in store.given or",
+        "if is_saved(robot) and (",
+        "the saved map that a robot was given is replaced by a teammate's of the same name",
+    ),
+    Mutant(
+        STORE,
+        "if self.seal is not None and (robot_id == self.own_id or robot_id in self.given):",
+        "if self.seal is not None and robot_id == self.own_id:",
+        "in a team with keys nobody gets a saved map",
+    ),
+    Mutant(
+        RECEIVER,
         "            staged_maps.check_proof(message)\n",
         "",
         "a map with a forged signature is taken in until it is whole",
