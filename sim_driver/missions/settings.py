@@ -29,7 +29,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: not valid TOML ({error})") from error
 
 
-def check_keys(table: Mapping[str, Any], known: Iterable[str], where: str) -> None:
+def check_keys(table: Iterable[str], known: Iterable[str], where: str) -> None:
     """Raise ``InputError`` for the first key that is not known, with the nearest name that is."""
     names = list(known)
     for key in table:

@@ -157,7 +157,7 @@ MUTANTS = (
         "            else:",
         "small claims force a robot into a new epoch at every meeting",
     ),
-    Mutant(SEAL, "        if name != robot:", "        if False:", "a member can sign another robot's map"),
+    Mutant(SEAL, "if name != robot and not is_saved(robot):", "if False:", "a member can sign another robot's map"),
     Mutant(
         LINKS,
         "raw = neighbour.window.quality(now_ns, neighbour.period_ns) * nlq",
