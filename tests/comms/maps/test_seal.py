@@ -131,7 +131,7 @@ def test_strangers_and_wrong_statements_are_refused(keys, tmp_path):
     make_team_keys(tmp_path, "team", ["a"])  # the same names, another authority
     good, foreign = seal(keys, "a"), MapSeal.load(load_keys(tmp_path / "a", "a", "team"), "team", "a")
     snapshot = published(big_map(200), None, 5)
-    proof = good.sign(snapshot)
+    proof = good.sign("a", snapshot)
     judge = seal(keys, "c")
     judge.check("a", snapshot.version, proof)
     for robot, version, lie in [
@@ -141,15 +141,15 @@ def test_strangers_and_wrong_statements_are_refused(keys, tmp_path):
         ("a", snapshot.version, replace(proof, root=b"0" * 16)),
         ("a", snapshot.version, replace(proof, signature=b"")),
         ("a", snapshot.version, replace(proof, certificate=b"")),
-        ("a", snapshot.version, foreign.sign(snapshot)),
+        ("a", snapshot.version, foreign.sign("a", snapshot)),
         ("a", snapshot.version, replace(proof, certificate=proof.certificate[:-1])),
-        ("a", snapshot.version, seal(keys, "b").sign(snapshot)),
+        ("a", snapshot.version, seal(keys, "b").sign("b", snapshot)),
     ]:
         with pytest.raises(WireError, match="forged"):
             judge.check(robot, version, lie)
     other_team = MapSeal.load(load_keys(keys / "a", "a", "team"), "rivals", "a")
     with pytest.raises(WireError, match="forged"):
-        judge.check("a", snapshot.version, other_team.sign(snapshot))
+        judge.check("a", snapshot.version, other_team.sign("a", snapshot))
 
 
 def test_tiles_hashed_before_give_the_same_root(keys):
