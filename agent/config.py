@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from mrslam.alignment import ALIGNERS, AlignmentConfig
-from mrslam.comms import CommsConfig
+from mrslam.comms import CommsConfig, is_saved
 from mrslam.merge import MergeConfig
 from mrslam.mutual_detection import MutualDetectionConfig
 from mrslam.rbpf import MapperConfig
@@ -54,6 +54,9 @@ class AgentConfig:
     """Expert: below this health of its mapper a robot does not publish its map until it has recovered, 0..1."""
     give_up_s: float = 30.0
     """A robot that has doubted its place for this time starts a new map, seconds, > 0."""
+    frame: str = ""
+    """Frame in which the robot tells its pose and its team map: that of the saved map of this name ("office@monday"),
+    once it is localised there; empty: its own map's."""
     tick_s: float = 0.1
     """Expert: time between two rounds of beacons, rendezvous and exchanges, seconds, > 0."""
 
@@ -69,6 +72,8 @@ class AgentConfig:
     def __post_init__(self) -> None:
         for robot_id, start in self.starts.items():
             check_start(f"agent.starts.{robot_id}", start)
+        is_frame = not self.frame or is_saved(self.frame)
+        require(is_frame, "agent.frame", "the name of a saved map (office@monday), or empty", self.frame)
         require(self.align_method in ALIGNERS, "agent.align_method", f"one of {', '.join(ALIGNERS)}", self.align_method)
         require_bounds("agent", self, BOUNDS)
 

@@ -93,6 +93,7 @@ class Agent(Robot):
         self.mapper = Mapper(self.settings.rbpf, seed=self.seed + self.map_number)
         self._published_ns, self._has_news = None, False
         self._witness.forget()
+        self.frame.forget()
         self.node.begin_map()
         self.team.displace(self.robot_id)
 
@@ -131,7 +132,10 @@ class Agent(Robot):
         return effects + self.team.revoke(now_ns) + self._look_at_saved(now_ns)
 
     def _look_at_saved(self, now_ns: int) -> list[Effect]:
-        return [*self._saved_maps.look(self.team, self.T_team_base, now_ns)] if self.team.saved else []
+        if not self.team.saved:
+            return []
+        self.frame.follow(self.team, self.mapper.T_map_base)
+        return [*self._saved_maps.look(self.team, self.T_team_base, now_ns)]
 
     def _follow(self, effects: Sequence[comms.Effect], now_ns: int) -> list[Effect]:
         """Do what follows from the network core's effects; return what is left for the shell."""

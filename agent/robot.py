@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from mrslam.agent.blindness import Blindness
+from mrslam.agent.chosen_frame import ChosenFrame
 from mrslam.agent.config import Settings
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.link_stats import LinkStats
@@ -51,6 +52,8 @@ class Robot:
         self._teammates = Teammates(settings.mutual_detection)
         self._witness = Witness(robot_id, settings.mutual_detection)
         self._blindness, self._saved_maps, self._reports = Blindness(), SavedMaps(), KnowledgeReports()
+        self.frame = ChosenFrame(settings.agent.frame)
+        """The frame in which pose and team map are told."""
         self._T_odom_base: Transform | None = None
         self._published_ns: int | None = None
         self._has_news = False
@@ -115,6 +118,20 @@ class Robot:
     def T_team_base(self) -> Transform:
         """``(3,)``: the robot's pose in the team frame, in which its own map may be bent."""
         return se2.compose(self.team.T_team_own, self.mapper.T_map_base)
+
+    @property
+    def T_frame_base(self) -> Transform | None:
+        """``(3,)``: the robot's pose in the chosen frame (``agent.frame``); None until that is known."""
+        T_frame_map = self.frame.T_frame_map
+        return None if T_frame_map is None else se2.compose(T_frame_map, self.mapper.T_map_base)
+
+    @property
+    def T_frame_team(self) -> Transform | None:
+        """``(3,)``: maps points of the team frame into the chosen frame, right near the robot; None until known."""
+        T_frame_map = self.frame.T_frame_map
+        if T_frame_map is None or not self.frame.saved_map:
+            return T_frame_map
+        return se2.compose(T_frame_map, se2.inverse(self.team.T_team_own))
 
     def corrected_trajectories(self) -> dict[str, Keyframes]:
         """Return trajectories of robots with bent maps in the team frame: the own laser's, teammates' keyframes."""

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from mrslam.agent.chosen_frame import in_frame
 from mrslam.agent.core import Agent
 from mrslam.agent.effects import Event
 from mrslam.agent.saved_maps import Whereabouts
@@ -86,7 +87,7 @@ def write_robot(agent: Agent, folder: Path, sent_bytes: Mapping[str, int]) -> No
     writers: dict[str, Callable[[], None]] = {
         ROBOT_FILE: lambda: write_text(folder / ROBOT_FILE, text),
         MAP_FILE: lambda: write_map(folder / MAP_FILE, agent.own_map()),
-        TEAM_MAP_FILE: lambda: write_map(folder / TEAM_MAP_FILE, team.grid),
+        TEAM_MAP_FILE: lambda: write_map(folder / TEAM_MAP_FILE, in_frame(team.grid, agent.T_frame_team)),
         TRAJECTORY_FILE: lambda: write_tum(folder / TRAJECTORY_FILE, trajectory.stamps_ns, trajectory.T_map_base),
         KEYFRAMES_FILE: lambda: write_keyframes(folder / KEYFRAMES_FILE, own.keyframes, own.key_scans),
         TEAM_FOLDER: lambda: write_corrected(agent, folder),
@@ -129,6 +130,7 @@ def summary(agent: Agent, sent_bytes: Mapping[str, int]) -> dict[str, Any]:
         "loops_closed": agent.mapper.stats.loops_closed,
         "placed": {robot: _plain(T) for robot, T in sorted(team.T_team_map.items()) if robot not in saved},
         "T_team_base": _plain(agent.T_team_base),
+        "chosen_frame": _frame_row(agent),
         "ties": [
             [tie.a, tie.b, tie.match.i, tie.match.j, tie.believed]
             for tie in agent.team.ties
@@ -149,6 +151,16 @@ def _saved_row(agent: Agent, at: Whereabouts) -> dict[str, Any]:
     a, b = pair_of(agent.robot_id, at.map_id)
     belief = agent.team.beliefs.get((a, b))
     return {**at.fields(), "pair": None if belief is None else belief.row(a, b)}
+
+
+def _frame_row(agent: Agent) -> dict[str, Any] | None:
+    """Return where the own map and the robot are in the frame of choice; None where that is the own map's."""
+    frame, T_frame_base = agent.frame, agent.T_frame_base
+    if not frame.saved_map:
+        return None
+    if frame.T_frame_map is None or T_frame_base is None:
+        return {"map": frame.saved_map, "T_frame_map": None, "T_frame_base": None}
+    return {"map": frame.saved_map, "T_frame_map": _plain(frame.T_frame_map), "T_frame_base": _plain(T_frame_base)}
 
 
 def _plain(T: Transform) -> list[float]:

@@ -53,6 +53,13 @@ class LinkFile(TypedDict):
     bytes_full_raw: Count
 
 
+class ChosenFrame(TypedDict):
+    """The saved map in whose frame a robot told its team map; where it was not localised there, in its own frame."""
+
+    map: str
+    T_frame_map: Pose | None
+
+
 class RobotFile(TypedDict):
     """``robot.json``."""
 
@@ -66,6 +73,7 @@ class RobotFile(TypedDict):
     links: list[LinkFile]
     sent_bytes: NotRequired[dict[str, Count]]
     ties: NotRequired[list[tuple[Name, Name, Count, Count, bool]]]
+    chosen_frame: NotRequired[ChosenFrame | None]
 
 
 class LinkTotals(TypedDict):

@@ -49,7 +49,7 @@ class RosOptions:
     odometry: str = "auto"
     """Where odometry comes from: auto (tf where it has the robot's base, else the topic), tf, topic or none."""
     map_frame: str = "map"
-    """Frame of the robot's own map."""
+    """Frame of the robot's own map, or of the saved map that agent.frame names."""
     odom_frame: str = "odom"
     """Frame of the robot's odometry, the parent of its base in tf."""
     base_frame: str = "base_link"

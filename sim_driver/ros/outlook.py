@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.agent import Agent, Event, Sensed
+from mrslam.agent.chosen_frame import in_frame
 from mrslam.agent.shells.clock import Clock
 from mrslam.agent.shells.sensors import SensorBody
 from mrslam.comms.status.report import PeerStatus, team_status
@@ -71,7 +72,9 @@ class RosBody(SensorBody):
         super().__init__(clock, patience_s=PATIENCE_S)
         self.located: Located | None = None
         self.own_map: OccupancyGrid | None = None
-        self.team_map: TeamMap | None = None
+        self.team_map: OccupancyGrid | None = None
+        self.waits_for = ""
+        """The saved map in whose frame it shows all, while the robot is not localised there yet."""
         self.team = TeamSight()
         self.on_located: Callable[[Located], None] = lambda located: None
         self.wants_team_map: Callable[[], bool] = lambda: True
@@ -82,6 +85,7 @@ class RosBody(SensorBody):
         self._covariance = np.zeros((3, 3))
         self._next_look_ns = self._next_map_ns = 0
         self._own: Any = None
+        self._drawn: TeamMap | None = None
         self._requests: deque[tuple[Callable[[Agent], Any], Future[Any]]] = deque()
 
     # -- the thread of ROS ---------------------------------------------------------------------------------------------
@@ -100,7 +104,8 @@ class RosBody(SensorBody):
 
     def begin(self) -> None:
         """Forget the agent before: the next one has another map. Its thread has ended."""
-        self.located = self.own_map = self.team_map = self._own = self._T_map_odom = None
+        self.located = self.own_map = self.team_map = self._own = self._drawn = None
+        self._T_map_odom, self.waits_for = None, ""
         self.team = TeamSight()
         self._next_look_ns = self._next_map_ns = 0
 
@@ -112,12 +117,12 @@ class RosBody(SensorBody):
 
     def on_mapped(self, agent: Agent, sensed: Sensed) -> None:
         """Note where the robot is after a scan."""
-        mapper = agent.mapper
-        if mapper.stats.processed == 0:
+        mapper, T_frame_map = agent.mapper, agent.frame.T_frame_map
+        if mapper.stats.processed == 0 or T_frame_map is None:
             return
-        T_map_base = mapper.T_map_base
+        T_map_base = se2.compose(T_frame_map, mapper.T_map_base)
         if mapper.is_settled:
-            self._covariance = mapper.covariance
+            self._covariance = turned(mapper.covariance, T_frame_map[2])
         if sensed.T_odom_base is not None:
             self._T_map_odom = se2.compose(T_map_base, se2.inverse(sensed.T_odom_base))
         arrived_ns = self._arrival_of(sensed.scan.stamp_ns)
@@ -145,15 +150,20 @@ class RosBody(SensorBody):
 
     def look(self, agent: Agent, now_ns: int) -> None:
         """Take what there is to show of the team, and the maps where they changed."""
+        T_frame_team = agent.T_frame_team
+        self.waits_for = agent.frame.saved_map if T_frame_team is None else ""
+        if T_frame_team is None:
+            return
+        is_own = not agent.frame.saved_map
         beliefs = sorted(agent.team.beliefs.items())
         edges = tuple(
             (a, b, None if belief.alignment is None else float(belief.alignment.confidence), belief.reason)
             for (a, b), belief in beliefs
         )
         self.team = TeamSight(
-            T_own_team=se2.inverse(agent.team.T_team_own),
-            T_team_base=agent.teammates(now_ns),
-            T_team_map=dict(agent.T_team_map),
+            T_own_team=se2.inverse(agent.team.T_team_own) if is_own else se2.IDENTITY,
+            T_team_base={one: se2.compose(T_frame_team, T) for one, T in agent.teammates(now_ns).items()},
+            T_team_map={one: se2.compose(T_frame_team, T) for one, T in agent.T_team_map.items()},
             frame=agent.team.frame,
             edges=edges,
             links=tuple(team_status(agent.node, now_ns)),
@@ -164,9 +174,18 @@ class RosBody(SensorBody):
         known = agent.team.maps.get(agent.robot_id)
         if known is not None and known is not self._own:
             self._own = known
-            self.own_map = agent.team.without_ghosts(known.grid)
+            self.own_map = in_frame(agent.team.without_ghosts(known.grid), agent.frame.T_frame_map)
         if self.wants_team_map() and agent.team.maps:
-            self.team_map = agent.team_map()
+            team_map = agent.team_map()
+            if team_map is not self._drawn:
+                self._drawn, self.team_map = team_map, in_frame(team_map.grid, T_frame_team)
+
+
+def turned(covariance: NDArray[np.float64], theta_rad: float) -> NDArray[np.float64]:
+    """Return the covariance ``(3, 3)`` of a pose in a frame that sees the old one turned by an angle."""
+    cos, sin = np.cos(theta_rad), np.sin(theta_rad)
+    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(turn @ covariance @ turn.T)
 
 
 class Onlooker:

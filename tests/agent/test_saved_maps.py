@@ -28,8 +28,8 @@ def saved(epoch: int = 7) -> KnownMap:
     return KnownMap((epoch, 1), room())
 
 
-def robot_with_map(*, boot_id: int = 1, epoch: int = 7) -> Agent:
-    agent = Agent("a", Settings(), boot_id=boot_id)
+def robot_with_map(*, boot_id: int = 1, epoch: int = 7, settings: Settings | None = None) -> Agent:
+    agent = Agent("a", settings or Settings(), boot_id=boot_id)
     snapshot = published(room(), None, 1)
     assert snapshot is not None
     agent.node.store.put("a", snapshot)

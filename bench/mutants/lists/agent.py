@@ -308,4 +308,16 @@ MUTANTS = (
         "",
         "a new place is not reported before the minute is over",
     ),
+    Mutant(
+        "agent/chosen_frame.py",
+        "        self.T_frame_map = None if self.saved_map else se2.IDENTITY\n",
+        "        return\n",
+        "a robot that began a new map tells its pose as if that were the old one",
+    ),
+    Mutant(
+        "agent/shells/outputs.py",
+        "in_frame(team.grid, agent.T_frame_team)",
+        "team.grid",
+        "the team map is not written in the frame that was chosen",
+    ),
 )

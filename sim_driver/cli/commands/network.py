@@ -30,6 +30,12 @@ def agent(
         str | None,
         typer.Option("--near", metavar="X,Y[,THETA]", help="Where it begins in the saved map, in metres and radians."),
     ] = None,
+    frame: Annotated[
+        str | None,
+        typer.Option(
+            "--frame", metavar="MAP", help="Saved map in whose frame pose and team map are told: office@maps."
+        ),
+    ] = None,
     save: Annotated[
         Path | None,
         typer.Option("--save", metavar="FILE", help="At the end: saved maps and this session as one (.mrslam)."),
@@ -54,6 +60,7 @@ def agent(
     mrslam agent r1 --team depot --listen tcp/0.0.0.0:7447 --connect tcp/10.0.0.2:7447
     mrslam agent r1 --team desk --log slam/intel.clf.gz    play a log as if it were the laser
     mrslam agent r1 --map office.mrslam --near 2,1.5        find its place in a map saved before
+    mrslam agent r1 --map office.mrslam --frame office@maps    ... and say where it is in that map's frame
     mrslam agent r1 --map office.mrslam --save office.mrslam    ... and continue that map
     """
     if save is not None:
@@ -62,11 +69,12 @@ def agent(
         check_target([*(map_ or [])], save)
     from mrslam.sim_driver.cli.live.agent import AgentOptions, run_agent
 
+    framed = [] if frame is None else [f"agent.frame={frame}"]
     options = AgentOptions(
         robot=robot, team=team, mode=mode, listen=listen or [], connect=connect or [],
         multicast=not connect if multicast is None else multicast, keys=keys, log=log, maps=map_ or [], near=near,
-        sensors=sensors, config=config,
-        assignments=set_ or [], out=out or Path("out") / robot, fresh=fresh, duration_s=duration, seed=seed,
+        sensors=sensors, config=config, assignments=[*(set_ or []), *framed],
+        out=out or Path("out") / robot, fresh=fresh, duration_s=duration, seed=seed,
     )  # fmt: skip
     run_agent(options)
     if save is not None:

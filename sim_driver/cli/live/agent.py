@@ -177,4 +177,16 @@ def _status(agent: Agent, known: KnownArea, more: str) -> str:
         merged = ", merges nothing itself"
     elif not known.placed:
         merged = ", merged nothing yet"
-    return f"{agent.mapper.stats.scans} scans, {known.words}; {len(agent.node.peers)} teammates here{merged}; {more}"
+    here = f"{len(agent.node.peers)} teammates here{merged}"
+    return f"{agent.mapper.stats.scans} scans, {known.words}; {here}{_place(agent)}; {more}"
+
+
+def _place(agent: Agent) -> str:
+    """Return where the robot is in the saved map whose frame was chosen; empty where none was."""
+    if not agent.frame.saved_map:
+        return ""
+    T_frame_base = agent.T_frame_base
+    if T_frame_base is None:
+        return f", not localised in {agent.frame.saved_map} yet"
+    x_m, y_m, theta_rad = (float(value) for value in T_frame_base)
+    return f", at {x_m:.2f}, {y_m:.2f} m, {math.degrees(theta_rad):.0f} deg in {agent.frame.saved_map}"

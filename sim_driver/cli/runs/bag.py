@@ -85,16 +85,23 @@ def _placed(folder: Path) -> dict[str, Any]:
     return {} if robot is None else robot["placed"]
 
 
+def _team_frame(folder: Path) -> str | None:
+    """Return the saved map in whose frame a robot's team map is; None where it is in that of its own map."""
+    robot = _usable(folder / ROBOT_FILE, lambda path: read_robot(path.parent))
+    chosen = None if robot is None else robot.get("chosen_frame")
+    return chosen["map"] if chosen is not None and chosen["T_frame_map"] is not None else None
+
+
 def _write_robot(bag: BagWriter, name: str, folder: Path, began_s: float) -> int:
     """Write what one robot left and return the number of its maps and trajectories.
 
     Times are the mission's, in which a recorded robot began at ``began_s``.
     """
     frame, written = f"map_{name}", 0
-    for file in (MAP_FILE, TEAM_MAP_FILE):
+    for file, of in ((MAP_FILE, frame), (TEAM_MAP_FILE, f"map_{_team_frame(folder) or name}")):
         grid = _usable(folder / file, read_map)
         if grid is not None:
-            bag.grid(f"/{name}/{Path(file).stem}", frame, 0, grid)
+            bag.grid(f"/{name}/{Path(file).stem}", of, 0, grid)
             written += 1
     trajectory = _usable(folder / TRAJECTORY_FILE, read_tum)
     if trajectory is None:

@@ -153,9 +153,8 @@ class Outlets:
     def publish_maps(self) -> None:
         """Publish the maps that changed, or are due."""
         stamp_ns, now_s = self._stamp_ns(), self._now_ns() / NS
-        team = self._body.team_map
         self.map.show(self._body.own_map, stamp_ns, now_s)
-        self.team_map.show(None if team is None else team.grid, stamp_ns, now_s)
+        self.team_map.show(self._body.team_map, stamp_ns, now_s)
 
     def publish_team(self) -> None:
         """Publish where teammates are, and markers where somebody looks at them."""
@@ -190,6 +189,8 @@ class Outlets:
             words = "without a laser, for it only merges"
         elif scan_age_s is None or scan_age_s > SILENT_S:
             level, words = 2, "no scans"
+        elif self._body.waits_for:
+            level, words = 1, f"not localised in {self._body.waits_for} yet"
         elif self._body.located is None:
             level, words = 1, "no scan was mapped yet"
         elif new:

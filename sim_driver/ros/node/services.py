@@ -12,6 +12,7 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from mrslam.agent import Agent
+from mrslam.agent.chosen_frame import in_frame
 from mrslam.agent.shells.files import MAP_FILE, TEAM_MAP_FILE, TRAJECTORY_FILE
 from mrslam.sim_driver.ros.node.outlets import Outlets
 from mrslam.sim_driver.ros.outlook import RosBody
@@ -55,7 +56,7 @@ class Services:
 
     def _save(self) -> str:
         def shown(agent: Agent) -> Any:
-            return agent.own_map(), agent.team_map().grid, agent.trajectory_laser()
+            return agent.own_map(), in_frame(agent.team_map().grid, agent.T_frame_team), agent.trajectory_laser()
 
         own, team, trajectory = self._body.ask(shown).result(ANSWER_S)
         self._folder.mkdir(parents=True, exist_ok=True)

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from mrslam.agent import Agent, Keeper, Settings, WallClock
+from mrslam.agent import Agent, AgentConfig, Keeper, Settings, WallClock
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.shells.body import Sensed
 from mrslam.rbpf import MapperConfig
 from mrslam.sim_driver.missions.run_files import CHECKPOINT
-from mrslam.sim_driver.ros.outlook import Onlooker, RosBody
+from mrslam.sim_driver.ros.outlook import Onlooker, RosBody, turned
 from mrslam.sim_driver.ros.sessions import Sessions
 from mrslam.spatial import InputError, Scan, se2
 
@@ -73,12 +73,35 @@ def test_the_maps_are_shown_when_they_changed_and_the_same_one_otherwise() -> No
     drive(agent, body)
     own, team = body.own_map, body.team_map
     assert own is not None and team is not None
-    assert own.known_area_m2() == pytest.approx(24.0, abs=2.0) and team.grid.known_area_m2() > 20.0
+    assert own.known_area_m2() == pytest.approx(24.0, abs=2.0) and team.known_area_m2() > 20.0
     body.look(agent, 10**12)
     assert body.own_map is own
     agent.team.take_map("r1", KnownMap((1, 99), agent.team.maps["r1"].local))
     body.look(agent, 2 * 10**12)
     assert body.own_map is not own and body.team_map is not team
+
+
+def test_in_a_saved_maps_frame_nothing_is_shown_before_the_robot_is_localised() -> None:
+    settings = Settings(rbpf=MapperConfig(particles=3), agent=AgentConfig(frame="office@monday"))
+    agent, body = Agent("r1", settings, team="team", seed=0, boot_id=1), RosBody(WallClock(), lambda: 0, period_s=0.1)
+    drive(agent, body)
+    assert body.located is None and body.own_map is None and body.waits_for == "office@monday"
+    agent.frame.T_frame_map = np.array([10.0, 4.0, np.pi / 2])  # where it begins, as soon as it is localised
+    body.on_mapped(agent, Sensed(3_000_000_000, room(3_000_000_000, 0.9), None))
+    body.look(agent, 10**12)
+    assert body.located is not None and body.own_map is not None and body.team_map is not None and not body.waits_for
+    x_m, y_m, theta_rad = body.located.T_map_base
+    assert (x_m, y_m, theta_rad) == pytest.approx((10.0, 4.9, np.pi / 2), abs=0.1)
+    for grid in (body.own_map, body.team_map):  # the room is 6 m by 4 m, and stands upright there
+        left_m, bottom_m = grid.cropped().origin_m
+        assert (left_m, bottom_m) == pytest.approx((8.0, 1.0), abs=0.15)
+    assert body.team.T_team_map["r1"] == pytest.approx([10.0, 4.0, np.pi / 2])
+    assert body.team.T_own_team == pytest.approx(np.zeros(3))  # both frames are the chosen one
+
+
+def test_a_covariance_is_turned_with_its_pose() -> None:
+    long_x = np.diag([4.0, 1.0, 0.1])
+    np.testing.assert_allclose(turned(long_x, np.pi / 2), np.diag([1.0, 4.0, 0.1]), atol=1e-12)
 
 
 def test_a_team_map_that_nobody_wants_costs_nothing() -> None:
