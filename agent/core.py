@@ -124,6 +124,7 @@ class Agent(Robot):
         if self._has_news and not self.self_doubt.doubtful and self._publish_due(now_ns, AT_REST):
             self.publish(now_ns)
         self.node.add_claims(self._witness.claims(self.team, now_ns))
+        self.node.add_hints(self.team.hints.news(self.team.beliefs, now_ns))
         effects = self._follow(self.node.on_tick(now_ns), now_ns)
         self.team.keep_placed(now_ns)
         effects += self._witness.look(self.team, now_ns)
@@ -148,6 +149,11 @@ class Agent(Robot):
                 case comms.TeammateClaim():
                     self._witness.on_claim(effect, self.team, now_ns)
                     continue
+                case comms.TeammateHint():
+                    self.team.hints.hear(effect)
+                    continue
+                case comms.PeerSeen():
+                    self.team.hints.tell_again()
                 case comms.MapUpdated():
                     self._take_map(effect)
                 case comms.ExchangeDone():

@@ -48,6 +48,10 @@ class AlignJob:
     """The trails of the two maps: where these fit only when bent, they are bent by the trails' scans."""
     sighted: Transform | None = None
     """``(3,)``, where two robots that saw each other have the maps; None where nobody did."""
+    place: Transform | None = None
+    """``(3,)``, where the maps were found before: examined before anything is searched for (:func:`align`)."""
+    hinted_by: str | None = None
+    """The robot that found them there; None where this one did."""
 
 
 @dataclass(frozen=True, eq=False)

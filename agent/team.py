@@ -18,6 +18,8 @@ from mrslam.agent.joining import Joining, confirmed_pairs
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.map_check import contradicts_itself
 from mrslam.agent.pairs.belief import PairBelief, Verdict
+from mrslam.agent.pairs.hints import Hints
+from mrslam.agent.pairs.others import tied_enough
 from mrslam.agent.pairs.schedule import Schedule
 from mrslam.agent.pairs.sighted import sighted_job
 from mrslam.alignment import Alignment, Rejection
@@ -52,6 +54,8 @@ class Team:
         """Those of :attr:`maps` that were saved before: none grows, and nobody drives in them."""
         self.beliefs: dict[Pair, PairBelief] = {}
         """By pair of the robots in :attr:`maps`, (a, b) with a < b; the only place where alignments are kept."""
+        self.hints = Hints(robot_id)
+        """What teammates told of where they found maps, and what to tell them."""
         self._schedule, self._joining = Schedule(robot_id, settings.agent), Joining()
         self._mutual_detection = settings.mutual_detection
         self._mapper = TeamMapper(
@@ -115,6 +119,7 @@ class Team:
     def _begin_pairs(self, robot_id: str) -> None:
         """Reset the beliefs of a robot's pairs, for its new map has another frame."""
         self._schedule.forget_start(robot_id)
+        self.hints.forget(robot_id)
         for pair in self.beliefs:
             if robot_id in pair:
                 self.beliefs[pair] = PairBelief(reason=f"{robot_id} started a new map")
@@ -163,8 +168,13 @@ class Team:
         return (
             self._joining.next_job(self._placement, self.maps, T_a_b, now_ns)
             or sighted_job(self.beliefs, self.maps, self._schedule.config.align_interval_s, now_ns)
+            or self._hinted_job(now_ns)
             or self._schedule.next_job(self.beliefs, self.maps, self.T_team_map, self._confirmed, now_ns)
         )
+
+    def _hinted_job(self, now_ns: int) -> AlignJob | None:
+        tied = tied_enough(self.robot_id, self.beliefs, self.T_team_map)
+        return self.hints.next_job(self.beliefs, self.maps, tied, self._schedule.config, now_ns)
 
     def on_aligned(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int) -> list[Effect]:
         """Take the result of an alignment; the pair's belief decides whether it becomes an edge of the team graph."""
@@ -197,6 +207,9 @@ class Team:
         for robot_id, version in zip((job.a, job.b), job.versions, strict=True):
             if robot_id not in self.maps or self.maps[robot_id].epoch != version[0]:
                 return Verdict("rejected", "a map was started anew while this was computed", outcome)
+        self.hints.on_done(job, outcome)
+        if job.hinted_by is not None and isinstance(outcome, Rejection):
+            return Verdict("rejected", f"not where {job.hinted_by} has it: {outcome.reason}", outcome)
         return self.beliefs[job.a, job.b].settle(job, outcome, now_ns)
 
     def unmerge(self, pair: Pair, reason: str, now_ns: int) -> list[Effect]:

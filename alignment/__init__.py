@@ -1,6 +1,6 @@
 """Two maps in, how they fit together out: proposals, refinement, verification."""
 
-from mrslam.alignment.align import align
+from mrslam.alignment.align import EXHAUSTIVE, align
 from mrslam.alignment.aligners import ALIGNERS, Aligner
 from mrslam.alignment.config import AlignmentConfig
 from mrslam.alignment.evidence import Evidence, WallEvidence
@@ -11,6 +11,7 @@ from mrslam.alignment.warm_up import warm_up
 
 __all__ = [
     "ALIGNERS",
+    "EXHAUSTIVE",
     "Aligner",
     "Alignment",
     "AlignmentConfig",

@@ -30,8 +30,13 @@ def align(
     method: str = "auto",
     prior: Prior | None = None,
     config: AlignmentConfig | None = None,
+    place: se2.Transform | None = None,
 ) -> Alignment | Rejection:
     """Return how map b lies in map a, ``T_a_b``, or why that is not known.
+
+    ``place`` : ``T_a_b (3,)`` where the maps may fit, which is examined before anything is searched for. Without a
+    prior only this place can be accepted, and others are searched for, as its rivals, once it would be. With a prior
+    the maps are searched for near that as usual if they do not fit at the place.
 
     ``align(b, a)`` is the inverse of ``align(a, b)``: the maps are put into one order first. Raises ``InputError`` for
     an unknown method only; maps of any size, extent and resolution are handled or rejected.
@@ -42,12 +47,17 @@ def align(
     grids = [main_part(grid_a.cropped()), main_part(grid_b.cropped())]
     if is_smaller(grids[0], grids[1]):
         grids.reverse()
-        return _inverse(_align(grids, method, _facing(prior, inverse=True), config))
-    return _align(grids, method, _facing(prior, inverse=False), config)
+        place = None if place is None else se2.inverse(np.asarray(place, dtype=np.float64))
+        return _inverse(_align(grids, method, _facing(prior, inverse=True), config, place))
+    return _align(grids, method, _facing(prior, inverse=False), config, place)
 
 
 def _align(
-    grids: list[OccupancyGrid], method: str, prior: Prior | None, config: AlignmentConfig
+    grids: list[OccupancyGrid],
+    method: str,
+    prior: Prior | None,
+    config: AlignmentConfig,
+    place: se2.Transform | None,
 ) -> Alignment | Rejection:
     """Align the larger map (first) and the smaller one; ``grids`` is emptied, for large maps are large."""
     lacking = _lacks("shows", "m2", [grid.known_area_m2() for grid in grids], MIN_KNOWN_M2)
@@ -66,9 +76,16 @@ def _align(
         # Where nothing is proposed the prior's own place is examined: the answer then says what speaks against it.
         return [c for c in found if _within(prior, c.T_a_b, a, b)] or [Candidate(prior.T_a_b)]
 
+    def rivals() -> list[Candidate]:
+        return proposed(EXHAUSTIVE)
+
+    if place is not None:
+        there = [Candidate(np.array(place, dtype=np.float64))]
+        outcome = decide(a, b, there, method, config, rivals if prior is None else None)
+        if prior is None or outcome.accepted:
+            return outcome
     # The other methods propose some places only: what else fits is found by the exhaustive search.
-    rivals = None if method == EXHAUSTIVE else lambda: proposed(EXHAUSTIVE)
-    return decide(a, b, proposed(method), method, config, rivals)
+    return decide(a, b, proposed(method), method, config, None if method == EXHAUSTIVE else rivals)
 
 
 def _lacks(verb: str, unit: str, amounts: list[float], least: float) -> str | None:

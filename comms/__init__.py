@@ -15,6 +15,7 @@ from mrslam.comms.effects import (
     PeerSeen,
     Send,
     TeammateClaim,
+    TeammateHint,
     TeammatePose,
 )
 from mrslam.comms.maps.persistence import restore_store, store_state
@@ -58,6 +59,7 @@ __all__ = [
     "Sighting",
     "TeamView",
     "TeammateClaim",
+    "TeammateHint",
     "TeammatePose",
     "Transport",
     "TransportEvent",

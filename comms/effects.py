@@ -140,6 +140,18 @@ class TeammateClaim:
     """Log-likelihood ratio, nats: above 0 for the transform, below 0 against it."""
 
 
+@dataclass(frozen=True, eq=False)
+class TeammateHint:
+    """Where a teammate found another robot's map, or this one's, in its own: a place to look at, no evidence."""
+
+    peer: str
+    epoch: int
+    """Which of the peer's maps it is about."""
+    robot: str
+    T_peer_robot: NDArray[np.float64]
+    """``(3,)``: maps points of the robot's map into that of the peer."""
+
+
 @dataclass(frozen=True)
 class DuplicateId:
     """Another live process uses my robot id."""
@@ -171,6 +183,7 @@ Effect = (
     | MapUpdated
     | TeammatePose
     | TeammateClaim
+    | TeammateHint
     | DuplicateId
     | Dropped
 )

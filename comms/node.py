@@ -118,9 +118,13 @@ class CommsNode:
         """Let the next beacon say what own sightings do: robot, ``T_own_robot (3,)``, log-likelihood ratio, nats."""
         self._neighbourhood.beacons.add_claims(claims)
 
+    def add_hints(self, hints: Sequence[tuple[str, Transform]]) -> None:
+        """Let the next beacons say where maps of others were found in the own one: robot, ``T_own_robot (3,)``."""
+        self._neighbourhood.beacons.add_hints(hints)
+
     @property
     def sightings_bytes(self) -> int:
-        """What sightings in the own beacons have cost so far, bytes."""
+        """What sightings and hints in the own beacons have cost so far, bytes."""
         return self._neighbourhood.beacons.sightings_bytes
 
     def set_link_quality(self, peer: str, quality: float, now_ns: int) -> list[fx.Effect]:

@@ -103,6 +103,11 @@ class PairBelief:
         return self.stability.believed
 
     @property
+    def found(self) -> Alignment | None:
+        """The transform believed, or else the one found that waits to be confirmed."""
+        return self.alignment or (self.stability.previous if self.reason in (UNCONFIRMED, WEAK) else None)
+
+    @property
     def weighed_alignment(self) -> Alignment | None:
         """The transform believed, certain where the robots saw each other there: loops that fail drop others first."""
         found = self.stability.believed

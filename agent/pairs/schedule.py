@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
@@ -12,9 +11,10 @@ from numpy.typing import NDArray
 from mrslam.agent.config import AgentConfig, check_start
 from mrslam.agent.effects import AlignJob
 from mrslam.agent.known_map import KnownMap
-from mrslam.agent.pairs.belief import UNCONFIRMED, WEAK, Attempt, PairBelief
+from mrslam.agent.pairs.belief import UNCONFIRMED, WEAK, PairBelief
+from mrslam.agent.pairs.others import is_left_to_others, tied_enough
 from mrslam.agent.pairs.second_look import WALL_GROWTH
-from mrslam.alignment import Prior
+from mrslam.alignment import EXHAUSTIVE, Prior
 from mrslam.merge import Pair
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
@@ -25,15 +25,12 @@ standard deviations are the limits within which two estimates confirm each other
 
 
 PATIENT_AFTER, PATIENCE_S = 6, 90.0
-"""Tries of a pair that is not merged after which both of its maps must have grown (by
-``agent.realign_growth``, in the mean), or one of them and
-the second have passed, seconds: pairs that lie far apart are searched less often. Measured over 114 merges of missions
-with faults: half came with the 3rd try, nine in ten by the 6th, the last with the 9th."""
+"""Tries of a pair that is not merged after which both of its maps must have grown (by ``agent.realign_growth``, in the
+mean), or one of them and the second have passed, seconds: pairs that lie far apart are searched less often. Pairs of
+two others wait so from the first try on. Measured over 114 merges of missions with faults: half came with the 3rd try,
+nine in ten by the 6th, the last with the 9th."""
 EVERYWHERE_EVERY = 4
 """One in this many tries of a pair with known starts looks everywhere: a start may be wrong, or of an earlier map."""
-EDGES_ENOUGH = 2
-"""Merged pairs of a robot from which it needs no more from a pair of two others: it is part of a loop of alignments,
-whose consistency is checked. So a team of n has about 2 n alignments to find and follow, not n^2 / 2."""
 START_SIGMAS = 4.0
 """A transform farther from the known starts than this many standard deviations is not where they say."""
 
@@ -71,25 +68,38 @@ class Schedule:
 
         ``confirmed`` : merged pairs whose alignment the joint solution confirms; it follows their maps itself.
         """
-        tied = self._tied_enough(beliefs, T_team_map)
+        tied = tied_enough(self.own_id, beliefs, T_team_map)
         due = [
             (self._rank(pair, belief), pair)
             for pair, belief in beliefs.items()
-            if self._is_due(belief, (maps[pair[0]], maps[pair[1]]), pair in confirmed, now_ns)
+            if self._is_due(pair, belief, (maps[pair[0]], maps[pair[1]]), pair in confirmed, now_ns)
             and not (belief.alignment is None and tied.issuperset(pair))
+            and not is_left_to_others(self.own_id, pair, beliefs, T_team_map, now_ns)
         ]
         if not due:
             return None
         a, b = min(due)[1]
         belief, map_a, map_b = beliefs[a, b], maps[a], maps[b]
-        prior = None
+        prior = place = None
         if belief.alignment is None:
             prior = self._where_they_started((a, b), belief)
+            place = self._unchanged_since(belief, (map_a, map_b))
         elif self._may_follow((a, b), belief, (map_a, map_b)) and a in T_team_map and b in T_team_map:
-            prior = Prior(se2.between(T_team_map[a], T_team_map[b]), PRIOR_COVARIANCE)
+            place = se2.between(T_team_map[a], T_team_map[b])
+        if place is not None:
+            prior = Prior(place, PRIOR_COVARIANCE)
         versions, areas = (map_a.version, map_b.version), (map_a.area_m2, map_b.area_m2)
         trails = (map_a.trail, map_b.trail)
-        return AlignJob(a, b, map_a.grid, map_b.grid, prior, versions, areas, belief.attempts, trails)
+        return AlignJob(a, b, map_a.grid, map_b.grid, prior, versions, areas, belief.attempts, trails, place=place)
+
+    def _unchanged_since(self, belief: PairBelief, maps: tuple[KnownMap, KnownMap]) -> Transform | None:
+        """Return where a search has just found a pair that is to be confirmed, if its maps have hardly grown since."""
+        found = belief.stability.previous
+        is_new = belief.reason == UNCONFIRMED and belief.search.accepted
+        is_random = self.config.align_method != EXHAUSTIVE  # a second search is independent evidence then
+        if found is None or not is_new or is_random or _grown(maps, belief.search.area_m2, self.config.align_growth):
+            return None
+        return found.T_a_b
 
     def _where_they_started(self, pair: Pair, belief: PairBelief) -> Prior | None:
         """Return where to look for a pair that is not merged: by its starts, or None for everywhere.
@@ -123,16 +133,13 @@ class Schedule:
                 return {map_id: se2.IDENTITY, other: self._near[map_id]}
         return {robot_id: self._starts[robot_id] for robot_id in pair if robot_id in self._starts}
 
-    def _tied_enough(self, beliefs: Mapping[Pair, PairBelief], placed: Collection[str]) -> set[str]:
-        """Return the placed robots, without the own one, that are part of enough merged pairs (``EDGES_ENOUGH``)."""
-        merged = Counter(name for pair, belief in beliefs.items() if belief.alignment is not None for name in pair)
-        return {name for name in placed if merged[name] >= EDGES_ENOUGH and name != self.own_id}
-
     def _rank(self, pair: Pair, belief: PairBelief) -> tuple[int, int, int]:
         tried = -1 if belief.last is None else belief.last.t_ns
         return (0 if self.own_id in pair else 1, 0 if belief.last is None else 1, tried)
 
-    def _is_due(self, belief: PairBelief, maps: tuple[KnownMap, KnownMap], is_confirmed: bool, now_ns: int) -> bool:
+    def _is_due(
+        self, pair: Pair, belief: PairBelief, maps: tuple[KnownMap, KnownMap], is_confirmed: bool, now_ns: int
+    ) -> bool:
         last = belief.last
         if last is None:
             return True
@@ -144,19 +151,19 @@ class Schedule:
         if last.versions == (maps[0].version, maps[1].version):
             return False
         if belief.alignment is None:
-            return self._is_worth_a_search(belief, last, maps, waited_ns)
+            is_eager = self.own_id in pair and belief.attempts < PATIENT_AFTER
+            return self._is_worth_a_search(belief, maps, is_eager=is_eager or waited_ns >= PATIENCE_S * 1e9)
         is_old = waited_ns / 1e9 >= self.config.realign_interval_s and not is_confirmed
         return is_old or self._outgrown(belief, maps)
 
-    def _is_worth_a_search(
-        self, belief: PairBelief, last: Attempt, maps: tuple[KnownMap, KnownMap], waited_ns: int
-    ) -> bool:
+    def _is_worth_a_search(self, belief: PairBelief, maps: tuple[KnownMap, KnownMap], *, is_eager: bool) -> bool:
         """Return whether the maps of a pair that is not merged have grown enough since its last try."""
+        last_m2 = (0.0, 0.0) if belief.last is None else belief.last.area_m2
         if belief.reason == WEAK:  # neither map brings a fifth more wall where it has not grown by that
-            return _grown(maps, last.area_m2, max(WALL_GROWTH - 1.0, self.config.align_growth))
-        if belief.attempts < PATIENT_AFTER or waited_ns >= PATIENCE_S * 1e9:
-            return _grown(maps, last.area_m2, self.config.align_growth)
-        both = math.prod(one.area_m2 / max(area, 1e-9) for one, area in zip(maps, last.area_m2, strict=True))
+            return _grown(maps, last_m2, max(WALL_GROWTH - 1.0, self.config.align_growth))
+        if is_eager:
+            return _grown(maps, last_m2, self.config.align_growth)
+        both = math.prod(one.area_m2 / max(area, 1e-9) for one, area in zip(maps, last_m2, strict=True))
         return both >= (1.0 + self.config.realign_growth) ** 2
 
     def _may_follow(self, pair: Pair, belief: PairBelief, maps: tuple[KnownMap, KnownMap]) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from mrslam.comms.config import MODES
-from mrslam.comms.effects import DuplicateId, PeerGone, PeerSeen, TeammateClaim, TeammatePose
+from mrslam.comms.effects import DuplicateId, PeerGone, PeerSeen, TeammateClaim, TeammateHint, TeammatePose
 from mrslam.comms.exchange.context import ExchangeContext
 from mrslam.comms.neighbours.link_quality import HeardBeacon
 from mrslam.comms.neighbours.link_states import LinkStates
@@ -75,6 +75,7 @@ class Neighbourhood:
             known.last_seq = beacon.seq
             self._take_pose(known, beacon, now_ns)
             self._take_claims(beacon)
+            self._take_hints(beacon)
 
     def _meet_again(self, known: Peer, beacon: Beacon, now_ns: int) -> Peer:
         """A teammate restarted: drop what was known of its last boot, and return its new entry."""
@@ -101,6 +102,13 @@ class Neighbourhood:
         for robot, *numbers, llr in beacon.claims:
             T_sender_robot = np.array(numbers, dtype=np.float64) / SCALE
             self._context.out.emit(TeammateClaim(beacon.sender, robot, T_sender_robot, llr / LLR_SCALE))
+
+    def _take_hints(self, beacon: Beacon) -> None:
+        for robot, *numbers in beacon.hints:
+            T_sender_robot = np.array(numbers, dtype=np.float64) / SCALE
+            self._context.out.emit(
+                TeammateHint(beacon.sender, beacon.boot + beacon.epoch_offset, robot, T_sender_robot)
+            )
 
     def on_duplicate_id(self, beacon: Beacon, now_ns: int) -> None:
         """Another process uses this robot's id: when that is certain, report it; the newcomer must stop."""

@@ -12,7 +12,7 @@ from mrslam.comms.exchange.context import ExchangeContext
 from mrslam.comms.neighbours.beacon_clock import BeaconClock
 from mrslam.comms.wire.keyframe_codec import quantise
 from mrslam.comms.wire.messages import Beacon, encode
-from mrslam.comms.wire.presence_messages import Body, Claim
+from mrslam.comms.wire.presence_messages import Body, Claim, Hint
 from mrslam.spatial.se2 import Transform
 
 CM = 100.0
@@ -20,7 +20,7 @@ CM = 100.0
 LLR_SCALE = 10.0
 """Log-likelihood ratios are sent in tenths of a nat."""
 MOST_SENT = 8
-"""Most bodies and most claims in a beacon (the format)."""
+"""Most bodies, most claims and most hints in a beacon (the format)."""
 LEVELS = 100
 """A share of beacons received is sent as a whole number of percent."""
 
@@ -36,8 +36,9 @@ class OwnBeacons:
         self._pose: tuple[int, int, int, int] | None = None  # x (mm), y (mm), theta (0.1 mrad), stamp (ns)
         self._bodies: list[Body] = []
         self._claims: list[Claim] = []
+        self._hints: list[Hint] = []
         self.sightings_bytes = 0
-        """What sightings in beacons have cost so far, bytes."""
+        """What sightings and hints in beacons have cost so far, bytes."""
 
     def set_pose(self, T_map_base: Transform, stamp_ns: int, bodies_m: NDArray[np.float64] | None = None) -> None:
         """Set the pose ``(3,)`` (m, m, rad) that beacons carry, its time, nanoseconds, and what was seen from it.
@@ -56,6 +57,12 @@ class OwnBeacons:
         for robot, T_own_robot, llr in claims:
             x, y, theta = (int(v) for v in quantise(np.asarray(T_own_robot, dtype=np.float64)))
             self._claims.append((robot, x, y, theta, round(LLR_SCALE * llr)))
+
+    def add_hints(self, hints: Sequence[tuple[str, Transform]]) -> None:
+        """Add what goes with the next beacons: robot, ``T_own_robot (3,)``."""
+        for robot, T_own_robot in hints:
+            x, y, theta = (int(v) for v in quantise(np.asarray(T_own_robot, dtype=np.float64)))
+            self._hints.append((robot, x, y, theta))
 
     def uptime_ms(self, now_ns: int) -> int:
         """Return the time since the first tick, milliseconds."""
@@ -87,8 +94,9 @@ class OwnBeacons:
             None if pose is None else (*pose[:3], max(now_ns - pose[3], 0) // 1_000_000),
             tuple(self._bodies),
             tuple(self._claims[:MOST_SENT]),
+            tuple(self._hints[:MOST_SENT]),
         )
         size = context.out.post(beacon, None, "beacon")
-        if self._bodies or self._claims:
+        if self._bodies or self._claims or self._hints:
             self.sightings_bytes += size - len(encode(beacon.alone(), context.out.team_tag))
-        self._bodies, self._claims = [], self._claims[MOST_SENT:]
+        self._bodies, self._claims, self._hints = [], self._claims[MOST_SENT:], self._hints[MOST_SENT:]

@@ -13,6 +13,8 @@ Body = tuple[Centimetres, Centimetres]
 """x and y of a body that the sender saw from its pose, in its base frame."""
 Claim = tuple[Name, I32, I32, I32, Annotated[int, msgspec.Meta(ge=-(2**15), le=2**15 - 1)]]
 """(robot, T_sender_robot: x (mm), y (mm), theta (0.1 mrad), what the sender's sightings say of it: 0.1 nats)."""
+Hint = tuple[Name, I32, I32, I32]
+"""(robot, T_sender_robot: x (mm), y (mm), theta (0.1 mrad)), as the sender found it by their maps."""
 
 
 class BeaconAlone(Message, frozen=True, tag=1):
@@ -37,19 +39,21 @@ class BeaconAlone(Message, frozen=True, tag=1):
 
 
 class Beacon(BeaconAlone, frozen=True, tag=1):
-    """A beacon with what the sender saw of its neighbours; both may be left out, and older programs pass over them."""
+    """A beacon with what the sender saw and found; all may be left out, and older programs pass over them."""
 
     bodies: Annotated[tuple[Body, ...], msgspec.Meta(max_length=8)] = ()
     """What may be a teammate, seen from the pose."""
     claims: Annotated[tuple[Claim, ...], msgspec.Meta(max_length=8)] = ()
     """Where other robots' maps may lie in the sender's, and how well that fits what it saw of them."""
+    hints: Annotated[tuple[Hint, ...], msgspec.Meta(max_length=8)] = ()
+    """Where the sender found other robots' maps in its own, for others to look there first."""
 
     def shortest(self) -> Message:
-        """Return what is sent: without the last two fields where they are empty."""
-        return self if self.bodies or self.claims else self.alone()
+        """Return what is sent: without the last three fields where they are empty."""
+        return self if self.bodies or self.claims or self.hints else self.alone()
 
     def alone(self) -> BeaconAlone:
-        """Return the beacon without sightings."""
+        """Return the beacon without sightings and hints."""
         return BeaconAlone(*(getattr(self, name) for name in BeaconAlone.__struct_fields__))
 
 

@@ -124,6 +124,34 @@ def test_repeated_rooms_are_ambiguous():
     found = align(OccupancyGrid(row, 0.05), OccupancyGrid(row[:, :160].copy(), 0.05))
     assert isinstance(found, Rejection)
     assert "ambiguous" in found.reason
+    told = align(OccupancyGrid(row, 0.05), OccupancyGrid(row[:, :160].copy(), 0.05), place=np.zeros(3))
+    assert isinstance(told, Rejection) and told.ambiguous
+
+
+def test_at_a_place_maps_are_accepted_if_they_fit_there_and_rejected_without_a_search_if_not(pair, monkeypatch):
+    a, b, truth = pair
+    near = truth + np.array([0.15, -0.1, 0.01])
+    for one, other, place, right in ((a, b, near, truth), (b, a, se2.inverse(near), se2.inverse(truth))):
+        found = align(one, other, place=place)
+        assert isinstance(found, Alignment), found.reason
+        metres, _ = apart(found.T_a_b, right, other)
+        assert metres < 0.05
+    searched = align(a, b)
+    assert align(a, b, place=near).evidence.margin == pytest.approx(searched.evidence.margin, abs=0.05)
+    monkeypatch.setitem(alignment.ALIGNERS, "auto", None)  # a search would fail
+    away = truth + np.array([1.7, 0.9, 0.0])
+    assert isinstance(align(a, b, place=away), Rejection)
+    assert isinstance(align(a, b, place=np.array([1e5, -1e5, 2.0])), Rejection)
+    followed = align(a, b, place=near, prior=Prior(near, np.diag([0.25, 0.25, 0.01])))
+    assert isinstance(followed, Alignment) and apart(followed.T_a_b, truth, b)[0] < 0.05
+
+
+def test_near_a_place_where_maps_do_not_fit_a_prior_is_searched(pair):
+    a, b, truth = pair
+    away = truth + np.array([0.9, 0.8, 0.0])
+    assert isinstance(align(a, b, place=away), Rejection)
+    found = align(a, b, place=away, prior=Prior(away, np.diag([0.25, 0.25, 0.01])))
+    assert isinstance(found, Alignment) and apart(found.T_a_b, truth, b)[0] < 0.05
 
 
 def test_a_map_torn_in_two_is_judged_by_its_larger_part(pair):

@@ -6,6 +6,7 @@ CORE, ROBOT, TEAM, TEAMMATES = (f"agent/{name}.py" for name in ("core", "robot",
 BELIEF, SCHEDULE, SECOND_LOOK = (f"agent/pairs/{name}.py" for name in ("belief", "schedule", "second_look"))
 DOUBT, WITNESS = "agent/self_doubt.py", "agent/witness.py"
 HYPOTHESES, WEIGHING = (f"agent/pairs/{name}.py" for name in ("hypotheses", "weighing"))
+HINTS, OTHERS = (f"agent/pairs/{name}.py" for name in ("hints", "others"))
 
 MUTANTS = (
     Mutant(
@@ -286,7 +287,7 @@ MUTANTS = (
     ),
     Mutant(
         SCHEDULE,
-        "belief.attempts < PATIENT_AFTER or waited_ns",
+        "is_eager or waited_ns",
         "True or waited_ns",
         "maps that lie far apart are searched as often as any",
     ),
@@ -319,5 +320,59 @@ MUTANTS = (
         "in_frame(team.grid, agent.T_frame_team)",
         "team.grid",
         "the team map is not written in the frame that was chosen",
+    ),
+    Mutant(
+        SCHEDULE,
+        "            place = self._unchanged_since(belief, (map_a, map_b))\n",
+        "",
+        "what was found is searched for once more though nothing has changed",
+    ),
+    Mutant(
+        CORE,
+        "        self.node.add_hints(self.team.hints.news(self.team.beliefs, now_ns))\n",
+        "",
+        "robots do not tell each other where they found maps",
+    ),
+    Mutant(
+        CORE,
+        "                    self.team.hints.tell_again()\n",
+        "                    pass\n",
+        "a robot that comes later is not told where maps were found",
+    ),
+    Mutant(
+        TEAM,
+        "        if job.hinted_by is not None and isinstance(outcome, Rejection):\n",
+        "        if False:\n",
+        "a hint that fails puts off the robot's own search",
+    ),
+    Mutant(
+        HINTS,
+        "            self._failed[job.hinted_by] = self._failed.get(job.hinted_by, 0) + 1\n",
+        "            pass\n",
+        "a liar's hints are tried without end",
+    ),
+    Mutant(
+        HINTS,
+        "                self._failed.pop(peer, None)\n",
+        "                pass\n",
+        "one who was right is not heard again",
+    ),
+    Mutant(
+        HINTS,
+        " or hint.epoch != maps[peer].epoch",
+        "",
+        "a hint about a map that was given up is tried",
+    ),
+    Mutant(
+        OTHERS,
+        "    if own_id in pair or beliefs[pair].found is not None:\n",
+        "    if own_id in pair:\n",
+        "what a hint has found of two others is confirmed a minute later",
+    ),
+    Mutant(
+        "alignment/align.py",
+        "rivals if prior is None else None)",
+        "None)",
+        "a hint is believed though the maps fit elsewhere as well",
     ),
 )

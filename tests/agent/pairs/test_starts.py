@@ -27,7 +27,8 @@ def test_maps_are_looked_for_where_their_robots_started() -> None:
     assert np.diag(prior.covariance) == pytest.approx([2 * 0.3**2 + 0.6**2, 2 * 0.3**2 + 0.6**2, 2 * 0.2**2])
 
 
-def test_one_try_in_four_looks_everywhere_and_what_it_finds_is_confirmed_everywhere() -> None:
+@pytest.mark.parametrize("grows", [True, False])
+def test_one_try_in_four_looks_everywhere_and_what_it_finds_is_confirmed_everywhere_if_maps_grow(grows: bool) -> None:
     team = started()
     priors = []
     for k in range(8):
@@ -41,8 +42,10 @@ def test_one_try_in_four_looks_everywhere_and_what_it_finds_is_confirmed_everywh
         team.grow("r1", 500 + 100 * (k - 7), k + 20)
     for t_s in (1100.0, 1120.0):
         job = team.job(t_s)
-        assert job.prior is None
+        assert (job.prior is None) == (job.place is None) == (grows or t_s == 1100.0)
         team.end(job, found(9.0), t_s)
+        if grows:
+            team.grow("r1", 900, 60)
     assert team.beliefs["r1", "r2"].status == "accepted"
 
 

@@ -16,6 +16,7 @@ from mrslam.comms import (
     PeerSeen,
     Send,
     TeammateClaim,
+    TeammateHint,
     TeammatePose,
 )
 from mrslam.comms.wire.frames import team_tag
@@ -190,6 +191,22 @@ def test_what_a_teammate_saw_arrives_with_its_pose_and_costs_nothing_when_it_saw
     a.set_own_pose(np.array([2.0, 2.0, 0.5]), team.now_ns)
     team.run(2)
     assert len(team.of(TeammateClaim, "b")) == 1 and not len(team.of(TeammatePose, "b")[-1].bodies_m)
+
+
+def test_hints_arrive_with_the_epoch_of_their_map_each_once_and_more_than_a_beacon_holds_come_with_the_next():
+    team = Team("ab", config=replace(QUICK, beacon_period_s=0.25))
+    team.run(2)
+    node = team.nodes["a"]
+    team.publish("a")
+    node.begin_map()
+    assert node.store.own_epoch != node.boot_id
+    node.add_hints([(f"r{k}", np.array([-3.0, 4.0, 0.1 * k])) for k in range(11)])
+    team.run(2)
+    hints = team.of(TeammateHint, "b")
+    assert [hint.robot for hint in hints] == [f"r{k}" for k in range(11)]
+    assert {(hint.peer, hint.epoch) for hint in hints} == {("a", node.store.own_epoch)}
+    np.testing.assert_allclose(hints[-1].T_peer_robot, [-3.0, 4.0, 1.0], atol=6e-4)
+    assert 100 < node.sightings_bytes < 300
 
 
 def test_more_claims_than_a_beacon_holds_come_with_the_next():

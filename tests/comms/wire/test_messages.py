@@ -215,13 +215,18 @@ def test_beacons_without_sightings_are_as_before_and_older_programs_pass_over_si
 
     fields = ("a", 1, 2, 3, 500, 0, [("b", 100)], 0, (1, 2, 3, 4))
     alone, seen = m.Beacon(*fields), m.Beacon(*fields, ((120, -30),), (("b", 1, 2, 3, -30),))
-    bodies = [m.encode(one, TAG)[HEADER.size :] for one in (alone, seen)]
+    hinted = m.Beacon(*fields, (), (), (("c", 1, 2, 3),))
+    bodies = [m.encode(one, TAG)[HEADER.size :] for one in (alone, seen, hinted)]
     assert bodies[0] == msgspec.msgpack.encode(OldBeacon(*fields))
-    assert msgspec.msgpack.decode(bodies[1], type=OldBeacon) == OldBeacon(*fields)
+    for body in bodies[1:]:
+        assert msgspec.msgpack.decode(body, type=OldBeacon) == OldBeacon(*fields)
+    assert m.decode(frame(bodies[2], TAG), TAG, 1000) == hinted
     assert m.decode(frame(msgspec.msgpack.encode(OldBeacon(*fields)), TAG), TAG, 1000) == alone
 
 
-@pytest.mark.parametrize("extra", [[[[1, 2, 3]]], [[[40_000, 0]]], [[], [["b", 0, 0, 0]]], [[[0, 0]] * 9], [None]])
+@pytest.mark.parametrize(
+    "extra", [[[[1, 2, 3]]], [[[40_000, 0]]], [[], [["b", 0, 0, 0]]], [[[0, 0]] * 9], [None], [[], [], [["b", 0, 0]]]]
+)
 def test_sightings_that_are_none_are_refused(extra):
     fields = [1, "a", 1, 2, 3, 500, 0, [], 0, None]
     assert m.decode(frame(msgspec.msgpack.encode(fields), TAG), TAG, 1000).seq == 2

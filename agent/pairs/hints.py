@@ -1,0 +1,167 @@
+"""Hints: where teammates found maps to lie, told to each other so that few have to search; each hearer looks itself.
+
+Hints travel, conclusions do not: a hint is a place to examine, which costs a tenth of a search. Only where the maps fit
+there are they searched, for other places where they fit as well. A hint that fails changes nothing but its teller's
+credit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+
+from mrslam.agent.config import AgentConfig
+from mrslam.agent.effects import AlignJob
+from mrslam.agent.known_map import KnownMap
+from mrslam.agent.pairs.belief import PairBelief
+from mrslam.alignment import Alignment, Rejection, StabilityCheck
+from mrslam.comms import TeammateHint
+from mrslam.merge import Pair
+from mrslam.merge.graph.edges import pair_of
+from mrslam.spatial import se2
+from mrslam.spatial.se2 import Transform
+
+SAME_PLACE = StabilityCheck()
+"""Two transforms that differ by less are one place, which is told and tried once."""
+TIMES, REPEAT_NS = 2, 20_000_000_000
+"""How often a hint is told, and the time between, nanoseconds: beacons are lost, one in five on a link that just counts
+as strong; both of two robots tell of their pair."""
+MOST_FAILED = 3
+"""Hints of one teammate that may fail in a row before no more of them are tried: an honest one's fail where the hearer
+holds older maps. A search that finds the maps where it has them restores its credit."""
+MOST_HINTS = 64
+"""Hints kept of one teammate; bounds memory alone."""
+
+
+@dataclass(eq=False)
+class _Told:
+    T_own_robot: Transform
+    t_ns: int
+    times: int = 1
+
+
+@dataclass(eq=False)
+class _Heard:
+    epoch: int
+    T_peer_robot: Transform
+    tried_ns: int | None = None
+    area_m2: tuple[float, float] = (0.0, 0.0)
+    """Known areas of the two maps when it was tried, square metres."""
+
+    def says(self, hint: TeammateHint) -> bool:
+        """Return whether a hint says the same once more."""
+        return self.epoch == hint.epoch and SAME_PLACE.is_near(self.T_peer_robot, hint.T_peer_robot)
+
+
+class Hints:
+    """What to tell teammates of the own pairs, and what they told."""
+
+    def __init__(self, own_id: str) -> None:
+        """Start with nothing told and nothing heard."""
+        self.own_id = own_id
+        self._told: dict[str, _Told] = {}
+        self._heard: dict[str, dict[str, _Heard]] = {}
+        self._failed: dict[str, int] = {}
+        """By teammate: its hints that failed, since the last one that did not."""
+
+    # -- telling -------------------------------------------------------------------------------------------------------
+
+    def news(self, beliefs: Mapping[Pair, PairBelief], now_ns: int) -> list[tuple[str, Transform]]:
+        """Return what is new to tell: robot, ``T_own_robot (3,)``; pairs found since, or found elsewhere."""
+        new = []
+        for robot, T_own_robot in self._found(beliefs):
+            told = self._told.get(robot)
+            if told is None or not SAME_PLACE.is_near(told.T_own_robot, T_own_robot):
+                self._told[robot] = _Told(T_own_robot, now_ns)
+            elif told.times < TIMES and now_ns - told.t_ns >= REPEAT_NS:
+                told.t_ns, told.times = now_ns, told.times + 1
+            else:
+                continue
+            new.append((robot, T_own_robot))
+        return new
+
+    def _found(self, beliefs: Mapping[Pair, PairBelief]) -> Iterator[tuple[str, Transform]]:
+        for (a, b), belief in beliefs.items():
+            found = belief.found
+            if found is not None and self.own_id in (a, b) and "@" not in a + b:
+                yield (b, found.T_a_b) if a == self.own_id else (a, se2.inverse(found.T_a_b))
+
+    def tell_again(self) -> None:
+        """Tell everything again, for somebody came into reach."""
+        for told in self._told.values():
+            told.times = 0
+
+    # -- hearing -------------------------------------------------------------------------------------------------------
+
+    def hear(self, hint: TeammateHint) -> None:
+        """Take a hint; it is tried once the maps it is about are here."""
+        if hint.peer == self.own_id or hint.peer == hint.robot:
+            return
+        hints = self._heard.setdefault(hint.peer, {})
+        known = hints.get(hint.robot)
+        if known is not None and known.says(hint):
+            return
+        hints.pop(hint.robot, None)
+        if len(hints) >= MOST_HINTS:
+            del hints[next(iter(hints))]
+        hints[hint.robot] = _Heard(hint.epoch, hint.T_peer_robot)
+
+    def forget(self, robot_id: str) -> None:
+        """Forget what concerns a robot that began another map."""
+        self._heard.pop(robot_id, None)
+        for hints in self._heard.values():
+            hints.pop(robot_id, None)
+        if robot_id == self.own_id:
+            self._told.clear()
+
+    def next_job(
+        self,
+        beliefs: Mapping[Pair, PairBelief],
+        maps: Mapping[str, KnownMap],
+        tied: Collection[str],
+        config: AgentConfig,
+        now_ns: int,
+    ) -> AlignJob | None:
+        """Return a pair to examine where a teammate has it, None where there is none.
+
+        ``tied`` : robots of which no further pair is wanted. A hint that failed is tried again as the maps grow.
+        """
+        for peer, hints in self._heard.items():
+            if self._failed.get(peer, 0) >= MOST_FAILED or peer not in maps:
+                continue
+            for robot, hint in hints.items():
+                if robot not in maps or hint.epoch != maps[peer].epoch:
+                    continue
+                pair = pair_of(peer, robot)
+                belief = beliefs[pair]
+                if belief.found is not None or (peer in tied and robot in tied):
+                    continue
+                a, b = (maps[name] for name in pair)
+                areas = (a.area_m2, b.area_m2)
+                if not _is_due(hint, areas, config, now_ns):
+                    continue
+                hint.tried_ns, hint.area_m2 = now_ns, areas
+                place = hint.T_peer_robot if peer == pair[0] else se2.inverse(hint.T_peer_robot)
+                return AlignJob(
+                    *pair, a.grid, b.grid, None, (a.version, b.version), areas, belief.attempts, (a.trail, b.trail),
+                    place=place, hinted_by=peer,
+                )  # fmt: skip
+        return None
+
+    def on_done(self, job: AlignJob, outcome: Alignment | Rejection) -> None:
+        """Count whose hints hold: those that were tried, and those that a search has found without them."""
+        if job.hinted_by is not None and not outcome.accepted:
+            self._failed[job.hinted_by] = self._failed.get(job.hinted_by, 0) + 1
+        if outcome.T_a_b is None or not outcome.accepted:
+            return
+        for peer, robot, T in ((job.a, job.b, outcome.T_a_b), (job.b, job.a, se2.inverse(outcome.T_a_b))):
+            hint = self._heard.get(peer, {}).get(robot)
+            if hint is not None and SAME_PLACE.is_near(hint.T_peer_robot, T):
+                self._failed.pop(peer, None)
+
+
+def _is_due(hint: _Heard, areas: tuple[float, float], config: AgentConfig, now_ns: int) -> bool:
+    if hint.tried_ns is None:
+        return True
+    grown = any(now >= (1.0 + config.align_growth) * before for now, before in zip(areas, hint.area_m2, strict=True))
+    return grown and now_ns - hint.tried_ns >= config.align_interval_s * 1e9

@@ -1,0 +1,133 @@
+"""Where teammates found maps is examined before anything is searched for, and changes nothing where they do not fit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mrslam.agent.effects import AlignJob
+from mrslam.agent.pairs.hints import MOST_FAILED, MOST_HINTS, REPEAT_NS, TIMES, Hints
+from mrslam.alignment import Rejection
+from mrslam.comms import TeammateHint
+from tests.agent.duo import live, robot, talk
+from tests.agent.pairs.floors import Floors, S, found, merged
+
+NOT_THERE = Rejection("nothing fits there", 0.0, None, "auto")
+
+
+def hint(peer: str, robot_id: str, x: float = 1.0, epoch: int = 1) -> TeammateHint:
+    return TeammateHint(peer, epoch, robot_id, np.array([x, 0.0, 0.0]))
+
+
+def tried() -> Floors:
+    """Return a team that has searched for all of its own pairs just now, and found none."""
+    team = Floors("r1", "r2", "r3")
+    for _ in range(2):
+        team.align(NOT_THERE, 0.0)
+    assert team.due(5.0) is None
+    return team
+
+
+@pytest.mark.parametrize(("peer", "other", "x"), [("r1", "r3", 4.0), ("r3", "r1", -4.0), ("r1", "r2", 4.0)])
+def test_a_pair_is_examined_where_a_teammate_found_it_and_needs_as_much_as_any_to_be_believed(
+    peer: str, other: str, x: float
+) -> None:
+    team = tried()
+    team.hints.hear(hint(peer, other, x))
+    job = team.job(5.0)
+    assert (job.a, job.b) == tuple(sorted((peer, other))) and job.hinted_by == peer and job.prior is None
+    np.testing.assert_allclose(job.place, [4.0, 0.0, 0.0], atol=1e-9)
+    team.end(job, found(4.0), 5.0)
+    assert team.beliefs[job.a, job.b].alignment is None  # found once
+    job = team.job(15.0)
+    assert job.hinted_by is None and job.place is not None and job.prior is not None
+    team.end(job, found(4.0), 15.0)
+    assert team.beliefs[job.a, job.b].status == "accepted"
+
+
+def test_a_hint_that_fails_changes_nothing_and_is_tried_again_as_maps_grow() -> None:
+    team, without = tried(), tried()
+    team.hints.hear(hint("r1", "r2"))
+    before = vars(team.beliefs["r1", "r2"]).copy()
+    assert "not where r1 has it" in team.align(NOT_THERE, 5.0)["reason"]
+    assert vars(team.beliefs["r1", "r2"]) == before
+    team.hints.hear(hint("r1", "r2", 1.1))  # the same once more
+    assert team.due(30.0) is without.due(30.0) is None
+    for one in (team, without):
+        one.grow("r1", 80, 2)
+    assert team.job(30.0).hinted_by == "r1"
+    assert team.job(30.0).hinted_by is None and without.due(30.0) == ("r1", "r2")  # its own search takes place as well
+
+
+def test_hints_of_a_liar_cost_a_few_looks_and_one_who_was_right_is_heard_again() -> None:
+    team = tried()
+    for k in range(10):
+        team.hints.hear(hint("r1", "r3", 10.0 * k))
+        if team.due(5.0) is not None:
+            team.hints.hear(hint("r1", "r3", 10.0 * k + 5.0))
+            team.end(team.job(5.0), NOT_THERE, 5.0)
+    assert team.hints._failed == {"r1": MOST_FAILED}
+    team.hints.hear(hint("r1", "r2", 4.0))
+    assert team.due(5.0) is None
+    team.grow("r1", 80, 2)
+    team.end(team.job(20.0), found(4.0), 20.0)  # the own search finds what it said
+    team.hints.hear(hint("r1", "r3", 7.0))
+    assert team.job(21.0).hinted_by == "r1"
+
+
+def test_hints_about_other_maps_or_about_pairs_known_already_are_not_tried() -> None:
+    team = tried()
+    team.hints.hear(hint("r1", "r3", epoch=7))  # a map that is not here
+    team.hints.hear(hint("r1", "r9"))
+    team.hints.hear(hint("r1", "r1"))
+    assert team.due(5.0) is None
+    team.grow("r3", 64, 1, epoch=2)
+    team.hints.hear(hint("r3", "r1", epoch=1))
+    team.end(team.job(20.0), NOT_THERE, 20.0)  # its new map, searched for by itself
+    assert team.due(20.0) is None
+    own = merged()
+    own.hints.hear(hint("r1", "r2", 50.0))
+    assert own.due(15.0) is None
+
+
+def test_a_robot_that_begins_another_map_is_not_looked_for_where_the_last_one_was() -> None:
+    team = tried()
+    team.hints.hear(hint("r1", "r3"))
+    team.grow("r3", 64, 1, epoch=2)
+    jobs = [job for k in range(9) if isinstance(job := team.next_job((5 + k) * S), AlignJob)]
+    assert jobs and all(job.hinted_by is None for job in jobs)
+
+
+def test_what_is_found_is_told_a_few_times_and_again_to_who_comes() -> None:
+    team = merged()
+    told = [bool(team.hints.news(team.beliefs, k * REPEAT_NS // 4)) for k in range(20)]
+    assert sum(told) == TIMES and told[0] and told[4]
+    [(robot_id, T_r2_r1)] = Hints("r2").news(team.beliefs, 0)
+    assert robot_id == "r1" and T_r2_r1 == pytest.approx([-1.0, 0.0, 0.0])
+    assert Hints("r3").news(team.beliefs, 0) == []  # another's pair
+    team.hints.tell_again()
+    assert len(team.hints.news(team.beliefs, 100 * REPEAT_NS)) == 1
+
+
+def test_hints_kept_of_one_teammate_are_bounded() -> None:
+    hints = Hints("r2")
+    for k in range(3 * MOST_HINTS):
+        hints.hear(hint("r1", f"x{k}"))
+    assert len(hints._heard["r1"]) == MOST_HINTS
+
+
+def test_a_robot_tells_in_its_beacons_where_it_found_a_map() -> None:
+    one, two = robot("r1", 1), robot("r2", 1)
+    live([one, two], 0, 60)
+    job = one.next_job(6 * S)
+    assert isinstance(job, AlignJob) and job.hinted_by is None
+    one.on_done(job, found(3.0), 6 * S)
+    live([one, two], 60, 80)
+    job = two.next_job(8 * S)
+    assert isinstance(job, AlignJob) and job.hinted_by == "r1" and job.place == pytest.approx([3.0, 0.0, 0.0])
+    for k in range(80, 500):
+        talk([one, two], k)
+    three = robot("r3", 1)
+    for k in range(500, 520):  # whoever comes later is told as well
+        talk([one, two, three], k)
+    assert "r2" in three.team.hints._heard["r1"]
