@@ -108,11 +108,16 @@ class PairBelief:
         return self.alignment or (self.stability.previous if self.reason in (UNCONFIRMED, WEAK) else None)
 
     @property
+    def is_seen(self) -> bool:
+        """Whether the robots saw each other where the transform believed has them: what else fits, fits as well."""
+        place = None if self.alignment is None else self.places.at(self.alignment.T_a_b)
+        return place is not None and place.is_supported
+
+    @property
     def weighed_alignment(self) -> Alignment | None:
         """The transform believed, certain where the robots saw each other there: loops that fail drop others first."""
         found = self.stability.believed
-        place = None if found is None else self.places.at(found.T_a_b)
-        if found is None or place is None or not place.is_supported:
+        if found is None or not self.is_seen:
             return found
         return replace(found, confidence=max(found.confidence, SEEN_CONFIDENCE))
 
@@ -192,10 +197,7 @@ class PairBelief:
         """Return why a merged pair is to be unmerged, or None; only a search without a prior can find another place."""
         if self.alignment is None:
             return None
-        here = self.places.at(self.alignment.T_a_b)
-        if here is not None and here.is_supported:  # robots saw each other here: what fits elsewhere fits as well
-            searched = False
-        reason = lies_elsewhere(self.alignment, outcome) if searched else None
+        reason = lies_elsewhere(self.alignment, outcome) if searched and not self.is_seen else None
         return reason or refuted(self.alignment, outcome)
 
     def _rejected(self, reason: str, outcome: Alignment | Rejection) -> Verdict:

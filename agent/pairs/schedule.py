@@ -72,7 +72,7 @@ class Schedule:
         due = [
             (self._rank(pair, belief), pair)
             for pair, belief in beliefs.items()
-            if self._is_due(pair, belief, (maps[pair[0]], maps[pair[1]]), pair in confirmed, now_ns)
+            if self._is_due(pair, belief, (maps[pair[0]], maps[pair[1]]), tied, pair in confirmed, now_ns)
             and not (belief.alignment is None and tied.issuperset(pair))
             and not is_left_to_others(self.own_id, pair, beliefs, T_team_map, now_ns)
         ]
@@ -84,7 +84,7 @@ class Schedule:
         if belief.alignment is None:
             prior = self._where_they_started((a, b), belief)
             place = self._unchanged_since(belief, (map_a, map_b))
-        elif self._may_follow((a, b), belief, (map_a, map_b)) and a in T_team_map and b in T_team_map:
+        elif self._may_follow((a, b), belief, (map_a, map_b), tied) and a in T_team_map and b in T_team_map:
             place = se2.between(T_team_map[a], T_team_map[b])
         if place is not None:
             prior = Prior(place, PRIOR_COVARIANCE)
@@ -138,7 +138,13 @@ class Schedule:
         return (0 if self.own_id in pair else 1, 0 if belief.last is None else 1, tried)
 
     def _is_due(
-        self, pair: Pair, belief: PairBelief, maps: tuple[KnownMap, KnownMap], is_confirmed: bool, now_ns: int
+        self,
+        pair: Pair,
+        belief: PairBelief,
+        maps: tuple[KnownMap, KnownMap],
+        tied: Collection[str],
+        is_confirmed: bool,
+        now_ns: int,
     ) -> bool:
         last = belief.last
         if last is None:
@@ -154,7 +160,9 @@ class Schedule:
             is_eager = self.own_id in pair and belief.attempts < PATIENT_AFTER
             return self._is_worth_a_search(belief, maps, is_eager=is_eager or waited_ns >= PATIENCE_S * 1e9)
         is_old = waited_ns / 1e9 >= self.config.realign_interval_s and not is_confirmed
-        return is_old or self._outgrown(belief, maps)
+        if is_old or not self._outgrown(belief, maps):
+            return is_old
+        return not _is_settled(pair, belief, tied) or _grown(maps, last.area_m2, self.config.realign_growth)
 
     def _is_worth_a_search(self, belief: PairBelief, maps: tuple[KnownMap, KnownMap], *, is_eager: bool) -> bool:
         """Return whether the maps of a pair that is not merged have grown enough since its last try."""
@@ -166,11 +174,13 @@ class Schedule:
         both = math.prod(one.area_m2 / max(area, 1e-9) for one, area in zip(maps, last_m2, strict=True))
         return both >= (1.0 + self.config.realign_growth) ** 2
 
-    def _may_follow(self, pair: Pair, belief: PairBelief, maps: tuple[KnownMap, KnownMap]) -> bool:
+    def _may_follow(
+        self, pair: Pair, belief: PairBelief, maps: tuple[KnownMap, KnownMap], tied: Collection[str]
+    ) -> bool:
         """Return whether a prior where the pair was found is enough, which is cheap; else everything is searched."""
         if belief.alignment is None:
             return False
-        if belief.search.accepted and not self._outgrown(belief, maps):
+        if (belief.search.accepted and not self._outgrown(belief, maps)) or _is_settled(pair, belief, tied):
             return True
         start = self._by_starts(pair)
         return start is not None and _is_near(belief.alignment.T_a_b, start)
@@ -179,6 +189,11 @@ class Schedule:
         """Return whether a merged pair's maps have grown so much since the last search that another place may fit."""
         growth = self.config.realign_growth if belief.search.accepted else self.config.align_growth
         return _grown(maps, belief.search.area_m2, growth)
+
+
+def _is_settled(pair: Pair, belief: PairBelief, tied: Collection[str]) -> bool:
+    """Return whether no search would change what is believed of a merged pair: loops or the robots' eyes hold it."""
+    return all(name in tied for name in pair) or belief.is_seen
 
 
 def _sureness(robot_id: str, start: NDArray[np.float64]) -> int:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import pytest
+
+from mrslam.agent.effects import AlignJob
 from mrslam.agent.pairs.belief import WEAK
 from mrslam.agent.pairs.schedule import PATIENCE_S, PATIENT_AFTER
 from mrslam.alignment import Evidence, Rejection
-from tests.agent.pairs.floors import Floors, found, merged, weak
+from tests.agent.pairs.floors import Floors, S, found, merged, weak
 
 
 def test_pairs_with_the_own_map_come_first_and_are_named_in_order() -> None:
@@ -119,3 +122,23 @@ def test_own_pairs_come_before_pairs_of_others_which_are_tied_no_more_than_loops
     assert tried[:4] == [("r1", "r2"), ("r2", "r3"), ("r2", "r4"), ("r2", "r5")]
     merged_pairs = {pair for pair, belief in team.beliefs.items() if belief.alignment is not None}
     assert merged_pairs == {*tried[:4], ("r1", "r3"), ("r1", "r4"), ("r1", "r5")}  # none of r3-r4, r3-r5, r4-r5
+
+
+def test_a_pair_of_others_that_closes_a_loop_is_followed_where_it_is_and_never_searched_for_again() -> None:
+    team = Floors("r1", "r2", "r3")
+    t_s = 0.0
+    while any(belief.alignment is None for belief in team.beliefs.values()):
+        t_s += 10.0
+        while (job := team.next_job(round(t_s * S))) is not None:
+            assert isinstance(job, AlignJob)
+            team.end(job, found(float(int(job.b[1]) - int(job.a[1]))), t_s)
+    t_s += 20.0
+    team.grow("r1", 90, 9)
+    jobs = {}
+    while (job := team.next_job(round(t_s * S))) is not None:
+        assert isinstance(job, AlignJob) and (job.a, job.b) not in jobs
+        jobs[job.a, job.b] = job
+        team.end(job, found(float(int(job.b[1]) - int(job.a[1]))), t_s)
+    assert jobs["r1", "r2"].prior is None and jobs["r1", "r3"].place == pytest.approx([2.0, 0.0, 0.0])
+    team.grow("r1", 91, 10)
+    assert team.due(t_s + 11.0) is None  # followed when it has grown, like any
