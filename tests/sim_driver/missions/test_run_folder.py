@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
+from mrslam.agent.pairs.belief import Status
 from mrslam.sim_driver.missions.run_folder import (
     EventFile,
     read_config,
@@ -50,6 +52,12 @@ def test_whole_files_are_returned_as_they_are(name: str, tmp_path: Path) -> None
     table, read = READERS[name]
     (tmp_path / name).write_text(json.dumps({**table, "more": 1}))
     assert read(tmp_path) == {**table, "more": 1}
+
+
+@pytest.mark.parametrize("status", get_args(Status))
+def test_whatever_a_robot_believes_of_a_pair_can_be_read(status: str, tmp_path: Path) -> None:
+    (tmp_path / "robot.json").write_text(json.dumps({**ROBOT, "pairs": [{**PAIR, "status": status}]}))
+    assert read_robot(tmp_path)["pairs"][0]["status"] == status
 
 
 @pytest.mark.parametrize("name", READERS)
