@@ -11,6 +11,8 @@ Each mission is 2 to 6 robots (``--robots`` : fewer at most) in ``hotel:SEED``. 
   merged its map, rightly, at the end; ``merge_s`` : median and 95th percentile from first sight to merge, 0 where it
   was merged before (never merged counts as never);
 * ``bytes`` : all that was sent, and ``sightings_share`` of it for what robots told each other of what they saw.
+
+With ``--liar`` the first robot says in hints that it found others' maps where they are not.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ import json
 import sys
 import tempfile
 from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -28,12 +31,19 @@ import numpy as np
 
 from bench.chaos.scene import Frames
 from mrslam.agent import Agent, VirtualRobot
+from mrslam.agent.pairs.belief import PairBelief
+from mrslam.agent.pairs.hints import Hints
+from mrslam.merge import Pair
 from mrslam.sim_driver.evaluate.truth import FALSE_MERGE_DEG, FALSE_MERGE_M, pair_error
 from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.sim_driver.run.run_virtual import VirtualTeam, run_in_virtual_time
+from mrslam.spatial import se2
+from mrslam.spatial.se2 import Transform
 
 SIGHT_M = 5.0
 """Robots nearer than this with no wall between them are face to face, metres: half of a small laser's reach."""
+LIE_NS = 3_000_000_000
+"""Time between two lies, nanoseconds."""
 EVERY_NS = 500_000_000
 """Time between two looks at the robots, nanoseconds."""
 
@@ -48,6 +58,8 @@ class Plan:
     seconds: float
     walkers: int
     """People who walk about, and are as large as robots."""
+    liar: bool
+    """Whether the first robot lies in hints."""
     settings: dict[str, Any]
     """Sections of the mission's file that differ from the usual ones."""
 
@@ -66,6 +78,21 @@ def tables(seed: int, plan: Plan) -> dict[str, Any]:
         "agent": {"align_interval_s": 5.0},
         **plan.settings,
     }
+
+
+class Lies(Hints):
+    """Tells of every teammate's map that it was found elsewhere, and somewhere else every few seconds."""
+
+    def news(self, beliefs: Mapping[Pair, PairBelief], now_ns: int) -> list[tuple[str, Transform]]:
+        """Return a place for each, away from the right one where that is known."""
+        if now_ns % LIE_NS:
+            return []
+        rng, lies = np.random.default_rng(now_ns), []
+        right = dict(self._found(beliefs))
+        for robot in sorted({name for pair in beliefs if self.own_id in pair for name in pair} - {self.own_id}):
+            away = np.append(rng.uniform(-4.0, 4.0, 2), rng.choice([0.0, np.pi]))
+            lies.append((robot, se2.compose(right.get(robot, rng.uniform(-20.0, 20.0, 3)), away)))
+        return lies
 
 
 class Watch:
@@ -123,6 +150,9 @@ def play(seed: int, plan: Plan) -> dict[str, Any]:
         sent: dict[str, int] = defaultdict(int)
 
         def look(team: VirtualTeam, now_ns: int) -> None:
+            first = team.robots[0]
+            if plan.liar and isinstance(first, VirtualRobot) and not isinstance(first.runner.agent.team.hints, Lies):
+                first.runner.agent.team.hints = Lies(first.runner.agent.robot_id)
             watch(team, now_ns)
             if now_ns / 1e9 >= plan.seconds - 0.15:
                 for robot in team.robots:
@@ -186,10 +216,12 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=180.0, help="of mission time")
     parser.add_argument("--walkers", type=int, default=0, help="people who walk about")
     parser.add_argument("--without", action="store_true", help="encounters say nothing")
+    parser.add_argument("--liar", action="store_true", help="the first robot lies in hints")
     parser.add_argument("--rows", type=Path, help="file for a JSON line a mission")
     options = parser.parse_args()
     settings = {"mutual_detection": {"encounters": False}} if options.without else {}
-    plan, rows = Plan(options.kind, options.robots, options.seconds, options.walkers, settings), []
+    plan = Plan(options.kind, options.robots, options.seconds, options.walkers, options.liar, settings)
+    rows = []
     for seed in range(options.seed, options.seed + options.missions):
         rows.append(play(seed, plan))
         if options.rows:

@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -17,8 +19,27 @@ IDENTITY.flags.writeable = False
 
 def wrap(angle_rad: ArrayLike) -> NDArray[np.float64]:
     """Return the angle in (-pi, pi]."""
-    wrapped = np.pi - np.mod(np.pi - np.asarray(angle_rad, dtype=np.float64), 2.0 * np.pi)
+    angle_rad = np.asarray(angle_rad, dtype=np.float64)
+    if angle_rad.ndim == 0:
+        return np.asarray(_wrapped(float(angle_rad)))
+    wrapped = np.pi - np.mod(np.pi - angle_rad, 2.0 * np.pi)
     return np.where(wrapped <= -np.pi, np.pi, wrapped)  # the modulus of a tiny negative number rounds to a full turn
+
+
+def _wrapped(angle_rad: float) -> float:
+    """Return the same of one angle, by the same arithmetic in a tenth of the time."""
+    wrapped = math.pi - (math.pi - angle_rad) % (2.0 * math.pi)
+    return math.pi if wrapped <= -math.pi else wrapped
+
+
+def _composed(x: float, y: float, theta: float, x_c: float, y_c: float, turn: float) -> tuple[float, float, float]:
+    cos, sin = float(np.cos(theta)), float(np.sin(theta))
+    return x + cos * x_c - sin * y_c, y + sin * x_c + cos * y_c, _wrapped(theta + turn)
+
+
+def _inverse(x: float, y: float, theta: float) -> tuple[float, float, float]:
+    cos, sin = float(np.cos(theta)), float(np.sin(theta))
+    return -cos * x - sin * y, sin * x - cos * y, _wrapped(-theta)
 
 
 def transform(x_m: float, y_m: float, theta_rad: float) -> Transform:
@@ -29,6 +50,8 @@ def transform(x_m: float, y_m: float, theta_rad: float) -> Transform:
 def compose(T_a_b: ArrayLike, T_b_c: ArrayLike) -> Transform:
     """Return ``T_a_c``; leading axes broadcast."""
     ab, bc = np.asarray(T_a_b, dtype=np.float64), np.asarray(T_b_c, dtype=np.float64)
+    if ab.shape == bc.shape == (3,):  # a tenth of the time, and the same bytes
+        return np.array(_composed(*ab.tolist(), *bc.tolist()))
     cos, sin = np.cos(ab[..., 2]), np.sin(ab[..., 2])
     x = ab[..., 0] + cos * bc[..., 0] - sin * bc[..., 1]
     y = ab[..., 1] + sin * bc[..., 0] + cos * bc[..., 1]
@@ -38,6 +61,8 @@ def compose(T_a_b: ArrayLike, T_b_c: ArrayLike) -> Transform:
 def inverse(T_a_b: ArrayLike) -> Transform:
     """Return ``T_b_a``."""
     ab = np.asarray(T_a_b, dtype=np.float64)
+    if ab.shape == (3,):
+        return np.array(_inverse(*ab.tolist()))
     cos, sin = np.cos(ab[..., 2]), np.sin(ab[..., 2])
     x = -cos * ab[..., 0] - sin * ab[..., 1]
     y = sin * ab[..., 0] - cos * ab[..., 1]

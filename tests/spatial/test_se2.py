@@ -75,6 +75,17 @@ def test_wrap_stays_in_range_next_to_its_ends(angle):
     assert -np.pi < float(se2.wrap(angle)) <= np.pi
 
 
+def test_one_transform_gives_the_same_bytes_as_many():
+    rng = np.random.default_rng(0)
+    T_a_b, T_b_c = rng.normal(size=(2, 500, 3)) * [5.0, 5.0, 9.0]
+    T_a_b[:4, 2] = [np.pi, -np.pi, 3 * np.pi, -1e-300]
+    together, back = se2.compose(T_a_b, T_b_c), se2.inverse(T_a_b)
+    for k in range(500):
+        assert se2.compose(T_a_b[k], T_b_c[k]).tobytes() == together[k].tobytes()
+        assert se2.inverse(T_a_b[k]).tobytes() == back[k].tobytes()
+        assert se2.wrap(T_a_b[k, 2]) == se2.wrap(T_a_b[:, 2])[k]
+
+
 def test_leading_axes_broadcast():
     many = np.stack([se2.transform(i, 2 * i, 0.1 * i) for i in range(4)])
     one = se2.transform(1.0, -2.0, 0.5)
