@@ -19,6 +19,8 @@ from mrslam.spatial import InputError, OccupancyGrid, Scan
 from mrslam.spatial.se2 import Transform
 
 NS = 1_000_000_000
+NO_COVARIANCE = np.zeros(36)
+"""Of odometry: not known, as ROS has it."""
 
 
 class BagWriter:
@@ -92,10 +94,8 @@ class BagWriter:
         message = self._make("nav_msgs/msg/Path", header=self._header(frame, first_ns), poses=stamped)
         self._write(topic, first_ns, message, is_latched=True)
 
-    def transform(
-        self, parent: str, child: str, stamp_ns: int, T_parent_child: Transform, is_static: bool = False
-    ) -> None:
-        """Write where a frame lies in another as ``tf2_msgs/TFMessage``, for now or for good."""
+    def transform(self, parent: str, child: str, stamp_ns: int, T_parent_child: Transform, topic: str = "/tf") -> None:
+        """Write where a frame lies in another as ``tf2_msgs/TFMessage``; for good on a topic named tf_static."""
         pose = self._pose(T_parent_child)
         translation = self._make("geometry_msgs/msg/Vector3", x=pose.position.x, y=pose.position.y, z=0.0)
         one = self._make(
@@ -105,7 +105,23 @@ class BagWriter:
             transform=self._make("geometry_msgs/msg/Transform", translation=translation, rotation=pose.orientation),
         )
         message = self._make("tf2_msgs/msg/TFMessage", transforms=[one])
-        self._write("/tf_static" if is_static else "/tf", stamp_ns, message, is_static)
+        self._write(topic, stamp_ns, message, topic.endswith("tf_static"))
+
+    def odometry(self, topic: str, parent: str, child: str, stamp_ns: int, T_parent_child: Transform) -> None:
+        """Write what the wheels say as ``nav_msgs/Odometry``, without velocities."""
+        pose = self._make(
+            "geometry_msgs/msg/PoseWithCovariance", pose=self._pose(T_parent_child), covariance=NO_COVARIANCE
+        )
+        still = self._make("geometry_msgs/msg/Vector3", x=0.0, y=0.0, z=0.0)
+        twist = self._make("geometry_msgs/msg/Twist", linear=still, angular=still)
+        message = self._make(
+            "nav_msgs/msg/Odometry",
+            header=self._header(parent, stamp_ns),
+            child_frame_id=child,
+            pose=pose,
+            twist=self._make("geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=NO_COVARIANCE),
+        )
+        self._write(topic, stamp_ns, message)
 
     def scan(self, topic: str, frame: str, scan: Scan) -> None:
         """Write a scan as ``sensor_msgs/LaserScan``; inf and NaN keep their meanings (no return, no reading)."""

@@ -46,7 +46,7 @@ def bag_run(run: Path, out: Path | None) -> None:
     placed = {name: _placed(folder) for name, folder in folders.items()}
     with BagWriter(out) as bag, progress_bar(f"writing {out.name}", len(folders)) as advance:
         for name, T_team_map in max(placed.values(), key=len).items():
-            bag.transform(TEAM, f"map_{name}", 0, np.array(T_team_map), is_static=True)
+            bag.transform(TEAM, f"map_{name}", 0, np.array(T_team_map), "/tf_static")
         written = 0
         for name, folder in folders.items():
             written += _write_robot(bag, name, folder, began_s.get(name, 0.0))
