@@ -87,6 +87,16 @@ def test_maps_are_published_as_they_grow() -> None:
     assert one.node.store.version("r1") > first > (0, 0)
 
 
+def test_a_robot_without_a_map_has_no_trajectory_and_one_without_news_publishes_nothing() -> None:
+    one = robot("r1", 1)
+    assert list(one.T_team_map) == ["r1"] and one.corrected_trajectories() == one.team.keyframes() == {}
+    live([one], 0, 60)
+    one.publish(6 * S)
+    version = one.node.store.version("r1")
+    one.publish(7 * S)
+    assert one.node.store.version("r1") == version
+
+
 def test_the_last_keyframes_of_a_robot_that_stops_are_published_once() -> None:
     one = Agent("r1", replace(SETTINGS, agent=AgentConfig(publish_interval_s=6.0)), boot_id=1)
     live([one], 0, 60)

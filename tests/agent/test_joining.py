@@ -61,6 +61,9 @@ def test_bent_maps_are_merged_joined_and_stay_merged() -> None:
     events = joined(team)
     assert kinds(events) == ["joined"]
     assert events[0].fields["ties"]["a-b"] >= 12
+    kept = sum(events[0].fields["ties"].values())
+    assert kept == sum(tie.believed for tie in team.ties)
+    assert events[0].fields["dropped"] == len(team.ties) - kept != kept
     team.keep_placed(20 * S)
     assert team.revoke(20 * S) == [] and sorted(team.T_team_map) == ["a", "b"]
     ways = team.keyframes()
