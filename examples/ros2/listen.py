@@ -1,4 +1,4 @@
-"""Listen to one robot's topics for some seconds, as any other node would, and print what came.
+"""Listen to one robot's topics for some seconds from its first message on, as any other node would; print what came.
 
 python examples/ros2/listen.py /r1 --seconds 5
 """
@@ -65,14 +65,17 @@ def main() -> None:
 
     for topic, (kind, qos) in TOPICS.items():
         listen(topic, kind, qos)
-    end_s = time.monotonic() + options.seconds
-    while time.monotonic() < end_s:
+    print(f"waiting for {options.namespace} ...", flush=True)
+    end_s = None
+    while rclpy.ok() and (end_s is None or time.monotonic() < end_s):
         rclpy.spin_once(node, timeout_sec=0.1)
+        if end_s is None and newest:
+            end_s = time.monotonic() + options.seconds
     for topic in TOPICS:
         print(
             f"{options.namespace}/{topic}: {counts[topic]} messages; {words(newest[topic]) if topic in newest else ''}"
         )
-    rclpy.shutdown()
+    rclpy.try_shutdown()
 
 
 main()

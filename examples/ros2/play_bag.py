@@ -55,12 +55,14 @@ def main() -> None:
             publishers[one.id] = node.create_publisher(kind, one.topic, qos_of(one.msgtype, one.topic))
             if one.msgtype == KINDS[0]:
                 scans.append(publishers[one.id])
-        while any(one.get_subscription_count() < options.subscribers for one in scans):
+        while rclpy.ok() and any(one.get_subscription_count() < options.subscribers for one in scans):
             tell(bag.start_time)
             time.sleep(0.05)
         begin_s, played = time.monotonic(), 0
         connections = [one for one in bag.connections if one.id in publishers]
         for one, stamp_ns, raw in bag.messages(connections=connections):
+            if not rclpy.ok():
+                break
             due_s = begin_s + (stamp_ns - bag.start_time) / 1e9 / options.rate
             while (left_s := due_s - time.monotonic()) > 0.0:
                 tell(stamp_ns - round(left_s * options.rate * 1e9))

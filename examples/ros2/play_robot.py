@@ -88,11 +88,13 @@ def main() -> None:
     readings = readings[round(options.first * len(readings)) : round(options.last * len(readings))]
     rclpy.init(args=[sys.argv[0], *ros])
     robot = Robot(options.prefix)
-    while robot.scans.get_subscription_count() < options.subscribers:
+    while rclpy.ok() and robot.scans.get_subscription_count() < options.subscribers:
         time.sleep(0.05)
     given = []
     begin_ns, begin_s = readings[0].scan.stamp_ns, time.monotonic()
     for reading in readings:
+        if not rclpy.ok():
+            break
         due_s = (reading.scan.stamp_ns - begin_ns) / 1e9 / options.speed
         time.sleep(max(begin_s + due_s - time.monotonic(), 0.0))
         given.append((reading.scan.stamp_ns, time.time_ns()))
