@@ -31,7 +31,7 @@ from mrslam.spatial.poses import compose
 from mrslam.spatial.runtime.crew import Crew, Pending
 from mrslam.spatial.se2 import Transform
 
-LAYOUT = 17
+LAYOUT = 18
 """Version of what :meth:`Mapper.state` returns; raised whenever its content changes."""
 SETTLE_SCANS = 10
 """The back end's result is collected after this many scans at the latest: a robot that stopped gets it, too."""
@@ -166,7 +166,8 @@ class Mapper:
     def covariance(self) -> NDArray[np.float64]:
         """``(3, 3)`` of the pose in the map, m^2 and rad^2, where the first pose is certain.
 
-        It adds up what the keyframes' motion and loops leave open, the particles' spread, and the motion since.
+        It adds up how far off the map is here by the keyframes' motion and matches, loops and straight walls; the
+        particles' spread; and what the newest match leaves open, or the motion since where there is none.
         """
         if self._history.keys == 0:
             return np.zeros((3, 3))
@@ -174,8 +175,10 @@ class Mapper:
         error = particles - pose
         error[:, 2] = se2.wrap(error[:, 2])
         over_particles = np.einsum("i,ij,ik->jk", self._back.filter.weights, error, error)
-        since = motion_cov(self.config, self._T_key_base, self._motion.blind_m)
-        return over_particles + composed_cov(pose, self._T_key_base, self._back.covariance, since)
+        own = np.linalg.inv(motion_cov(self.config, self._T_key_base, self._motion.blind_m))
+        if not self._dead_reckoned.any():  # scans since see what the keyframe saw
+            own += self._back.matched[-1]
+        return over_particles + composed_cov(pose, self._T_key_base, self._back.covariance, np.linalg.inv(own))
 
     @property
     def neff(self) -> float:

@@ -13,7 +13,7 @@ from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.filter.ancestry import Ancestry
 from mrslam.rbpf.filter.particles import Motion, Proposals, insert_range, propose
 from mrslam.rbpf.filter.resampling import effective, normalised, systematic
-from mrslam.rbpf.filter.wall_directions import WallDirections
+from mrslam.rbpf.filter.wall_directions import Headings, WallDirections
 from mrslam.rbpf.front_end.motion import BLIND_M, MOTION, WAY, Agreement, Keyframe, motion_cov
 from mrslam.rbpf.front_end.sight import SPACING_M
 from mrslam.rbpf.outcome import Stopwatch
@@ -84,6 +84,11 @@ class ParticleFilter:
     def weights(self) -> NDArray[np.float64]:
         """``(N,)``, their sum 1."""
         return normalised(self.log_weights)
+
+    @property
+    def headings(self) -> Headings:
+        """What walls say of the keyframes' headings."""
+        return self._walls.readings()
 
     def move(self, key: Keyframe, is_carried: bool = False) -> Agreement | None:
         """Bring the particles to a keyframe, to be drawn next (:meth:`draw`), and resample them where Neff is low.

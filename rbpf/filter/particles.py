@@ -53,15 +53,22 @@ class Proposals(NamedTuple):
     """``(N,)``, share of beams that fit the particle's map, 0..1."""
     conflicts: NDArray[np.float64]
     """``(N,)``, share of beams that contradict it, 0..1."""
+    information: NDArray[np.float64]
+    """``(N, 3, 3)``, inverse covariance of each pose by the scan alone, map frame: 1/m^2, 1/(m rad), 1/rad^2."""
 
     def agreement(self, index: int) -> Agreement:
         """Return how far a particle's map agrees with the scan."""
-        return Agreement(inliers=float(self.inliers[index]), conflicts=float(self.conflicts[index]))
+        c, s = math.cos(self.poses[index, 2]), math.sin(self.poses[index, 2])
+        T_map_key = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        return Agreement(
+            inliers=float(self.inliers[index]), conflicts=float(self.conflicts[index]),
+            information=T_map_key.T @ self.information[index] @ T_map_key,
+        )  # fmt: skip
 
     @classmethod
     def empty(cls, count: int) -> Proposals:
         """Return arrays for ``count`` particles."""
-        return cls(np.empty((count, 3)), np.empty(count), np.empty(count), np.empty(count))
+        return cls(np.empty((count, 3)), np.empty(count), np.empty(count), np.empty(count), np.empty((count, 3, 3)))
 
 
 @njit(cache=True, nogil=True)
@@ -97,6 +104,7 @@ def propose(
             fit = match(map_of(maps, i), points, predicted, predicted, info, sigma_m, 0)
             prior = 0.0
         out.gains[i] = evidence_beams * fit.score - 0.5 * PRIOR_SHARE * min(prior, PRIOR_MOST)
+        out.information[i] = fit.information
         for row in range(3):
             for col in range(row, 3):
                 info[row, col] += CORRELATED * fit.information[row, col]

@@ -10,13 +10,15 @@ Martinelli, Siegwart and Tomatis 2006) takes right angles for granted.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf.filter.straight_walls import STRETCH_COLUMNS, STRETCHES_MOST, folded, main_direction, stretches
 from mrslam.rbpf.rows import Rows
+from mrslam.spatial.pose_graph import Edges
+from mrslam.spatial.se2 import Transform
 
 WALL_RAD = math.radians(0.35)
 """Error of one scan's walls as a measure of the building's (1 sigma): real ones are parallel to a third of a degree."""
@@ -39,6 +41,36 @@ BENT_RAD = math.radians(0.2)
 """Error of heading and directions after a relaxation (1 sigma)."""
 NONE = -1.0
 """Stands for the index of a direction where a keyframe saw none; a float, as in the table of keyframes."""
+NOTHING = (0.0, NONE, 1.0)
+"""Row of a keyframe that saw no direction."""
+
+
+class Headings(NamedTuple):
+    """What n keyframes say of their headings: each saw one of D directions in which walls run, modulo a right angle."""
+
+    angles: NDArray[np.float64]
+    """``(D,)``, the directions in the map, radians."""
+    keys: NDArray[np.int64]
+    """``(n,)``, the keyframes."""
+    which: NDArray[np.int64]
+    """``(n,)``, index of the direction that each saw."""
+    seen: NDArray[np.float64]
+    """``(n,)``, that direction in the keyframe's frame, radians."""
+    variance: NDArray[np.float64]
+    """``(n,)``, rad^2, as if each were seen independently."""
+
+    def as_edges(self, T_map_key: Transform) -> tuple[Transform, Edges]:
+        """Return the directions as nodes ``(D, 3)`` of a pose graph, after its K keyframes, and what was seen as edges.
+
+        Only the nodes' third column counts. ``T_map_key (K, 3)`` decides which of the four right angles each means.
+        """
+        nodes = np.zeros((self.angles.size, 3))
+        nodes[:, 2] = self.angles
+        T_key_direction, information = np.zeros((self.keys.size, 3)), np.zeros((self.keys.size, 3, 3))
+        apart = self.angles[self.which] - T_map_key[self.keys, 2]
+        T_key_direction[:, 2] = apart - folded(apart - self.seen)
+        information[:, 2, 2] = 1.0 / self.variance
+        return nodes, Edges(self.keys, T_map_key.shape[0] + self.which, T_key_direction, information)
 
 
 class WallDirections:
@@ -51,7 +83,7 @@ class WallDirections:
         """``(D,)``, how often each was seen."""
         self.cov = np.zeros((1, 1))
         """``(1 + D, 1 + D)``, rad^2, of the newest heading and of the directions."""
-        self._seen_by_key = Rows(2)  # by keyframe: direction of its walls in its frame, index or -1
+        self._seen_by_key = Rows(3)  # by keyframe: direction of its walls in its frame, index or -1, variance
         self._surprise = 1.0  # squared error of readings over the expected one
         self._walls = np.zeros((STRETCHES_MOST, STRETCH_COLUMNS))
 
@@ -65,7 +97,7 @@ class WallDirections:
         self.cov[0, 0] += DRIFT_RAD2_PER_M * way_m
         reading = main_direction(self._walls[: stretches(points, origin, self._walls)])
         if reading is None:
-            self._seen_by_key.add((0.0, NONE))
+            self._seen_by_key.add(NOTHING)
             return 0.0
         direction, variance = reading
         variance += WALL_RAD**2
@@ -74,12 +106,12 @@ class WallDirections:
         sigma2 = from_each[:, 0] - np.diagonal(from_each, 1) + variance
         near = missed**2 < GATE**2 * sigma2
         if not near.any():
-            self._seen_by_key.add((direction, self._begin(heading + direction, variance)))
+            self._seen_by_key.add((direction, self._begin(heading + direction, variance), variance))
             return 0.0
         likely = np.where(near, self.seen * np.exp(-0.5 * missed**2 / sigma2) / np.sqrt(sigma2), 0.0)
         one = int(np.argmax(likely))
         if likely[one] < SURE * likely.sum():
-            self._seen_by_key.add((0.0, NONE))
+            self._seen_by_key.add(NOTHING)
             return 0.0
         self._surprise += SURPRISE_MEMORY * (float(missed[one] ** 2 / sigma2[one]) - self._surprise)
         doubt = SAME_WALLS * max(self._surprise, SURPRISE_LEAST) - 1.0
@@ -87,12 +119,19 @@ class WallDirections:
         self.cov = self.cov - np.outer(gain, from_each[one])
         self.angles = self.angles + gain[1:] * missed[one]
         self.seen[one] += 1
-        self._seen_by_key.add((direction, one))
+        self._seen_by_key.add((direction, one, variance))
         return float(gain[0] * missed[one])
+
+    def readings(self) -> Headings:
+        """Return what keyframes say of their headings, as surely as they agreed so far."""
+        direction, index, variance = self._seen_by_key.rows.T
+        keys = np.flatnonzero(index >= 0.0)
+        which = index[keys].astype(np.int64)
+        return Headings(self.angles.copy(), keys, which, direction[keys], SAME_WALLS * self._surprise * variance[keys])
 
     def pass_over(self) -> None:
         """Learn nothing from a keyframe whose heading in the map nobody knows."""
-        self._seen_by_key.add((0.0, NONE))
+        self._seen_by_key.add(NOTHING)
 
     def _begin(self, angle: float, variance: float) -> int:
         """Remember a new direction, where there are too many in place of the one seen least; return its index."""
@@ -103,7 +142,7 @@ class WallDirections:
         else:
             n = int(np.argmin(self.seen))
             gone = self._seen_by_key.rows[:, 1] == n
-            self._seen_by_key.rows[gone] = (0.0, NONE)
+            self._seen_by_key.rows[gone] = NOTHING
         self.angles[n], self.seen[n] = angle, 1
         self.cov[n + 1] = self.cov[:, n + 1] = self.cov[0]
         self.cov[n + 1, n + 1] = self.cov[0, 0] + SAME_WALLS * variance
@@ -111,7 +150,7 @@ class WallDirections:
 
     def adopt(self, headings: NDArray[np.float64]) -> None:
         """Learn the directions again on a relaxed trajectory, from the ``headings (K,)`` of all keyframes."""
-        direction, before = self._seen_by_key.rows.T
+        direction, before, _ = self._seen_by_key.rows.T
         in_map, now = headings + direction, np.full(before.size, NONE)
         kept: list[float] = []
         for one in np.argsort(-self.seen, kind="stable"):

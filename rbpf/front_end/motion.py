@@ -7,7 +7,7 @@ where scans saw nothing of it, as along a corridor.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -53,7 +53,7 @@ class Keyframe:
         return bool(self.arrival[CARRIED])
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Agreement:
     """How far a map agrees with a keyframe's scan."""
 
@@ -61,6 +61,8 @@ class Agreement:
     """Share of beams that fit the map, 0..1."""
     conflicts: float
     """Share of beams that contradict it, 0..1."""
+    information: NDArray[np.float64] = field(default_factory=lambda: np.zeros((3, 3)))
+    """``(3, 3)``, what the scan says of the keyframe's pose in the map, in its own axes: 1/m^2, 1/(m rad), 1/rad^2."""
 
 
 class LocalMotion:

@@ -24,7 +24,7 @@ from mrslam.spatial.hits.views import Beams
 from mrslam.spatial.matching import places
 from mrslam.spatial.matching.gauss_newton import Match
 from mrslam.spatial.matching.places import Place, PlaceMatcher, edge_information, fits
-from mrslam.spatial.pose_graph import Edges, marginal, relax, relax_graduated
+from mrslam.spatial.pose_graph import Edges, relax, relax_graduated
 from mrslam.spatial.se2 import Transform
 
 OLD_WAY_M = 12.0
@@ -189,47 +189,40 @@ class LoopCloser:
 
     def _add_edge(self, old: int, found: Match, new: int | None = None) -> None:
         """Believe a fit of a keyframe, the newest if it is None."""
-        self._last_fit_m = self._anchored_m = float(self.scans.way_m[-1])
+        self._last_fit_m = float(self.scans.way_m[-1])
+        if places.is_seen_all_round(found):
+            self._anchored_m = self._last_fit_m
         self._waiting = None
         self._edges.add((old, self.scans.way_m.size - 1 if new is None else new))
         self._edge_values.add((*found.pose, *edge_information(found).flat))
 
-    def relaxed(self, T_map_key: Transform, motion_cov: NDArray[np.float64]) -> Transform:
-        """Return the trajectory ``(K, 3)`` that fits all edges; ``motion_cov (K, 3, 3)`` of each arrival.
+    def relaxed(self, T_map_key: Transform, chain: NDArray[np.float64]) -> Transform:
+        """Return the trajectory ``(K, 3)`` that fits all edges.
 
-        Neighbours are held where the filter has them, by that covariance.
+        Neighbours are held where the filter has them, by the information ``chain (K, 3, 3)`` of each to the one before.
         """
         if not self.edges:
             return T_map_key.copy()
-        edges = self._graph(T_map_key, motion_cov)
-        is_loop = np.arange(edges.first.size) >= T_map_key.shape[0] - 1
+        keys = np.arange(T_map_key.shape[0] - 1)
+        motion = Edges(keys, keys + 1, se2.between(T_map_key[:-1], T_map_key[1:]), chain[1:])
+        edges = Edges.joined([motion, self.as_edges()])
+        is_loop = np.arange(edges.first.size) >= keys.size
         if not self._is_far:
             return relax(T_map_key, edges, robust=is_loop)
         self._is_far = False
-        return self._bent_far(T_map_key, edges, is_loop)
-
-    def covariance(self, T_map_key: Transform, motion_cov: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return ``(3, 3)`` of the newest keyframe's pose in the map: what its way and loops leave open, m^2, rad^2."""
-        return marginal(T_map_key, self._graph(T_map_key, motion_cov), T_map_key.shape[0] - 1)
-
-    def _graph(self, T_map_key: Transform, motion_cov: NDArray[np.float64]) -> Edges:
-        """Return the edges from each keyframe to the next, as the filter has them, and those of loops after them."""
-        chain = np.arange(T_map_key.shape[0] - 1)
-        first, second = np.concatenate([np.stack([chain, chain + 1], axis=1), self._edges.rows]).T
-        values = self._edge_values.rows
-        return Edges(
-            first, second,
-            T_first_second=np.concatenate([se2.between(T_map_key[:-1], T_map_key[1:]), values[:, :3]]),
-            information=np.concatenate([np.linalg.inv(motion_cov[1:]), values[:, 3:].reshape(-1, 3, 3)]),
-        )  # fmt: skip
-
-    def _bent_far(self, T_map_key: Transform, edges: Edges, is_loop: NDArray[np.bool_]) -> Transform:
-        """Return the trajectory that fits all edges, also such as are far from it; those that cannot be true go."""
         poses, weight = relax_graduated(self._put_back(T_map_key), edges, is_loop, LOOP_CHI2)
-        believed = weight[is_loop] > 0.0
+        self._keep(weight[is_loop] > 0.0)
+        return poses
+
+    def as_edges(self) -> Edges:
+        """Return the loop edges as edges of a pose graph."""
+        (first, second), values = self._edges.rows.T, self._edge_values.rows
+        return Edges(first, second, values[:, :3], values[:, 3:].reshape(-1, 3, 3))
+
+    def _keep(self, believed: NDArray[np.bool_]) -> None:
+        """Drop the edges that are not ``believed (E,)``."""
         keys, values = self._edges.rows[believed].copy(), self._edge_values.rows[believed].copy()
         self._edges, self._edge_values = Rows.of(keys), Rows.of(values)
-        return poses
 
     def _put_back(self, T_map_key: Transform) -> Transform:
         """Return the trajectory with all keyframes since the robot was carried where the newest edge has them."""

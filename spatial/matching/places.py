@@ -17,6 +17,7 @@ from mrslam.spatial.hits.store import TileStore
 from mrslam.spatial.hits.views import Tiles
 from mrslam.spatial.matching.correlative import Lattice, search
 from mrslam.spatial.matching.gauss_newton import Match, match
+from mrslam.spatial.matching.sliding import Drift, slid
 from mrslam.spatial.se2 import Transform
 
 DRIFT_M_PER_M, DRIFT_RAD_PER_M = 0.02, 0.002
@@ -52,6 +53,8 @@ INDEPENDENT = 0.02
 """Share of the matcher's information that an edge gets: beams of several scans on one wall are far from independent."""
 EDGE_SIGMA = np.array([0.01, 0.01, 0.003])
 """Least standard deviations of an edge, metres and radians: a fifth of a cell."""
+SEEN_M = 0.25
+"""Standard deviation of a position, metres, along a direction that was seen."""
 FLAT = 1e-2
 """Added to an edge's information, which has no inverse where a place has no wall across one direction."""
 
@@ -81,6 +84,12 @@ def fits(found: Match, more: float = 0.0) -> bool:
     return found.inliers >= OVERLAP_LEAST + more and found.inliers >= (AGREEING_LEAST + 0.5 * more) * seen
 
 
+def is_seen_all_round(found: Match) -> bool:
+    """Return whether a match says where the scans are in every direction, to ``SEEN_M``."""
+    least, _ = np.linalg.eigvalsh(edge_information(found)[:2, :2])
+    return bool(least > SEEN_M**-2)
+
+
 def edge_information(found: Match) -> NDArray[np.float64]:
     """Return the inverse covariance ``(3, 3)`` of a match as an edge of a pose graph: 1/m^2, 1/(m rad), 1/rad^2."""
     covariance = np.linalg.inv(INDEPENDENT * found.information + np.diag([FLAT] * 3)) + np.diag(EDGE_SIGMA**2)
@@ -106,16 +115,23 @@ class PlaceMatcher:
         prior = np.diag([1.0 / sigma_m**2, 1.0 / sigma_m**2, 1.0 / sigma_rad**2])
         fine = _draw(self._fine, place, T_place_scan, reach_m)
         descended = match(fine, points, T_place_scan, T_place_scan, prior, self._sigma_m, ITERATIONS)
+        drift = Drift(T_place_scan, sigma_m, prior, min(SHIFT_M + DRIFT_M_PER_M * lost_m, FAR_MOST_M))
         if fits(descended, CLEAR):
-            return descended
+            return self._slid(fine, points, descended, drift)
         coarse = _draw(self._coarse, place, T_place_scan, reach_m)
         lattice = Lattice(
             min(TURN_RAD + DRIFT_RAD_PER_M * lost_m, TURN_MOST_RAD), COARSE_TURN_RAD,
-            min(SHIFT_M + DRIFT_M_PER_M * lost_m, FAR_MOST_M), COARSE_SHIFT_M, COARSE_POINTS,
+            drift.half_m, COARSE_SHIFT_M, COARSE_POINTS,
         )  # fmt: skip
         start = search(fine, points, search(coarse, points, T_place_scan, lattice).pose, FINE).pose
         searched = match(fine, points, start, T_place_scan, prior, self._sigma_m, ITERATIONS_SEARCHED)
-        return searched if searched.score > descended.score else descended
+        found = searched if searched.score > descended.score else descended
+        return self._slid(fine, points, found, drift)
+
+    def _slid(self, tiles: Tiles, points: NDArray[np.float64], found: Match, drift: Drift) -> Match:
+        """Return a match as it is along its corridor, if it is in one."""
+        found, along = slid(tiles, points, found, drift, self._sigma_m)
+        return found._replace(information=found.information + along / INDEPENDENT)
 
 
 def _draw(store: TileStore, place: Place, T_place_scan: Transform, reach_m: float) -> Tiles:

@@ -49,7 +49,7 @@ def tour(
             loops.add_key(key.beams, 0.6)
             if loops.look(np.stack(poses), np.stack(arrivals)):
                 contradicted.append(len(poses) - 1)
-                trajectory = loops.relaxed(np.stack(poses), chain_cov(config, np.stack(arrivals)))
+                trajectory = loops.relaxed(np.stack(poses), np.linalg.inv(chain_cov(config, np.stack(arrivals))))
                 poses = list(trajectory)
     return loops, np.stack(poses), contradicted
 

@@ -17,6 +17,7 @@ from mrslam.spatial.matching.places import (
     PlaceMatcher,
     edge_information,
     fits,
+    is_seen_all_round,
     within_m,
 )
 from tests.rbpf.rooms import drive, keyframe
@@ -56,6 +57,11 @@ def test_an_edge_is_loose_where_no_wall_was_seen_and_never_surer_than_the_laser(
     assert blind[0, 0] < 0.011 and blind[1, 1] == pytest.approx(EDGE_SIGMA[1] ** -2, rel=1e-2)
     twice = [edge_information(found(0.9, 0.0, n * np.diag([1e3, 1e3, 1e3])))[0, 0] for n in (1.0, 2.0)]
     assert twice[1] == pytest.approx(2.0 * twice[0], rel=0.01)  # far from the bounds it is proportional
+
+
+@pytest.mark.parametrize(("along", "is_seen"), [(0.0, False), (100.0, False), (1e5, True)])
+def test_a_corridor_does_not_show_how_far_the_robot_has_drifted_along_it(along: float, is_seen: bool) -> None:
+    assert is_seen_all_round(found(0.9, 0.0, np.diag([1e6, along, 1e6]))) == is_seen
 
 
 def compared(off: tuple[float, float, float], lost_m: float) -> tuple[Match, NDArray[np.float64]]:
