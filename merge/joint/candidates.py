@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrslam.merge.joint.candidate_kernels import nearest_keys
 from mrslam.merge.joint.consistent import KeyMatch
 from mrslam.merge.joint.trail import Trail
 from mrslam.spatial import se2
@@ -49,16 +50,18 @@ def candidates(
     if believed:
         to_a = a.way_from(np.array([match.i for match in believed]))
         to_b = b.way_from(np.array([match.j for match in believed]))
+    nearest, away_m = nearest_keys(T_a, T_b, TURN_COST_M)
     done_m = np.array([b.way_m[j] for _, j in found])
     chosen: list[Candidate] = []
     last_m = -np.inf
     for j in range(len(b)):
         if b.way_m[j] - last_m < COMPARED_EVERY_M:
             continue
-        away = np.hypot(*(T_a[:, :2] - T_b[j, :2]).T)
-        i = int(np.argmin(away + TURN_COST_M * np.abs(se2.wrap(T_a[:, 2] - T_b[j, 2]))))
+        i = int(nearest[j])
+        if away_m[j] > FAR_MOST_M:
+            continue
         lost_m = float((to_a[:, i] + to_b[:, j]).min()) if believed else FIRST_LOST_M
-        if away[i] > within_m(lost_m):
+        if away_m[j] > within_m(lost_m):
             continue
         last_m = b.way_m[j]
         if done_m.size == 0 or np.abs(done_m - last_m).min() >= 0.5 * COMPARED_EVERY_M:

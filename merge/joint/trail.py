@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix
+from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from mrslam.spatial import KeyScans, LocalMap, se2
@@ -105,10 +105,14 @@ class Trail:
 
     def way_from(self, keys: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return ``(len(keys), K)``: shortest path in the pose graph from these keyframes to all, metres."""
+        return np.asarray(dijkstra(self._graph, directed=False, indices=keys))
+
+    @cached_property
+    def _graph(self) -> csr_matrix:
+        """``(K, K)``: length of each edge of the pose graph, metres."""
         edges = self.edges
         length = np.hypot(*edges.T_first_second[:, :2].T) + 1e-6  # a length of 0 would be no edge
-        graph = coo_matrix((length, (edges.first, edges.second)), shape=(len(self), len(self)))
-        return np.asarray(dijkstra(graph.tocsr(), directed=False, indices=keys))
+        return coo_matrix((length, (edges.first, edges.second)), shape=(len(self), len(self))).tocsr()
 
     def points(self, k: int) -> NDArray[np.float64]:
         """Return ``(n, 5)``: the scan of keyframe ``k`` as (x, y, nx, ny, quality) in the keyframe's frame, metres."""
