@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from mrslam.alignment.result import Alignment
 from mrslam.spatial.errors import require
 from mrslam.spatial.se2 import Transform, wrap
@@ -36,9 +34,9 @@ class StabilityCheck:
 
     def is_near(self, T_1: Transform, T_2: Transform) -> bool:
         """Return whether two transforms ``(3,)`` differ by less than the limits."""
-        dx, dy = np.abs(T_1[:2] - T_2[:2])
-        turn = abs(float(wrap(T_1[2] - T_2[2])))
-        return bool(dx < self.max_dx_m and dy < self.max_dy_m and turn < self.max_dtheta_rad)
+        (x_1, y_1, theta_1), (x_2, y_2, theta_2) = T_1.tolist(), T_2.tolist()  # asked for all pairs at every tick
+        is_here = abs(x_1 - x_2) < self.max_dx_m and abs(y_1 - y_2) < self.max_dy_m
+        return is_here and abs(float(wrap(theta_1 - theta_2))) < self.max_dtheta_rad
 
     def update(self, estimate: Alignment) -> Alignment | None:
         """Take in one more estimate; return the believed transform, or None.
