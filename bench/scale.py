@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 
 from mrslam.agent import Agent
+from mrslam.agent.effects import AlignJob
 from mrslam.agent.shells import runner as runner_module
 from mrslam.agent.shells.runner import Runner
 from mrslam.agent.team import Team
@@ -64,11 +65,29 @@ def clocked(
     return timed
 
 
+def by_kind(align: Callable[..., Any], kinds: dict[str, int]) -> Callable[..., Any]:
+    """Return the same method of :class:`Runner`, which counts alignments by what made them.
+
+    ``searched`` : everywhere or by a prior; ``examined`` : at a place found before; ``hinted`` : at a teammate's hint,
+    of which ``hints_failed`` were not followed by a search for rivals.
+    """
+
+    def counted(runner: Runner, job: AlignJob) -> Any:
+        outcome = align(runner, job)
+        kinds["hinted" if job.hinted_by is not None else "searched" if job.place is None else "examined"] += 1
+        kinds["hints_failed"] += job.hinted_by is not None and not outcome.accepted
+        return outcome
+
+    return counted
+
+
 def run(robots: int, minutes: float, world: str, seed: int) -> dict[str, Any]:
     """Play one mission and return its row."""
     load_kernels()
     spent_s: dict[str, float] = defaultdict(float)
     calls: dict[str, int] = defaultdict(int)
+    kinds: dict[str, int] = dict.fromkeys(("searched", "examined", "hinted", "hints_failed"), 0)
+    Runner._align = by_kind(Runner._align, kinds)
     for room, entries in ROOMS.items():
         for owner, name in entries:
             setattr(owner, name, clocked(getattr(owner, name), room, spent_s, calls))
@@ -86,7 +105,8 @@ def run(robots: int, minutes: float, world: str, seed: int) -> dict[str, Any]:
     return {
         "robots": robots, "minutes": minutes, "world": world, "seed": seed, "cpu_s": round(cpu_s, 1),
         "wall_s": round(wall_s, 1), "cpu_by_room_s": {room: round(spent_s[room], 2) for room in (*ROOMS, "rest")},
-        "alignments": calls["alignment"], "joint_solutions": calls["joint"], "peak_rss_mb": round(peak_kb() / 1024),
+        "alignments": calls["alignment"], "by_kind": kinds, "joint_solutions": calls["joint"],
+        "peak_rss_mb": round(peak_kb() / 1024),
         "bytes_a_robot_minute": {
             lane: round(sum(one[lane] for one in sent) / robots / minutes) for lane in ("beacon", "control", "bulk")
         },
