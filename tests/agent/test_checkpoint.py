@@ -49,6 +49,19 @@ def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
     assert two.team.beliefs["r1", "r2"].reason == "not tried yet"  # nobody said it had started anew
 
 
+def test_what_is_not_merged_yet_is_not_merged_afterwards_either(tmp_path: Path) -> None:
+    one, two = robot("r1", 1), robot("r2", 1)
+    live([one, two], 0, 60)
+    before = one.team.beliefs["r1", "r2"]
+    assert before.alignment is None
+    write(freeze(one), tmp_path / "state")
+    again = robot("r1", 2)
+    resume(again, tmp_path / "state")
+    after = again.team.beliefs["r1", "r2"]
+    assert (after.status, after.reason, after.alignment) == (before.status, before.reason, None)
+    assert list(again.T_team_map) == ["r1"]
+
+
 def test_one_that_wakes_up_elsewhere_doubts_where_it_is(tmp_path: Path) -> None:
     one = robot("r1", 1)
     live([one], 0, 60)

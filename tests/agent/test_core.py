@@ -97,6 +97,16 @@ def test_a_robot_without_a_map_has_no_trajectory_and_one_without_news_publishes_
     assert one.node.store.version("r1") == version
 
 
+def test_a_robot_says_how_much_it_knows_and_whose_maps_it_has_placed() -> None:
+    one = robot("r1", 1)
+    live([one], 0, 60)
+    (known,) = [e for e in one.on_tick(70 * S) if isinstance(e, Event) and e.kind == "known"]
+    assert known.fields["placed"] == ["r1"]
+    assert known.fields["own_m2"] == pytest.approx(one.known_area_m2(), abs=0.01)
+    assert known.fields["team_m2"] == pytest.approx(one.team_map().grid.known_area_m2(), abs=0.01)
+    assert known.fields["team_m2"] > 10.0 < known.fields["own_m2"]
+
+
 def test_the_last_keyframes_of_a_robot_that_stops_are_published_once() -> None:
     one = Agent("r1", replace(SETTINGS, agent=AgentConfig(publish_interval_s=6.0)), boot_id=1)
     live([one], 0, 60)
