@@ -103,7 +103,8 @@ def judge(name: str, saved: Path, robot: Path, data: Path, is_foreign: bool) -> 
     until = way[0] <= way[0][0] + found["t"] * 1e9
     row["seconds"] = found["t"]
     row["metres"] = round(float(np.hypot(*np.diff(way[1][until, :2], axis=0).T).sum()), 2)
-    T_saved_laser = np.array([found["x_m"], found["y_m"], found["theta_rad"]])  # these logs' lasers are at the base
+    T_base_laser = way[1][0]  # for the map begins where the base did
+    T_saved_laser = se2.compose(np.array([found["x_m"], found["y_m"], found["theta_rad"]]), T_base_laser)
     if truth is not None:
         j = int(np.flatnonzero(until & np.isfinite(true_way[:, 0]))[-1])  # the reference has few scans of some logs
         now = true_way[j]
@@ -112,7 +113,7 @@ def judge(name: str, saved: Path, robot: Path, data: Path, is_foreign: bool) -> 
         expected = se2.compose(saved_way[1][k], se2.compose(se2.between(true_saved[k], now), T_then_now))
     elif name == "isr" and not is_foreign:
         whole = read_tum(second_day(name, saved.parents[1]) / "trajectory.tum")
-        expected = se2.compose(saved_way[1][-1], at(whole, way[0][until][-1:])[0])
+        expected = se2.compose(saved_way[1][-1], se2.between(whole[1][0], at(whole, way[0][until][-1:])[0]))
     else:
         return row
     off = se2.between(expected, T_saved_laser)

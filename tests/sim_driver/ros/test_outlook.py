@@ -82,7 +82,7 @@ def test_the_maps_are_shown_when_they_changed_and_the_same_one_otherwise() -> No
 
 
 def test_in_a_saved_maps_frame_nothing_is_shown_before_the_robot_is_localised() -> None:
-    settings = Settings(rbpf=MapperConfig(particles=3), agent=AgentConfig(frame="office@monday"))
+    settings = Settings(rbpf=MapperConfig(particles=3, threads=1), agent=AgentConfig(frame="office@monday"))
     agent, body = Agent("r1", settings, team="team", seed=0, boot_id=1), RosBody(WallClock(), lambda: 0, period_s=0.1)
     drive(agent, body)
     assert body.located is None and body.own_map is None and body.waits_for == "office@monday"
@@ -95,6 +95,8 @@ def test_in_a_saved_maps_frame_nothing_is_shown_before_the_robot_is_localised() 
     for grid in (body.own_map, body.team_map):  # the room is 6 m by 4 m, and stands upright there
         left_m, bottom_m = grid.cropped().origin_m
         assert (left_m, bottom_m) == pytest.approx((8.0, 1.0), abs=0.15)
+    along, across = np.diag(agent.mapper.covariance)[:2]
+    assert along != across and np.diag(body.located.covariance)[:2] == pytest.approx((across, along))
     assert body.team.T_team_map["r1"] == pytest.approx([10.0, 4.0, np.pi / 2])
     assert body.team.T_own_team == pytest.approx(np.zeros(3))  # both frames are the chosen one
 
