@@ -1,0 +1,66 @@
+"""When the placed maps are joined again: for so many new keyframes, after so much time, for another alignment."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from mrslam.agent.joining import Joining
+from mrslam.merge import Placement
+from tests.agent.duo import S
+
+T_A_B = np.array([1.0, 0.0, 0.0])
+
+
+def is_due(joining: Joining, t_s: float, *, epoch: int = 1, T_a_b: np.ndarray = T_A_B, **keyframes: int) -> bool:
+    """Return whether maps of so many keyframes are joined at a time; that of b is of this epoch."""
+    epochs = {"b": epoch}
+    maps = {name: SimpleNamespace(epoch=epochs.get(name, 1), trail=[0] * count) for name, count in keyframes.items()}
+    placement = Placement(anchor="a", T_rigid=dict.fromkeys(keyframes, T_A_B))
+    job = joining.next_job(placement, maps, {("a", "b"): T_a_b}, round(t_s * S))  # type: ignore[arg-type]
+    assert job is None or {name: len(trail) for name, trail in job.trails.items()} == keyframes
+    return job is not None
+
+
+def begun() -> Joining:
+    """Return one that has joined two maps of 200 keyframes at 0 s."""
+    joining = Joining()
+    assert is_due(joining, 0.0, a=200, b=200)
+    return joining
+
+
+@pytest.mark.parametrize(
+    ("t_s", "new", "due"), [(9.0, 40, False), (11.0, 0, False), (11.0, 15, False), (11.0, 18, True), (59.0, 15, False)]
+)
+def test_a_share_of_new_keyframes_is_joined_after_the_least_time(t_s: float, new: int, due: bool) -> None:
+    assert is_due(begun(), t_s, a=200, b=200 + new) == due
+
+
+def test_a_few_keyframes_are_not_joined_though_they_are_a_large_share() -> None:
+    joining = Joining()
+    assert is_due(joining, 0.0, a=20, b=20)
+    assert not is_due(joining, 11.0, a=27, b=20)
+    assert is_due(joining, 11.0, a=28, b=20)
+
+
+def test_few_new_keyframes_are_joined_at_last_and_none_never() -> None:
+    joining = begun()
+    assert is_due(joining, 61.0, a=201, b=200)
+    assert not is_due(joining, 200.0, a=201, b=200)
+
+
+def test_a_third_map_and_one_begun_anew_are_joined_after_the_least_time() -> None:
+    assert not is_due(begun(), 9.0, a=200, b=200, c=5)
+    assert is_due(begun(), 11.0, a=200, b=200, c=5)
+    assert is_due(begun(), 11.0, a=200, b=200, epoch=2)
+
+
+def test_another_alignment_is_joined_at_once() -> None:
+    assert is_due(begun(), 0.5, a=200, b=200, T_a_b=T_A_B + 0.01)
+
+
+def test_one_map_alone_is_not_joined() -> None:
+    assert not is_due(Joining(), 0.0, a=200)
+    assert not is_due(Joining(), 0.0, a=200, b=0)
