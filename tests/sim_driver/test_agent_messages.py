@@ -91,3 +91,19 @@ def test_doubts_are_told_and_nothing_else(said: list[str]) -> None:
         "12:30:05 r1 is not in r1@monday, as far as can be told: the scan shows no surfaces",
         "12:30:05 r1 does not know any more where it is in r1@monday: the scan shows no surfaces",
     ]
+
+
+def test_saved_maps_that_come_are_told_and_what_is_good_is_no_warning() -> None:
+    warned: list[str] = []
+    told: list[str] = []
+    teller = DoubtMessages(warned.append, told.append)
+    places = {"map": "r1@monday", "x_m": 1.5, "y_m": -2.0, "theta_rad": 0.25}
+    teller.on_event(robot(), Event(0, "map_updated", {"robot_id": "r2", "source": "r2"}))
+    teller.on_event(robot(), Event(0, "map_updated", {"robot_id": "office@monday", "source": "r2"}))
+    teller.on_event(robot(), Event(0, "localised", places))
+    teller.on_event(robot(), Event(0, "not_localised", {"map": "r1@monday", "reason": "it moved"}))
+    assert [line[9:] for line in told] == [
+        "r1 got the saved map office@monday from r2",
+        "r1 knows where it is in r1@monday: x 1.5 m, y -2.0 m, theta 0.25 rad in that map's frame",
+    ]
+    assert [line[9:] for line in warned] == ["r1 does not know any more where it is in r1@monday: it moved"]

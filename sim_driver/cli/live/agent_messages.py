@@ -7,6 +7,7 @@ from datetime import datetime
 from pathlib import Path
 
 from mrslam.agent import Agent, Event, Sensed
+from mrslam.comms import is_saved
 from mrslam.sim_driver.cli.console import say
 from mrslam.sim_driver.missions.run_files import CHECKPOINT
 from mrslam.sim_driver.run.team import take_up
@@ -24,6 +25,8 @@ WORDS = {
     "not_localised": "does not know any more where it is in {map}: {reason}",
 }
 """Event -> what the robot does, with the event's fields."""
+GOOD = ("sees", "recovered", "localised")
+"""Those that are no cause for worry."""
 
 
 def begin(
@@ -58,18 +61,22 @@ def begin(
 class DoubtMessages:
     """Says when a robot is blind or doubts its pose, and how that ends; and where it is in saved maps."""
 
-    def __init__(self, tell: Callable[[str], None] | None = None) -> None:
-        """``tell`` says a line, by default on the terminal."""
-        self._tell = tell
+    def __init__(self, warn: Callable[[str], None] | None = None, tell: Callable[[str], None] | None = None) -> None:
+        """``warn`` says what is amiss and ``tell`` the rest, by default on the terminal."""
+        self._warn, self._tell = warn, tell
 
     def on_scan(self, agent: Agent, sensed: Sensed, now_ns: int) -> None:
         """Scans are counted in the line of status."""
 
     def on_event(self, agent: Agent, event: Event) -> None:
-        """Say the events of ``WORDS``; the agent's clock shows the world's time."""
-        if event.kind in WORDS:
-            words = WORDS[event.kind].format(**event.fields)
-            (self._tell or say)(f"{datetime.fromtimestamp(event.t_ns / 1e9):%H:%M:%S} {agent.robot_id} {words}")
+        """Say the events of ``WORDS``, and saved maps that come; the agent's clock shows the world's time."""
+        is_saved_map = event.kind == "map_updated" and is_saved(event.fields["robot_id"])
+        if event.kind not in WORDS and not is_saved_map:
+            return
+        words = "got the saved map {robot_id} from {source}" if is_saved_map else WORDS[event.kind]
+        out = self._tell if is_saved_map or event.kind in GOOD else self._warn
+        when = f"{datetime.fromtimestamp(event.t_ns / 1e9):%H:%M:%S}"
+        (out or say)(f"{when} {agent.robot_id} {words.format(**event.fields)}")
 
     def close(self, agent: Agent, now_ns: int) -> None:
         """Nothing to close."""

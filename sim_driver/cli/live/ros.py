@@ -111,7 +111,7 @@ def _play(
         )  # fmt: skip
         record.write(out)
         keeper = Keeper(out / CHECKPOINT, node.settings.agent.checkpoint_interval_s)
-        watchers: list[Watcher] = [Onlooker(body), DoubtMessages(node.warn), MergeMessages(node.say), known]
+        watchers: list[Watcher] = [Onlooker(body), DoubtMessages(node.warn, node.say), MergeMessages(node.say), known]
         runner = Runner(agent, body, transport, out, watchers=watchers, keeper=keeper)
         runner.perform(past)
         node.say(f"{options.robot} of team {options.team} is up")
