@@ -65,7 +65,7 @@ class BackEnd:
 
     @property
     def arrivals(self) -> NDArray[np.float64]:
-        """``(K, 7)``: local motion from keyframe to keyframe, see ``mrslam.rbpf.front_end.motion``."""
+        """``(K, 9)``: local motion from keyframe to keyframe, see ``mrslam.rbpf.front_end.motion``."""
         return self._arrivals.rows
 
     @property

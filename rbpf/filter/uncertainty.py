@@ -37,7 +37,7 @@ def chain_information(
 ) -> NDArray[np.float64]:
     """Return ``(K, 3, 3)``: how surely each keyframe lies to the one before in the long run, in whose axes.
 
-    ``arrivals (K, 7)`` : local motion to each; ``matched (K, 3, 3)`` : information of its match to the map, in its own
+    ``arrivals (K, 9)`` : local motion to each; ``matched (K, 3, 3)`` : information of its match to the map, in its own
     axes, 0 where it was not matched. Both stem from one scan, but that of motion is a fiftieth where walls are seen.
     """
     return np.asarray(np.linalg.inv(chain_cov(config, arrivals)) + turned(matched, arrivals[:, 2]) / DRIFT_SHARE)

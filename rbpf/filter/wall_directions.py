@@ -29,6 +29,9 @@ DRIFT_RAD2_PER_M = math.radians(0.14) ** 2
 SURPRISE_MEMORY, SURPRISE_LEAST = 0.05, 0.25
 """Share of a new reading in the squared error of readings over the expected one, and the least value of that: where
 walls are less parallel than elsewhere, each counts less."""
+OPEN_M = 6.5
+"""Walls round an open place are no compass, metres of a scan's mean range: buildings differ by 1.4 degrees, and
+walls seen from afar keep the map straight themselves. Measured: 4.7 in nine of ten scans indoors, 8.9 outdoors."""
 GATE = 3.0
 """A direction is recognised within this number of sigmas."""
 SURE = 0.9
@@ -96,7 +99,7 @@ class WallDirections:
         """
         self.cov[0, 0] += DRIFT_RAD2_PER_M * way_m
         reading = main_direction(self._walls[: stretches(points, origin, self._walls)])
-        if reading is None:
+        if reading is None or np.hypot(*(points[:, :2] - origin).T).mean() > OPEN_M:
             self._seen_by_key.add(NOTHING)
             return 0.0
         direction, variance = reading

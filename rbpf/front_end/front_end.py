@@ -6,7 +6,7 @@ It works in the rolling map's frame (``local``); what the filter takes from it i
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -43,6 +43,9 @@ class Step:
     """Share of beams that lie on the rolling map, 0..1."""
     blind_m: NDArray[np.float64]
     """``(2,)``, base frame, metres: along the direction where scans saw no motion, as long as the error expected."""
+    guessed: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
+    """``(2,)``, variances of position and heading of a motion that was but guessed, m^2 and rad^2: its scan fitted
+    nothing. 0 where it was matched."""
     is_carried: bool = False
     """Whether the robot was carried to where this scan was taken, nobody knows how far."""
 
@@ -84,7 +87,7 @@ class FrontEnd:
         self._learn(guess, motion, odom_motion, found)
         if self._map.is_due(found.pose):
             self._map.add(found.pose, all_points)
-        return Step(motion, found.score, found.inliers, _blind_m(motion, guess.slip, found))
+        return Step(motion, found.score, found.inliers, _blind_m(motion, guess.slip, found), _guessed(guess, found))
 
     def _was_carried(self, guess: Guess, found: Match) -> bool:
         """Return whether a robot that should still see what it saw before a pause sees something else."""
@@ -161,6 +164,15 @@ class FrontEnd:
         self.T_local_base = state["T_local_base"]
         self.predictor.restore(state["predictor"])
         self._matcher.usual_score, self.adrift = state["usual_score"], state["adrift"]
+
+
+def _guessed(guess: Guess, found: Match) -> NDArray[np.float64]:
+    """Return the variances ``(2,)`` of position and heading of a motion whose scan fits nothing, m^2 and rad^2, else 0.
+
+    Outdoors such matches are off by three times what others are in heading, and by up to the guess's deviations.
+    """
+    is_lost = found.inliers < LOST_INLIERS
+    return np.square([guess.sigma_m, guess.sigma_rad]) if is_lost else np.zeros(2)
 
 
 def _blind_m(motion: Transform, slip: float, found: Match) -> NDArray[np.float64]:

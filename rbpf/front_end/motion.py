@@ -30,10 +30,11 @@ NOISE_M, NOISE_RAD = 0.01, 0.0015
 CARRIED_M, CARRIED_RAD = 1e3, math.pi
 """Standard deviation of a motion in which the robot was carried, metres and radians: it may be anywhere."""
 
-MOTION, WAY, BLIND_M, CARRIED = slice(0, 3), 3, slice(4, 6), 6
+MOTION, WAY, BLIND_M, CARRIED, GUESSED = slice(0, 3), 3, slice(4, 6), 6, slice(7, 9)
 """Columns of an arrival: local motion ``T_before_key`` from the keyframe before (3: m, m, rad), its way (1: m), its
-blind error in the frame of the keyframe before (2: m), and whether the robot was carried meanwhile (0 or 1)."""
-ARRIVAL_COLUMNS = 7
+blind error in the frame of the keyframe before (2: m), whether the robot was carried meanwhile (0 or 1), and variances
+of position and heading where scans fitted nothing, so that motion was but guessed (2: m^2, rad^2)."""
+ARRIVAL_COLUMNS = 9
 """Number of columns of an arrival."""
 
 
@@ -43,7 +44,7 @@ class Keyframe:
 
     beams: Beams
     arrival: NDArray[np.float64]
-    """``(7,)``: local motion to this keyframe, columns ``MOTION``, ``WAY``, ``BLIND_M`` and ``CARRIED``."""
+    """``(9,)``: motion to this keyframe, columns ``MOTION``, ``WAY``, ``BLIND_M``, ``CARRIED`` and ``GUESSED``."""
     inliers: float
     """Share of beams that lie on the rolling map, 0..1."""
 
@@ -79,6 +80,8 @@ class LocalMotion:
         """``(2,)``, keyframe's frame: error of the motion along what could not be seen."""
         self.is_carried = False
         """Whether the robot was carried since."""
+        self.guessed = np.zeros(2)
+        """``(2,)``, variances of position and heading by scans that fitted nothing, m^2 and rad^2."""
 
     def add(self, step: Step) -> None:
         """Add the motion of one scan."""
@@ -86,6 +89,7 @@ class LocalMotion:
         if step.blind_m.any():
             self.blind_m += se2.apply(np.array([0.0, 0.0, self.T_key_base[2]]), step.blind_m)
         self.is_carried |= step.is_carried
+        self.guessed = self.guessed + step.guessed
         self.way_m += float(math.hypot(*step.T_before_base[:2]) + TURN_WAY_M * abs(step.T_before_base[2]))
 
     def is_due(self, config: MapperConfig, stamp_ns: int) -> bool:
@@ -101,19 +105,19 @@ class LocalMotion:
         )
 
     def restart(self, stamp_ns: int) -> NDArray[np.float64]:
-        """Begin again at a keyframe, and return the arrival ``(7,)`` there."""
-        arrival = np.array([*self.T_key_base, self.way_m, *self.blind_m, float(self.is_carried)])
+        """Begin again at a keyframe, and return the arrival ``(9,)`` there."""
+        arrival = np.array([*self.T_key_base, self.way_m, *self.blind_m, float(self.is_carried), *self.guessed])
         self.stamp_ns, self.T_key_base, self.way_m, self.blind_m = stamp_ns, np.zeros(3), 0.0, np.zeros(2)
-        self.is_carried = False
+        self.is_carried, self.guessed = False, np.zeros(2)
         return arrival
 
     def state(self) -> list[Any]:
         """Return everything that a resumed mapper needs."""
-        return [self.stamp_ns, self.T_key_base, self.way_m, self.blind_m, self.is_carried]
+        return [self.stamp_ns, self.T_key_base, self.way_m, self.blind_m, self.is_carried, self.guessed]
 
     def restore(self, state: list[Any]) -> None:
         """Continue from what :meth:`state` returned."""
-        self.stamp_ns, self.T_key_base, self.way_m, self.blind_m, self.is_carried = state
+        self.stamp_ns, self.T_key_base, self.way_m, self.blind_m, self.is_carried, self.guessed = state
 
 
 def motion_cov(config: MapperConfig, motion: Transform, blind_m: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -121,17 +125,18 @@ def motion_cov(config: MapperConfig, motion: Transform, blind_m: NDArray[np.floa
 
     ``blind_m (2,)`` : error of the motion along what could not be seen, in the same frame.
     """
-    return chain_cov(config, np.array([[*motion, 0.0, *blind_m, 0.0]]))[0]
+    return chain_cov(config, np.array([[*motion, 0.0, *blind_m, 0.0, 0.0, 0.0]]))[0]
 
 
 def chain_cov(config: MapperConfig, arrivals: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ``(K, 3, 3)`` covariances of the motion to each keyframe, from ``arrivals (K, 7)``."""
+    """Return ``(K, 3, 3)`` covariances of the motion to each keyframe, from ``arrivals (K, 9)``."""
     length, turn = np.hypot(arrivals[:, 0], arrivals[:, 1]), np.abs(arrivals[:, 2])
     sigma_m = NOISE_M + config.noise_m_per_m * length + config.noise_m_per_rad * turn
     sigma_rad = NOISE_RAD + config.noise_rad_per_m * length + config.noise_rad_per_rad * turn
     cov = np.zeros((arrivals.shape[0], 3, 3))
     cov[:, 0, 0] = cov[:, 1, 1] = sigma_m**2
     cov[:, 2, 2] = sigma_rad**2
+    cov[:, [0, 1, 2], [0, 1, 2]] += arrivals[:, GUESSED][:, [0, 0, 1]]
     cov[arrivals[:, CARRIED] > 0.0] += np.diag(np.square([CARRIED_M, CARRIED_M, CARRIED_RAD]))
     cov[:, :2, :2] += np.einsum("ki,kj->kij", arrivals[:, BLIND_M], arrivals[:, BLIND_M])
     return cov

@@ -100,7 +100,7 @@ class LoopCloser:
     def look(self, T_map_key: Transform, arrivals: NDArray[np.float64]) -> bool:
         """Compare the newest of the keyframes ``(K, 3)`` with an old one near it, or else with all of the map.
 
-        ``arrivals (K, 7)`` : local motion to each keyframe (``mrslam.rbpf.front_end.motion``). Return whether there is
+        ``arrivals (K, 9)`` : local motion to each keyframe (``mrslam.rbpf.front_end.motion``). Return whether there is
         a new edge that contradicts the trajectory.
         """
         return self._look_near(T_map_key) or self._look_far(T_map_key, arrivals)

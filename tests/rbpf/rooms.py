@@ -74,7 +74,7 @@ def keyframe(
     points = np.empty((0, 5))
     if rng is not None:
         points = Sight(MapperConfig()).points(make_scan(T_map_base, 0, rng=rng)).copy()
-    arrival = np.array([*motion, np.hypot(*motion[:2]), blind_m, 0.0, 0.0])
+    arrival = np.array([*motion, np.hypot(*motion[:2]), blind_m, 0.0, 0.0, 0.0, 0.0])
     return Keyframe(beams=Beams(np.zeros(2), points, NO_ENDS), arrival=arrival, inliers=1.0)
 
 

@@ -97,3 +97,14 @@ def test_where_no_wall_is_straight_the_mapper_is_the_same_without(monkeypatch: p
         rooms.feed(mapper, rooms.drive(60))
         ends.append(mapper.trajectory().T_map_base)
     assert np.array_equal(*ends)
+
+
+@pytest.mark.parametrize(("size", "is_compass"), [(1.0, True), (4.0, False)])
+def test_walls_round_an_open_place_are_no_compass(size: float, is_compass: bool) -> None:
+    walls = WallDirections()
+    points = np.concatenate(
+        [line((size, -2.0 * size), 0.0, 6.0 * size), line((2.0 * size, 3.0 * size), 90.0, 3.0 * size)]
+    )
+    for _ in range(5):
+        walls.turn(points, ORIGIN, 0.0, 0.6)
+    assert (walls.turn(points, ORIGIN, math.radians(0.5), 0.6) < 0.0) == is_compass

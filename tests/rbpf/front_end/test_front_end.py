@@ -7,6 +7,7 @@ import pytest
 
 from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.front_end.front_end import FrontEnd
+from mrslam.rbpf.front_end.motion import GUESSED, MOTION, LocalMotion, chain_cov, motion_cov
 from mrslam.rbpf.front_end.prediction import Guess
 from mrslam.spatial.matching.gauss_newton import Match
 from mrslam.spatial.poses import compose
@@ -44,3 +45,23 @@ def test_where_the_wheels_leap_another_way_to_move_is_taken_if_it_fits_clearly_b
     front_end.moved_score = score
     step = front_end.step(points, points, CAUGHT_UP, 0.2)
     assert step.T_before_base[0] == pytest.approx(taken_m, abs=0.05)
+
+
+@pytest.mark.parametrize(("inliers", "is_guessed"), [(0.9, False), (0.3, True)])
+def test_a_motion_whose_scan_fits_nothing_is_as_uncertain_as_its_prediction(inliers: float, is_guessed: bool) -> None:
+    _, points = seen_room()
+
+    class Fits(FrontEnd):
+        def _match(self, points: np.ndarray, guess: Guess) -> Match:
+            place = compose(self.T_local_base, guess.motion)
+            return Match(place, -0.2, inliers, 0.0, np.eye(3), 0.0, np.array([1.0, 0.0]))
+
+    config = MapperConfig(particles=1, threads=1)
+    front_end, motion = Fits(config), LocalMotion()
+    for k in range(3):
+        motion.add(front_end.step(points, points, None if k == 0 else MOVED, 0.2))
+    arrival = motion.restart(0)
+    cov, seen = chain_cov(config, arrival[None])[0], motion_cov(config, arrival[MOTION], np.zeros(2))
+    assert (np.diag(cov - seen) > np.square([0.02, 0.02, 0.01])).all() == is_guessed
+    assert (cov == seen).all() == (not is_guessed)
+    assert not motion.restart(0)[GUESSED].any()
