@@ -16,7 +16,7 @@ from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.sim_driver.replay.again import mission_of
 from mrslam.sim_driver.report import write_report
 from mrslam.sim_driver.ros.parameters import parameters, resolve
-from mrslam.sim_driver.run.team import take_maps
+from mrslam.sim_driver.run.team import make_agent, take_maps
 from mrslam.spatial import InputError, read_tum, se2, write_map
 from mrslam.spatial.se2 import Transform
 from tests.merge.plans import building
@@ -100,11 +100,25 @@ def test_a_saved_map_is_not_replaced_by_the_run_that_reads_it(monday: Path, data
         ([{"id": "r1@monday"}], r"m.toml: maps\[0\]: the key 'path' is missing"),
         ([{"path": "x", "size": 3}], r"m.toml: maps\[0\].*size"),
         (["x"], r"maps are \[\[maps\]\] sections"),
+        ([{"path": "x", "robots": ["r2"]}], r"m.toml: maps\[0\].robots: unknown key 'r2'; did you mean 'r1'"),
     ],
 )
 def test_what_is_no_saved_map_of_a_mission(maps: Any, words: str) -> None:
     with pytest.raises(InputError, match=words):
         make_mission({"robots": [{"id": "r1", "log": "x.clf"}], "maps": maps}, Path("m.toml"))
+
+
+def test_a_mission_gives_a_map_to_the_robots_that_it_names(tmp_path: Path) -> None:
+    for name in ("monday", "tuesday"):
+        write_map(tmp_path / f"{name}.yaml", building())
+    maps = [
+        {"path": str(tmp_path / "monday.yaml"), "id": "office@monday", "robots": ["r1"]},
+        {"path": str(tmp_path / "tuesday.yaml"), "id": "office@tuesday"},
+    ]
+    robots = [{"id": "r1", "log": "x.clf"}, {"id": "r2", "log": "x.clf"}]
+    mission = make_mission({"robots": robots, "maps": maps}, tmp_path / "m.toml")
+    given = [[at.map_id for at in make_agent(mission, robot, 1).whereabouts()] for robot in mission.robots]
+    assert given == [["office@monday", "office@tuesday"], ["office@tuesday"]]
 
 
 @pytest.mark.parametrize("robot", ["agent", "node"])
