@@ -14,6 +14,7 @@ from mrslam.agent.effects import AlignJob, Effect
 from mrslam.agent.known_map import KnownMap
 from mrslam.alignment import Alignment, Evidence, WallEvidence
 from mrslam.comms.maps.snapshots import published
+from mrslam.mutual_detection import MutualDetectionConfig
 from mrslam.rbpf import MapperConfig
 from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, TiledMap, se2
 from mrslam.spatial.se2 import Transform
@@ -121,17 +122,18 @@ def test_an_alignment_of_a_map_that_was_given_up_is_not_used(agent: Agent) -> No
     assert agent.team.beliefs["a", "b"].attempts == 0 and list(agent.T_team_map) == ["a"]
 
 
-def test_ghosts_where_a_teammate_drove_are_not_in_the_team_map(agent: Agent) -> None:
+@pytest.mark.parametrize("enabled", [True, False])
+def test_ghosts_where_a_teammate_drove_are_in_the_team_map_only_where_that_is_off(enabled: bool) -> None:
     cells = np.zeros((200, 200), dtype=np.int8)
     cells[100:103, 140:143] = 100  # a speck at 2 m on x
     stood = np.zeros((10, 3))
-    agent = Agent("a", SETTINGS)
+    agent = Agent("a", replace(SETTINGS, mutual_detection=MutualDetectionConfig(enabled=enabled)))
     arrives(agent, "a", local(cells, stood))
     passed = np.stack([np.linspace(1.0, 3.0, 10), np.full(10, 0.07), np.zeros(10)], axis=1)
     arrives(agent, "b", local(np.zeros((200, 200), dtype=np.int8), se2.compose(se2.inverse(T_A_B), passed)))
     assert agent.team_map().grid.is_occupied.any()
     merge(agent)
-    assert not agent.team_map().grid.is_occupied.any()
+    assert agent.team_map().grid.is_occupied.any() != enabled
 
 
 def test_a_restarted_robot_has_its_teammates_at_once(agent: Agent, tmp_path: Path) -> None:
