@@ -130,7 +130,10 @@ def test_ghosts_where_a_teammate_drove_are_in_the_team_map_only_where_that_is_of
     agent = Agent("a", replace(SETTINGS, mutual_detection=MutualDetectionConfig(enabled=enabled)))
     arrives(agent, "a", local(cells, stood))
     passed = np.stack([np.linspace(1.0, 3.0, 10), np.full(10, 0.07), np.zeros(10)], axis=1)
-    arrives(agent, "b", local(np.zeros((200, 200), dtype=np.int8), se2.compose(se2.inverse(T_A_B), passed)))
+    elsewhere = np.zeros((200, 200), dtype=np.int8)
+    col, row = ((se2.apply(se2.inverse(T_A_B), np.array([2.07, 0.07])) + 5.0) / 0.05).astype(int)
+    elsewhere[row - 3 : row + 4, col - 3 : col + 4] = -1  # a map that shows floor at the speck would free it, too
+    arrives(agent, "b", local(elsewhere, se2.compose(se2.inverse(T_A_B), passed)))
     assert agent.team_map().grid.is_occupied.any()
     merge(agent)
     assert agent.team_map().grid.is_occupied.any() != enabled
