@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from mrslam.agent.effects import AlignJob, Event
 from mrslam.agent.encounters import Standing
 from mrslam.agent.pairs.hypotheses import Hypotheses
 from mrslam.agent.pairs.weighing import weighed
-from mrslam.agent.witness import REPEAT_NS, Witness
+from mrslam.agent.witness import CHANGED_LLR, REPEAT_NS, Witness
 from mrslam.alignment import Alignment, Evidence, Rejection
 from mrslam.alignment.evidence import WallEvidence
 from mrslam.comms import TeammateClaim, TeammatePose
@@ -147,6 +149,21 @@ def test_claims_are_made_when_they_change_and_repeated_seldom() -> None:
     assert witness.claims(one.team, now_ns + 2 * S) == []
     witness.on_report(TeammatePose("r2", 0, np.zeros(3), 0), one.team, now_ns + REPEAT_NS)  # still in contact
     assert len(witness.claims(one.team, now_ns + REPEAT_NS)) == 2
+
+
+def test_a_claim_is_made_again_where_it_changed_by_a_sighting_and_not_within_a_second() -> None:
+    one = met()
+    merge(one, RIGHT.tolist())
+    witness, _ = watch(one)
+    (place,) = one.team.beliefs["r1", "r2"].places
+    now_ns = BEGIN + (len(OWN) - 1) * S  # of the last report
+    assert place.own is not None and [llr for _, _, llr in witness.claims(one.team, now_ns)] == [place.own.llr]
+    before = place.own
+    place.own = replace(before, seen=before.seen - 2)
+    assert abs(place.own.llr - before.llr) > CHANGED_LLR
+    assert witness.claims(one.team, now_ns + S // 2) == []
+    assert [llr for _, _, llr in witness.claims(one.team, now_ns + S)] == [place.own.llr]
+    assert witness.claims(one.team, now_ns + 2 * S) == []
 
 
 def test_bodies_are_reported_until_the_teammate_is_placed() -> None:
