@@ -53,6 +53,11 @@ class AlignJob:
     hinted_by: str | None = None
     """The robot that found them there; None where this one did."""
 
+    @property
+    def follows(self) -> bool:
+        """Whether the maps are known to lie near the place, and are searched for there if they do not fit at it."""
+        return self.place is not None and self.prior is not None and self.hinted_by is None
+
 
 @dataclass(frozen=True, eq=False)
 class JoinJob:

@@ -19,7 +19,6 @@ from mrslam.agent.known_map import KnownMap
 from mrslam.agent.map_check import contradicts_itself
 from mrslam.agent.pairs.belief import PairBelief, Verdict
 from mrslam.agent.pairs.hints import Hints
-from mrslam.agent.pairs.others import tied_enough
 from mrslam.agent.pairs.schedule import Schedule
 from mrslam.agent.pairs.sighted import sighted_job
 from mrslam.alignment import Alignment, Rejection
@@ -173,8 +172,7 @@ class Team:
         )
 
     def _hinted_job(self, now_ns: int) -> AlignJob | None:
-        tied = tied_enough(self.robot_id, self.beliefs, self.T_team_map)
-        return self.hints.next_job(self.beliefs, self.maps, tied, self._schedule.config, now_ns)
+        return self.hints.next_job(self.beliefs, self.maps, self.T_team_map, self._schedule.config, now_ns)
 
     def on_aligned(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int) -> list[Effect]:
         """Take the result of an alignment; the pair's belief decides whether it becomes an edge of the team graph."""

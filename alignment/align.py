@@ -34,9 +34,8 @@ def align(
 ) -> Alignment | Rejection:
     """Return how map b lies in map a, ``T_a_b``, or why that is not known.
 
-    ``place`` : ``T_a_b (3,)`` where the maps may fit, which is examined before anything is searched for. Without a
-    prior only this place can be accepted, and others are searched for, as its rivals, once it would be. With a prior
-    the maps are searched for near that as usual if they do not fit at the place.
+    ``place`` : ``T_a_b (3,)`` where the maps may fit; nothing else can be accepted then. Other places are searched for,
+    as its rivals, only once it would be, and not with a prior, which says that the maps lie nowhere else.
 
     ``align(b, a)`` is the inverse of ``align(a, b)``: the maps are put into one order first. Raises ``InputError`` for
     an unknown method only; maps of any size, extent and resolution are handled or rejected.
@@ -81,9 +80,7 @@ def _align(
 
     if place is not None:
         there = [Candidate(np.array(place, dtype=np.float64))]
-        outcome = decide(a, b, there, method, config, rivals if prior is None else None)
-        if prior is None or outcome.accepted:
-            return outcome
+        return decide(a, b, there, method, config, rivals if prior is None else None)
     # The other methods propose some places only: what else fits is found by the exhaustive search.
     return decide(a, b, proposed(method), method, config, None if method == EXHAUSTIVE else rivals)
 

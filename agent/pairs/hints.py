@@ -1,28 +1,28 @@
 """Hints: where teammates found maps to lie, told to each other so that few have to search; each hearer looks itself.
 
 Hints travel, conclusions do not: a hint is a place to examine, which costs a tenth of a search. Only where the maps fit
-there are they searched, for other places where they fit as well. A hint that fails changes nothing but its teller's
-credit.
+there, and no other alignments lead there, are they searched for other places where they fit as well. A hint that fails
+changes nothing but its teller's credit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from mrslam.agent.config import AgentConfig
 from mrslam.agent.effects import AlignJob
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.pairs.belief import PairBelief
-from mrslam.alignment import Alignment, Rejection, StabilityCheck
+from mrslam.agent.pairs.others import SAME_PLACE, is_predicted, tied_enough
+from mrslam.agent.pairs.schedule import PRIOR_COVARIANCE
+from mrslam.alignment import Alignment, Prior, Rejection
 from mrslam.comms import TeammateHint
 from mrslam.merge import Pair
 from mrslam.merge.graph.edges import pair_of
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
 
-SAME_PLACE = StabilityCheck()
-"""Two transforms that differ by less are one place, which is told and tried once."""
 TIMES, REPEAT_NS = 2, 20_000_000_000
 """How often a hint is told, and the time between, nanoseconds: beacons are lost, one in five on a link that just counts
 as strong; both of two robots tell of their pair."""
@@ -118,14 +118,15 @@ class Hints:
         self,
         beliefs: Mapping[Pair, PairBelief],
         maps: Mapping[str, KnownMap],
-        tied: Collection[str],
+        T_team_map: Mapping[str, Transform],
         config: AgentConfig,
         now_ns: int,
     ) -> AlignJob | None:
         """Return a pair to examine where a teammate has it, None where there is none.
 
-        ``tied`` : robots of which no further pair is wanted. A hint that failed is tried again as the maps grow.
+        A hint that failed is tried again as the maps grow.
         """
+        tied = tied_enough(self.own_id, beliefs, T_team_map)
         for peer, hints in self._heard.items():
             if self._failed.get(peer, 0) >= MOST_FAILED or peer not in maps:
                 continue
@@ -142,8 +143,9 @@ class Hints:
                     continue
                 hint.tried_ns, hint.area_m2 = now_ns, areas
                 place = hint.T_peer_robot if peer == pair[0] else se2.inverse(hint.T_peer_robot)
+                prior = Prior(place, PRIOR_COVARIANCE) if is_predicted(pair, place, T_team_map) else None
                 return AlignJob(
-                    *pair, a.grid, b.grid, None, (a.version, b.version), areas, belief.attempts, (a.trail, b.trail),
+                    *pair, a.grid, b.grid, prior, (a.version, b.version), areas, belief.attempts, (a.trail, b.trail),
                     place=place, hinted_by=peer,
                 )  # fmt: skip
         return None

@@ -6,9 +6,14 @@ from collections import Counter
 from collections.abc import Collection, Mapping
 
 from mrslam.agent.pairs.belief import PairBelief
+from mrslam.alignment import StabilityCheck
 from mrslam.merge import Pair
 from mrslam.merge.graph.edges import pair_of
+from mrslam.spatial import se2
+from mrslam.spatial.se2 import Transform
 
+SAME_PLACE = StabilityCheck()
+"""Two transforms that differ by less are one place."""
 EDGES_ENOUGH = 2
 """Merged pairs of a robot from which it needs no more from a pair of two others: it is part of a loop of alignments,
 whose consistency is checked. So a team of n has about 2 n alignments to find and follow, not n^2 / 2."""
@@ -23,6 +28,12 @@ def tied_enough(own_id: str, beliefs: Mapping[Pair, PairBelief], placed: Collect
     """Return the placed robots, without the own one, that are part of enough merged pairs (``EDGES_ENOUGH``)."""
     merged = Counter(name for pair, belief in beliefs.items() if belief.alignment is not None for name in pair)
     return {name for name in placed if merged[name] >= EDGES_ENOUGH and name != own_id}
+
+
+def is_predicted(pair: Pair, T_a_b: Transform, T_team_map: Mapping[str, Transform]) -> bool:
+    """Return whether alignments with other maps lead to the same place of a pair: no other can be its place then."""
+    a, b = pair
+    return a in T_team_map and b in T_team_map and SAME_PLACE.is_near(se2.between(T_team_map[a], T_team_map[b]), T_a_b)
 
 
 def is_left_to_others(

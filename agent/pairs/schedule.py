@@ -12,7 +12,7 @@ from mrslam.agent.config import AgentConfig, check_start
 from mrslam.agent.effects import AlignJob
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.pairs.belief import UNCONFIRMED, WEAK, PairBelief
-from mrslam.agent.pairs.others import is_left_to_others, tied_enough
+from mrslam.agent.pairs.others import is_left_to_others, is_predicted, tied_enough
 from mrslam.agent.pairs.second_look import WALL_GROWTH
 from mrslam.alignment import EXHAUSTIVE, Prior
 from mrslam.merge import Pair
@@ -83,7 +83,7 @@ class Schedule:
         prior = place = None
         if belief.alignment is None:
             prior = self._where_they_started((a, b), belief)
-            place = self._unchanged_since(belief, (map_a, map_b))
+            place = self._just_found((a, b), belief, (map_a, map_b), T_team_map)
         elif self._may_follow((a, b), belief, (map_a, map_b), tied) and a in T_team_map and b in T_team_map:
             place = se2.between(T_team_map[a], T_team_map[b])
         if place is not None:
@@ -92,14 +92,17 @@ class Schedule:
         trails = (map_a.trail, map_b.trail)
         return AlignJob(a, b, map_a.grid, map_b.grid, prior, versions, areas, belief.attempts, trails, place=place)
 
-    def _unchanged_since(self, belief: PairBelief, maps: tuple[KnownMap, KnownMap]) -> Transform | None:
-        """Return where a search has just found a pair that is to be confirmed, if its maps have hardly grown since."""
+    def _just_found(
+        self, pair: Pair, belief: PairBelief, maps: tuple[KnownMap, KnownMap], T_team_map: Mapping[str, Transform]
+    ) -> Transform | None:
+        """Return where a pair was found that is to be confirmed, if a search would hardly find another place now."""
         found = belief.stability.previous
-        is_new = belief.reason == UNCONFIRMED and belief.search.accepted
-        is_random = self.config.align_method != EXHAUSTIVE  # a second search is independent evidence then
-        if found is None or not is_new or is_random or _grown(maps, belief.search.area_m2, self.config.align_growth):
+        if found is None or belief.reason != UNCONFIRMED:
             return None
-        return found.T_a_b
+        is_random = self.config.align_method != EXHAUSTIVE  # a second search is independent evidence then
+        has_grown = _grown(maps, belief.search.area_m2, self.config.align_growth)
+        is_searched = belief.search.accepted and not is_random and not has_grown
+        return found.T_a_b if is_searched or is_predicted(pair, found.T_a_b, T_team_map) else None
 
     def _where_they_started(self, pair: Pair, belief: PairBelief) -> Prior | None:
         """Return where to look for a pair that is not merged: by its starts, or None for everywhere.

@@ -141,17 +141,10 @@ def test_at_a_place_maps_are_accepted_if_they_fit_there_and_rejected_without_a_s
     monkeypatch.setitem(alignment.ALIGNERS, "auto", None)  # a search would fail
     away = truth + np.array([1.7, 0.9, 0.0])
     assert isinstance(align(a, b, place=away), Rejection)
+    assert isinstance(align(a, b, place=away, prior=Prior(away, np.diag([9.0, 9.0, 0.01]))), Rejection)
     assert isinstance(align(a, b, place=np.array([1e5, -1e5, 2.0])), Rejection)
     followed = align(a, b, place=near, prior=Prior(near, np.diag([0.25, 0.25, 0.01])))
     assert isinstance(followed, Alignment) and apart(followed.T_a_b, truth, b)[0] < 0.05
-
-
-def test_near_a_place_where_maps_do_not_fit_a_prior_is_searched(pair):
-    a, b, truth = pair
-    away = truth + np.array([0.9, 0.8, 0.0])
-    assert isinstance(align(a, b, place=away), Rejection)
-    found = align(a, b, place=away, prior=Prior(away, np.diag([0.25, 0.25, 0.01])))
-    assert isinstance(found, Alignment) and apart(found.T_a_b, truth, b)[0] < 0.05
 
 
 def test_a_map_torn_in_two_is_judged_by_its_larger_part(pair):

@@ -323,7 +323,7 @@ MUTANTS = (
     ),
     Mutant(
         SCHEDULE,
-        "            place = self._unchanged_since(belief, (map_a, map_b))\n",
+        "            place = self._just_found((a, b), belief, (map_a, map_b), T_team_map)\n",
         "",
         "what was found is searched for once more though nothing has changed",
     ),

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from mrslam.agent.effects import AlignJob
 from mrslam.agent.pairs.hints import MOST_FAILED, MOST_HINTS, REPEAT_NS, TIMES, Hints
-from mrslam.alignment import Rejection
+from mrslam.agent.shells import runner
+from mrslam.alignment import Prior, Rejection
 from mrslam.comms import TeammateHint
 from tests.agent.duo import live, robot, talk
 from tests.agent.pairs.floors import Floors, S, found, merged
@@ -131,3 +135,44 @@ def test_a_robot_tells_in_its_beacons_where_it_found_a_map() -> None:
     for k in range(500, 520):  # whoever comes later is told as well
         talk([one, two, three], k)
     assert "r2" in three.team.hints._heard["r1"]
+
+
+@pytest.mark.parametrize("x", [2.0, 5.0])
+def test_a_hint_where_other_alignments_lead_needs_no_search_for_rivals_neither_to_be_found_nor_to_be_confirmed(
+    x: float,
+) -> None:
+    team = Floors("r1", "r2", "r3")
+    for t_s in (0.0, 10.0):
+        for _ in range(2):
+            job = team.job(t_s)
+            team.end(job, found(float(int(job.b[1]) - int(job.a[1]))), t_s)
+    assert {"r1", "r3"} <= team.T_team_map.keys()
+    team.hints.hear(hint("r1", "r3", x))
+    job = team.job(12.0)
+    assert job.hinted_by == "r1" and (job.prior is not None) == (x == 2.0) and not job.follows
+    team.end(job, found(x), 12.0)
+    team.grow("r1", 80, 2)
+    jobs = {(job.a, job.b): job for k in range(30) if isinstance(job := step(team, 23.0 + k, x), AlignJob)}
+    assert (jobs["r1", "r3"].place is not None) == (x == 2.0)
+
+
+def step(team: Floors, t_s: float, x: float) -> object:
+    """Let what is due end as it was found before, and return it."""
+    job = team.next_job(round(t_s * S))
+    if isinstance(job, AlignJob):
+        team.end(job, found(x if (job.a, job.b) == ("r1", "r3") else 1.0), t_s)
+    return job
+
+
+@pytest.mark.parametrize(("hinted_by", "times"), [(None, 2), ("r1", 1)])
+def test_who_is_followed_is_searched_for_nearby_if_it_is_not_at_its_place_and_who_is_hinted_at_is_not(
+    hinted_by: str | None, times: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+    monkeypatch.setattr(runner, "align", lambda *_, place=None, **__: asked.append(place) or NOT_THERE)
+    job = Floors("r1", "r2").job(0.0)
+    place = np.zeros(3)
+    job = replace(job, place=place, prior=Prior(place, np.eye(3)), hinted_by=hinted_by)
+    shell = SimpleNamespace(agent=robot("r1", 1), _matcher=None)
+    assert runner.Runner._align(shell, job) is NOT_THERE  # type: ignore[arg-type]
+    assert asked == [place, None][:times]
