@@ -375,4 +375,22 @@ MUTANTS = (
         "None)",
         "a hint is believed though the maps fit elsewhere as well",
     ),
+    Mutant(
+        OTHERS,
+        "SAME_PLACE.is_near(se2.between(T_team_map[a], T_team_map[b]), T_a_b)",
+        "True",
+        "a hint against all other alignments is believed without a search",
+    ),
+    Mutant(
+        "agent/shells/runner.py",
+        "        if isinstance(outcome, Rejection) and job.follows:\n",
+        "        if False:\n",
+        "a merged map that was corrected is not found again nearby",
+    ),
+    Mutant(
+        SCHEDULE,
+        "    return all(name in tied for name in pair) or belief.is_seen\n",
+        "    return belief.is_seen\n",
+        "pairs that loops hold are searched for everywhere as they grow",
+    ),
 )
