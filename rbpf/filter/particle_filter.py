@@ -13,9 +13,10 @@ from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.filter.ancestry import Ancestry
 from mrslam.rbpf.filter.particles import Motion, Proposals, insert_range, propose
 from mrslam.rbpf.filter.resampling import effective, normalised, systematic
-from mrslam.rbpf.filter.wall_directions import Headings, WallDirections
+from mrslam.rbpf.filter.wall_directions import WallDirections
 from mrslam.rbpf.front_end.motion import BLIND_M, MOTION, WAY, Agreement, Keyframe, motion_cov
 from mrslam.rbpf.front_end.sight import SPACING_M
+from mrslam.rbpf.loops.headings import Headings
 from mrslam.rbpf.outcome import Stopwatch
 from mrslam.spatial import se2
 from mrslam.spatial.hits.cells import TILE

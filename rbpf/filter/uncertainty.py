@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
-from mrslam.rbpf.filter.wall_directions import Headings
 from mrslam.rbpf.front_end.motion import chain_cov
+from mrslam.rbpf.loops.headings import Headings
 from mrslam.spatial import se2
 from mrslam.spatial.pose_graph import Edges, marginal
 from mrslam.spatial.se2 import Transform

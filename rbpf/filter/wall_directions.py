@@ -10,15 +10,14 @@ Martinelli, Siegwart and Tomatis 2006) takes right angles for granted.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf.filter.straight_walls import STRETCH_COLUMNS, STRETCHES_MOST, folded, main_direction, stretches
+from mrslam.rbpf.loops.headings import Headings
 from mrslam.rbpf.rows import Rows
-from mrslam.spatial.pose_graph import Edges
-from mrslam.spatial.se2 import Transform
 
 WALL_RAD = math.radians(0.35)
 """Error of one scan's walls as a measure of the building's (1 sigma): real ones are parallel to a third of a degree."""
@@ -46,34 +45,6 @@ NONE = -1.0
 """Stands for the index of a direction where a keyframe saw none; a float, as in the table of keyframes."""
 NOTHING = (0.0, NONE, 1.0)
 """Row of a keyframe that saw no direction."""
-
-
-class Headings(NamedTuple):
-    """What n keyframes say of their headings: each saw one of D directions in which walls run, modulo a right angle."""
-
-    angles: NDArray[np.float64]
-    """``(D,)``, the directions in the map, radians."""
-    keys: NDArray[np.int64]
-    """``(n,)``, the keyframes."""
-    which: NDArray[np.int64]
-    """``(n,)``, index of the direction that each saw."""
-    seen: NDArray[np.float64]
-    """``(n,)``, that direction in the keyframe's frame, radians."""
-    variance: NDArray[np.float64]
-    """``(n,)``, rad^2, as if each were seen independently."""
-
-    def as_edges(self, T_map_key: Transform) -> tuple[Transform, Edges]:
-        """Return the directions as nodes ``(D, 3)`` of a pose graph, after its K keyframes, and what was seen as edges.
-
-        Only the nodes' third column counts. ``T_map_key (K, 3)`` decides which of the four right angles each means.
-        """
-        nodes = np.zeros((self.angles.size, 3))
-        nodes[:, 2] = self.angles
-        T_key_direction, information = np.zeros((self.keys.size, 3)), np.zeros((self.keys.size, 3, 3))
-        apart = self.angles[self.which] - T_map_key[self.keys, 2]
-        T_key_direction[:, 2] = apart - folded(apart - self.seen)
-        information[:, 2, 2] = 1.0 / self.variance
-        return nodes, Edges(self.keys, T_map_key.shape[0] + self.which, T_key_direction, information)
 
 
 class WallDirections:

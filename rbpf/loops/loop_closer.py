@@ -17,6 +17,7 @@ from mrslam.rbpf.front_end.motion import CARRIED_M, chain_cov
 from mrslam.rbpf.loops.drift import REACH_MOST_M, Drift, drift_from_newest, most
 from mrslam.rbpf.loops.far_search import FarSearch
 from mrslam.rbpf.loops.guesses import Guess
+from mrslam.rbpf.loops.headings import NO_HEADINGS, Headings
 from mrslam.rbpf.loops.kept_scans import KeptScans
 from mrslam.rbpf.rows import Rows
 from mrslam.spatial import LoopEdges, se2
@@ -196,23 +197,27 @@ class LoopCloser:
         self._edges.add((old, self.scans.way_m.size - 1 if new is None else new))
         self._edge_values.add((*found.pose, *edge_information(found).flat))
 
-    def relaxed(self, T_map_key: Transform, chain: NDArray[np.float64]) -> Transform:
+    def relaxed(self, T_map_key: Transform, chain: NDArray[np.float64], headings: Headings = NO_HEADINGS) -> Transform:
         """Return the trajectory ``(K, 3)`` that fits all edges.
 
-        Neighbours are held where the filter has them, by the information ``chain (K, 3, 3)`` of each to the one before.
+        Neighbours are held where the filter has them, by the information ``chain (K, 3, 3)`` of each to the one before,
+        and headings by the walls that were seen.
         """
         if not self.edges:
             return T_map_key.copy()
-        keys = np.arange(T_map_key.shape[0] - 1)
+        count = T_map_key.shape[0]
+        poses = self._put_back(T_map_key) if self._is_far else T_map_key
+        directions, seen = headings.as_edges(poses)
+        keys = np.arange(count - 1)
         motion = Edges(keys, keys + 1, se2.between(T_map_key[:-1], T_map_key[1:]), chain[1:])
-        edges = Edges.joined([motion, self.as_edges()])
-        is_loop = np.arange(edges.first.size) >= keys.size
+        edges = Edges.joined([motion, self.as_edges(), seen])
+        nodes, doubtful = np.concatenate([poses, directions]), np.arange(edges.first.size) >= keys.size
         if not self._is_far:
-            return relax(T_map_key, edges, robust=is_loop)
+            return relax(nodes, edges, robust=doubtful)[:count]
         self._is_far = False
-        poses, weight = relax_graduated(self._put_back(T_map_key), edges, is_loop, LOOP_CHI2)
-        self._keep(weight[is_loop] > 0.0)
-        return poses
+        bent, weight = relax_graduated(nodes, edges, doubtful, LOOP_CHI2)
+        self._keep(weight[keys.size :][: self.edges] > 0.0)
+        return bent[:count]
 
     def as_edges(self) -> Edges:
         """Return the loop edges as edges of a pose graph."""

@@ -8,12 +8,10 @@ import pytest
 from mrslam.rbpf import MapperConfig
 from mrslam.rbpf.filter.particles import Proposals
 from mrslam.rbpf.filter.uncertainty import DRIFT_SHARE, chain_information, map_covariance, turned
-from mrslam.rbpf.filter.wall_directions import Headings
 from mrslam.rbpf.front_end.motion import ARRIVAL_COLUMNS, chain_cov
+from mrslam.rbpf.loops.headings import NO_HEADINGS, Headings
 from mrslam.spatial import se2
 from mrslam.spatial.pose_graph import Edges
-
-NO_WALLS = Headings(np.zeros(0), *np.zeros((2, 0), np.int64), *np.zeros((2, 0)))
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 4])
@@ -49,7 +47,7 @@ def test_walls_hold_the_heading() -> None:
     poses, chain = np.array([[0.0, 0.0, 0.1], [1.0, 0.0, 0.4]]), np.tile(np.diag([1e8, 1e8, 100.0]), (2, 1, 1))
     seen = np.array([0.3 - 0.1, 0.3 - 0.4 + 0.5 * np.pi])  # the same walls, and those square to them
     walls = Headings(np.array([0.3]), np.array([0, 1]), np.zeros(2, np.int64), seen, np.array([0.004, 0.004]))
-    alone = map_covariance(poses, chain, Edges.none(), NO_WALLS)
+    alone = map_covariance(poses, chain, Edges.none(), NO_HEADINGS)
     held = map_covariance(poses, chain, Edges.none(), walls)
     assert alone[2, 2] == pytest.approx(0.01, rel=1e-3)
     assert held[2, 2] == pytest.approx(1.0 / (100.0 + 1.0 / 0.008), rel=1e-3)
@@ -58,7 +56,7 @@ def test_walls_hold_the_heading() -> None:
 def test_loops_hold_the_map() -> None:
     poses = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [2.0, 0.0, 1.0]])
     chain = np.tile(np.diag([100.0, 100.0, 1e6]), (3, 1, 1))
-    assert map_covariance(poses, chain, Edges.none(), NO_WALLS)[0, 0] == pytest.approx(0.02, rel=1e-2)
+    assert map_covariance(poses, chain, Edges.none(), NO_HEADINGS)[0, 0] == pytest.approx(0.02, rel=1e-2)
     loop = Edges(np.array([0]), np.array([2]), se2.between(poses[0], poses[2])[None], 50.0 * np.eye(3)[None])
-    assert map_covariance(poses, chain, loop, NO_WALLS)[0, 0] == pytest.approx(0.01, rel=1e-2)
-    assert not map_covariance(poses[:1], chain[:1], loop, NO_WALLS).any()
+    assert map_covariance(poses, chain, loop, NO_HEADINGS)[0, 0] == pytest.approx(0.01, rel=1e-2)
+    assert not map_covariance(poses[:1], chain[:1], loop, NO_HEADINGS).any()

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from mrslam.rbpf import MapperConfig
 from mrslam.rbpf.front_end.motion import ARRIVAL_COLUMNS
+from mrslam.rbpf.loops.headings import NO_HEADINGS, Headings
 from mrslam.rbpf.loops.loop_closer import LoopCloser
 from mrslam.spatial import se2
 from tests.rbpf.rooms import drive, keyframe
@@ -71,3 +72,18 @@ def test_a_robot_that_was_carried_is_put_back_where_it_was_found() -> None:
         assert np.array_equal(poses[:3], T_map_key[:3])
         assert np.allclose(poses[4], se2.compose(T_map_key[1], T_old_new))
         assert np.allclose(se2.between(poses[3], poses[5]), se2.between(T_map_key[3], T_map_key[5]))
+
+
+def test_walls_keep_headings_where_a_loop_would_bend_them() -> None:
+    loops, trajectory, keys = two_rounds(np.array([0.03, -0.02, 0.005]))
+    look(loops, trajectory, keys)
+    chain, middle = np.tile(np.diag([100.0, 100.0, 1e3]), (keys, 1, 1)), keys // 2
+    trajectory[:keys, 2] += np.linspace(0.0, 0.2, keys)  # the loop turns all that back, and the rest with it
+    every = np.arange(keys)
+    seen = -trajectory[:keys, 2]  # all saw walls along 0
+    walls = Headings(np.zeros(1), every, np.zeros(keys, np.int64), seen, np.full(keys, 1e-3))
+    turned = [
+        np.abs(se2.wrap(loops.relaxed(trajectory[:keys], chain, seen_walls)[middle, 2] - trajectory[middle, 2]))
+        for seen_walls in (NO_HEADINGS, walls)
+    ]
+    assert turned[1] < 0.2 * turned[0] and turned[0] > 0.02
