@@ -199,3 +199,29 @@ def test_a_pair_whose_scans_say_otherwise_is_aligned_again() -> None:
     assert joined(team)[0].fields["ties"]["a-b"] >= 12
     team.take_map("a", KnownMap((1, 2), local_map(A, 2)))
     assert isinstance(team.next_job(60 * S), AlignJob)
+
+
+def test_a_map_corrected_while_it_was_joined_is_bent_from_where_it_is_now() -> None:
+    team = team_of()
+    align(team)
+    job = team.next_job(12 * S)
+    assert isinstance(job, JoinJob)
+    joint = join(job.trails, job.T_team_map)
+    moved = LocalMap(MAPS["b"].map, Keyframes(MAPS["b"].keyframes.stamps_ns, B.trail.T_map_key + 0.01), B.trail.scans)
+    team.take_map("b", KnownMap((1, 2), moved))
+    team.keep_placed(40 * S)
+    team.on_joined(job, joint, 41 * S)
+    assert np.array_equal(team.bends["b"].T_map_key, B.trail.T_map_key + 0.01)
+
+
+def test_maps_that_did_not_change_are_not_placed_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    team = team_of()
+    align(team)
+    team.keep_placed(30 * S)
+    placed = []
+    monkeypatch.setattr(team, "_place", placed.append)
+    team.keep_placed(60 * S)
+    assert placed == []
+    team.take_map("a", KnownMap((1, 2), local_map(A, 2)))
+    team.keep_placed(90 * S)
+    assert placed == [90 * S]
