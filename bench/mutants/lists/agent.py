@@ -149,7 +149,7 @@ MUTANTS = (
     ),
     Mutant(
         SCHEDULE,
-        "            return self._is_worth_a_search(belief, last, maps, waited_ns)",
+        "            return self._is_worth_a_search(belief, maps, is_eager=is_eager or waited_ns >= PATIENCE_S * 1e9)",
         "            return False",
         "a pair that was rejected once is never tried again",
     ),
@@ -275,8 +275,8 @@ MUTANTS = (
     ),
     Mutant(
         BELIEF,
-        "            searched = False\n",
-        "            pass\n",
+        "if searched and not self.is_seen else None",
+        "if searched else None",
         "robots that see each other are unmerged because another wing looks alike",
     ),
     Mutant(

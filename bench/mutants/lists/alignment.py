@@ -37,14 +37,14 @@ MUTANTS = (
     ),
     Mutant(
         "alignment/align.py",
-        "return [c for c in found if prior is None or _within(prior, c.T_a_b, a, b)]",
+        "return [c for c in found if _within(prior, c.T_a_b, a, b)] or [Candidate(prior.T_a_b)]",
         "return list(found)",
         "a known place does not keep maps from being merged elsewhere",
     ),
     Mutant(
         "alignment/align.py",
-        "rivals = None if method == EXHAUSTIVE else lambda: proposed(EXHAUSTIVE)",
-        "rivals = None",
+        "proposed(method), method, config, None if method == EXHAUSTIVE else rivals)",
+        "proposed(method), method, config, None)",
         "methods that find one place never ask whether there are more",
     ),
     Mutant(

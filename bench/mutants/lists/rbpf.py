@@ -153,8 +153,8 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/loops/loop_closer.py",
-        "relax_graduated(self._put_back(T_map_key), edges",
-        "relax_graduated(T_map_key, edges",
+        "poses = self._put_back(T_map_key) if self._is_far else T_map_key",
+        "poses = T_map_key",
         "a robot that was carried is not put back where it was found before the trajectory is relaxed",
     ),
     Mutant(

@@ -149,8 +149,8 @@ MUTANTS = (
     ),
     Mutant(
         "spatial/matching/places.py",
-        "        return searched if searched.score > descended.score else descended",
-        "        return descended",
+        "        found = searched if searched.score > descended.score else descended",
+        "        found = descended",
         "places that drift has put a metre away are not seen again",
     ),
     Mutant(
