@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import lru_cache
 from pathlib import Path
 
 from mrslam.sim_driver.feeds.base import Feed, Format, Reading
@@ -51,4 +53,16 @@ def open_feed(path: Path | str, format: str | None = None, salvage: bool = False
     return FORMATS[name].read(path, salvage)
 
 
-__all__ = ["FORMATS", "Feed", "Format", "Reading", "guess_format", "open_feed", "warm_up"]
+def shared_readings(path: Path) -> Sequence[Reading]:
+    """Return a log's readings, not to be changed: the robots of a run that play one log, and its report, share them."""
+    about = path.stat()
+    return _newest_readings(path, about.st_mtime_ns, about.st_size)
+
+
+@lru_cache(maxsize=1)
+def _newest_readings(path: Path, mtime_ns: int, size: int) -> Sequence[Reading]:
+    """Read a log; the time it was changed and its size are there to tell whether it is still the one read before."""
+    return open_feed(path).readings
+
+
+__all__ = ["FORMATS", "Feed", "Format", "Reading", "guess_format", "open_feed", "shared_readings", "warm_up"]

@@ -12,7 +12,7 @@ from scipy import ndimage
 from mrslam.agent import Sensed
 from mrslam.sim_driver.evaluate.results import RunResults
 from mrslam.sim_driver.evaluate.trajectories import Trajectory, in_mission_time
-from mrslam.sim_driver.feeds import open_feed
+from mrslam.sim_driver.feeds import shared_readings
 from mrslam.sim_driver.missions.run_files import SCANS_FILE
 from mrslam.sim_driver.replay import read_recording
 from mrslam.sim_driver.report.layout import Layout
@@ -87,7 +87,7 @@ def spread(seen: NDArray[np.float32], known: NDArray[np.bool_]) -> NDArray[np.fl
 def _scans(run: RunResults, robot_id: str) -> Sequence[Sensed]:
     (robot,) = (robot for robot in run.mission.robots if robot.id == robot_id)
     if robot.log is not None:
-        readings = open_feed(run.mission.find(robot.log)).readings
+        readings = shared_readings(run.mission.find(robot.log))
         body = RecordedBody(readings, robot.first, robot.last, round(1e9 * run.began_s(robot_id)))
         return list(_all_of(body))
     path = (run.mission.replay or run.folder) / robot_id / SCANS_FILE

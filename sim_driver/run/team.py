@@ -14,7 +14,7 @@ from mrslam.comms import MapSeal, RobotKeys
 from mrslam.comms.zenoh import ZenohTransport
 from mrslam.sim_driver.drivers import DRIVERS, Driver, Explorer, IdleDriver, TrajectoryDriver, WaypointDriver
 from mrslam.sim_driver.faults.liar import WAYS, Liar
-from mrslam.sim_driver.feeds import open_feed
+from mrslam.sim_driver.feeds import shared_readings
 from mrslam.sim_driver.missions.mission import Mission
 from mrslam.sim_driver.missions.run_files import LINKS_FILE, SCANS_FILE
 from mrslam.sim_driver.missions.sections import RobotConfig
@@ -123,7 +123,7 @@ def place_of(words: str) -> list[float]:
 def make_body(mission: Mission, robot: RobotConfig, port: Port | None) -> Body:
     """Return what the robot senses and drives with: a log, the simulation at the other end of ``port``, or nothing."""
     if robot.log is not None:
-        return RecordedBody(open_feed(mission.find(robot.log)).readings, robot.first, robot.last)
+        return RecordedBody(shared_readings(mission.find(robot.log)), robot.first, robot.last)
     if mission.replay is not None and is_simulated(mission, robot):
         return ReplayedBody(read_recording(mission.replay / robot.id / SCANS_FILE))
     if robot.mode == "central" or port is None:

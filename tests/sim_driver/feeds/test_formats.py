@@ -1,6 +1,8 @@
+import gzip
+
 import pytest
 
-from mrslam.sim_driver.feeds import FORMATS, Format, guess_format, open_feed
+from mrslam.sim_driver.feeds import FORMATS, Format, guess_format, open_feed, shared_readings
 from mrslam.spatial import InputError
 
 
@@ -36,3 +38,15 @@ def test_unknown_formats_are_refused_with_those_known(toy, tmp_path):
         open_feed(tmp_path / "a.xyz")
     with pytest.raises(InputError, match="unknown log format 'csv'; known are carmen, rosbag, toy"):
         open_feed(tmp_path / "a.xyz", "csv")
+
+
+def test_a_log_is_read_once_for_all_who_share_it_and_again_once_it_has_changed(data_dir, tmp_path):
+    lines = gzip.decompress((data_dir / "small" / "loop5.clf.gz").read_bytes()).splitlines(keepends=True)
+    log, other = tmp_path / "a.clf", tmp_path / "b.clf"
+    log.write_bytes(b"".join(lines[:200]))
+    first = shared_readings(log)
+    assert shared_readings(log) is first
+    log.write_bytes(b"".join(lines[:300]))
+    assert len(shared_readings(log)) > len(first)
+    other.write_bytes(b"".join(lines[:200]))
+    assert len(shared_readings(other)) == len(first)
