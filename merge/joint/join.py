@@ -2,7 +2,7 @@
 
 Whole-map alignment gives the first guess; keyframes that may have seen the same place are matched locally; of the
 matches the largest consistent set is taken, and a robust solve rejects what still does not fit. Each solve brings more
-keyframes within reach of a comparison; it ends when a round finds no new match.
+keyframes within reach of a comparison; it ends when a round finds no new match, and is done once more from there.
 """
 
 from __future__ import annotations
@@ -25,6 +25,10 @@ from mrslam.spatial.se2 import Transform
 
 ROUNDS = 6
 """Most rounds of comparing and solving: bounds the time; each extends the matches as far as drift allows."""
+PASSES = 2
+"""Times that all of it is done: the second compares from where the first ended, so that what is found hardly depends on
+the first guess. Measured: two robots with the same maps and alignments 0.1 m apart, 0.039 and 0.047 m from the truth
+after one pass, both 0.039 m after two and after three."""
 CHI2_MOST = 16.27
 """Largest squared Mahalanobis residual of a believed match: 99.9 % of chi2 with 3 degrees of freedom."""
 MATCHES_LEAST = 3
@@ -85,15 +89,15 @@ def join(
     names = [name for name in sorted(trails) if name in T_team_map and len(trails[name])]
     matcher = matcher or LocalMatcher()
     poses = {name: se2.compose(T_team_map[name], trails[name].T_map_key) for name in names}
-    found: dict[Pair, dict[tuple[int, int], KeyMatch]] = {pair: {} for pair in combinations(names, 2)}
     ties: tuple[Tie, ...] = ()
     ambiguous: dict[Pair, str] = {}
-    for _ in range(ROUNDS):
-        news = sum(_compare(trails, poses, pair, found[pair], ties, matcher) for pair in found)
-        if not news:
-            break
-        chosen, ambiguous = believable(trails, found)
-        poses, ties = solve({name: trails[name] for name in names}, poses, chosen)
+    for _ in range(PASSES):
+        found: dict[Pair, dict[tuple[int, int], KeyMatch]] = {pair: {} for pair in combinations(names, 2)}
+        for _ in range(ROUNDS):
+            if not sum(_compare(trails, poses, pair, found[pair], ties, matcher) for pair in found):
+                break
+            chosen, ambiguous = believable(trails, found)
+            poses, ties = solve({name: trails[name] for name in names}, poses, chosen)
     return JointMap(T_team_key=poses, ties=ties, ambiguous=ambiguous)
 
 

@@ -243,4 +243,10 @@ MUTANTS = (
         "    weight = np.ones(edges.first.size)",
         "one wrong match bends a whole map",
     ),
+    Mutant(
+        "merge/joint/join.py",
+        "PASSES = 2",
+        "PASSES = 1",
+        "two robots that know the same see different maps",
+    ),
 )

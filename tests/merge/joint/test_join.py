@@ -36,6 +36,13 @@ def test_same_input_gives_the_same_bytes_whatever_was_asked_before():
         assert first.T_team_key[name].tobytes() == again.T_team_key[name].tobytes() == fresh.T_team_key[name].tobytes()
 
 
+@pytest.mark.parametrize("off", [(0.15, -0.1, 0.01), (0.3, 0.2, -0.02), (-0.2, 0.3, 0.03)])
+def test_what_is_found_hardly_depends_on_the_first_guess(off):
+    one, two = joined(), joined(T_a_b=se2.compose(T_A_B, np.array(off)))
+    here, there = (joint.seen_from("a", A.trail.T_map_key)["b"] for joint in (one, two))
+    assert np.hypot(*(here - there)[:, :2].T).max() < 1.5e-3  # 2 to 6 mm after one pass
+
+
 def test_the_order_in_which_robots_are_given_changes_nothing():
     other = join({"b": B.trail, "a": A.trail}, {"b": T_A_B, "a": se2.IDENTITY})
     assert other.T_team_key["b"].tobytes() == joined().T_team_key["b"].tobytes()
