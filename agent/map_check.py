@@ -9,7 +9,7 @@ from mrslam.merge.grids.agreement import count_walls, disc
 from mrslam.spatial import LocalMap, OccupancyGrid, se2
 
 PLACES_LEAST = 5
-"""Keyframes from which a map is checked: fewer may all lie at its edge."""
+"""Keyframes from which their places are held against a map: fewer may all lie at its edge. Their scans always are."""
 ON_FREE = 0.8
 """Least share of a robot's own keyframes in free cells of its own map; not all, for teammates leave ghosts there."""
 ON_WALLS = 0.5
@@ -28,12 +28,10 @@ def contradicts_itself(local: LocalMap, grid: OccupancyGrid) -> str | None:
     map with a true trajectory, or random cells, are found out before anything is aligned.
     """
     places = local.keyframes.T_map_base[:, :2]
-    if len(places) < PLACES_LEAST:
-        return None
     col, row = _inside(grid, places)
     values = grid.cells[row, col]
-    free = np.count_nonzero((values >= 0) & (values < 50)) / len(places)
-    if free < ON_FREE:
+    free = np.count_nonzero((values >= 0) & (values < 50)) / max(len(places), 1)
+    if len(places) >= PLACES_LEAST and free < ON_FREE:
         return f"only {100 * free:.0f} % of the places where it says it has been are free in its own map"
     seen = _seen(local)
     if not len(seen):

@@ -112,25 +112,26 @@ def test_a_young_map_is_given_time() -> None:
     assert doubted(LocalMap(young.map, few)) is None
 
 
-def hall(turn: float) -> LocalMap:
+def hall(turn: float, count: int = 20) -> LocalMap:
     """An open hall of 6 x 4 m, a way that stays near its middle, and scans of its walls; the map is turned."""
     cells = np.full((200, 200), -1, dtype=np.int8)
     cells[60:140, 40:160] = 0
     cells[[59, 140], 39:161] = cells[59:141, [39, 160]] = 100
     turned = np.rot90(cells, round(turn / (np.pi / 2)))
-    way = np.stack([np.linspace(-0.5, 0.5, 20), np.zeros(20), np.zeros(20)], axis=1)
+    way = np.stack([np.linspace(-0.5, 0.5, count), np.zeros(count), np.zeros(count)], axis=1)
     x, y = np.linspace(-2.9, 2.9, 20), np.linspace(-1.9, 1.9, 15)
     walls = [np.stack([x, np.full(20, side * 2.025)], axis=1) for side in (-1.0, 1.0)]
     walls += [np.stack([np.full(15, side * 3.025), y], axis=1) for side in (-1.0, 1.0)]
-    scans = KeyScans.of_points([np.concatenate(walls)[::2] - pose[:2] for pose in way], np.zeros((20, 2)))
+    scans = KeyScans.of_points([np.concatenate(walls)[::2] - pose[:2] for pose in way], np.zeros((count, 2)))
     grid = OccupancyGrid(np.ascontiguousarray(turned), 0.05, (-5.0, -5.0))
-    return LocalMap(TiledMap.from_grid(grid), Keyframes(np.arange(20), way), scans)
+    return LocalMap(TiledMap.from_grid(grid), Keyframes(np.arange(count), way), scans)
 
 
 def test_a_map_must_show_what_its_robot_has_seen() -> None:
     assert doubted(hall(0.0)) is None and doubted(hall(np.pi)) is None  # half a turn of this hall is this hall
     reason = doubted(hall(np.pi / 2))
     assert reason is not None and "% of what its scans hit is wall in its own map" in reason
+    assert doubted(hall(0.0, count=1)) is None and doubted(hall(np.pi / 2, count=1)) == reason  # however young
     silent = hall(np.pi / 2)
     assert doubted(LocalMap(silent.map, silent.keyframes)) is None  # of a robot that sends no scans nobody can say
 
