@@ -179,7 +179,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/map_check.py",
-        "    if free < ON_FREE:",
+        "    if len(places) >= PLACES_LEAST and free < ON_FREE:",
         "    if False:",
         "liars are not doubted",
     ),
