@@ -128,7 +128,7 @@ def wings() -> OccupancyGrid:
     for k in (0, 1):
         x = 10.0 + k * WINGS_M
         plan.box(x, 6.0, x + 14.0, 20.0, value=0).box(x + 2.4, 8.4, x + 11.6, 17.6)
-        plan.box(x + 3.0, 17.5, x + 4.2, 19.0).box(x + 11.5, 10.0, x + 13.0, 10.6).box(x, 12.0, x + 0.8, 13.4)
+        plan.box(x + 3.0, 17.5, x + 4.2, 18.1).box(x + 11.5, 10.0, x + 12.1, 10.6).box(x, 12.0, x + 0.8, 13.4)
     return plan.grid()
 
 
@@ -141,6 +141,14 @@ def through_wings(data: Path, seed: int) -> Drive:
 
     corners = [(3.0, 5.0), *ring(0), *ring(1), (30.0, 5.0), *ring(0), (3.0, 5.0)]
     return simulated(wings(), way_along(corners, np.random.default_rng(seed)), seed, 8.0, WORN)
+
+
+def wings_carried(data: Path, seed: int) -> Drive:
+    """After the drive through the wings the robot is put down in the second one, and drives out of it to the first."""
+    x = 10.0 + WINGS_M
+    corners = [(x + 6.0, 18.8), (x + 12.8, 18.8), (x + 12.8, 7.2), (x + 1.2, 7.2), (x + 1.2, 5.0), (18.0, 5.0)]
+    way = way_along(corners, np.random.default_rng(seed + 50))
+    return carried_between(through_wings(data, seed), simulated(wings(), way, seed + 90, 8.0, WORN))
 
 
 def office_carried(number: int, data: Path, seed: int) -> Drive:
@@ -194,6 +202,7 @@ CASES = {
     "intel-carried-2": Case("carried", partial(logs_carried, (INTEL, 0.3, 0.55), (INTEL, 0.1, 0.2))),
     "wean-carried": Case("carried", partial(logs_carried, (WEAN1, 0.0, 0.8), (WEAN3, 0.1, 0.4))),
     "wings": Case("two-way loop", through_wings),
+    "wings-carried": Case("carried", wings_carried),
     "wings-dead-third": Case("two-way loop", dead(0.3, through_wings)),
     "infinite-corridor": Case("two-way loop", partial(log, "slam_large/infinite-corridor-drift-hard.clf.gz", 0.0, 0.5)),
     "campus": Case("two-way loop", partial(log, "slam_large/freiburg-campus-raw.clf.gz", 0.0, 0.5)),
