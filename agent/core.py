@@ -23,6 +23,9 @@ from mrslam.spatial.se2 import Transform
 AT_REST = 2.0
 """Publishing intervals after which a robot without new keyframes publishes what it has: one that drives on publishes
 with the next keyframe after the first, and one that stopped, or gets no more scans, is not waited for longer."""
+LOOK_NS = 500_000_000
+"""Time between two looks at all pairs: for a job where there was none, for what was seen, and for what is new to tell,
+nanoseconds. A tenth of the time in which maps and alignments change."""
 
 
 class Agent(Robot):
@@ -123,11 +126,14 @@ class Agent(Robot):
         """Handle beacons, rendezvous, exchanges and the places of maps; call it every ``agent.tick_s``."""
         if self._has_news and not self.self_doubt.doubtful and self._publish_due(now_ns, AT_REST):
             self.publish(now_ns)
-        self.node.add_claims(self._witness.claims(self.team, now_ns))
-        self.node.add_hints(self.team.hints.news(self.team.beliefs, now_ns))
+        if is_look_due := now_ns - self._looked_ns >= LOOK_NS:
+            self._looked_ns = now_ns
+            self.node.add_claims(self._witness.claims(self.team, now_ns))
+            self.node.add_hints(self.team.hints.news(self.team.beliefs, now_ns))
         effects = self._follow(self.node.on_tick(now_ns), now_ns)
         self.team.keep_placed(now_ns)
-        effects += self._witness.look(self.team, now_ns)
+        if is_look_due:
+            effects += self._witness.look(self.team, now_ns)
         if self._reports.are_due(self.team.maps, self.T_team_map, now_ns):
             effects.append(Event(now_ns, "known", known_fields(self.known_area_m2(), self.team_map())))
         return effects + self.team.revoke(now_ns) + self._look_at_saved(now_ns)
@@ -153,7 +159,9 @@ class Agent(Robot):
                     self.team.hints.hear(effect)
                     continue
                 case comms.PeerSeen():
-                    self.team.hints.tell_again()
+                    self.team.hints.meet(effect.peer, searches=effect.mode == "distributed")
+                case comms.PeerGone():
+                    self.team.hints.part(effect.peer)
                 case comms.MapUpdated():
                     self._take_map(effect)
                 case comms.ExchangeDone():
@@ -175,7 +183,12 @@ class Agent(Robot):
 
     def next_job(self, now_ns: int) -> Job | None:
         """Return the maps most worth aligning or joining now, or None; the shell runs it and calls :meth:`on_done`."""
-        return self.team.next_job(now_ns)
+        if now_ns - self._idle_ns < LOOK_NS:
+            return None
+        job = self.team.next_job(now_ns)
+        if job is None:
+            self._idle_ns = now_ns
+        return job
 
     def on_done(self, job: Job, outcome: Outcome, now_ns: int) -> list[Effect]:
         """Take the outcome of a job."""

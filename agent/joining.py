@@ -14,9 +14,11 @@ from mrslam.spatial.se2 import Transform
 
 JOIN_NS = 10_000_000_000
 """Least time between two joint solutions while only maps grow, nanoseconds: robots drive some metres in it."""
+SETTLE_NS = 4_000_000_000
+"""Least time between two solutions where alignments changed, nanoseconds: robots that meet find several of them."""
 KEYFRAMES, SHARE = 8, 0.08
-"""Least new keyframes of one robot for another solution (some metres of path), and least share of all it has, so that
-the cost of all solutions grows with the path and not with its square."""
+"""Least new keyframes of all robots together for another solution (some metres of path), and least share of all they
+have, so that the cost of all solutions grows with the path and the robots, and not with their squares."""
 AT_LAST_NS = 60_000_000_000
 """Time after which fewer new keyframes are joined, too, nanoseconds: a robot that stands still is not waited for."""
 
@@ -34,7 +36,7 @@ class Joining:
     ) -> JoinJob | None:
         """Return the maps to join, where more than one is placed and something is new; else None.
 
-        A changed alignment is joined at once, for until then the maps are not compared for contradictions.
+        A changed alignment does not wait for maps to grow, for until then they are not compared for contradictions.
         """
         frame = placement.anchor
         known = {name: maps[name] for name in placement.T_rigid if name in maps and len(maps[name].trail)}
@@ -42,7 +44,7 @@ class Joining:
             return None
         keys = {name: (one.epoch, len(one.trail)) for name, one in known.items()}
         believed = {pair: T.tobytes() for pair, T in T_a_b.items()}
-        if believed == self._T_a_b and not self._is_due(keys, now_ns):
+        if not self._is_due(keys, now_ns, is_changed=believed != self._T_a_b):
             return None
         self._keys, self._T_a_b, self._last_ns = keys, believed, now_ns
         return JoinJob(
@@ -51,17 +53,20 @@ class Joining:
             epochs={name: one.epoch for name, one in known.items()},
         )  # fmt: skip
 
-    def _is_due(self, keys: Mapping[str, tuple[int, int]], now_ns: int) -> bool:
+    def _is_due(self, keys: Mapping[str, tuple[int, int]], now_ns: int, *, is_changed: bool) -> bool:
         waited_ns = AT_LAST_NS if self._last_ns is None else now_ns - self._last_ns
+        if is_changed:
+            return waited_ns >= SETTLE_NS
         if waited_ns < JOIN_NS or keys == self._keys:
             return False
-        if waited_ns >= AT_LAST_NS or keys.keys() != self._keys.keys():
+        if waited_ns >= AT_LAST_NS or {name: epoch for name, (epoch, _) in keys.items()} != self._epochs:
             return True
-        before = self._keys
-        return any(
-            epoch != before[name][0] or count - before[name][1] >= max(KEYFRAMES, SHARE * count)
-            for name, (epoch, count) in keys.items()
-        )
+        count = sum(count for _, count in keys.values())
+        return count - sum(count for _, count in self._keys.values()) >= max(KEYFRAMES, SHARE * count)
+
+    @property
+    def _epochs(self) -> dict[str, int]:
+        return {name: epoch for name, (epoch, _) in self._keys.items()}
 
 
 def confirmed_pairs(ties: Iterable[Tie], job: JoinJob) -> frozenset[Pair]:

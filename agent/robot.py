@@ -55,6 +55,8 @@ class Robot:
         self.frame = ChosenFrame(settings.agent.frame)
         """The frame in which pose and team map are told."""
         self._T_odom_base: Transform | None = None
+        self._looked_ns = self._idle_ns = -(10**12)
+        """When all pairs were looked at last, and when no job was found for the last time."""
         self._published_ns: int | None = None
         self._has_news = False
         """Whether there are keyframes that were not published."""

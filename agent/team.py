@@ -168,7 +168,14 @@ class Team:
             self._joining.next_job(self._placement, self.maps, T_a_b, now_ns)
             or sighted_job(self.beliefs, self.maps, self._schedule.config.align_interval_s, now_ns)
             or self._hinted_job(now_ns)
-            or self._schedule.next_job(self.beliefs, self.maps, self.T_team_map, self._confirmed, now_ns)
+            or self._schedule.next_job(
+                self.beliefs,
+                self.maps,
+                self.T_team_map,
+                self._confirmed,
+                self.hints.awaited(self.beliefs),
+                now_ns,
+            )
         )
 
     def _hinted_job(self, now_ns: int) -> AlignJob | None:

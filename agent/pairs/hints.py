@@ -63,6 +63,8 @@ class Hints:
         self._heard: dict[str, dict[str, _Heard]] = {}
         self._failed: dict[str, int] = {}
         """By teammate: its hints that failed, since the last one that did not."""
+        self.searching: set[str] = set()
+        """Teammates in sight that search for the pairs of their own maps."""
 
     # -- telling -------------------------------------------------------------------------------------------------------
 
@@ -86,10 +88,15 @@ class Hints:
             if found is not None and self.own_id in (a, b) and "@" not in a + b:
                 yield (b, found.T_a_b) if a == self.own_id else (a, se2.inverse(found.T_a_b))
 
-    def tell_again(self) -> None:
-        """Tell everything again, for somebody came into reach."""
+    def meet(self, peer: str, *, searches: bool) -> None:
+        """Tell everything again, for somebody came into reach; ``searches`` : it looks for others' maps in its own."""
         for told in self._told.values():
             told.times = 0
+        (self.searching.add if searches else self.searching.discard)(peer)
+
+    def part(self, peer: str) -> None:
+        """Rely no longer on a teammate that is gone."""
+        self.searching.discard(peer)
 
     # -- hearing -------------------------------------------------------------------------------------------------------
 
@@ -105,6 +112,17 @@ class Hints:
         if len(hints) >= MOST_HINTS:
             del hints[next(iter(hints))]
         hints[hint.robot] = _Heard(hint.epoch, hint.T_peer_robot)
+
+    def awaited(self, beliefs: Mapping[Pair, PairBelief]) -> set[Pair]:
+        """Return the own pairs that the other robot, the first by id, searches for: what it finds it will tell.
+
+        Both hold nearly the same maps. A robot whose hint failed is not relied on.
+        """
+        return {
+            (a, b)
+            for (a, b), belief in beliefs.items()
+            if b == self.own_id and a in self.searching and a not in self._failed and belief.found is None
+        }
 
     def forget(self, robot_id: str) -> None:
         """Forget what concerns a robot that began another map."""

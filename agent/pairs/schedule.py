@@ -27,8 +27,9 @@ standard deviations are the limits within which two estimates confirm each other
 PATIENT_AFTER, PATIENCE_S = 6, 90.0
 """Tries of a pair that is not merged after which both of its maps must have grown (by ``agent.realign_growth``, in the
 mean), or one of them and the second have passed, seconds: pairs that lie far apart are searched less often. Pairs of
-two others wait so from the first try on. Measured over 114 merges of missions with faults: half came with the 3rd try,
-nine in ten by the 6th, the last with the 9th."""
+two others wait so from the first try on. Own pairs that a teammate searches for as well wait that long in any case.
+Measured over 114 merges of missions with faults: half came with the 3rd try, nine in ten by the 6th, the last with the
+9th."""
 EVERYWHERE_EVERY = 4
 """One in this many tries of a pair with known starts looks everywhere: a start may be wrong, or of an earlier map."""
 START_SIGMAS = 4.0
@@ -62,17 +63,22 @@ class Schedule:
         maps: Mapping[str, KnownMap],
         T_team_map: Mapping[str, Transform],
         confirmed: Collection[Pair],
+        awaited: Collection[Pair],
         now_ns: int,
     ) -> AlignJob | None:
         """Return the pair most worth aligning: the own map's first, then untried ones, then the longest waiting.
 
         ``confirmed`` : merged pairs whose alignment the joint solution confirms; it follows their maps itself.
+        ``awaited`` : pairs that a teammate searches for, which are searched for here with patience.
         """
+        if self.config.align_method != EXHAUSTIVE:  # a second search is independent evidence then
+            awaited = ()
         tied = tied_enough(self.own_id, beliefs, T_team_map)
         due = [
             (self._rank(pair, belief), pair)
             for pair, belief in beliefs.items()
             if self._is_due(pair, belief, (maps[pair[0]], maps[pair[1]]), tied, pair in confirmed, now_ns)
+            and not (pair in awaited and self._may_wait(belief, now_ns))
             and not (belief.alignment is None and tied.issuperset(pair))
             and not is_left_to_others(self.own_id, pair, beliefs, T_team_map, now_ns)
         ]
@@ -91,6 +97,10 @@ class Schedule:
         versions, areas = (map_a.version, map_b.version), (map_a.area_m2, map_b.area_m2)
         trails = (map_a.trail, map_b.trail)
         return AlignJob(a, b, map_a.grid, map_b.grid, prior, versions, areas, belief.attempts, trails, place=place)
+
+    def _may_wait(self, belief: PairBelief, now_ns: int) -> bool:
+        """Return whether a pair that a teammate searches for as well needs no search here yet."""
+        return belief.last is not None and now_ns - belief.last.t_ns < PATIENCE_S * 1e9
 
     def _just_found(
         self, pair: Pair, belief: PairBelief, maps: tuple[KnownMap, KnownMap], T_team_map: Mapping[str, Transform]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numba import njit
@@ -39,8 +40,12 @@ def count_walls(
     return agree, against
 
 
+@lru_cache(maxsize=64)
 def disc(radius_cells: float) -> NDArray[np.int64]:
-    """Return the offsets (row, column) of the cells within a radius, the nearest first: ``(K, 2)``."""
+    """Return the offsets (row, column) of the cells within a radius, the nearest first: ``(K, 2)``, for reading only.
+
+    Cached: a team's maps are compared by some radius for each number of alignments between them, thousands of times.
+    """
     reach = int(radius_cells)
     side = np.arange(-reach, reach + 1)
     offsets = np.stack(np.meshgrid(side, side, indexing="ij"), axis=-1).reshape(-1, 2)

@@ -138,6 +138,15 @@ def test_it_is_joined_again_only_when_there_is_news() -> None:
     assert isinstance(team.next_job(60 * S), JoinJob)
 
 
+def test_alignments_that_change_in_quick_succession_are_joined_together() -> None:
+    team = team_of()
+    align(team)
+    joined(team)
+    align(team, se2.compose(T_A_B, se2.transform(0.05, 0.0, 0.0)), t_s=13)
+    assert not isinstance(team.next_job(14 * S), JoinJob)
+    assert isinstance(team.next_job(16 * S), JoinJob)
+
+
 def test_a_map_begun_anew_meanwhile_makes_the_solution_void() -> None:
     team = team_of()
     align(team)

@@ -227,8 +227,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/joining.py",
-        "        if believed == self._T_a_b and not self._is_due(keys, now_ns):",
-        "        if not self._is_due(keys, now_ns):",
+        "        if not self._is_due(keys, now_ns, is_changed=believed != self._T_a_b):",
+        "        if not self._is_due(keys, now_ns, is_changed=False):",
         "a new merge waits to be joined and judged",
     ),
     Mutant(
@@ -329,15 +329,21 @@ MUTANTS = (
     ),
     Mutant(
         CORE,
-        "        self.node.add_hints(self.team.hints.news(self.team.beliefs, now_ns))\n",
+        "            self.node.add_hints(self.team.hints.news(self.team.beliefs, now_ns))\n",
         "",
         "robots do not tell each other where they found maps",
     ),
     Mutant(
         CORE,
-        "                    self.team.hints.tell_again()\n",
+        '                    self.team.hints.meet(effect.peer, searches=effect.mode == "distributed")\n',
         "                    pass\n",
         "a robot that comes later is not told where maps were found",
+    ),
+    Mutant(
+        HINTS,
+        "b == self.own_id and a in self.searching and a not in self._failed",
+        "b == self.own_id and a in self.searching",
+        "a robot relies on the searches of a teammate whose hints are wrong",
     ),
     Mutant(
         TEAM,

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from mrslam.agent.effects import AlignJob
+from mrslam.agent.pairs.belief import PairBelief
 from mrslam.agent.pairs.hints import MOST_FAILED, MOST_HINTS, REPEAT_NS, TIMES, Hints
+from mrslam.agent.pairs.schedule import PATIENCE_S
 from mrslam.agent.shells import runner
 from mrslam.alignment import Prior, Rejection
 from mrslam.comms import TeammateHint
@@ -109,7 +111,7 @@ def test_what_is_found_is_told_a_few_times_and_again_to_who_comes() -> None:
     [(robot_id, T_r2_r1)] = Hints("r2").news(team.beliefs, 0)
     assert robot_id == "r1" and T_r2_r1 == pytest.approx([-1.0, 0.0, 0.0])
     assert Hints("r3").news(team.beliefs, 0) == []  # another's pair
-    team.hints.tell_again()
+    team.hints.meet("c", searches=True)
     assert len(team.hints.news(team.beliefs, 100 * REPEAT_NS)) == 1
 
 
@@ -176,3 +178,30 @@ def test_who_is_followed_is_searched_for_nearby_if_it_is_not_at_its_place_and_wh
     shell = SimpleNamespace(agent=robot("r1", 1), _matcher=None)
     assert runner.Runner._align(shell, job) is NOT_THERE  # type: ignore[arg-type]
     assert asked == [place, None][:times]
+
+
+def test_the_second_of_two_robots_waits_for_what_the_first_finds_while_that_can_be_relied_on() -> None:
+    beliefs = {("r1", "r2"): PairBelief(), ("r2", "r3"): PairBelief(), ("r1", "r3"): PairBelief()}
+    hints = Hints("r2")
+    assert hints.awaited(beliefs) == set()
+    hints.meet("r1", searches=True)
+    hints.meet("r3", searches=True)
+    assert hints.awaited(beliefs) == {("r1", "r2")}
+    hints._failed["r1"] = 1
+    assert hints.awaited(beliefs) == set()
+    del hints._failed["r1"]
+    hints.part("r1")
+    assert hints.awaited(beliefs) == set()
+    hints.meet("r1", searches=False)
+    assert hints.awaited(beliefs) == set()
+
+
+def test_a_pair_that_a_teammate_searches_for_is_searched_for_here_with_patience() -> None:
+    alone, served = Floors("r2", "r1"), Floors("r2", "r1")
+    served.hints.meet("r1", searches=True)
+    for team in (alone, served):
+        team.align(NOT_THERE, 0.0)
+        team.grow("r1", 400, 2)
+        team.grow("r2", 400, 2)
+    assert alone.due(20.0) is not None and served.due(20.0) is None
+    assert served.due(PATIENCE_S + 1.0) is not None
