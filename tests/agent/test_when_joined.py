@@ -32,7 +32,7 @@ def begun() -> Joining:
 
 
 @pytest.mark.parametrize(
-    ("t_s", "new", "due"), [(9.0, 40, False), (11.0, 0, False), (11.0, 15, False), (11.0, 18, True), (59.0, 15, False)]
+    ("t_s", "new", "due"), [(9.0, 80, False), (11.0, 0, False), (11.0, 33, False), (11.0, 36, True), (59.0, 33, False)]
 )
 def test_a_share_of_new_keyframes_is_joined_after_the_least_time(t_s: float, new: int, due: bool) -> None:
     assert is_due(begun(), t_s, a=200, b=200 + new) == due
@@ -57,8 +57,9 @@ def test_a_third_map_and_one_begun_anew_are_joined_after_the_least_time() -> Non
     assert is_due(begun(), 11.0, a=200, b=200, epoch=2)
 
 
-def test_another_alignment_is_joined_at_once() -> None:
-    assert is_due(begun(), 0.5, a=200, b=200, T_a_b=T_A_B + 0.01)
+def test_another_alignment_waits_for_others_that_may_follow_but_not_for_keyframes() -> None:
+    assert not is_due(begun(), 3.5, a=200, b=200, T_a_b=T_A_B + 0.01)
+    assert is_due(begun(), 4.5, a=200, b=200, T_a_b=T_A_B + 0.01)
 
 
 def test_one_map_alone_is_not_joined() -> None:
