@@ -36,25 +36,34 @@ def find_bodies(scan: Scan, radius_m: float) -> NDArray[np.float64]:
     is_apart = (np.hypot(*np.diff(ends, axis=0).T) > GAP_M) | (np.diff(index) > 2)
     begins = np.concatenate([[0], np.flatnonzero(is_apart) + 1])
     stops = np.append(begins[1:], index.size)
+    is_enough = stops - begins >= BEAMS_LEAST
+    begins, stops = begins[is_enough], stops[is_enough]
+    as_wide = _as_wide(ends[stops - 1] - ends[begins], stops - begins, radius_m)
     found = [
         centre
-        for begin, stop in zip(begins.tolist(), stops.tolist(), strict=True)
-        if stop - begin >= BEAMS_LEAST
+        for begin, stop in zip(begins[as_wide].tolist(), stops[as_wide].tolist(), strict=True)
+        if _stands_free(ranges, index[begin], index[stop - 1])
         and (centre := _centre(ends[begin:stop], radius_m)) is not None
-        and _stands_free(ranges, index[begin], index[stop - 1])
     ]
     return se2.apply(scan.T_base_laser, np.array(found).reshape(-1, 2))
+
+
+def _as_wide(across_m: NDArray[np.float64], beams: NDArray[np.int64], radius_m: float) -> NDArray[np.bool_]:
+    """Return of which things ``(N, 2)``, from the first end to the last, this number of beams shows a circle's width.
+
+    A laser sees the near half of it: as wide as the circle, unless the beams are few.
+    """
+    width = np.hypot(*across_m.T)
+    spacing = width / (beams - 1)
+    is_wide: NDArray[np.bool_] = width >= 2.0 * radius_m - 2.5 * spacing - WIDTH_M
+    return is_wide & (width <= 2.0 * radius_m + WIDTH_M)
 
 
 def _centre(ends: NDArray[np.float64], radius_m: float) -> NDArray[np.float64] | None:
     """Return the middle ``(2,)`` of the circle that these ends ``(N, 2)`` lie on, None where they lie on none.
 
-    A laser sees the near half of it: as wide as the circle, unless the beams are few, and nearest in the middle.
+    A laser sees the near half of it, nearest in the middle.
     """
-    width = float(np.hypot(*(ends[-1] - ends[0])))
-    spacing = width / (len(ends) - 1)
-    if not 2.0 * radius_m - 2.5 * spacing - WIDTH_M <= width <= 2.0 * radius_m + WIDTH_M:
-        return None
     away = np.hypot(*ends.T)
     middle = ends[0] / away[0] + ends[-1] / away[-1]
     middle /= np.hypot(*middle)

@@ -102,8 +102,8 @@ MUTANTS = (
     ),
     Mutant(
         BODIES,
-        "    if not 2.0 * radius_m - 2.5 * spacing - WIDTH_M <= width <= 2.0 * radius_m + WIDTH_M:",
-        "    if False:",
+        "    return is_wide & (width <= 2.0 * radius_m + WIDTH_M)",
+        "    return is_wide | True",
         "legs of chairs and pillars are taken for robots",
     ),
     Mutant(
