@@ -5,7 +5,8 @@
 
 Each is applied in a copy of the repository, and the tests of its package are run until one fails; chaos mutants are
 held against five chaos missions. One line each: killed (by which test), SURVIVED, or stale where the text to change is
-not there any more. One JSON line at the end.
+not there any more. At the end the tests that killed are run on the program as it is: one that fails there, too, proves
+nothing. One JSON line at the end.
 """
 
 from __future__ import annotations
@@ -17,12 +18,14 @@ import re
 import sys
 import tempfile
 import time
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 
 from bench.mutants.lists import MUTANTS
 from bench.mutants.mutant import Mutant
+from bench.mutants.nearest import nearest_first
 from bench.mutants.scratch import Ended, Scratch, has_kernels
 
 PACKAGES = sorted({mutant.package for mutant in MUTANTS})
@@ -50,24 +53,28 @@ def judge(scratch: Scratch, mutant: Mutant, timeout_s: float) -> Verdict:
 
 
 def command(mutant: Mutant) -> list[str]:
-    """Return the command that must fail: tests that bear the name of the module come first."""
+    """Return the command that must fail."""
     if mutant.chaos is not None:
         return [sys.executable, *CHAOS, str(mutant.chaos)]
-    return [sys.executable, *tests_of(mutant.package, Path(mutant.file).stem)]
-
-
-def tests_of(package: str, module: str = "") -> list[str]:
-    """Return the arguments that run a package's tests, those of a module first."""
-    folder = Path("tests") / package
-    first = [str(path) for path in sorted(folder.rglob(f"test_{module}.py"))] if module else []
-    return ["-m", "pytest", "-p", "no:cacheprovider", "-q", "-x", *first, str(folder)]
+    return [sys.executable, *nearest_first(mutant.package, mutant.file)]
 
 
 def _killer(ended: Ended) -> str:
     if not ended.failed:
         return ""
-    found = re.search(r"^(?:FAILED|ERROR) (\S+)|^(seed \d+: .*)", ended.output, re.MULTILINE)
+    found = re.search(r"^(?:FAILED|ERROR) .+?(?= - |$)|^seed \d+: .*", ended.output, re.MULTILINE)
     return found[0] if found else ended.output.strip().splitlines()[-1][:200] if ended.output.strip() else "no output"
+
+
+def fail_unbroken(scratch: Scratch, verdicts: Iterable[Verdict], timeout_s: float) -> list[str]:
+    """Return which of the tests that killed mutants fail on the program as it is."""
+    killers = sorted({v.by.split(" ", 1)[1] for v in verdicts if v.by.startswith(("FAILED ", "ERROR "))})
+    if not killers:
+        return []
+    ended = scratch.run([sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-q", *killers], timeout_s)
+    if not ended.failed:
+        return []
+    return re.findall(r"^(?:FAILED|ERROR) (.+?)(?: - |$)", ended.output, re.MULTILINE) or [ended.output.strip()[-200:]]
 
 
 def _options() -> argparse.Namespace:
@@ -108,7 +115,9 @@ def main() -> int:
         for future in as_completed([threads.submit(turn, mutant) for mutant in chosen]):
             verdicts.append(verdict := future.result())
             mutant = verdict.mutant
-            print(f"{verdict.word:8} {mutant.package:16} {mutant.file}: {mutant.harm} [{verdict.by}]", flush=True)
+            said = f"{mutant.file}: {mutant.harm} [{verdict.by}] {verdict.seconds:.0f} s"
+            print(f"{verdict.word:8} {mutant.package:16} {said}", flush=True)
+        unsound = fail_unbroken(scratches.get(), verdicts, options.timeout)
     words = {word: [v for v in verdicts if v.word == word] for word in ("killed", "SURVIVED", "stale")}
     line = {
         "what": "mutants",
@@ -116,10 +125,11 @@ def main() -> int:
         "killed": len(words["killed"]),
         "survived": sorted(f"{v.mutant.file}: {v.mutant.harm}" for v in words["SURVIVED"]),
         "stale": sorted(f"{v.mutant.file}: {v.mutant.harm}" for v in words["stale"]),
+        "fail_unbroken": unsound,
         "seconds": round(time.monotonic() - start_s, 1),
     }
     print(json.dumps(line))
-    return 1 if words["SURVIVED"] or words["stale"] else 0
+    return 1 if words["SURVIVED"] or words["stale"] or unsound else 0
 
 
 def _list(mutants: list[Mutant]) -> int:

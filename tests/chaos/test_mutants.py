@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from bench.mutants.__main__ import judge
+from bench.mutants.__main__ import Verdict, fail_unbroken, judge
 from bench.mutants.lists import MUTANTS
 from bench.mutants.mutant import Mutant
+from bench.mutants.nearest import nearest_first
 from bench.mutants.scratch import TOP, Scratch
 
 PACKAGES = ("spatial", "rbpf", "alignment", "mutual_detection", "merge", "comms", "agent", "sim_driver")
@@ -60,3 +61,27 @@ def test_there_are_a_hundred_and_a_dozen_for_each_package() -> None:
     assert len(MUTANTS) >= 100
     assert all(sum(mutant.package == package for mutant in MUTANTS) >= 12 for package in PACKAGES)
     assert len({(mutant.file, mutant.old, mutant.new, mutant.chaos) for mutant in MUTANTS}) == len(MUTANTS)
+
+
+@pytest.mark.parametrize(
+    ("file", "first"),
+    [
+        ("agent/pairs/hints.py", "tests/agent/pairs/test_hints.py"),
+        ("agent/chosen_frame.py", "tests/agent/test_chosen_frame.py"),
+        ("merge/joint/bend.py", "tests/merge/joint/test_bend.py"),
+    ],
+)
+def test_the_nearest_tests_come_first_and_all_of_the_package_come(file: str, first: str) -> None:
+    package = file.partition("/")[0]
+    names = [name for name in nearest_first(package, file, TOP) if name.startswith("tests/")]
+    assert names[0] == first and names[-1] == f"tests/{package}" and len(set(names)) == len(names)
+
+
+def test_a_test_that_fails_on_the_program_as_it_is_proves_nothing(tmp_path: Path) -> None:
+    scratch = Scratch(tmp_path)
+    (scratch.top / "tests" / "test_two.py").write_text("def test_holds(): pass\ndef test_fails(): raise ValueError\n")
+    verdicts = [
+        Verdict(LINES, "killed", f"FAILED tests/test_two.py::{name}", 1.0) for name in ("test_holds", "test_fails")
+    ]
+    assert fail_unbroken(scratch, verdicts[:1], 60.0) == []
+    assert fail_unbroken(scratch, verdicts, 60.0) == ["tests/test_two.py::test_fails"]

@@ -61,6 +61,15 @@ def test_particles_whose_maps_do_not_fit_lose_weight() -> None:
     assert particles.weights[astray].sum() < 0.1 * before
 
 
+@pytest.mark.parametrize("empty", [0, 3])
+def test_every_particle_is_matched_to_its_own_map(empty: int) -> None:
+    particles, way = begun()
+    particles.store.clear(empty)
+    move(particles, way, 6)
+    others = np.delete(particles.weights, empty)
+    assert particles.weights[empty] < 0.1 * others.min()
+
+
 def test_where_few_particles_matter_they_are_resampled() -> None:
     particles, way = begun(replace(CONFIG, neff_fraction=0.6))
     assert particles.resamplings == 0
