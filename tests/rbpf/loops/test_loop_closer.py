@@ -74,6 +74,25 @@ def test_a_robot_that_was_carried_is_put_back_where_it_was_found() -> None:
         assert np.allclose(se2.between(poses[3], poses[5]), se2.between(T_map_key[3], T_map_key[5]))
 
 
+def test_walls_do_not_hold_a_robot_that_was_carried_at_the_heading_it_thought_it_had() -> None:
+    """Which of the four right angles a wall means is known only once the robot is put back where it was found."""
+    loops, keys, begin = LoopCloser(MapperConfig(threads=1)), 12, 6
+    for k in range(keys):
+        loops.add_key(keyframe(np.zeros(3), np.zeros(3), None).beams, 0.6, is_carried=k == begin)
+    thought = np.array([[0.6 * k, 0.1 * k, 0.05 * k] for k in range(keys)])
+    truth = thought.copy()
+    truth[begin:] = se2.compose(np.array([20.0, -9.0, 3.0]), se2.between(thought[begin], thought[begin:]))
+    for old, new in ((1, 7), (2, 8), (3, 9), (3, 10), (4, 11)):
+        loops._edges.add((old, new))
+        loops._edge_values.add((*se2.between(truth[old], truth[new]), *np.diag([400.0, 400.0, 4e3]).flat))
+    loops._is_far = True
+    chain = np.tile(np.diag([400.0, 400.0, 4e3]), (keys, 1, 1))
+    chain[begin] = 1e-6 * np.eye(3)
+    seen = se2.wrap(-truth[:, 2])
+    walls = Headings(np.zeros(1), np.arange(keys), np.zeros(keys, np.int64), seen, np.full(keys, 1e-4))
+    assert np.allclose(loops.relaxed(thought, chain, walls), truth, atol=0.01) and loops.edges == 5
+
+
 def test_walls_keep_headings_where_a_loop_would_bend_them() -> None:
     loops, trajectory, keys = two_rounds(np.array([0.03, -0.02, 0.005]))
     look(loops, trajectory, keys)
