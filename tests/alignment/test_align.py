@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 
 from mrslam import alignment
 from mrslam.alignment import Alignment, AlignmentConfig, Candidate, Prior, Rejection, align
+from mrslam.alignment.prepared import prepare, working_resolution
 from mrslam.sim_driver.worlds import load_world
 from mrslam.spatial import InputError, OccupancyGrid, se2
 from tests.alignment.conftest import T_A, House
@@ -301,6 +303,23 @@ def test_the_exhaustive_search_proposes_places_within_the_priors_window_alone(si
         assert len(at) > 0
         assert np.hypot(*(at - se2.apply(prior.T_a_b, b.centre)).T).max() < 2.5
         assert (np.hypot(*(at - se2.apply(pair[2], b.centre)).T) < 0.2).any() == is_true
+
+
+def test_a_heading_known_badly_moves_a_map_whose_content_is_far_from_its_origin_by_its_lever(pair):
+    a, near, at_origin = pair
+    b = OccupancyGrid(near.cells, near.resolution_m, (near.origin_m[0] + 60.0, near.origin_m[1]))
+    truth = se2.compose(at_origin, se2.transform(-60.0, 0.0, 0.0))
+    prior = Prior(truth + np.array([0.1, -0.1, 0.1]), np.diag([0.2, 0.2, 0.06]) ** 2)  # 6 m off where the walls are
+    for one, other, where, T in ((a, b, prior, truth), (b, a, replace(prior, of_inverse=True), se2.inverse(truth))):
+        found = align(one, other, prior=where)
+        assert isinstance(found, Alignment), found.reason
+        middle = other.centres(other.is_occupied).mean(axis=0)
+        assert np.hypot(*(se2.apply(found.T_a_b, middle) - se2.apply(T, middle))) < 0.1
+    resolution_m = working_resolution(a, b, AlignmentConfig())
+    sides = prepare(a.cropped(), resolution_m), prepare(b.cropped(), resolution_m)
+    proposed = alignment.ALIGNERS["auto"](*sides, AlignmentConfig(), prior)
+    at = np.array([se2.apply(c.T_a_b, sides[1].centre) for c in proposed])
+    assert np.hypot(*(at - se2.apply(truth, sides[1].centre)).T).min() < 0.2
 
 
 def test_the_covariance_says_how_far_off_the_transform_is(house, pair):

@@ -12,7 +12,7 @@ from mrslam.alignment.prepared import prepare
 from mrslam.alignment.proposals.dissimilarity import Dissimilarity
 from mrslam.alignment.proposals.walks import about, bounds
 from mrslam.alignment.proposals.walks.aligner import APART_M, APART_RAD, KEPT
-from mrslam.spatial import se2
+from mrslam.spatial import OccupancyGrid, se2
 
 FAMILY = [
     "random-walk",
@@ -61,3 +61,14 @@ def test_a_prior_bounds_the_search_about_itself(sides, pair):
     np.testing.assert_allclose(0.5 * (low + high), start)
     _, low, high = bounds(a, b, None)
     assert ((high - low)[:2] > 10.0).all() and high[2] - low[2] == pytest.approx(2.0 * math.pi)
+
+
+def test_a_heading_known_badly_widens_the_search_by_the_lever_of_what_is_far_from_the_origin(sides, pair):
+    a, near = sides[0], pair[1]
+    far = OccupancyGrid(near.cells, near.resolution_m, (near.origin_m[0] + 60.0, near.origin_m[1]))
+    b = prepare(far, a.res)
+    truth = se2.compose(pair[2], se2.transform(-60.0, 0.0, 0.0))
+    _, low, high = bounds(a, b, Prior(truth + np.array([0.0, 0.0, 0.1]), np.diag([0.2, 0.2, 0.06]) ** 2))
+    middle = np.append(se2.apply(truth, b.centre), truth[2])
+    assert (low < middle).all() and (middle < high).all()
+    assert ((high - low)[:2] < 2.0 * 3.0 * (0.2 + 0.06 * 75.0)).all()
