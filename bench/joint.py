@@ -19,7 +19,7 @@ import numpy as np
 
 from mrslam.merge import Pair
 from mrslam.merge.joint.consistent import KeyMatch
-from mrslam.merge.joint.join import believable, solve
+from mrslam.merge.joint.join import NamedMatch, believable, others, solve
 from mrslam.merge.joint.trail import Trail
 from mrslam.spatial import KeyScans, se2
 from mrslam.spatial.se2 import Transform
@@ -35,7 +35,7 @@ EVERY = 5
 """Keyframes between two matches."""
 NEAR_M = 1.0
 
-Matches = list[tuple[str, str, KeyMatch]]
+Matches = list[NamedMatch]
 
 
 def streets(rng: np.random.Generator, keyframes: int) -> Transform:
@@ -110,15 +110,19 @@ def spoilt(
     return out, wrong
 
 
-def believed(trails: dict[str, Trail], matches: Matches) -> list[int]:
-    """Return indices of the matches that are believable, pair by pair."""
+def judged(trails: dict[str, Trail], matches: Matches) -> tuple[Matches, Matches]:
+    """Return the matches that are believable, pair by pair, and the others of tied pairs."""
     found: dict[Pair, dict[tuple[int, int], KeyMatch]] = {}
-    at: dict[tuple[str, str, int, int], int] = {}
-    for k, (a, b, match) in enumerate(matches):
+    for a, b, match in matches:
         found.setdefault((a, b), {})[match.i, match.j] = match
-        at[a, b, match.i, match.j] = k
     chosen, _ = believable(trails, found)
-    return [at[a, b, match.i, match.j] for a, b, match in chosen]
+    return chosen, others(found, chosen)
+
+
+def ends(one: NamedMatch) -> tuple[str, str, int, int]:
+    """Return which keyframes of which robots a match ties."""
+    a, b, match = one
+    return a, b, match.i, match.j
 
 
 def placed(truths: dict[str, Transform], trails: dict[str, Trail]) -> dict[str, Transform]:
@@ -134,19 +138,21 @@ def play(seed: int, robots: int, keyframes: int, share: float) -> dict[str, floa
     matches = matches_of(rng, truths)
     bad, wrong = spoilt(rng, trails, matches, share, seed % 2 == 1)
     start = placed(truths, trails)
-    clean, _ = solve(trails, start, [matches[k] for k in believed(trails, matches) if k not in wrong])
+    key = {(a, b, match.i, match.j): k for k, (a, b, match) in enumerate(bad)}
+    is_wrong = {at for at, k in key.items() if k in wrong}
+    sound, rest = ([one for one in part if ends(one) not in is_wrong] for part in judged(trails, matches))
+    clean, _ = solve(trails, start, sound, rest)
     began = time.perf_counter()
-    keep = believed(trails, bad)
-    poses, ties = solve(trails, start, [bad[k] for k in keep])
+    poses, ties = solve(trails, start, *judged(trails, bad))
     nothing_s = time.perf_counter() - began
-    trusted = {k for k, tie in zip(keep, ties, strict=True) if tie.believed}
+    trusted = {ends(tie[:3]) for tie in ties if tie.believed}
     began = time.perf_counter()
-    solve(trails, poses, [bad[k] for k in keep])
+    solve(trails, poses, *judged(trails, bad))
     again_s = time.perf_counter() - began
     moved = max(float(np.hypot(*(poses[name] - clean[name])[:, :2].T).max()) for name in trails)
     return {
-        "matches": len(matches), "wrong": len(wrong), "wrong_believed": len(trusted & wrong),
-        "right_dropped": len(set(range(len(matches))) - wrong - trusted), "moved_m": moved,
+        "matches": len(matches), "wrong": len(wrong), "wrong_believed": len(trusted & is_wrong),
+        "right_dropped": len(key.keys() - is_wrong - trusted), "moved_m": moved,
         "nothing_s": nothing_s, "again_s": again_s,
     }  # fmt: skip
 

@@ -20,7 +20,7 @@ from mrslam.merge.joint.consistent import Chosen, KeyMatch, agreeing, choose
 from mrslam.merge.joint.local_match import LocalMatcher
 from mrslam.merge.joint.trail import Trail, rigid
 from mrslam.spatial import se2
-from mrslam.spatial.pose_graph import Edges, relax_graduated
+from mrslam.spatial.pose_graph import Edges, relax_again, relax_graduated
 from mrslam.spatial.se2 import Transform
 
 ROUNDS = 6
@@ -35,6 +35,10 @@ MATCHES_LEAST = 3
 """Least matches that agree for a pair to be tied: two agree by chance where a corridor repeats itself."""
 CLEAR = 1.25
 """Least ratio of the consistent matches to the largest rival set; below, the pair is ambiguous and not tied."""
+
+
+NamedMatch = tuple[str, str, KeyMatch]
+"""The robots whose keyframes ``i`` and ``j`` match, and how."""
 
 
 class Tie(NamedTuple):
@@ -55,7 +59,8 @@ class JointMap:
     T_team_key: Mapping[str, Transform]
     """By robot, in order: ``(K, 3)`` in the frame of :func:`join`'s ``T_team_map``."""
     ties: tuple[Tie, ...] = ()
-    """The matches that went into the last solve: each pair's largest consistent set, none of ambiguous pairs."""
+    """The matches that went into the last solve: each pair's largest consistent set, none of ambiguous pairs, and
+    others that turned out to agree with it."""
     ambiguous: Mapping[Pair, str] = field(default_factory=dict)
     """Pairs whose matches are not used, for a rival set is nearly as large; and why."""
 
@@ -97,7 +102,7 @@ def join(
             if not sum(_compare(trails, poses, pair, found[pair], ties, matcher) for pair in found):
                 break
             chosen, ambiguous = believable(trails, found)
-            poses, ties = solve({name: trails[name] for name in names}, poses, chosen)
+            poses, ties = solve({name: trails[name] for name in names}, poses, chosen, others(found, chosen))
     return JointMap(T_team_key=poses, ties=ties, ambiguous=ambiguous)
 
 
@@ -122,9 +127,9 @@ def _compare(
 
 def believable(
     trails: Mapping[str, Trail], found: Mapping[Pair, Mapping[tuple[int, int], KeyMatch]]
-) -> tuple[list[tuple[str, str, KeyMatch]], dict[Pair, str]]:
+) -> tuple[list[NamedMatch], dict[Pair, str]]:
     """Return every pair's largest consistent set of matches, and why the ambiguous pairs have none."""
-    chosen: list[tuple[str, str, KeyMatch]] = []
+    chosen: list[NamedMatch] = []
     ambiguous: dict[Pair, str] = {}
     for (a, b), by_keys in found.items():
         matches = list(by_keys.values())
@@ -138,24 +143,49 @@ def believable(
     return chosen, ambiguous
 
 
+def others(found: Mapping[Pair, Mapping[tuple[int, int], KeyMatch]], chosen: Sequence[NamedMatch]) -> list[NamedMatch]:
+    """Return the matches of tied pairs that are not ``chosen``: a wrong one may have kept right ones out of the set."""
+    used = {(a, b, match.i, match.j) for a, b, match in chosen}
+    tied = {(a, b) for a, b, _ in chosen}
+    return [
+        (a, b, match)
+        for (a, b), by_keys in found.items()
+        for match in by_keys.values()
+        if (a, b) in tied and (a, b, match.i, match.j) not in used
+    ]
+
+
 def solve(
-    trails: Mapping[str, Trail], poses: Mapping[str, Transform], matches: Sequence[tuple[str, str, KeyMatch]]
+    trails: Mapping[str, Trail],
+    poses: Mapping[str, Transform],
+    matches: Sequence[NamedMatch],
+    spare: Sequence[NamedMatch] = (),
 ) -> tuple[dict[str, Transform], tuple[Tie, ...]]:
     """Return keyframes ``(K, 3)`` of every robot that fit all trails and matches best, and which matches are believed.
 
     ``poses`` : first guess, ``(K, 3)`` by robot in one frame; the first robot's first keyframe stays where it has it.
+    ``spare`` : matches that are believed only where they agree with what the others have led to.
     """
     counts = [len(trail) for trail in trails.values()]
     starts = dict(zip(trails, np.cumsum([0, *counts]), strict=False))
-    own = [trail.edges.shifted(starts[name]) for name, trail in trails.items()]
-    between = Edges(
+    own = Edges.joined([trail.edges.shifted(starts[name]) for name, trail in trails.items()])
+    edges = Edges.joined([own, _edges(matches, starts)])
+    begin = np.concatenate(list(poses.values()))
+    together, weight = relax_graduated(begin, edges, np.arange(edges.first.size) >= own.first.size, CHI2_MOST)
+    edges = Edges.joined([edges, _edges(spare, starts)])
+    is_tie, weight = np.arange(edges.first.size) >= own.first.size, np.append(weight, np.zeros(len(spare)))
+    together, weight = relax_again(begin, together, edges, is_tie, weight, CHI2_MOST)
+    is_believed = weight[is_tie] > 0.0
+    ties = [Tie(*match, bool(one)) for match, one in zip([*matches, *spare], is_believed, strict=True)]
+    kept = (*ties[: len(matches)], *(tie for tie in ties[len(matches) :] if tie.believed))
+    return {name: together[starts[name] : starts[name] + len(trail)] for name, trail in trails.items()}, kept
+
+
+def _edges(matches: Sequence[NamedMatch], starts: Mapping[str, int]) -> Edges:
+    """Return matches as edges of the graph in which the keyframes of each robot begin at ``starts``."""
+    return Edges(
         np.array([starts[a] + match.i for a, _, match in matches], dtype=np.int64),
         np.array([starts[b] + match.j for _, b, match in matches], dtype=np.int64),
         np.array([match.T_i_j for *_, match in matches]).reshape(-1, 3),
         np.array([match.information for *_, match in matches]).reshape(-1, 3, 3),
     )
-    edges = Edges.joined([*own, between])
-    is_tie = np.arange(edges.first.size) >= edges.first.size - len(matches)
-    together, weight = relax_graduated(np.concatenate(list(poses.values())), edges, is_tie, CHI2_MOST)
-    ties = tuple(Tie(*match, bool(w > 0.0)) for match, w in zip(matches, weight[is_tie], strict=True))
-    return {name: together[starts[name] : starts[name] + len(trail)] for name, trail in trails.items()}, ties

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mrslam.spatial import se2
-from mrslam.spatial.pose_graph import Edges, marginal, relax, relax_graduated
+from mrslam.spatial.pose_graph import Edges, marginal, relax, relax_again, relax_graduated
 
 TIGHT = np.diag([1e4, 1e4, 1e4])
 
@@ -79,6 +79,24 @@ def test_the_first_pose_stays_and_the_input_is_not_touched():
     before = begin.tobytes()
     solved, _ = relax_graduated(begin, edges_of(truth, chain(20)), np.zeros(19, dtype=bool), 16.27)
     assert begin.tobytes() == before and np.array_equal(solved[0], begin[0])
+
+
+def test_edges_that_agree_after_all_are_believed_again_and_others_are_not() -> None:
+    truth = ring()
+    good = edges_of(truth, [(0, 10), (3, 13), (6, 16), (2, 18)])
+    far = Edges(np.array([0]), np.array([7]), np.array([[3.0, 3.0, 1.0]]), TIGHT[None])
+    edges = Edges.joined([edges_of(truth, chain(20), np.diag([400.0, 400.0, 2500.0])), good, far])
+    doubtful = np.arange(edges.first.size) >= 19
+    pulled = truth + np.linspace(0.0, 1.0, 20)[:, None] * np.array([0.1, 0.0, 0.0])  # as a wrong edge may leave it
+    bound = 16.27
+    weight = np.where(doubtful, 0.0, 1.0)
+    assert (edges.chi2(pulled)[19:23] > bound).all()
+    solved, believed = relax_again(start(truth), pulled, edges, doubtful, weight, bound)
+    assert believed.tolist() == [1.0] * 23 + [0.0]
+    assert np.abs(solved - truth).max() < 0.01
+    torn = truth + np.linspace(0.0, 1.0, 20)[:, None] * np.array([5.0, 0.0, 0.0])
+    kept, believed = relax_again(start(truth), torn, edges, doubtful, weight, bound)
+    assert kept is torn and not believed[19:].any()  # nothing within reach
 
 
 @pytest.mark.parametrize("count", [0, 1])

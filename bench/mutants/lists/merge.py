@@ -239,9 +239,21 @@ MUTANTS = (
     ),
     Mutant(
         "spatial/pose_graph.py",
-        "    weight = np.where(doubtful & (edges.chi2(poses) > bound), 0.0, 1.0)",
-        "    weight = np.ones(edges.first.size)",
+        "    weight = np.where(doubtful & (edges.chi2(poses) > bound), 0.0, 1.0)\n    _settle(",
+        "    weight = np.ones(edges.first.size)\n    _settle(",
         "one wrong match bends a whole map",
+    ),
+    Mutant(
+        "spatial/pose_graph.py",
+        "        if (tried <= weight).all():",
+        "        if True:",
+        "a wrong match that agreed by chance takes right ones with it",
+    ),
+    Mutant(
+        "merge/joint/join.py",
+        "poses, chosen, others(found, chosen))",
+        "poses, chosen)",
+        "a right match that a wrong one kept out of the largest set is lost",
     ),
     Mutant(
         "merge/joint/join.py",

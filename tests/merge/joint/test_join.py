@@ -4,7 +4,7 @@ import pytest
 from bench import joint as bench
 from mrslam.merge import LocalMatcher, Trail, join
 from mrslam.merge.joint.consistent import KeyMatch
-from mrslam.merge.joint.join import MATCHES_LEAST, believable, solve
+from mrslam.merge.joint.join import MATCHES_LEAST, believable, others, solve
 from mrslam.spatial import KeyScans, se2
 from tests.merge.joint.blocks import drive, errors_m
 
@@ -91,6 +91,23 @@ def test_a_wrong_match_that_slipped_in_is_dropped_in_the_solve():
     spoilt, ties = solve(trails, poses, [*good, ("a", "b", wrong)])
     assert [tie.believed for tie in ties] == [True] * len(good) + [False]
     assert np.abs(spoilt["b"] - clean["b"]).max() < 0.01
+
+
+def test_a_spare_match_is_believed_where_it_agrees_and_is_no_tie_where_it_does_not():
+    good = [(tie.a, tie.b, tie.match) for tie in joined().ties]
+    wrong = ("a", "b", KeyMatch(5, 60, se2.transform(4.0, -3.0, 1.0), good[0][2].information))
+    trails, poses = {"a": A.trail, "b": B.trail}, dict(joined().T_team_key)
+    whole, all_ties = solve(trails, poses, good)
+    again, ties = solve(trails, poses, good[1:], [wrong, good[0]])
+    assert len(ties) == len(all_ties) and {tie.match.i for tie in ties} == {match.i for *_, match in good}
+    assert all(tie.believed for tie in ties) and np.abs(again["b"] - whole["b"]).max() < 1e-3
+    assert [one[2].i for one in others({("a", "b"): {(m.i, m.j): m for *_, m in good}}, good[1:])] == [good[0][2].i]
+
+
+@pytest.mark.parametrize("seed", [36, 68, 88])
+def test_a_wrong_match_that_agreed_by_chance_takes_no_right_ones_with_it(seed):
+    row = bench.play(seed, robots=4, keyframes=500, share=0.4)
+    assert row["wrong_believed"] == 0 and row["moved_m"] < 0.01  # 0.02 to 0.13 m without looking at others again
 
 
 @pytest.mark.parametrize(("share", "tied"), [(0.2, True), (0.48, False)])
