@@ -25,7 +25,7 @@ ANNEALING_STEPS = 20
 
 RECALL = 9.0
 """Edges that are not believed are tried again where they miss by no more than this multiple of the bound (three times
-as far): a wrong edge may have pulled right ones that far. Measured: 183 of a bound of 16 at most, wrong ones 1100 on."""
+as far): a wrong edge may have pulled right ones that far. Measured: to 183 of a bound of 16, wrong ones to 1100."""
 RECALLS = 6
 """Times at most that edges are tried again: each brings more of them within reach."""
 
