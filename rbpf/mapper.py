@@ -21,7 +21,7 @@ from mrslam.rbpf.filter.back_end import BackEnd, KeyframeResult
 from mrslam.rbpf.filter.history import History
 from mrslam.rbpf.filter.publisher import Publisher
 from mrslam.rbpf.front_end.front_end import FrontEnd
-from mrslam.rbpf.front_end.health import ADRIFT_MOST, DOUBTFUL
+from mrslam.rbpf.front_end.health import ADRIFT_MOST, DOUBTFUL, LOST
 from mrslam.rbpf.front_end.intake import Intake, Reading
 from mrslam.rbpf.front_end.motion import MOTION, Keyframe, LocalMotion, composed_cov, motion_cov
 from mrslam.rbpf.front_end.reported_pose import ReportedPose
@@ -31,7 +31,7 @@ from mrslam.spatial.poses import compose
 from mrslam.spatial.runtime.crew import Crew, Pending
 from mrslam.spatial.se2 import Transform
 
-LAYOUT = 19
+LAYOUT = 20
 """Version of what :meth:`Mapper.state` returns; raised whenever its content changes."""
 SETTLE_SCANS = 10
 """The back end's result is collected after this many scans at the latest: a robot that stopped gets it, too."""
@@ -73,7 +73,9 @@ class Mapper:
         if reading.waits:
             return self._carry_on(reading)
         self._dead_reckoned = se2.IDENTITY
-        step = self._front.step(reading.sample, reading.points, reading.odom_motion, reading.elapsed_s)
+        step = self._front.step(
+            reading.sample, reading.points, reading.odom_motion, reading.elapsed_s, scan.T_base_laser[:2]
+        )
         self._motion.add(step)
         self._intake.matched(reading, self._front.T_local_base)
         watch.lap("front end")
@@ -83,7 +85,7 @@ class Mapper:
         if is_key:
             self._begin_key(reading, step.inliers)
         if step.is_carried:
-            self._health = min(self._health, DOUBTFUL)
+            self._health = min(self._health, LOST)
         watch.start()  # the back end has a watch of its own
         self._history.add_scan(scan.stamp_ns, self._T_key_base, self._motion.way_m, self.T_map_base)
         watch.lap("record")

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
+from mrslam.rbpf.front_end.elsewhere import TORN, TORN_LEAPT, Elsewhere, View
 from mrslam.rbpf.front_end.local_matcher import BAD_INLIERS, BETTER, GOOD_INLIERS, LOST_INLIERS, NEAR_M, LocalMatcher
-from mrslam.rbpf.front_end.prediction import DISBELIEVED, Guess, Predictor
+from mrslam.rbpf.front_end.prediction import DISBELIEVED, Guess, Predictor, can_move, has_leapt
 from mrslam.rbpf.front_end.rolling_map import RollingMap
 from mrslam.spatial.matching.gauss_newton import Match
 from mrslam.spatial.poses import between, compose
@@ -54,6 +55,7 @@ class FrontEnd:
     """The rolling map and the robot's pose in it."""
 
     def __init__(self, config: MapperConfig, crew: Crew | None = None) -> None:
+        self._config = config
         self._map = RollingMap(config)
         self._matcher = LocalMatcher(config.sigma_m, crew)
         self.predictor = Predictor(config.odometry_noise)
@@ -61,6 +63,8 @@ class FrontEnd:
         """``(3,)``, metres and radians, in the rolling map's frame."""
         self.adrift = 0.0
         """0..1: moving average of how far motion was neither seen nor reported by odometry that proved right."""
+        self._view: View | None = None  # of the scan before, where that fitted
+        self._elsewhere: Elsewhere | None = None  # where the robot may have been carried to
 
     def step(
         self,
@@ -68,20 +72,25 @@ class FrontEnd:
         all_points: NDArray[np.float64],
         odom_motion: Transform | None,
         elapsed_s: float,
+        origin: NDArray[np.float64],
     ) -> Step:
         """Match a scan, and extend the rolling map.
 
         ``points (n, 5)`` are those of ``all_points (N, 5)`` to match; ``odom_motion (3,)`` is ``T_before_base``
-        as odometry measured it since the scan before, which was taken ``elapsed_s`` earlier.
+        as odometry measured it since the scan before, which was taken ``elapsed_s`` earlier. ``origin (2,)`` : of the
+        laser on the base, metres.
         """
-        before = self.T_local_base
+        before, view = self.T_local_base, View(all_points.copy(), origin)
         if self._map.is_empty:
             self._map.add(before, all_points)
+            self._view = view
             return Step(np.zeros(3), 0.0, 1.0, np.zeros(2))
         self.predictor.wait(elapsed_s)
         guess, found = self._best_of_guesses(points, odom_motion)
         if elapsed_s >= CARRIED_S and self._was_carried(guess, found):
             return self._begin_elsewhere(all_points)
+        if self._is_elsewhere(points, view, guess, found, elapsed_s):
+            return self._continue_elsewhere()
         self.T_local_base = found.pose
         motion = between(before, found.pose)
         self._learn(guess, motion, odom_motion, found)
@@ -100,6 +109,39 @@ class FrontEnd:
         self._map.tiles_around(self.T_local_base)
         self._map.add(self.T_local_base, all_points)
         return Step(np.zeros(3), 0.0, 1.0, np.zeros(2), is_carried=True)
+
+    def _is_elsewhere(
+        self, points: NDArray[np.float64], view: View, guess: Guess, found: Match, elapsed_s: float
+    ) -> bool:
+        """Return whether it turned out that the robot was carried off while its laser saw, a few scans ago."""
+        is_doubtful = self._matcher.is_doubtful(found)
+        seen, self._view = self._view, None if is_doubtful else view
+        if self._elsewhere is not None:
+            is_there = self._elsewhere.follow(points, view.points, guess, elapsed_s)
+            if is_there is False:
+                self._elsewhere = None
+            return bool(is_there)
+        if seen is not None and is_doubtful and self._saw_the_same(guess):
+            motion = between(self.T_local_base, found.pose)
+            is_possible = can_move(motion, elapsed_s)
+            torn = TORN_LEAPT if has_leapt(guess.motion, motion) else TORN
+            if not is_possible or view.contradiction(seen, motion) > torn:
+                start = found.pose if is_possible else compose(self.T_local_base, guess.motion)
+                self._elsewhere = Elsewhere(self._config, self._matcher.usual_score)
+                self._elsewhere.begin(self._map, start, view.points)
+        return False
+
+    def _saw_the_same(self, guess: Guess) -> bool:
+        """Return whether a robot that moved as guessed sees most of what it saw at the scan before."""
+        is_near = math.hypot(guess.motion[0], guess.motion[1]) < STOOD_M and abs(guess.motion[2]) < STOOD_RAD
+        return is_near and not self.predictor.is_after_pause
+
+    def _continue_elsewhere(self) -> Step:
+        """Continue in the rolling map of the place where the robot was put down."""
+        assert self._elsewhere is not None
+        there, before, self._elsewhere = self._elsewhere.there, self.T_local_base, None
+        self._map, self.T_local_base = there.map, there.T_local_base
+        return Step(between(before, there.T_local_base), 0.0, 1.0, np.zeros(2), is_carried=True)
 
     def knows(self, points: NDArray[np.float64], odom_motion: Transform | None) -> bool:
         """Return whether a scan fits what was seen before, where the robot is expected; nothing is learnt from it."""
@@ -156,6 +198,8 @@ class FrontEnd:
         return {
             "map": self._map.state(), "T_local_base": self.T_local_base, "predictor": self.predictor.state(),
             "usual_score": self._matcher.usual_score, "adrift": self.adrift,
+            "view": None if self._view is None else list(self._view),
+            "elsewhere": None if self._elsewhere is None else self._elsewhere.state(),
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -164,6 +208,11 @@ class FrontEnd:
         self.T_local_base = state["T_local_base"]
         self.predictor.restore(state["predictor"])
         self._matcher.usual_score, self.adrift = state["usual_score"], state["adrift"]
+        self._view = None if state["view"] is None else View(*state["view"])
+        self._elsewhere = None
+        if state["elsewhere"] is not None:
+            self._elsewhere = Elsewhere(self._config, self._matcher.usual_score)
+            self._elsewhere.restore(state["elsewhere"])
 
 
 def _guessed(guess: Guess, found: Match) -> NDArray[np.float64]:

@@ -16,6 +16,8 @@ SEEN_LEAST = 0.2
 """Where a smaller share of beams falls on cells that the map knows, the fit to the rolling map is taken instead."""
 DOUBTFUL = 0.45
 """Health of a robot that may be elsewhere though its scans fit: just below 0.5, where doubt begins."""
+LOST = 0.2
+"""Health of a robot that was carried off and does not know where to: its pose is wrong, not just doubtful."""
 ADRIFT_MOST = 0.5
 """Where ``FrontEnd.adrift`` is larger than this, the robot may be elsewhere."""
 UNSEEN_M, UNSEEN_SHARE = 1.0, 0.05
@@ -34,7 +36,8 @@ class Health:
     @property
     def value(self) -> float:
         """0..1."""
-        return min(self._fit, DOUBTFUL) if self._is_carried or self.is_adrift else self._fit
+        most = LOST if self._is_carried else DOUBTFUL if self.is_adrift else 1.0
+        return min(self._fit, most)
 
     @property
     def is_adrift(self) -> bool:

@@ -231,3 +231,16 @@ class Predictor:
 def _are_apart(one: Transform, two: Transform) -> bool:
     turn = abs(math.remainder(one[2] - two[2], 2.0 * math.pi))
     return math.hypot(one[0] - two[0], one[1] - two[1]) > APART_M or turn > APART_RAD
+
+
+def can_move(motion: Transform, elapsed_s: float) -> bool:
+    """Return whether a robot can move so ``(3,)`` in this time, whose ends may be told a little late or early."""
+    time_s = max(elapsed_s, 0.0)
+    way_m, turn_rad = math.hypot(motion[0], motion[1]), abs(motion[2])
+    return way_m <= JUMP_M + MAX_SPEED_M_S * time_s and turn_rad <= JUMP_RAD + MAX_TURN_RAD_S * time_s
+
+
+def has_leapt(predicted: Transform, motion: Transform) -> bool:
+    """Return whether a motion ``(3,)`` is far from the one that was predicted."""
+    turn = abs(math.remainder(predicted[2] - motion[2], 2.0 * math.pi))
+    return math.hypot(predicted[0] - motion[0], predicted[1] - motion[1]) > JUMP_M or turn > JUMP_RAD

@@ -49,6 +49,13 @@ class RollingMap:
         self._scans.clear()
         self._store.clear(0)
 
+    def draw_again(self, other: RollingMap) -> None:
+        """Become what the newest scans of another one show."""
+        self._store.restart(other._scans[-1][0][:2])
+        self._scans = other._scans[-SCANS_KEPT:]
+        for T_local_base, points in self._scans:
+            self._store.add_points(0, T_local_base, points)
+
     def _is_out_of_sight(self, T_local_base: Transform) -> bool:
         """Return whether nothing in the map can be seen from a pose ``(3,)``."""
         near_m, (x, y, _) = 2.0 * self._reach_m, T_local_base.tolist()

@@ -171,7 +171,8 @@ class LoopCloser:
         ``T_old_new (3,)`` : where it is expected, by what may have drifted over ``lost_m``.
         """
         new = T_map_key.shape[0] - 1
-        group = self.scans.uncarried(old - places.GROUP, min(old + places.GROUP + 1, new - TAIL), old)
+        last = min(old + places.GROUP + 1, new - TAIL)
+        group = self.scans.uncarried(old - places.GROUP, max(last, old + 1), old)  # its own at least: carried since
         keys = [k for k in group if k in self.scans.points]
         T_old_key = se2.between(T_map_key[old], T_map_key[keys])
         place = Place(self.scans.origins[keys], T_old_key, [self.scans.points[k] for k in keys])

@@ -163,4 +163,28 @@ MUTANTS = (
         "count = 1",
         "there is one particle even where the way was not seen",
     ),
+    Mutant(
+        "rbpf/front_end/front_end.py",
+        "        if self._is_elsewhere(points, view, guess, found, elapsed_s):\n",
+        "        if False:\n",
+        "a robot carried off with its laser on maps on as if nothing had happened",
+    ),
+    Mutant(
+        "rbpf/front_end/elsewhere.py",
+        "if is_long and self._log_odds >= SURE and self._fitted == 0:",
+        "if is_long:",
+        "a crowd before the laser is taken for another place",
+    ),
+    Mutant(
+        "rbpf/front_end/visibility.py",
+        "wrong += range_m < least - near_m or range_m > most + near_m",
+        "wrong += range_m > most + near_m",
+        "what hides a wall that was seen before contradicts nothing",
+    ),
+    Mutant(
+        "rbpf/front_end/health.py",
+        "most = LOST if self._is_carried else",
+        "most = DOUBTFUL if self._is_carried else",
+        "a robot that knows it was carried off publishes on",
+    ),
 )

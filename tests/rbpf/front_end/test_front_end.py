@@ -39,11 +39,11 @@ def test_where_the_wheels_leap_another_way_to_move_is_taken_if_it_fits_clearly_b
     _, points = seen_room()
     front_end = Scripted(MapperConfig(particles=1, threads=1))
     for k in range(40):
-        front_end.step(points, points, None if k == 0 else MOVED, 0.2)
+        front_end.step(points, points, None if k == 0 else MOVED, 0.2, np.zeros(2))
     front_end._matcher.usual_score = -0.2
-    front_end.step(points, points, STALLED, 0.2)
+    front_end.step(points, points, STALLED, 0.2, np.zeros(2))
     front_end.moved_score = score
-    step = front_end.step(points, points, CAUGHT_UP, 0.2)
+    step = front_end.step(points, points, CAUGHT_UP, 0.2, np.zeros(2))
     assert step.T_before_base[0] == pytest.approx(taken_m, abs=0.05)
 
 
@@ -59,7 +59,7 @@ def test_a_motion_whose_scan_fits_nothing_is_as_uncertain_as_its_prediction(inli
     config = MapperConfig(particles=1, threads=1)
     front_end, motion = Fits(config), LocalMotion()
     for k in range(3):
-        motion.add(front_end.step(points, points, None if k == 0 else MOVED, 0.2))
+        motion.add(front_end.step(points, points, None if k == 0 else MOVED, 0.2, np.zeros(2)))
     arrival = motion.restart(0)
     cov, seen = chain_cov(config, arrival[None])[0], motion_cov(config, arrival[MOTION], np.zeros(2))
     assert (np.diag(cov - seen) > np.square([0.02, 0.02, 0.01])).all() == is_guessed

@@ -93,6 +93,15 @@ def test_walls_do_not_hold_a_robot_that_was_carried_at_the_heading_it_thought_it
     assert np.allclose(loops.relaxed(thought, chain, walls), truth, atol=0.01) and loops.edges == 5
 
 
+def test_a_robot_carried_twice_in_a_row_is_compared_with_where_it_was_put_first() -> None:
+    loops, way = LoopCloser(MapperConfig(threads=1)), drive(24)
+    for k in range(6):
+        seen = keyframe(np.zeros(3), way[k], np.random.default_rng(k))
+        loops.add_key(seen.beams, 0.6, is_carried=k in (3, 4))
+    found = loops._compare(way[:6], 3, se2.between(way[3], way[5]), 1.0)
+    assert found.inliers > 0.8
+
+
 def test_walls_keep_headings_where_a_loop_would_bend_them() -> None:
     loops, trajectory, keys = two_rounds(np.array([0.03, -0.02, 0.005]))
     look(loops, trajectory, keys)
