@@ -205,3 +205,15 @@ def test_a_pair_that_a_teammate_searches_for_is_searched_for_here_with_patience(
         team.grow("r2", 400, 2)
     assert alone.due(20.0) is not None and served.due(20.0) is None
     assert served.due(PATIENCE_S + 1.0) is not None
+
+
+@pytest.mark.parametrize("both_are_tied", [False, True])
+def test_a_hint_about_two_that_loops_hold_already_is_not_tried(both_are_tied: bool) -> None:
+    team = Floors("r1", "r2", "r3", "r4")
+    for pair in (("r1", "r2"), ("r2", "r3"), ("r1", "r4"), *[("r3", "r4")] * both_are_tied):
+        team.beliefs[pair] = PairBelief(status="accepted", attempts=2)
+        team.beliefs[pair].stability.believed = found()
+    team.hints.hear(hint("r1", "r3"))
+    places = {name: np.zeros(3) for name in team.maps}
+    job = team.hints.next_job(team.beliefs, team.maps, places, team._schedule.config, 0)
+    assert (job is None) == both_are_tied
