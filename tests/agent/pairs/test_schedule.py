@@ -151,7 +151,8 @@ def test_an_own_pair_comes_before_one_of_others_that_waits_longer() -> None:
     for _ in range(2):
         team.align(nothing, 0.0)
     team.hints.hear(TeammateHint("r1", 1, "r3", np.array([2.0, 0.0, 0.0])))
-    assert (job := team.job(5.0)).hinted_by == "r1"
+    job = team.job(5.0)
+    assert job.hinted_by == "r1"
     team.end(job, found(2.0), 5.0)  # to be confirmed from 15 s on
     for t_s, cells in ((20.0, 80), (35.0, 100)):
         team.grow("r3", cells, cells)
