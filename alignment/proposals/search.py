@@ -13,16 +13,17 @@ from mrslam.alignment.prepared import PreparedMap
 from mrslam.alignment.proposals.correlate import correlate
 from mrslam.alignment.proposals.rotations import rotations
 from mrslam.alignment.result import Candidate, Prior
-from mrslam.alignment.verification.refine import refine
-from mrslam.alignment.verification.verify import quick_case
+from mrslam.alignment.verification.verify import settled_cases
 from mrslam.spatial import se2
 
-OFFSETS_DEG = (-1.5, -0.75, 0.0, 0.75, 1.5)
+OFFSETS_DEG = (-1.0, 0.0, 1.0)
 """Turns tried around each rotation: maps are bent, and a part of one may lie askew."""
 QUICK_POINTS = 400
 """Wall points per map that settle and rank a proposal."""
 SETTLED = 200
 """Most proposals settled and ranked."""
+SETTLING = ((0.6, 0.25, 3), (0.4, 0.12, 3))
+"""How they are: reach and kernel scale, metres, and rounds."""
 CELL_M = 0.2
 """Cell of the correlation, metres."""
 MOST_CELLS = 700
@@ -87,10 +88,13 @@ def distinct(b: PreparedMap, proposals: list[Candidate], most: int) -> list[Cand
 
 def settle(a: PreparedMap, b: PreparedMap, proposals: list[Candidate], config: AlignmentConfig) -> list[Candidate]:
     """Return the proposals settled on the walls by a thinned refinement, ranked by thinned agreement."""
-    settled = []
-    for proposal in proposals:
-        T_a_b = refine(a, b, proposal.T_a_b, ((0.6, 0.25, 3), (0.4, 0.12, 3)), QUICK_POINTS)
-        score = quick_case(a, b, T_a_b, 1.3 * config.tolerance_m, QUICK_POINTS).worth()
-        settled.append(Candidate(T_a_b, score, {"correlation_m": proposal.score}))
+    if not proposals:
+        return []
+    T_a_b = np.stack([proposal.T_a_b for proposal in proposals])
+    cases = settled_cases(a, b, T_a_b, SETTLING, QUICK_POINTS, 1.3 * config.tolerance_m)
+    settled = [
+        Candidate(T, case.worth(), {"correlation_m": proposal.score})
+        for T, case, proposal in zip(T_a_b, cases, proposals, strict=True)
+    ]
     settled.sort(key=lambda c: -c.score)
     return settled

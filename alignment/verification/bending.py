@@ -84,7 +84,7 @@ def _step(a: PreparedMap, b: PreparedMap, here: Bend, stiff: F64, kernel: tuple[
     held = []
     for source, of_b in ((b, True), (a, False)):
         step = -(-len(source.points) // MOST_POINTS)
-        at, normals = source.points[::step], source.normals[::step]
+        at, normals = source.points[::step].copy(), source.normals[::step].copy()
         moved, facing, target = (here.forward(at), normals @ R.T, a) if of_b else (here.backward(at), normals @ R, b)
         j = np.empty(len(at), dtype=np.int64)
         partners(moved, facing, target.wall_map, reach_m, j)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mrslam.alignment.evidence import Evidence, WallEvidence
 from mrslam.alignment.kernels.agreement import MATCHED, OPPOSED, agreement, free_overlap
+from mrslam.alignment.kernels.settling import settle_places
 from mrslam.alignment.prepared import PreparedMap
 from mrslam.alignment.verification.refine import equations
 from mrslam.alignment.verification.structure import distinct_walls
@@ -174,3 +175,29 @@ def quick_case(
         max(ca * step_a, cb * step_b) * a.res,
         free * (step * a.res) ** 2,
     )
+
+
+def settled_cases(
+    a: PreparedMap,
+    b: PreparedMap,
+    T_a_b: NDArray[np.float64],
+    schedule: tuple[tuple[float, float, int], ...],
+    most_points: int,
+    tolerance_m: float,
+) -> list[Case]:
+    """Lay walls on walls from each of the places ``T_a_b (N, 3)``, which are overwritten; return what speaks for each.
+
+    The same as ``refine`` and ``quick_case`` one place after the other.
+    """
+    step_a, step_b = (-(-len(side.points) // most_points) for side in (a, b))
+    step = free_step(a if a.state.size <= b.state.size else b, QUICK_CELLS)
+    counts = settle_places(
+        a.wall_map, b.wall_map, T_a_b, np.stack([a.centre, b.centre]), (step_a, step_b, step),
+        np.array(schedule, dtype=np.float64), tolerance_m,
+    )  # fmt: skip
+    of_b, of_a = counts[:, :3] * (step_b * a.res), counts[:, 3:6] * (step_a * a.res)
+    least, most = np.minimum(of_a, of_b), np.maximum(of_a, of_b)
+    free_m2 = counts[:, 6] * (step * a.res) ** 2
+    return [
+        Case(float(least[k, 0]), float(least[k, 1]), float(most[k, 2]), float(free_m2[k])) for k in range(len(counts))
+    ]

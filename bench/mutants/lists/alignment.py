@@ -60,6 +60,18 @@ MUTANTS = (
         "every alignment claims to be exact",
     ),
     Mutant(
+        "alignment/kernels/settling.py",
+        "counts[n, 3], counts[n, 4], counts[n, 5] = matched, opposed, against",
+        "counts[n, 3], counts[n, 4], counts[n, 5] = matched, against, opposed",
+        "of two hundred places those are followed that lay walls on free space",
+    ),
+    Mutant(
+        "alignment/warm_up.py",
+        "    align(grid, grid, config=AlignmentConfig(min_score_m=1e6))",
+        "    pass",
+        "a robot waits seconds for the compiler when two maps first need bending",
+    ),
+    Mutant(
         "alignment/verification/fits.py",
         "return max(0.0, 1.0 - max((rivalry(best, rival) for rival in rivals), default=0.0))",
         "return 1.0",

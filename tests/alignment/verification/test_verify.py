@@ -11,7 +11,8 @@ from mrslam.alignment import AlignmentConfig, Evidence, WallEvidence
 from mrslam.alignment.prepared import prepare
 from mrslam.alignment.verification.fits import rivalry
 from mrslam.alignment.verification.reasons import tests as asked_of
-from mrslam.alignment.verification.verify import Case, case, examine, quick_case
+from mrslam.alignment.verification.refine import refine
+from mrslam.alignment.verification.verify import Case, case, examine, quick_case, settled_cases
 from mrslam.spatial import OccupancyGrid, se2
 
 GOOD = Case(matched_m=30.0, opposed_m=0.0, contradicted_m=1.0, free_m2=60.0)
@@ -45,6 +46,17 @@ def test_the_quick_look_says_what_the_long_one_says():
     assert quick.free_m2 == pytest.approx(long.free_m2, rel=0.1)
     thinned = quick_case(a, b, se2.IDENTITY, 0.15, 200)
     assert thinned.matched_m == pytest.approx(long.matched_m, rel=0.4)
+
+
+def test_many_places_settled_in_one_call_are_what_they_are_one_by_one(sides, pair):
+    a, b = sides
+    schedule = ((0.6, 0.25, 3), (0.4, 0.12, 3))
+    places = pair[2] + np.array([[0.1, -0.2, 0.01], [0.0, 0.3, -0.02], [2.0, 1.0, 0.0], [40.0, 0.0, 0.0]])
+    one_by_one = [refine(a, b, place, schedule, 300) for place in places]
+    cases = settled_cases(a, b, places, schedule, 300, 0.2)
+    np.testing.assert_allclose(places, one_by_one, rtol=0, atol=1e-9)
+    assert cases == [quick_case(a, b, place, 0.2, 300) for place in one_by_one]
+    assert cases[0].matched_m > 3 * cases[2].matched_m and cases[3].matched_m == 0.0
 
 
 def test_worth_falls_with_contradiction_and_rises_with_wall():
