@@ -48,15 +48,15 @@ def judge(scratch: Scratch, mutant: Mutant, timeout_s: float) -> Verdict:
     with scratch.mutated(mutant) as is_there:
         if not is_there:
             return Verdict(mutant, "stale", "its text is not there once", 0.0)
-        ended = scratch.run(command(mutant), timeout_s, spends_cache=has_kernels(mutant))
+        ended = scratch.run(command(mutant, scratch.top), timeout_s, spends_cache=has_kernels(mutant))
     return Verdict(mutant, "killed" if ended.failed else "SURVIVED", _killer(ended), ended.seconds)
 
 
-def command(mutant: Mutant) -> list[str]:
-    """Return the command that must fail."""
+def command(mutant: Mutant, top: Path) -> list[str]:
+    """Return the command that must fail, run in the copy of the repository at ``top``."""
     if mutant.chaos is not None:
         return [sys.executable, *CHAOS, str(mutant.chaos)]
-    return [sys.executable, *nearest_first(mutant.package, mutant.file)]
+    return [sys.executable, *nearest_first(mutant.package, mutant.file, top)]
 
 
 def _killer(ended: Ended) -> str:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from mrslam.agent.config import Settings
 from mrslam.agent.effects import AlignJob, Event, JoinJob
+from mrslam.agent.joining import confirmed_pairs
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.team import Team
 from mrslam.alignment import Alignment, Evidence, WallEvidence
@@ -234,3 +237,17 @@ def test_maps_that_did_not_change_are_not_placed_again(monkeypatch: pytest.Monke
     team.take_map("a", KnownMap((1, 2), local_map(A, 2)))
     team.keep_placed(90 * S)
     assert placed == [90 * S]
+
+
+def test_a_match_that_the_solution_does_not_believe_confirms_no_alignment() -> None:
+    team = team_of()
+    align(team)
+    job = team.next_job(12 * S)
+    assert isinstance(job, JoinJob)
+    ties = join(job.trails, job.T_team_map).ties
+    tie = next(tie for tie in ties if tie.believed)
+    T_a_j = se2.compose(job.trails["a"].T_map_key[tie.match.i], tie.match.T_i_j)
+    here = se2.compose(T_a_j, se2.inverse(job.trails["b"].T_map_key[tie.match.j]))
+    told = replace(job, T_a_b={("a", "b"): here})
+    assert confirmed_pairs([tie], told) == {("a", "b")}
+    assert confirmed_pairs([tie._replace(believed=False)], told) == frozenset()

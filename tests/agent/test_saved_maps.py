@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from mrslam.agent import Agent, Settings, checkpoint, resume, write_robot
 from mrslam.agent.effects import AlignJob, Event
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.saved_maps import pose_in
-from mrslam.alignment import Alignment, Evidence, Rejection, WallEvidence
+from mrslam.alignment import Alignment, Evidence, Prior, Rejection, WallEvidence
 from mrslam.comms.maps.snapshots import published
 from mrslam.merge import Bend
 from mrslam.spatial import InputError, OccupancyGrid, se2
@@ -76,6 +77,8 @@ def test_a_place_that_is_withdrawn_is_said_to_be_lost() -> None:
     events = [e for e in agent.on_tick(13 * SECOND) if isinstance(e, Event) and e.kind == "not_localised"]
     assert [event.fields for event in events] == [{"map": MONDAY, "reason": "it fits nowhere now"}]
     assert agent.whereabouts()[0].T_map_base is None
+    later = [effect for effect in agent.on_tick(14 * SECOND) if isinstance(effect, Event)]
+    assert "not_localised" not in {event.kind for event in later}  # once
 
 
 def test_two_places_that_fit_are_ambiguous() -> None:
@@ -107,6 +110,16 @@ def test_a_building_that_is_not_the_saved_one_is_said_to_be_another() -> None:
     assert not barren(agent, 3)  # once
     localise(agent)  # and it goes on looking
     assert agent.whereabouts()[0].state == "localised"
+
+
+def test_two_places_that_fit_near_where_it_is_said_to_be_are_ambiguous_whatever_searches_found_before() -> None:
+    agent = robot_with_map()
+    for n in range(3):
+        barren(agent, n)
+    assert agent.whereabouts()[0].state == "not here"
+    near = replace(job(3), prior=Prior(T_A_MONDAY, np.eye(3)))
+    agent.on_done(near, Rejection("ambiguous: another place fits 90% as well", 0.1, None, "auto"), 20 * SECOND)
+    assert agent.whereabouts()[0].state == "ambiguous"
 
 
 @pytest.mark.parametrize(("attempt", "changed"), [(2, {"matched_m": 7.0}), (3, {"area_m2": 49.0}), (3, {})])

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from mrslam.agent.config import AgentConfig, Settings
 from mrslam.agent.effects import AlignJob
 from mrslam.agent.pairs.belief import PairBelief
 from mrslam.agent.pairs.hints import MOST_FAILED, MOST_HINTS, REPEAT_NS, TIMES, Hints
@@ -205,3 +206,45 @@ def test_a_pair_that_a_teammate_searches_for_is_searched_for_here_with_patience(
         team.grow("r2", 400, 2)
     assert alone.due(20.0) is not None and served.due(20.0) is None
     assert served.due(PATIENCE_S + 1.0) is not None
+
+
+@pytest.mark.parametrize("both_are_tied", [False, True])
+def test_a_hint_about_two_that_loops_hold_already_is_not_tried(both_are_tied: bool) -> None:
+    team = Floors("r1", "r2", "r3", "r4")
+    for pair in (("r1", "r2"), ("r2", "r3"), ("r1", "r4"), *[("r3", "r4")] * both_are_tied):
+        team.beliefs[pair] = PairBelief(status="accepted", attempts=2)
+        team.beliefs[pair].stability.believed = found()
+    team.hints.hear(hint("r1", "r3"))
+    places = {name: np.zeros(3) for name in team.maps}
+    job = team.hints.next_job(team.beliefs, team.maps, places, team._schedule.config, 0)
+    assert (job is None) == both_are_tied
+
+
+def test_what_is_found_in_a_new_own_map_is_told_though_it_lies_where_the_old_one_had_it() -> None:
+    team = merged()
+    for k in range(TIMES):
+        assert team.hints.news(team.beliefs, k * REPEAT_NS)
+    assert not team.hints.news(team.beliefs, 9 * REPEAT_NS)
+    team.hints.forget("r1")
+    assert not team.hints.news(team.beliefs, 10 * REPEAT_NS)
+    team.hints.forget("r2")
+    assert team.hints.news(team.beliefs, 11 * REPEAT_NS)
+
+
+def test_a_hint_about_a_new_map_is_heard_though_it_says_the_same_place_as_one_about_the_old_map() -> None:
+    team = tried()
+    team.hints.hear(hint("r1", "r3", epoch=7))  # of another map than the one that is here
+    assert team.due(5.0) is None
+    team.hints.hear(hint("r1", "r3", epoch=1))
+    assert team.job(5.0).hinted_by == "r1"
+
+
+@pytest.mark.parametrize(("method", "waits"), [("auto", True), ("random-walk", False)])
+def test_where_searches_are_random_a_teammates_search_is_not_waited_for(method: str, waits: bool) -> None:
+    config = AgentConfig(align_interval_s=10.0, align_growth=0.1, align_method=method)
+    team = Floors("r2", "r1", settings=Settings(agent=config))
+    team.hints.meet("r1", searches=True)
+    team.align(NOT_THERE, 0.0)
+    team.grow("r1", 400, 2)
+    team.grow("r2", 400, 2)
+    assert (team.due(20.0) is None) == waits

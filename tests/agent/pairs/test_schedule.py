@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from mrslam.agent.effects import AlignJob
 from mrslam.agent.pairs.belief import WEAK
 from mrslam.agent.pairs.schedule import PATIENCE_S, PATIENT_AFTER
 from mrslam.alignment import Evidence, Rejection
+from mrslam.comms import TeammateHint
 from tests.agent.pairs.floors import Floors, S, found, merged, weak
 
 
@@ -142,3 +144,18 @@ def test_a_pair_of_others_that_closes_a_loop_is_followed_where_it_is_and_never_s
     assert jobs["r1", "r2"].prior is None and jobs["r1", "r3"].place == pytest.approx([2.0, 0.0, 0.0])
     team.grow("r1", 91, 10)
     assert team.due(t_s + 11.0) is None  # followed when it has grown, like any
+
+
+def test_an_own_pair_comes_before_one_of_others_that_waits_longer() -> None:
+    team, nothing = Floors("r1", "r2", "r3"), Rejection("nothing fits", 0.0, None, "auto")
+    for _ in range(2):
+        team.align(nothing, 0.0)
+    team.hints.hear(TeammateHint("r1", 1, "r3", np.array([2.0, 0.0, 0.0])))
+    job = team.job(5.0)
+    assert job.hinted_by == "r1"
+    team.end(job, found(2.0), 5.0)  # to be confirmed from 15 s on
+    for t_s, cells in ((20.0, 80), (35.0, 100)):
+        team.grow("r3", cells, cells)
+        assert team.due(t_s) == ("r2", "r3")
+        team.align(nothing, t_s)
+    assert team.due(36.0) == ("r1", "r3")

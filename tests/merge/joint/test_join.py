@@ -26,6 +26,13 @@ def test_bent_maps_agree_once_joined():
     assert joint.tied("a", "b") >= 12 and not joint.ambiguous
 
 
+def test_each_solve_brings_more_of_bent_maps_within_reach(monkeypatch):
+    monkeypatch.setattr("mrslam.merge.joint.join.PASSES", 1)
+    a, b = drive(0.0, 70.0, 0.003, seed=1), drive(30.0, 80.0, -0.003, seed=2)  # three times as bent
+    joint = join({"a": a.trail, "b": b.trail}, {"a": se2.IDENTITY, "b": se2.between(a.truth[0], b.truth[0])})
+    assert errors_m(a, b, joint.T_team_key["a"], joint.T_team_key["b"]).max() < 0.15  # 3 m after one round
+
+
 def test_same_input_gives_the_same_bytes_whatever_was_asked_before():
     matcher = LocalMatcher()
     first, again, fresh = joined(matcher), joined(matcher), joined()

@@ -16,7 +16,7 @@ from mrslam.sim_driver.sweep.advice import Summary, advice, pareto, recommend, s
 from mrslam.sim_driver.sweep.plots import draw_all
 from mrslam.sim_driver.sweep.sweep import steps
 from mrslam.sim_driver.sweep.table import write_table
-from mrslam.sim_driver.sweep.work import Job, record_drive
+from mrslam.sim_driver.sweep.work import Job, outcome_row, record_drive
 from mrslam.sim_driver.sweep.workers import DaskWorkers, LocalWorkers
 from mrslam.spatial import InputError
 
@@ -211,3 +211,14 @@ def test_a_sweep_records_what_it_drives_whatever_the_mission_says(path: Path) ->
     drive = record_drive(Job(str(path), dict(plan.tables), (), 2))
     with zipfile.ZipFile(io.BytesIO(drive)) as archive:
         assert {"r1/scans.npz", "r2/scans.npz"} <= set(archive.namelist())
+
+
+def test_an_exchange_that_both_ends_completed_counts_once() -> None:
+    numbers = ("first_merge_s", "first_correct_merge_s", "coverage_best", "coverage_worst", "correct_merges")
+    more = ("false_merges", "wrong_merges_on_the_way", "missed_merges", "alignments_tried", "mission_s")
+    mission = dict.fromkeys((*numbers, *more), 0) | {
+        "bytes": {"exchanges": 900},
+        "exchanges": {"opened": 4, "done": 6, "failed": 1},
+    }
+    row = outcome_row({"mission": mission, "pairs": [], "robots": {}}, {})
+    assert (row["exchanges_done"], row["exchanges_failed"]) == (3, 1)

@@ -1,0 +1,141 @@
+"""What a history is asked as the robot drives on, what it is weighed by, and what ends it."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from mrslam.rbpf.loops.drift import Drift
+from mrslam.rbpf.loops.far_search import (
+    ALIKE,
+    ASKED_MOST,
+    CARRIED_EVERY_M,
+    EVERY_M,
+    NEAR_M,
+    QUIET_MOST_M,
+    SHARE_LEAST,
+    FarSearch,
+)
+from mrslam.rbpf.loops.guesses import DISAGREE_MOST, NEW, Fit, Guess
+from mrslam.spatial.matching.gauss_newton import Match
+from mrslam.spatial.matching.global_search import Search, Spot
+
+EVIDENCE = 10.0
+THERE, ELSEWHERE = np.zeros(3), np.array([2.0, 0.0, 0.0])
+
+
+def match(pose: NDArray[np.float64] = THERE, inliers: float = 0.9, blind: float = 0.0) -> Match:
+    return Match(pose, NEW + 0.1, inliers, 0.0, np.eye(3), blind, np.array([1.0, 0.0]))
+
+
+class Asked:
+    """Answers every question the same, and notes which keyframe it was about."""
+
+    def __init__(self, answer: Match) -> None:
+        self.answer, self.about = answer, list[int]()
+
+    def __call__(
+        self, T_map_key: NDArray[np.float64], old: int, T_old_new: NDArray[np.float64], lost_m: float
+    ) -> Match:
+        self.about.append(len(T_map_key) - 1)
+        return self.answer
+
+
+def searching(answer: Match, way_m: float, keys: int = 2) -> tuple[FarSearch, Asked]:
+    """A search whose newest keyframe is ``way_m`` after the first; all stand where the first does."""
+    asked = Asked(answer)
+    scans = SimpleNamespace(way_m=np.linspace(0.0, way_m, keys))
+    return FarSearch(scans, asked, EVIDENCE, 4), asked  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("answer", "fits", "disagreed"),
+    [
+        (match(), 2, 0),
+        (match(ELSEWHERE), 1, 1),
+        (match(inliers=0.1), 1, 1),
+        (match(blind=0.5), 1, 0),  # along a corridor nothing is said
+    ],
+)
+def test_a_stretch_that_fits_where_it_is_expected_speaks_for_a_history_and_any_other_against_it(
+    answer: Match, fits: int, disagreed: int
+) -> None:
+    far, _ = searching(answer, 2.0)
+    guess = Guess([Fit(0, 0, match())])
+    far._follow(guess, np.zeros((2, 3)), np.array([0]))
+    assert (len(guess.fits), guess.disagreed) == (fits, disagreed)
+    assert guess.log_weight == pytest.approx(EVIDENCE * 0.1)
+
+
+def test_where_nothing_old_is_near_nothing_is_said_of_a_history() -> None:
+    far, asked = searching(match(ELSEWHERE), 2.0)
+    guess = Guess([Fit(0, 0, match())])
+    T_map_key = np.array([[0.0, 0.0, 0.0], [NEAR_M + 0.5, 0.0, 0.0]])
+    far._follow(guess, T_map_key, np.array([0]))
+    assert (len(guess.fits), guess.disagreed, guess.log_weight, asked.about) == (1, 0, 0.0, [])
+
+
+@pytest.mark.parametrize(("way_m", "is_over"), [(QUIET_MOST_M - 1.0, False), (QUIET_MOST_M + 1.0, True)])
+def test_a_history_that_nothing_spoke_for_on_a_long_way_is_given_up(way_m: float, is_over: bool) -> None:
+    far, _ = searching(match(blind=0.5), way_m)
+    guess = Guess([Fit(0, 0, match()) for _ in range(9)])
+    far._follow(guess, np.zeros((2, 3)), np.array([0]))
+    assert guess.is_refuted == is_over
+
+
+def test_a_history_that_is_contradicted_a_few_times_is_given_up() -> None:
+    far, _ = searching(match(ELSEWHERE), 2.0)
+    guess = Guess([Fit(0, 0, match())])
+    for _ in range(DISAGREE_MOST + 1):
+        assert not guess.is_refuted
+        far._follow(guess, np.zeros((2, 3)), np.array([0]))
+    assert guess.is_refuted
+
+
+@pytest.mark.parametrize(("is_carried", "every_m"), [(False, EVERY_M), (True, CARRIED_EVERY_M)])
+def test_a_robot_that_was_carried_asks_sooner_where_it_is(is_carried: bool, every_m: float) -> None:
+    for way_m, is_due in ((every_m - 0.1, False), (every_m + 0.1, True)):
+        assert searching(match(), way_m)[0].is_due(is_carried) == is_due
+
+
+def test_a_new_history_is_weighed_by_what_the_others_were_asked_before() -> None:
+    keys = 6
+    far, asked = searching(match(), 5.0, keys)
+    far._asked = list(range(keys))
+    new = Guess([Fit(0, keys - 1, match())], log_weight=EVIDENCE * 0.1)
+    far._explain_before(new, np.zeros((keys, 3)), np.arange(keys))
+    assert asked.about == [4, 3, 2, 1, 0]  # all but the newest, which it began with
+    assert new.log_weight == pytest.approx(keys * EVIDENCE * 0.1)
+
+
+def test_what_was_asked_is_remembered_within_a_bound_and_by_a_resumed_robot(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(FarSearch, "_guess", lambda *_: None)
+    monkeypatch.setattr(FarSearch, "_believed", lambda *_: [])
+    keys = 3 * ASKED_MOST
+    far, _ = searching(match(), 10.0, keys)
+    far.guesses = [Guess([Fit(0, 0, match())])]
+    drift = SimpleNamespace(is_unknown=True)
+    for count in range(1, keys):
+        far.look(np.zeros((count, 3)), np.array([0]), drift)  # type: ignore[arg-type]
+    assert far._asked == list(range(keys - ASKED_MOST - 2, keys - 1))
+    resumed, _ = searching(match(), 10.0, keys)
+    resumed.restore(far.state())
+    assert resumed.state()[:3] == far.state()[:3] and len(resumed.guesses) == len(far.guesses) == 1
+
+
+def test_of_places_to_begin_at_none_is_looked_for_that_fits_much_worse_than_the_best(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    least = []
+
+    def search(*_: object, share_least: float) -> Search:
+        least.append(share_least)
+        return Search(Spot(THERE, 0.9 - 0.1 * len(least)), True)
+
+    monkeypatch.setattr(FarSearch, "_search", search)
+    far, _ = searching(match(inliers=0.0), 10.0)
+    far._guess(np.zeros((2, 3)), np.array([0]), Drift(10.0, np.pi))
+    assert least == pytest.approx([SHARE_LEAST, 0.8 * ALIKE, 0.8 * ALIKE, 0.8 * ALIKE])
