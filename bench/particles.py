@@ -40,6 +40,8 @@ FAR_OFF_M = 1.0
 """A pose farther off should be doubted, metres."""
 BEGUN = 0.2
 """The first share of a drive, by which its map's frame is laid on the truth's."""
+CLEAR_M = 0.2
+"""No wall is nearer to a robot on its way through an office, metres."""
 CARRIED_M = 2.0
 """Between two scans a robot that moved farther did not drive, metres."""
 WORN = OdometryConfig(scale_misfit=0.05, turn_misfit=0.05, translation_m_per_sqrt_m=0.1)
@@ -159,9 +161,13 @@ def office_carried(number: int, data: Path, seed: int) -> Drive:
     rng = np.random.default_rng(seed)
     ways = []
     inside, room = free_inside(plan.cells != 0)
-    for length in (170.0, 50.0):
+    while len(ways) < 2:
+        length = (170.0, 50.0)[len(ways)]
         rough = way_through(inside, room, length, rng)
-        ways.append(_first([(float(x), float(y)) for x, y, _ in rough], length, seed))
+        way = _first([(float(x), float(y)) for x, y, _ in rough], length, seed)
+        cells = np.floor((way[:, :2] - np.asarray(plan.origin_m)) / plan.resolution_m).astype(np.int64)
+        if room[cells[:, 1], cells[:, 0]].min() > CLEAR_M:  # rounded corners may lead through walls
+            ways.append(way)
     legs = [simulated(plan, way, seed + k, 8.0) for k, way in enumerate(ways)]
     return carried_between(legs[0], legs[1])
 

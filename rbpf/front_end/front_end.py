@@ -88,7 +88,7 @@ class FrontEnd:
         self.predictor.wait(elapsed_s)
         guess, found = self._best_of_guesses(points, odom_motion)
         if elapsed_s >= CARRIED_S and self._was_carried(guess, found):
-            return self._begin_elsewhere(all_points)
+            return self._begin_elsewhere(view)
         if self._is_elsewhere(points, view, guess, found, elapsed_s):
             return self._continue_elsewhere()
         self.T_local_base = found.pose
@@ -103,11 +103,12 @@ class FrontEnd:
         stood = math.hypot(guess.motion[0], guess.motion[1]) < STOOD_M and abs(guess.motion[2]) < STOOD_RAD
         return self.predictor.is_after_pause and stood and self._matcher.is_doubtful(found)
 
-    def _begin_elsewhere(self, all_points: NDArray[np.float64]) -> Step:
+    def _begin_elsewhere(self, view: View) -> Step:
         """Begin another rolling map with this scan, as if the robot had not moved."""
+        self._view, self._elsewhere = view, None
         self._map.clear()
         self._map.tiles_around(self.T_local_base)
-        self._map.add(self.T_local_base, all_points)
+        self._map.add(self.T_local_base, view.points)
         return Step(np.zeros(3), 0.0, 1.0, np.zeros(2), is_carried=True)
 
     def _is_elsewhere(
