@@ -43,11 +43,6 @@ def test_a_robot_that_was_carried_is_found_in_its_map() -> None:
     assert mapper.stats.loops_closed == 1
 
 
-def test_a_robot_that_was_carried_while_its_laser_was_off_was_carried_once() -> None:
-    mapper, _, _ = carried(1)
-    assert mapper.state()["back"]["loops"]["scans"]["starts"] == [0, mapper._back.loops.scans.newest_start]
-
-
 def test_a_robot_that_stood_through_a_pause_was_not_carried() -> None:
     mapper, way = Mapper(MapperConfig(particles=6, threads=1), seed=1), drive(200)
     played(mapper, way[:100], 0, np.zeros(3))
