@@ -19,6 +19,7 @@ from mrslam.agent.known_map import KnownMap
 from mrslam.agent.map_check import contradicts_itself
 from mrslam.agent.pairs.belief import PairBelief, Verdict
 from mrslam.agent.pairs.hints import Hints
+from mrslam.agent.pairs.loops import loops_of
 from mrslam.agent.pairs.schedule import Schedule
 from mrslam.agent.pairs.sighted import sighted_job
 from mrslam.alignment import Alignment, Rejection
@@ -215,7 +216,8 @@ class Team:
         self.hints.on_done(job, outcome)
         if job.hinted_by is not None and isinstance(outcome, Rejection):
             return Verdict("rejected", f"not where {job.hinted_by} has it: {outcome.reason}", outcome)
-        return self.beliefs[job.a, job.b].settle(job, outcome, now_ns)
+        pair = (job.a, job.b)
+        return self.beliefs[pair].settle(job, outcome, now_ns, loops_of(pair, self.beliefs))
 
     def unmerge(self, pair: Pair, reason: str, now_ns: int) -> list[Effect]:
         """Withdraw a pair's alignment, which robots have seen to be wrong."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from mrslam.agent.effects import AlignJob
 from mrslam.agent.known_map import Version
 from mrslam.agent.pairs.hypotheses import Hypotheses, Hypothesis
+from mrslam.agent.pairs.loops import Loop
 from mrslam.agent.pairs.second_look import is_echo, lies_elsewhere, refuted
 from mrslam.agent.pairs.weighing import agrees, by_sight, is_worth_keeping, weighed
 from mrslam.alignment import Alignment, Rejection, StabilityCheck
@@ -121,13 +123,13 @@ class PairBelief:
             return found
         return replace(found, confidence=max(found.confidence, SEEN_CONFIDENCE))
 
-    def settle(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int) -> Verdict:
-        """Take one more alignment of the pair, and return what it changed."""
+    def settle(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int, loops: Sequence[Loop] = ()) -> Verdict:
+        """Take one more alignment of the pair, and return what it changed; ``loops`` : where third robots have it."""
         self.attempts += 1
         self.last = Attempt(now_ns, job.versions, job.area_m2)
         if job.prior is None:
             self.search = self.search.then(job, outcome)
-        outcome = self._by_encounters(job, outcome, now_ns)
+        outcome = self._by_encounters(job, outcome, now_ns, loops)
         if reason := self._unmerged_by(outcome, searched=job.prior is None):
             self.revoke(reason)
             return Verdict("revoked", reason, outcome)
@@ -148,7 +150,9 @@ class PairBelief:
         self.status, self.reason = "accepted", "accepted"
         return Verdict("accepted", "accepted", outcome, believed, is_new)
 
-    def _by_encounters(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int) -> Alignment | Rejection:
+    def _by_encounters(
+        self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int, loops: Sequence[Loop]
+    ) -> Alignment | Rejection:
         """Return the outcome as encounters leave it; a place that two robots' sight proposed needs no walls."""
         if outcome.T_a_b is not None and is_worth_keeping(outcome):
             self.places.add(outcome.T_a_b, "maps", now_ns)
@@ -157,7 +161,7 @@ class PairBelief:
         seen = None if job.sighted is None else self.places.at(job.sighted)
         if seen is not None and isinstance(outcome, Rejection) and agrees(outcome.evidence) and not seen.is_refuted:
             return by_sight(seen, outcome)
-        return weighed(self.places, outcome)
+        return weighed(self.places, outcome, loops)
 
     def _believe_at_once(self, outcome: Alignment, place: Hypothesis) -> None:
         """Let a place where the robots saw each other need no second alignment, and replace any other."""

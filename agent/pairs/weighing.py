@@ -5,15 +5,21 @@ Maps propose, and whoever was there decides. A body at a place proves nothing al
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from mrslam.agent.pairs.hypotheses import SAME_PLACE as LOOP_SAME
 from mrslam.agent.pairs.hypotheses import Hypotheses, Hypothesis
+from mrslam.agent.pairs.loops import Loop
 from mrslam.agent.pairs.second_look import SAME_PLACE
 from mrslam.alignment import Alignment, Evidence, Rejection
 from mrslam.spatial.se2 import Transform
 
 SIGHT_METHOD = "sight"
 """Name of the method of an alignment that rests on robots which saw each other."""
+LOOP_METHOD = "loop"
+"""The same where third robots chose between places that fit alike."""
 SIGHT_CONFIDENCE = 0.6
 """Its confidence: that of an alignment that just passes, so that any found by walls replaces it."""
 SPREAD = np.diag([0.2**2, 0.2**2, 0.05**2])
@@ -22,12 +28,14 @@ and the angle of that seen from 4 m."""
 FORGIVEN_M, FORGIVEN_SHARE = 2.0, 0.3
 """Walls of two maps may lie on the other's free floor by so many metres, or by this share of those that agree, at a
 place where robots saw each other: ghosts that teammates leave in maps, and ``merge.contradiction_share``."""
+CHOSEN_LLR = 3.0
+"""Lead over every other place that fits alike at which third robots and sightings together choose it, nats."""
 FITTED_M = 5.0
 """Walls that agree from which the maps say better than two robots where they lie, metres."""
 
 
-def weighed(places: Hypotheses, outcome: Alignment | Rejection) -> Alignment | Rejection:
-    """Return an alignment's outcome as encounters leave it."""
+def weighed(places: Hypotheses, outcome: Alignment | Rejection, loops: Sequence[Loop] = ()) -> Alignment | Rejection:
+    """Return an alignment's outcome as encounters leave it; third robots (``loops``) choose between places alone."""
     if outcome.T_a_b is None:
         return outcome
     here, supported = places.at(outcome.T_a_b), places.supported
@@ -44,18 +52,36 @@ def weighed(places: Hypotheses, outcome: Alignment | Rejection) -> Alignment | R
         return outcome
     if here is not None and here is supported and agrees(outcome.evidence):
         return by_sight(here, outcome)
-    return _decided(places, outcome) if outcome.ambiguous else outcome
+    return _decided(places, outcome, loops) if outcome.ambiguous else outcome
 
 
-def _decided(places: Hypotheses, outcome: Rejection) -> Alignment | Rejection:
-    """Return the only place left of those that fit alike: the others were refuted, or robots saw each other there."""
+def _decided(places: Hypotheses, outcome: Rejection, loops: Sequence[Loop]) -> Alignment | Rejection:
+    """Return the only place left of those that fit alike: the others were refuted, or robots saw each other there.
+
+    Where several are left, the one that third robots lead to, with what was seen of each, by ``CHOSEN_LLR``.
+    """
     fits = [outcome.T_a_b, *outcome.rivals]
     known = [(T, places.at(T)) for T in fits if T is not None]
     left = [T for T, place in known if place is not None and place is places.supported]
     left = left or [T for T, place in known if place is None or not place.is_refuted]
+    method = SIGHT_METHOD
+    if len(left) > 1:
+        left, method = _chosen(places, left, loops), LOOP_METHOD
     if len(left) != 1 or outcome.evidence is None:
         return outcome
-    return Alignment(left[0], SIGHT_CONFIDENCE, outcome.evidence, SPREAD, SIGHT_METHOD)
+    return Alignment(left[0], SIGHT_CONFIDENCE, outcome.evidence, SPREAD, method)
+
+
+def _chosen(places: Hypotheses, left: list[Transform], loops: Sequence[Loop]) -> list[Transform]:
+    """Return the place that loops lead to and that is ahead of all others by ``CHOSEN_LLR``, alone, or nothing."""
+    ranked = []
+    for k, T_a_b in enumerate(left):
+        place = places.at(T_a_b)
+        closed = sum(loop.llr for loop in loops if LOOP_SAME.is_near(loop.T_a_b, T_a_b))
+        ranked.append(((0.0 if place is None else place.llr) + closed, closed, k))
+    ranked.sort(reverse=True)
+    (best, closed, k), (second, _, _) = ranked[:2]
+    return [left[k]] if closed > 0.0 and best - second >= CHOSEN_LLR else []
 
 
 def is_worth_keeping(outcome: Alignment | Rejection) -> bool:

@@ -257,6 +257,18 @@ MUTANTS = (
     ),
     Mutant(
         WEIGHING,
+        "closed > 0.0 and best - second >= CHOSEN_LLR",
+        "True",
+        "of places that fit alike the first is merged though nobody knows which is right",
+    ),
+    Mutant(
+        "agent/pairs/loops.py",
+        "T_a_c = held[0].T_a_b if a < third else se2.inverse(held[0].T_a_b)",
+        "T_a_c = held[0].T_a_b",
+        "a third robot leads to the wrong one of two places",
+    ),
+    Mutant(
+        WEIGHING,
         "    return against_m <= max(FORGIVEN_M, FORGIVEN_SHARE * evidence.matched_m)",
         "    return True",
         "robots that saw someone else at one distance merge through walls",
