@@ -144,6 +144,24 @@ def test_a_doubtful_robot_publishes_neither_map_nor_place_and_begins_a_new_map_a
     assert two.team.maps["r1"].epoch == one.node.store.version("r1")[0]
 
 
+def test_what_was_seen_and_where_the_map_lay_is_forgotten_with_a_map_that_is_given_up() -> None:
+    settings = replace(SETTINGS, agent=AgentConfig(frame="office@monday"))
+    one = Agent("r1", settings, boot_id=1)
+    live([one], 0, 30)
+    one.frame.T_frame_map = np.array([10.0, 4.0, 1.5])  # it was localised
+    assert one._witness._encounters._scans
+    one._begin_map()
+    assert one.frame.T_frame_map is None and not one._witness._encounters._scans
+
+
+def test_a_robot_relies_on_the_searches_of_those_in_sight_alone() -> None:
+    one, two = robot("r1", 1), robot("r2", 1)
+    live([one, two], 0, 20)
+    assert two.team.hints.searching == {"r1"}
+    two.on_peer_left("r1", 3 * S)
+    assert two.team.hints.searching == set()
+
+
 def test_a_robot_plans_on_the_teams_map_once_a_teammate_is_placed() -> None:
     one, _ = pair()
     assert one.planning_grid().known_area_m2() > 1.2 * one.own_map().known_area_m2()

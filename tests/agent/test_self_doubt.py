@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mrslam.agent.map_check import contradicts_itself
+from mrslam.agent.map_check import _on_walls, contradicts_itself
 from mrslam.agent.self_doubt import SelfDoubt, fits_map
 from mrslam.spatial import Keyframes, KeyScans, LocalMap, OccupancyGrid, Scan, TiledMap
 
@@ -134,6 +134,14 @@ def test_a_map_must_show_what_its_robot_has_seen() -> None:
     assert doubted(hall(0.0, count=1)) is None and doubted(hall(np.pi / 2, count=1)) == reason  # however young
     silent = hall(np.pi / 2)
     assert doubted(LocalMap(silent.map, silent.keyframes)) is None  # of a robot that sends no scans nobody can say
+
+
+def test_what_was_seen_a_few_cells_beside_a_wall_is_not_that_wall() -> None:
+    cells = np.zeros((60, 60), dtype=np.int8)
+    cells[30] = 100
+    grid = OccupancyGrid(cells, 0.05)
+    shown = [_on_walls(grid, np.array([[1.5, (30.5 + off) * 0.05]])) for off in (-4, -3, -2, 0, 2, 3, 4)]
+    assert shown == [0, 0, 1, 1, 1, 0, 0]
 
 
 def doubted(local: LocalMap) -> str | None:

@@ -65,6 +65,14 @@ def test_maps_that_do_not_fit_are_no_diff() -> None:
         diff(saved(building(1)), saved(building(9)))
 
 
+def test_maps_need_not_be_on_one_lattice() -> None:
+    before, after = with_boxes(room(), GONE), with_boxes(room(), CAME)
+    beside = OccupancyGrid(before.cells, before.resolution_m, (0.02, -0.013))
+    for one, two in ((beside, after), (after, beside)):
+        found = diff(saved(one), saved(two), same_frame=True)
+        assert sorted(piece.what for piece in found.pieces) == ["appeared", "vanished"]
+
+
 def test_small_pieces_are_left_out() -> None:
     after = with_boxes(room(), CAME)
     after.cells[100:103, 200:202] = 100  # 0.015 m2

@@ -13,6 +13,9 @@ from mrslam.merge.sessions.one_map import one_map, placed_in_one_frame, thinned
 from mrslam.spatial import OccupancyGrid, se2
 from mrslam.spatial.files.saved_map import SavedMap, of_one_session, write_saved_map
 from tests.merge.joint.blocks import Drive, around, drive, local_map
+from tests.merge.plans import building
+from tests.merge.sessions.test_diff import saved as without_scans
+from tests.merge.sessions.test_diff import with_boxes
 
 
 def session(drive_: Drive, name: str = "r1@monday") -> SavedMap:
@@ -88,3 +91,13 @@ def test_thinning_keeps_the_scan_of_each_keyframe() -> None:
     lean = thinned(doubled)
     assert [one.keyframes for one in lean.sessions] == [0, len(a.scans)]
     assert lean.scans.equals(a.scans) and np.array_equal(lean.keyframes.T_map_base, a.keyframes.T_map_base)
+
+
+def test_of_two_sessions_the_later_one_is_right() -> None:
+    gone, came = (6.0, 3.5, 0.6, 0.4), (9.0, 3.5, 1.0, 0.5)
+    before, after = (without_scans(with_boxes(building(), box)) for box in (gone, came))
+    made = one_map({"monday": before, "tuesday": after}).saved.grid
+    for (x, y, wide, high), shown in ((gone, False), (came, True)):
+        centres = made.centres(made.is_occupied)
+        inside = ((centres > (x - 0.1, y - 0.1)) & (centres < (x + wide + 0.1, y + high + 0.1))).all(axis=1)
+        assert inside.any() == shown

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mrslam.sim_driver.ros.complaints import Complaints
-from mrslam.sim_driver.ros.inlet import MOUNTING_WAIT_S, ODOMETRY_WAIT_S, QUIET_S, Inlet
+from mrslam.sim_driver.ros.inlet import HELD, MOUNTING_WAIT_S, ODOMETRY_WAIT_S, QUIET_S, Inlet
 from mrslam.sim_driver.ros.options import RosOptions
 from mrslam.spatial import Scan
 from mrslam.spatial.se2 import Transform
@@ -226,3 +226,29 @@ def test_two_lasers_make_one_map() -> None:
     walls = grid.centres(grid.is_occupied)
     assert np.abs(walls[:, 0]).max() < 3.1 and walls[:, 0].min() < -2.9 and walls[:, 0].max() > 2.9
     assert np.abs(walls[:, 1]).max() < 2.1
+
+
+def test_of_too_many_scans_that_wait_the_oldest_is_handed_on_and_not_lost() -> None:
+    rig = Rig()
+    for k in range(HELD + 2):
+        rig.scan(10.0 + 0.001 * k)
+    assert [taken.stamp_ns for taken, _ in rig.out] == [10 * NS, round(10.001 * NS)]
+
+
+def test_odometry_that_lives_counts_more_than_tf_that_died() -> None:
+    rig = Rig().mounted()
+    rig.tf(10.0, 3.0)
+    rig.wheels(12.0, 100.0)
+    rig.scan(12.0)
+    ((_, T_odom_base),) = rig.out
+    assert T_odom_base is not None and T_odom_base[0] == 100.0 and not rig.said
+
+
+def test_scans_that_wait_are_handed_on_before_a_jump_of_the_clock_is_told() -> None:
+    rig, at_jump = Rig().mounted(), list[int]()
+    rig.inlet._on_jump = lambda seconds: at_jump.append(len(rig.out))
+    rig.wheels(100.0, 1.0)
+    rig.scan(100.05)
+    assert not rig.out  # it waits for odometry
+    rig.scan(3.0)
+    assert at_jump == [1]

@@ -58,3 +58,8 @@ def test_another_takes_the_lead_where_the_first_is_silent() -> None:
     assert lasers.add("a", laser([4.0], 1), None) is not None
     assert lasers.add("b", laser([4.0], 2), None) is None
     assert lasers.add("b", laser([4.0], 2 + FRESH_NS), None) is not None
+
+
+def test_free_directions_of_others_turn_with_the_robot() -> None:
+    one = sweep(laser([math.nan]), [(laser([math.inf], at=(0.0, 0.0, 0.2)), se2.transform(0.0, 0.0, 0.5))])
+    assert one.angles_rad[np.isinf(one.ranges_m)] == pytest.approx([0.7], abs=0.01)

@@ -169,3 +169,5 @@ def test_the_next_agent_is_shown_from_its_beginning() -> None:
     drive(agent, body)
     body.begin()
     assert body.located is None and body.own_map is None and body.team_map is None
+    drive(agent, body, 1)  # at the time of its first scan, which was long ago for the one before
+    assert body.located is not None and body.own_map is not None and body.team_map is not None
