@@ -155,4 +155,16 @@ MUTANTS = (
         "",
         "robots that saw each other merge maps that contradict it, where walls propose nothing near",
     ),
+    Mutant(
+        "alignment/proposals/search.py",
+        "+ min(4.0 * lever, 1e6))",
+        "+ 0.0)",
+        "a known pose far from its map's content has no lever arm",
+    ),
+    Mutant(
+        "alignment/proposals/walks/aligner.py",
+        "lever = float(np.hypot(*b.centre)) * sigma[2]",
+        "lever = 0.0",
+        "walks: a known pose far from its map's content has no lever arm",
+    ),
 )

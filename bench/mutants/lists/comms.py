@@ -206,4 +206,10 @@ MUTANTS = (
         "if False:",
         "one robot speaks in another's name",
     ),
+    Mutant(
+        "comms/exchange/map_receiver.py",
+        " or (source.peer, robot) in self._idle",
+        "",
+        "one manifest without chunks keeps a third robot's map from being taken elsewhere",
+    ),
 )

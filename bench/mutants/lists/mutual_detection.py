@@ -148,4 +148,10 @@ MUTANTS = (
         "towards - back)",
         "robots that see each other are placed half a turn off",
     ),
+    Mutant(
+        "mutual_detection/ghosts.py",
+        "            if row < -reach or col < -reach or row >= height + reach or col >= width + reach:",
+        "            if row < 0 or col < 0 or row >= height or col >= width:",
+        "a path point just outside a map frees no ghost inside",
+    ),
 )

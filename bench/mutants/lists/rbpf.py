@@ -187,4 +187,52 @@ MUTANTS = (
         "most = DOUBTFUL if self._is_carried else",
         "a robot that knows it was carried off publishes on",
     ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        "        self._asked = [*self._asked[-ASKED_MOST:], T_map_key.shape[0] - 1]",
+        "        self._asked = [T_map_key.shape[0] - 1]",
+        "a new history is not weighed by what was seen before",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        "            guess.disagreed += 1\n",
+        "            pass\n",
+        "histories that disagree are followed for ever",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        "            guess.disagreed = DISAGREE_MOST + len(guess.fits)\n            return",
+        "            return",
+        "a history that nothing speaks for is kept",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        " or self._is_ambiguous(fits, T_map_key, old, drift):",
+        ":",
+        "of two places that look alike the first is believed",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        "        return way_m - self._searched_m >= (CARRIED_EVERY_M if is_carried else EVERY_M)",
+        "        return way_m - self._searched_m >= EVERY_M",
+        "a carried robot waits long until it looks where it is",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        "        if away_m[k] > NEAR_M:\n            return None",
+        "        if False:\n            return None",
+        "places where nothing old is near speak against histories",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        "            share_least = max(share_least, ALIKE * spot.share)",
+        "            share_least = SHARE_LEAST",
+        "places that fit much worse than the best are followed as well",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        "self._searched_m, self._asked_m, self._asked = state[:3]",
+        "self._searched_m, self._asked_m, _ = state[:3]",
+        "a resumed robot forgets what it asked",
+    ),
 )

@@ -193,4 +193,28 @@ MUTANTS = (
         "]",
         "the report shows places where nobody was",
     ),
+    Mutant(
+        "sim_driver/simulation/simulation.py",
+        "            if gap_m < apart_m:",
+        "            if False:",
+        "two robots may start in one place",
+    ),
+    Mutant(
+        "sim_driver/run/known_area.py",
+        'self.area_m2 = event.fields["team_m2"]',
+        'self.area_m2 = event.fields["own_m2"]',
+        "progress shows the own area beside names of those merged",
+    ),
+    Mutant(
+        "sim_driver/sweep/work.py",
+        'mission["exchanges"]["done"] // 2',
+        'mission["exchanges"]["done"]',
+        "sweeps count every exchange twice",
+    ),
+    Mutant(
+        "sim_driver/evaluate/lost.py",
+        "    return events[begun[-1] + 1 :] if begun else events",
+        "    return events",
+        "merges of a map that was given up count as those of the last one",
+    ),
 )

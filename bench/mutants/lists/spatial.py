@@ -159,4 +159,10 @@ MUTANTS = (
         "",
         "an edge is believed to micrometres, and nothing can correct it",
     ),
+    Mutant(
+        "spatial/files/map_files.py",
+        "return _grid(path, cells, resolution, (0.0, 0.0)), se2.transform(x, y, yaw)",
+        "return _grid(path, cells, resolution, (0.0, 0.0)), se2.transform(x, y, 0.0)",
+        "the yaw of a map file is not heeded",
+    ),
 )
