@@ -90,9 +90,11 @@ class World:
         ``apart_from`` : ``(N, 2)`` points to keep twice that far from. Raises ``InputError`` where no cell qualifies.
         """
         candidates = self.grid.centres(self.reachable & (self.clearance_cells >= clearance_m / self.resolution_m + 1.0))
-        if apart_from is not None and len(apart_from):
-            gaps = np.linalg.norm(candidates[:, None, :] - np.asarray(apart_from)[None], axis=-1)
-            candidates = candidates[(gaps >= 2.0 * clearance_m).all(axis=1)]
+        is_apart = np.ones(len(candidates), dtype=np.bool_)
+        for taken in () if apart_from is None else np.asarray(apart_from):
+            near = np.flatnonzero(np.abs(candidates[:, 0] - taken[0]) < 2.0 * clearance_m)
+            is_apart[near] &= np.linalg.norm(candidates[near] - taken, axis=-1) >= 2.0 * clearance_m
+        candidates = candidates[is_apart]
         if len(candidates) == 0:
             raise InputError(f"world {self.name}: no free place {clearance_m:g} m from every wall and robot")
         x, y = candidates[rng.integers(len(candidates))]
