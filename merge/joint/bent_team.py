@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mrslam.merge.graph.edges import Pair
 from mrslam.merge.graph.tree import components
@@ -29,6 +30,8 @@ class BentTeam:
     """The robots that were in the solution, tied or not."""
     T_a_b: Mapping[Pair, Transform] = field(default_factory=dict)
     """The alignments believed when the solution was begun."""
+    stamps_ns: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
+    """By robot: ``(K,)``, stamps of the keyframes of its bend; none where they are not known."""
 
     @classmethod
     def of(cls, joint: JointMap, frame: str, trails: Mapping[str, Trail], T_a_b: Mapping[Pair, Transform]) -> BentTeam:
@@ -39,8 +42,9 @@ class BentTeam:
             seen = joint.seen_from(frame, trails[frame].T_map_key)
             bends = {name: Bend(trails[name].T_map_key, seen[name]) for name in group if len(group) > 1}
         return cls(
-            bends=bends, ties=joint.ties, ambiguous=joint.ambiguous, joined=frozenset(joint.T_team_key), T_a_b=T_a_b
-        )
+            bends=bends, ties=joint.ties, ambiguous=joint.ambiguous, joined=frozenset(joint.T_team_key), T_a_b=T_a_b,
+            stamps_ns={name: trails[name].stamps_ns for name in bends},
+        )  # fmt: skip
 
     def without(self, robot_id: str) -> BentTeam:
         """Return the same without a robot whose map was removed."""
@@ -54,15 +58,24 @@ class BentTeam:
     def corrected(self, robot_id: str, trail: Trail) -> BentTeam:
         """Return the same with ``T_map_key`` of a robot's newest map: closed loops may have moved its keyframes.
 
-        Where they did not, it is this very object, so that what was computed for its bends stays valid.
+        A robot that came back from a checkpoint may have others in place of the last ones; these are corrected no more.
+        Where nothing moved, it is this very object, so that what was computed for its bends stays valid.
         """
         bend = self.bends.get(robot_id)
-        if bend is None or len(trail) < len(bend.T_map_key):
+        if bend is None:
             return self
-        T_map_key = trail.T_map_key[: len(bend.T_map_key)]
+        count = min(len(bend.T_map_key), len(trail))
+        known, now = self.stamps_ns[robot_id][:count], trail.stamps_ns[:count]
+        if known.size == now.size:  # a trail without stamps says nothing
+            others = np.flatnonzero(known != now)
+            count = int(others[0]) if others.size else count
+        if count == 0:
+            return self.without(robot_id)
+        T_map_key = trail.T_map_key[:count]
         if np.array_equal(T_map_key, bend.T_map_key):
             return self
-        return replace(self, bends={**self.bends, robot_id: Bend(T_map_key, bend.T_team_key)})
+        T_team_key = bend.T_team_key if count == len(bend.T_team_key) else bend.T_team_key[:count]
+        return replace(self, bends={**self.bends, robot_id: Bend(T_map_key, T_team_key)})
 
     def judges(self, a: str, b: str, alignments: Mapping[Pair, Transform]) -> bool:
         """Return whether the solution included both robots, and started from the pair's present alignment (or none)."""

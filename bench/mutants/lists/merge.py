@@ -321,4 +321,10 @@ MUTANTS = (
         "        stays = False",
         "walls thicken with every session",
     ),
+    Mutant(
+        "merge/joint/bent_team.py",
+        "            count = int(others[0]) if others.size else count",
+        "            count = min(count, known.size)",
+        "a robot that came back from its checkpoint is placed by keyframes that are no longer the same",
+    ),
 )

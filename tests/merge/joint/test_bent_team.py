@@ -1,0 +1,49 @@
+"""A joint solution follows the robot's newest map by its keyframes, not by their numbers."""
+
+import numpy as np
+
+from mrslam.merge.joint.bent_team import BentTeam
+from mrslam.merge.joint.join import JointMap, Tie
+from mrslam.merge.joint.trail import Trail
+from mrslam.spatial import KeyScans, se2
+
+KEYS = np.array([[float(x), 0.0, 0.0] for x in range(6)])
+STAMPS = np.arange(6) * 1_000_000_000
+T_A_B = se2.transform(2.0, 1.0, 0.5)
+
+
+def trail(keys: np.ndarray, stamps_ns: np.ndarray) -> Trail:
+    return Trail(keys, KeyScans.of_points([np.empty((0, 2))] * len(keys), np.zeros((len(keys), 2))), stamps_ns)
+
+
+def solution() -> BentTeam:
+    tie = Tie("a", "b", None, believed=True)  # type: ignore[arg-type]
+    joint = JointMap(T_team_key={"a": KEYS, "b": se2.compose(T_A_B, KEYS)}, ties=(tie,))
+    return BentTeam.of(joint, "a", dict.fromkeys("ab", trail(KEYS, STAMPS)), {})
+
+
+def test_what_has_only_grown_changes_nothing() -> None:
+    bent = solution()
+    longer = np.vstack([KEYS, [[7.0, 3.0, 1.0]]])
+    assert bent.corrected("b", trail(longer, np.append(STAMPS, 9_000_000_000))) is bent
+    assert bent.corrected("c", trail(KEYS, STAMPS)) is bent
+
+
+def test_keyframes_that_a_closed_loop_moved_are_those_of_the_newest_map() -> None:
+    moved = KEYS + np.array([0.0, 0.2, 0.0])
+    bend = solution().corrected("b", trail(moved, STAMPS)).bends["b"]
+    assert np.array_equal(bend.T_map_key, moved) and len(bend.T_team_key) == 6
+
+
+def test_a_robot_that_came_back_with_other_keyframes_keeps_the_place_of_those_before() -> None:
+    elsewhere = np.vstack([KEYS[:4], [[3.0, -5.0, 2.0], [3.0, -6.0, 2.0]]])
+    bent = solution().corrected("b", trail(elsewhere, np.append(STAMPS[:4], [20_000_000_000, 21_000_000_000])))
+    assert len(bent.bends["b"].T_team_key) == 4
+    assert np.allclose(bent.bends["b"].T_team_map_now, T_A_B)
+    shorter = solution().corrected("b", trail(KEYS[:3], STAMPS[:3])).bends["b"]
+    assert np.allclose(shorter.T_team_map_now, T_A_B) and len(shorter.T_map_key) == 3
+
+
+def test_a_robot_without_any_of_its_keyframes_is_no_part_of_the_solution() -> None:
+    bent = solution().corrected("b", trail(KEYS, STAMPS + 100_000_000_000))
+    assert list(bent.bends) == ["a"] and bent.joined == {"a"}
