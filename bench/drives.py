@@ -143,10 +143,12 @@ def recorded(log: Path, begin: float = 0.0, end: float = 1.0) -> Drive:
     readings = list(open_feed(log).readings)
     readings = readings[int(begin * len(readings)) : int(end * len(readings))]
     stem = log.name.split(".")[0]
-    while not log.with_name(f"{stem}.reference.tum").exists():
+    while not (references := sorted(log.parent.glob(f"{stem}*.reference.tum"))):
         stem = stem.rpartition("-")[0]
+        if not stem:
+            raise FileNotFoundError(f"{log}: no reference trajectory beside it")
     stamps_ns = np.array([r.scan.stamp_ns for r in readings])
-    reference = read_tum(log.with_name(f"{stem}.reference.tum"))
+    reference = read_tum(references[0])
     index = np.stack([np.arange(len(readings), dtype=np.float64)] * 3, axis=1)
     _, at, poses = matched((stamps_ns, index), reference)
     truth = np.full((len(readings), 3), np.nan)

@@ -16,13 +16,16 @@ import time
 from collections import Counter
 from contextlib import suppress
 from functools import partial
+from itertools import islice
 from pathlib import Path
 
 from rich.console import Console
 from rich.progress import track
 
 from bench.chaos.mission import play_chaos
+from bench.chaos.schedule import with_fault
 from bench.chaos.workers import play_all
+from mrslam.sim_driver.faults.config import KINDS
 from mrslam.sim_driver.kernels import ensure_compiled
 
 
@@ -32,6 +35,9 @@ def main() -> int:
     parser.add_argument("--missions", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0, help="of the first mission; the others follow")
     parser.add_argument("--world", help='all in this one: "hotel" (another by each seed), "arena2", ...')
+    parser.add_argument(
+        "--fault", choices=KINDS, help="only missions in which a robot suffers from this, from --seed on"
+    )
     parser.add_argument("--stop", action="store_true", help="at the first mission that breaks")
     parser.add_argument("--figures", type=Path, help="file for what was measured: a JSON line a mission")
     parser.add_argument("--workers", type=int, default=os.cpu_count())
@@ -41,7 +47,7 @@ def main() -> int:
     start_s = time.monotonic()
     faults: Counter[str] = Counter()
     broken: dict[int, list[str]] = {}
-    seeds = range(options.seed, options.seed + options.missions)
+    seeds = list(islice(with_fault(options.fault, options.seed, options.world), options.missions))
     played = 0
     figures = options.figures.open("a") if options.figures else None
     with suppress(KeyboardInterrupt):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -58,3 +60,10 @@ def chaos_tables(seed: int, world: str | None = None) -> dict[str, Any]:
         "agent": {"checkpoint_interval_s": 4.0, "align_interval_s": 5.0, "give_up_s": 10.0},
         "faults": faults + rest,
     }
+
+
+def with_fault(kind: str | None, first: int, world: str | None = None) -> Iterator[int]:
+    """Yield the seeds from ``first`` on of missions with a fault of this kind; of all without one."""
+    for seed in count(first):
+        if kind is None or any(fault["kind"] == kind for fault in chaos_tables(seed, world)["faults"]):
+            yield seed
