@@ -10,8 +10,10 @@ import pytest
 from numpy.typing import NDArray
 
 from mrslam.rbpf import Mapper, MapperConfig, load_checkpoint, save_checkpoint
+from mrslam.rbpf.front_end.elsewhere import Elsewhere
 from mrslam.rbpf.front_end.health import LOST
-from mrslam.rbpf.front_end.prediction import can_move, has_leapt
+from mrslam.rbpf.front_end.prediction import Guess, can_move, has_leapt
+from mrslam.rbpf.front_end.rolling_map import RollingMap
 from mrslam.rbpf.front_end.visibility import contradicted
 from mrslam.spatial import Scan, se2
 from mrslam.spatial.files.state_file import pack
@@ -60,6 +62,16 @@ def test_rubbish_before_the_laser_is_no_other_place(scans: int) -> None:
         seen[k] = replace(seen[k], ranges_m=np.minimum(seen[k].ranges_m, near_m).astype(np.float32))
     health = played(mapper, seen + scans_of(WAY[:60], 250), np.concatenate([after, WAY[:60]]))
     assert min(health) > LOST
+
+
+def test_a_robot_whose_scans_fit_what_it_saw_before_was_not_carried_however_well_they_fit_each_other() -> None:
+    config, (_, points) = MapperConfig(particles=1, threads=1), seen_room()
+    before, stands = RollingMap(config), Guess(np.zeros(3), 0.02, 0.02, 0.03)
+    before.tiles_around(np.zeros(3))
+    before.add(np.zeros(3), points)
+    accounts = Elsewhere(config, -0.2)
+    accounts.begin(before, np.zeros(3), points)
+    assert [accounts.follow(points, points, stands, 0.1) for _ in range(5)] == [None] * 4 + [False]
 
 
 def test_a_checkpoint_while_the_robot_doubts_where_it_was_put_continues_the_same(tmp_path: Path) -> None:
