@@ -1,15 +1,22 @@
-"""Relocalisation in saved maps of recorded buildings: one JSON line a run.
+"""Relocalisation in saved maps of buildings: one JSON line a run, and what must hold of all at the end.
 
     python bench/relocalise.py --out DIR [--cuts 6] [--seconds 150] [--near right|wrong] [BUILDING ...]
+    python bench/relocalise.py --out DIR --cuts 10 office:1 office:2 hotel:3
 
-The first half of a log (of isr and arena: the first of two) is mapped and saved. Robots that begin at places
-of the rest look for themselves in it and in the saved map of another building (``foreign``), for ``--seconds`` at most.
+The first half of a log (of isr and arena: the first of two) is mapped and saved; of a simulated world what a robot maps
+that explores it for ten minutes. Robots that begin at places of the rest, or at random places of the world, look for
+themselves in it and in the saved map of another building (``foreign``), for ``--seconds`` at most. What was played
+before into the same ``--out`` is judged again, not played.
 
 seconds, metres : mission time and path until the event "localised"; None where it never came.
 error_m, error_deg : of the pose in the saved map then. Expected is the saved trajectory's pose nearest by, moved by
 what the reference trajectory has between the two; isr has none, but its robot stood still
-between the two logs, so the second log's trajectory, mapped whole, continues the first's.
-known_m : from the robot's true start to the nearest place of the saved trajectory; far off, there is nothing to find.
+between the two logs, so the second log's trajectory, mapped whole, continues the first's. Simulated robots have the
+truth. Stamps of intel run up to a second to and fro, so the pose is held against those of the second around the event,
+and the nearest counts: a wrong place is wrong for all of them.
+known_m : from the robot's true start to the nearest place of the saved trajectory. Robots that begin farther off than
+``KNOWN_M`` may find nothing of what was saved within 10 m of driving: they are not counted in the last line, but for
+wrong places.
 --near : robots are told where they begin in the saved map, half a metre off, or a place 15 m away from that, without a
 heading (intel, mit-csail and aces, whose reference knows it).
 """
@@ -35,14 +42,24 @@ DAYS = {"isr": "multi_session/isr_small_raw_{}.clf.gz", "arena": "multi_session/
 NEXT = {"intel": "mit-csail", "mit-csail": "aces", "aces": "intel", "isr": "arena", "arena": "isr"}
 """Building -> another, whose map is foreign there."""
 NEAR_S = 0.2
+AROUND_S = 1.0
+"""Poses this long before and after the event are compared."""
+KNOWN_M, DRIVEN_M, RIGHT_M, RIGHT_DEG = 3.0, 10.0, 0.3, 5.0
+"""A place counts as saved when the saved drive passed so near; found in time, and rightly."""
+SURVEY_S = 600.0
 
 
 def play(
     folder: Path, robot: dict[str, Any], saved: Path | None, seconds: float | None, near: list[float] | None = None
 ) -> Path:
     """Run a mission of one robot in virtual time; return the robot's folder."""
-    tables: dict[str, Any] = {"mission": {"shell": "virtual", "seed": 1, "linger_s": 1.0}}
-    tables["robots"] = [{"id": "r1", **robot}]
+    if (folder / "r1" / "robot.json").exists():
+        return folder / "r1"
+    seed = robot.get("seed", 1)
+    tables: dict[str, Any] = {"mission": {"shell": "virtual", "seed": seed, "linger_s": 1.0, "record": False}}
+    tables["robots"] = [{"id": "r1", **{key: value for key, value in robot.items() if key not in ("world", "seed")}}]
+    if "world" in robot:
+        tables["world"] = {"name": robot["world"]}
     if seconds is not None:
         tables["mission"]["duration_s"] = seconds
     if saved is not None:
@@ -54,18 +71,16 @@ def play(
 
 def save(name: str, out: Path) -> Path:
     """Return the folder of a building's saved map; it is made where it is not there."""
+    folder = out / f"saved-{name.replace(':', '-')}"
+    if ":" in name:
+        return play(folder, {"world": name}, None, SURVEY_S)
     log, first, last = HALVES.get(name) or (DAYS[name].format(1), 0.0, 1.0)
-    folder = out / f"saved-{name}"
-    done = folder / "r1"
-    return (
-        done if (done / "map.yaml").exists() else play(folder, {"log": log, "first": first, "last": last}, None, None)
-    )
+    return play(folder, {"log": log, "first": first, "last": last}, None, None)
 
 
 def second_day(name: str, out: Path) -> Path:
     """Return the folder of the second log mapped whole, from where the first ended."""
-    done = out / f"second-{name}" / "r1"
-    return done if (done / "map.yaml").exists() else play(done.parent, {"log": DAYS[name].format(2)}, None, None)
+    return play(out / f"second-{name}", {"log": DAYS[name].format(2)}, None, None)
 
 
 def at(way: tuple[Any, Transform], stamps_ns: Any) -> Transform:
@@ -98,27 +113,60 @@ def judge(name: str, saved: Path, robot: Path, data: Path, is_foreign: bool) -> 
         true_saved, true_way = at(truth, saved_way[0]), at(truth, way[0])
         start = true_way[np.isfinite(true_way[:, 0])][:1, :2]
         row["known_m"] = round(float(np.nanmin(np.hypot(*(true_saved[:, :2] - start).T))), 2) if len(start) else None
+    if (saved / "truth.tum").exists() and not is_foreign:
+        start, driven_before = read_tum(robot / "truth.tum")[1][0], read_tum(saved / "truth.tum")[1]
+        row["known_m"] = round(float(np.hypot(*(driven_before - start)[:, :2].T).min()), 2)
     if found is None:
         return {**row, "seconds": None, "metres": None}
-    until = way[0] <= way[0][0] + found["t"] * 1e9
+    stamp_ns = way[0][0] + found["t"] * 1e9
     row["seconds"] = found["t"]
-    row["metres"] = round(float(np.hypot(*np.diff(way[1][until, :2], axis=0).T).sum()), 2)
+    driven = np.cumsum(np.hypot(*np.diff(way[1][:, :2], axis=0).T))
+    row["metres"] = round(float(driven[np.flatnonzero(way[0][1:] <= stamp_ns)[-1]]), 2)
     T_base_laser = way[1][0]  # for the map begins where the base did
     T_saved_laser = se2.compose(np.array([found["x_m"], found["y_m"], found["theta_rad"]]), T_base_laser)
-    if truth is not None:
-        j = int(np.flatnonzero(until & np.isfinite(true_way[:, 0]))[-1])  # the reference has few scans of some logs
+    around = np.flatnonzero(np.abs(way[0] - stamp_ns) <= AROUND_S * 1e9)
+    if is_foreign:
+        return row
+    if (saved / "truth.tum").exists():
+        start, now = read_tum(saved / "truth.tum")[1][0], at(read_tum(robot / "truth.tum"), way[0][around])
+        expected = se2.compose(se2.between(start, now), T_base_laser)
+    elif truth is not None:
+        known = np.flatnonzero(np.isfinite(true_way[:, 0]))  # the reference has few scans of some logs
+        j = int(known[np.argmin(np.abs(way[0][known] - stamp_ns))])
         now = true_way[j]
         k = int(np.nanargmin(np.hypot(*(true_saved[:, :2] - now[:2]).T)))
-        T_then_now = se2.between(way[1][j], way[1][until][-1])
+        T_then_now = se2.between(way[1][j], way[1][around])
         expected = se2.compose(saved_way[1][k], se2.compose(se2.between(true_saved[k], now), T_then_now))
-    elif name == "isr" and not is_foreign:
+    elif name == "isr":
         whole = read_tum(second_day(name, saved.parents[1]) / "trajectory.tum")
-        expected = se2.compose(saved_way[1][-1], se2.between(whole[1][0], at(whole, way[0][until][-1:])[0]))
+        expected = se2.compose(saved_way[1][-1], se2.between(whole[1][0], at(whole, way[0][around])))
     else:
         return row
     off = se2.between(expected, T_saved_laser)
-    row["error_m"], row["error_deg"] = round(float(np.hypot(*off[:2])), 3), round(float(np.degrees(abs(off[2]))), 2)
+    off_m, off_deg = np.hypot(off[:, 0], off[:, 1]), np.degrees(np.abs(off[:, 2]))
+    best = int(np.nanargmin(off_m / RIGHT_M + off_deg / RIGHT_DEG))
+    row["error_m"], row["error_deg"] = round(float(off_m[best]), 3), round(float(off_deg[best]), 2)
     return row
+
+
+def verdict(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return what must hold: how many of the saved places were found in time and rightly, and how many wrongly."""
+    own = [row for row in rows if row["map"] == "own"]
+    foreign = [row for row in rows if row["map"] == "foreign"]
+    counted = [row for row in own if (row.get("known_m") or 0.0) <= KNOWN_M]
+    found = [row for row in counted if row["found"]]
+    wrong = [row for row in own if row.get("error_m", 0.0) > RIGHT_M or row.get("error_deg", 0.0) > RIGHT_DEG]
+    in_time = [row for row in found if row not in wrong and row["metres"] <= DRIVEN_M]
+    figures = {
+        name: [round(float(np.percentile([row[name] for row in found if name in row], q)), 2) for q in (50, 95)]
+        for name in ("seconds", "metres", "error_m", "error_deg")
+        if any(name in row for row in found)
+    }
+    return {
+        "own": len(own), "begin_where_saved": len(counted), "found": len(found), "in_time_and_right": len(in_time),
+        "wrong": len(wrong), "foreign": len(foreign), "foreign_found": sum(row["found"] for row in foreign),
+        "median_and_95th_percentile": figures,
+    }  # fmt: skip
 
 
 def hint(name: str, saved: Path, robot: Path, data: Path, kind: str) -> list[float]:
@@ -134,13 +182,16 @@ def hint(name: str, saved: Path, robot: Path, data: Path, kind: str) -> list[flo
     return [round(float(x) + off, 2), round(float(y) - 0.3, 2)]
 
 
-def runs(name: str, cuts: int) -> list[tuple[bool, str, float]]:
-    """Return (is the saved map foreign, log, share of it where the robot begins) of a building's runs."""
+def runs(name: str, cuts: int) -> list[tuple[bool, dict[str, Any]]]:
+    """Return (is the saved map foreign, what the robot plays) of a building's runs."""
+    if ":" in name:
+        return [(is_foreign, {"world": name, "seed": 100 + k}) for is_foreign in (False, True) for k in range(cuts)]
     if name in DAYS:
         log, shares = DAYS[name].format(2), np.arange(cuts) / cuts
     else:
         log, shares = HALVES[name][0], 0.5 + 0.45 * np.arange(cuts) / cuts
-    return [(is_foreign, log, float(share)) for is_foreign in (False, True) for share in shares]
+    plays = [{"log": log, "first": float(share), "last": 1.0} for share in shares]
+    return [(is_foreign, one) for is_foreign in (False, True) for one in plays]
 
 
 def main() -> None:
@@ -154,23 +205,28 @@ def main() -> None:
     parser.add_argument("--near", choices=("right", "wrong"))
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
-    for name in options.names:
-        for is_foreign, log, first in runs(name, options.cuts):
-            saved = save(NEXT[name] if is_foreign else name, options.out)
-            kind = "foreign" if is_foreign else "own"
-            before_s = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
-            folder = options.out / f"{name}-{kind}-{first:.3f}"
-            begins, near = {"log": log, "first": first, "last": 1.0}, None
-            if options.near and (is_foreign or name not in HALVES):
+    rows = []
+    for number, name in enumerate(options.names):
+        for is_foreign, begins in runs(name, options.cuts):
+            other = NEXT.get(name) or options.names[number - 1]
+            if is_foreign and (other == name or options.near):
                 continue
+            saved = save(other if is_foreign else name, options.out)
+            kind = "foreign" if is_foreign else "own"
+            first = begins.get("first", begins.get("seed"))
+            folder, near = options.out / f"{name.replace(':', '-')}-{kind}-{first:.3f}", None
             if options.near:
-                without = folder if (folder / "r1").exists() else play(folder, begins, saved, 10.0).parent
-                near = hint(name, saved, without / "r1", options.data, options.near)
+                if name not in HALVES:
+                    continue
+                near = hint(name, saved, play(folder, begins, saved, 10.0), options.data, options.near)
                 folder = folder.with_name(f"{folder.name}-{options.near}")
+            before_s = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
             robot = play(folder, begins, saved, options.seconds, near)
             cpu_s = round(sum(resource.getrusage(resource.RUSAGE_SELF)[:2]) - before_s, 1)
             row = {"building": name, "map": kind, "near": near, "first": round(first, 3), "cpu_s": cpu_s}
-            print(json.dumps({**row, **judge(name, saved, robot, options.data, is_foreign)}), flush=True)
+            rows.append({**row, **judge(name, saved, robot, options.data, is_foreign)})
+            print(json.dumps(rows[-1]), flush=True)
+    print(json.dumps(verdict(rows)))
 
 
 if __name__ == "__main__":
