@@ -7,8 +7,8 @@ with exit code 1 and a line that begins with ``mrslam:``; a traceback or a warni
 One JSON line at the end: how many commands ran and succeeded, the longest CPU and wall time of those that refused and
 of those that did their work (beside it what each takes on the whole folder), which refusals took more than 5 s of CPU,
 the largest memory, and all failures. Times are judged by CPU seconds, which other jobs on the machine hardly change.
-Compile first (``mrslam warmup``), and change no source meanwhile: kernels are compiled again by the first that needs
-them.
+Compile first (a shipped mission played once does), and change no source meanwhile: kernels are compiled again by the
+first command that needs them.
 
 ``--every N`` takes every Nth case of each command. ``run --from`` maps the whole run again, so it takes one in eight.
 """
