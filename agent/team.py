@@ -332,7 +332,14 @@ class Team:
             np.stack([keys[tie.a][tie.match.i, :2], keys[tie.b][tie.match.j, :2]])
             for tie in self.ties
             if tie.believed and {tie.a, tie.b} <= keys.keys()
+            if self._still_has(tie.a, tie.match.i) and self._still_has(tie.b, tie.match.j)
         ]
+
+    def _still_has(self, robot_id: str, key: int) -> bool:
+        """Return whether a map still has a keyframe that was joined: a robot may come back from an older checkpoint."""
+        bend = self._mapper.bent.bends.get(robot_id)
+        kept = len(self.maps[robot_id].trail)
+        return key < (kept if bend is None else min(kept, len(bend.T_map_key)))
 
     def keyframes(self) -> dict[str, Keyframes]:
         """Return the keyframes of every placed robot in the team frame, corrected where its map is bent."""

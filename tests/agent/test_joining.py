@@ -251,3 +251,15 @@ def test_a_match_that_the_solution_does_not_believe_confirms_no_alignment() -> N
     told = replace(job, T_a_b={("a", "b"): here})
     assert confirmed_pairs([tie], told) == {("a", "b")}
     assert confirmed_pairs([tie._replace(believed=False)], told) == frozenset()
+
+
+def test_of_a_robot_that_came_back_with_fewer_keyframes_those_that_stayed_are_shown_tied() -> None:
+    team = team_of()
+    align(team)
+    joined(team)
+    before = len(team.ties_m({"a": se2.IDENTITY, "b": T_A_B}))
+    stayed = max(tie.match.j for tie in team.ties if tie.believed) - 1
+    team.take_map("b", KnownMap((1, 2), local_map(B, 2, keyframes=stayed)))
+    team.keep_placed(60 * S)
+    left = sum(tie.believed and tie.match.j < stayed for tie in team.ties)
+    assert len(team.ties_m({"a": se2.IDENTITY, "b": T_A_B})) == left < before
