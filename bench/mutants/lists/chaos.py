@@ -9,8 +9,8 @@ robot that is carried off in arena2."""
 MUTANTS = (
     Mutant(
         "agent/team.py",
-        "        verdict = self._settle(job, outcome, now_ns)\n",
-        "        verdict = self._settle(job, Rejection('no', 0.0, None, 'auto'), now_ns)\n",
+        "if (found := belief.weighed_alignment) is not None}",
+        "if (found := belief.weighed_alignment) is not None and False}",
         "nothing is ever aligned",
         chaos=3,
     ),
