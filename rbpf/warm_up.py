@@ -6,6 +6,7 @@ import numpy as np
 
 from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.filter.resampling import systematic
+from mrslam.rbpf.front_end.visibility import contradicted
 from mrslam.rbpf.mapper import Mapper
 from mrslam.spatial import Scan
 from mrslam.spatial.hits.store import TileStore
@@ -34,5 +35,6 @@ def warm_up() -> None:
     store.draw(0, np.zeros((1, 2)), np.zeros((1, 3)), [np.zeros((20, 5), dtype=np.float32)], 0.1)
     points = np.linspace(0.0, 1.0, 100).reshape(20, 5)
     find_normals(points, np.zeros(2), points.copy())
+    contradicted(points, points, np.zeros(3), scan.T_base_laser[:2])
     find(wall_grid(points[:, :2]), points, np.zeros(3), 0.1, 0.01, 0.0)
     search(store.tiles(0), np.zeros((20, 5)), np.zeros(3), Lattice(0.1, 0.05, 0.1, 0.1, 10))
