@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from mrslam.rbpf.front_end.elsewhere import TORN, TORN_LEAPT, Elsewhere, View
 from mrslam.rbpf.front_end.local_matcher import BAD_INLIERS, BETTER, GOOD_INLIERS, LOST_INLIERS, NEAR_M, LocalMatcher
 from mrslam.rbpf.front_end.prediction import DISBELIEVED, Guess, Predictor, can_move, has_leapt
 from mrslam.rbpf.front_end.rolling_map import RollingMap
+from mrslam.spatial.hits.views import Tiles
 from mrslam.spatial.matching.gauss_newton import Match
 from mrslam.spatial.poses import between, compose
 from mrslam.spatial.runtime.crew import Crew
@@ -51,16 +52,50 @@ class Step:
     """Whether the robot was carried to where this scan was taken, nobody knows how far."""
 
 
-class FrontEnd:
-    """The rolling map and the robot's pose in it."""
+class MatchedMap(Protocol):
+    """What scans are matched to."""
 
-    def __init__(self, config: MapperConfig, crew: Crew | None = None) -> None:
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is nothing in it yet."""
+
+    def tiles_around(self, T_local_base: Transform) -> Tiles:
+        """Return the map, with a window that holds all that can be seen from a pose ``(3,)``."""
+
+    def is_due(self, T_local_base: Transform) -> bool:
+        """Return whether a scan from this pose ``(3,)`` should be added."""
+
+    def add(self, T_local_base: Transform, points: NDArray[np.float64]) -> None:
+        """Take a scan's ``points (N, 5)`` as seen from a pose ``(3,)``."""
+
+    def clear(self) -> None:
+        """Forget what can be forgotten."""
+
+    def state(self) -> dict[str, Any]:
+        """Return everything that a resumed map needs."""
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Become the map that was saved."""
+
+
+class FrontEnd:
+    """The rolling map, or a map that does not change, and the robot's pose in it."""
+
+    def __init__(
+        self,
+        config: MapperConfig,
+        crew: Crew | None = None,
+        map_: MatchedMap | None = None,
+        matcher: LocalMatcher | None = None,
+    ) -> None:
         self._config = config
-        self._map = RollingMap(config)
-        self._matcher = LocalMatcher(config.sigma_m, crew)
+        self._map: MatchedMap = map_ or RollingMap(config)
+        self._matcher = matcher or LocalMatcher(config.sigma_m, crew)
         self.predictor = Predictor(config.odometry_noise)
         self.T_local_base: Transform = np.zeros(3)
         """``(3,)``, metres and radians, in the rolling map's frame."""
+        self.newest: Match | None = None
+        """How the newest scan fitted; None where it was matched to nothing."""
         self.adrift = 0.0
         """0..1: moving average of how far motion was neither seen nor reported by odometry that proved right."""
         self._view: View | None = None  # of the scan before, where that fitted
@@ -87,6 +122,7 @@ class FrontEnd:
             return Step(np.zeros(3), 0.0, 1.0, np.zeros(2))
         self.predictor.wait(elapsed_s)
         guess, found = self._best_of_guesses(points, odom_motion)
+        self.newest = found
         if elapsed_s >= CARRIED_S and self._was_carried(guess, found):
             return self._begin_elsewhere(view)
         if self._is_elsewhere(points, view, guess, found, elapsed_s):
@@ -108,7 +144,12 @@ class FrontEnd:
         self._view, self._elsewhere = view, None
         self._map.clear()
         self._map.tiles_around(self.T_local_base)
+<<<<<<< HEAD
         self._map.add(self.T_local_base, view.points)
+=======
+        self._map.add(self.T_local_base, all_points)
+        self.newest = None
+>>>>>>> 808685b0 (A localiser: a robot's pose in a saved map by matching scans to it, without particles (work in progress))
         return Step(np.zeros(3), 0.0, 1.0, np.zeros(2), is_carried=True)
 
     def _is_elsewhere(

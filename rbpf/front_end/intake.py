@@ -93,6 +93,16 @@ class Intake:
         """Return whether scans are matched several at a time: they are sparse, and odometry says how they follow."""
         return self._gathering.is_sparse and T_odom_base is not None
 
+    @property
+    def is_sparse(self) -> bool:
+        """Whether scans show too little each, and are matched several at a time."""
+        return self._gathering.is_sparse
+
+    @property
+    def T_odom_base(self) -> Transform | None:
+        """``(3,)``, odometry at the newest scan that was used; None where there was none."""
+        return self._T_odom_base
+
     def matched(self, reading: Reading, T_local_base: Transform) -> None:
         """Remember where a reading was matched, ``(3,)`` in the rolling map: sparse ones make one keyframe."""
         if self._gathering.is_sparse:
