@@ -46,6 +46,7 @@ def freeze(agent: Agent) -> Packed:
             "masked_beams": agent.masked_beams,
             "map_number": agent.map_number,
             "self_doubt": agent.self_doubt.state(),
+            "tracking": agent.tracking.state(),
         }
     )
 
@@ -81,6 +82,7 @@ def restore(agent: Agent, path: Path) -> None:
         raise InputError(f"{path}: the checkpoint does not fit this program ({error})") from error
     agent.mapper, agent.links, agent.masked_beams, agent.map_number = mapper, links, masked_beams, map_number
     agent.self_doubt = doubt
+    agent.tracking.restore(state.get("tracking"))
     store = agent.node.store
     maps = {name: KnownMap(store.version(name), local) for name, local in store.maps.items() if name not in store.given}
     agent.team.restore(maps, _of_maps_here(beliefs, state.get("saved", {}), agent), frame)

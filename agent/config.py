@@ -57,6 +57,9 @@ class AgentConfig:
     frame: str = ""
     """Frame in which the robot tells its pose and its team map: that of the saved map of this name ("office@monday"),
     once it is localised there; empty: its own map's."""
+    localise: bool = False
+    """Whether a robot that knows its place in a saved map tracks its pose there and maps no more, until it is lost: the
+    saved map of ``frame``, or else the first one it was given, whose frame is then the one it tells its pose in."""
     tick_s: float = 0.1
     """Expert: time between two rounds of beacons, rendezvous and exchanges, seconds, > 0."""
 

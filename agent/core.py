@@ -13,6 +13,7 @@ from mrslam.agent.effects import AlignJob, Effect, Event, Job, JoinJob, Outcome,
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.link_stats import LinkStats
 from mrslam.agent.robot import Robot
+from mrslam.agent.saved_maps import pose_in
 from mrslam.agent.self_doubt import fits_map
 from mrslam.alignment import Alignment, Rejection
 from mrslam.merge import JointMap
@@ -39,12 +40,15 @@ class Agent(Robot):
             return []
         T_map_base = self._expected_pose(T_odom_base)
         self.scan, masked = self._teammates.mask(scan, T_map_base, self.T_team_map, now_ns)
+        effects = self._resume_tracking(T_odom_base, now_ns)
+        if self.tracking.is_on:
+            return effects + self._track(scan, T_odom_base, masked, now_ns)
         info = self.mapper.update(self.scan, T_odom_base)
         if info.reason is None and not self.self_doubt.doubtful:
             self._witness.on_scan(scan, self.mapper.T_map_base, now_ns)
         self._T_odom_base = T_odom_base
         self.masked_beams += masked
-        effects = self._blindness.look(info.reason, now_ns) + self._watch_health(info, self.scan, now_ns)
+        effects += self._blindness.look(info.reason, now_ns) + self._watch_health(info, self.scan, now_ns)
         if masked:
             effects.append(Event(now_ns, "masked", {"beams": masked}))
         if info.processed:
@@ -54,7 +58,54 @@ class Agent(Robot):
             if info.processed and self._publish_due(now_ns):
                 self.publish(now_ns)
             self.node.set_own_pose(self.mapper.T_map_base, now_ns, self._witness.bodies_m(self.team, now_ns))
+        return effects + self._begin_tracking(info, now_ns)
+
+    # -- or, in a saved map: scan -> teammates masked -> pose ----------------------------------------------------------
+
+    def _track(self, scan: Scan, T_odom_base: Transform | None, masked: int, now_ns: int) -> list[Effect]:
+        """Track the pose in the saved map by one scan; a robot that is lost begins a new map, and looks again."""
+        assert self.scan is not None
+        info = self.tracking.update(self.scan, T_odom_base, self.map_number)
+        self._T_odom_base = T_odom_base
+        self.masked_beams += masked
+        effects: list[Effect] = [*self._blindness.look(info.reason, now_ns)]
+        if masked:
+            effects.append(Event(now_ns, "masked", {"beams": masked}))
+        if (lost := self.tracking.watch(now_ns)) is not None:
+            self._begin_map()
+            return [*effects, lost]
+        if info.reason is None:
+            self._witness.on_scan(scan, self.T_map_base, now_ns)
+        self.node.set_own_pose(self.T_map_base, now_ns, self._witness.bodies_m(self.team, now_ns))
         return effects
+
+    def _begin_tracking(self, info: UpdateInfo, now_ns: int) -> list[Effect]:
+        """Begin where the robot knows its place in the saved map, and that shows what it sees."""
+        map_id = self.tracking.map_id
+        if map_id is None or map_id not in self.T_team_map or info.reason is not None or self.self_doubt.doubtful:
+            return []
+        T_saved_base = pose_in(self.team, map_id, self.T_team_base)
+        if T_saved_base is None or self.scan is None or not self.tracking.is_due(now_ns):
+            return []
+        grid, T_odom_base = self.team.maps[map_id].grid, self._T_odom_base
+        if not self.tracking.begin(grid, self.scan, T_odom_base, T_saved_base, self.mapper.T_map_base):
+            return []
+        return self._tracks(now_ns)
+
+    def _resume_tracking(self, T_odom_base: Transform | None, now_ns: int) -> list[Effect]:
+        """Track on where a robot that was started again did before; elsewhere its old map is of no use to it."""
+        if not self.tracking.was_left or self.scan is None:
+            return []
+        known = self.team.maps.get(self.tracking.map_id or "")
+        if self.tracking.resume(None if known is None else known.grid, self.scan, T_odom_base):
+            return self._tracks(now_ns)
+        self._begin_map()
+        return []
+
+    def _tracks(self, now_ns: int) -> list[Effect]:
+        self._has_news = False
+        self.frame.T_frame_map = self.tracking.T_saved_own
+        return [self.tracking.began(now_ns)]
 
     def publish(self, now_ns: int) -> None:
         """Publish the own map: a new revision, for teammates and for the own team map alike."""
@@ -70,8 +121,8 @@ class Agent(Robot):
     def _expected_pose(self, T_odom_base: Transform | None) -> Transform:
         """Return the expected ``T_map_base (3,)`` of a new scan: the last pose, moved by odometry since."""
         if T_odom_base is None or self._T_odom_base is None:
-            return self.mapper.T_map_base
-        return se2.compose(self.mapper.T_map_base, se2.between(self._T_odom_base, T_odom_base))
+            return self.T_map_base
+        return se2.compose(self.T_map_base, se2.between(self._T_odom_base, T_odom_base))
 
     def _watch_health(self, info: UpdateInfo, scan: Scan, now_ns: int) -> list[Effect]:
         """Return an event where the robot begins to doubt its pose, has recovered, or gives its map up."""
@@ -95,6 +146,7 @@ class Agent(Robot):
         self.map_number += 1
         self.mapper = Mapper(self.settings.rbpf, seed=self.seed + self.map_number)
         self._published_ns, self._has_news = None, False
+        self.tracking.stop()
         self._witness.forget()
         self.frame.forget()
         self.node.begin_map()
@@ -139,7 +191,7 @@ class Agent(Robot):
         return effects + self.team.revoke(now_ns) + self._look_at_saved(now_ns)
 
     def _look_at_saved(self, now_ns: int) -> list[Effect]:
-        if not self.team.saved:
+        if not self.team.saved or self.tracking.is_on:
             return []
         self.frame.follow(self.team, self.mapper.T_map_base)
         return [*self._saved_maps.look(self.team, self.T_team_base, now_ns)]

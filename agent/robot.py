@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
 
 from mrslam.agent.blindness import Blindness
 from mrslam.agent.chosen_frame import ChosenFrame
@@ -14,6 +18,7 @@ from mrslam.agent.saved_maps import SavedMaps, Whereabouts, check_saved_id, wher
 from mrslam.agent.self_doubt import SelfDoubt
 from mrslam.agent.team import Team
 from mrslam.agent.teammates import Teammates
+from mrslam.agent.tracking import Tracking
 from mrslam.agent.witness import Witness
 from mrslam.comms import CommsNode
 from mrslam.merge import Bend, TeamMap
@@ -54,6 +59,8 @@ class Robot:
         self._blindness, self._saved_maps, self._reports = Blindness(), SavedMaps(), KnowledgeReports()
         self.frame = ChosenFrame(settings.agent.frame)
         """The frame in which pose and team map are told."""
+        self.tracking = Tracking(settings.rbpf)
+        """The pose in a saved map, of a robot that only localises (``agent.localise``)."""
         self._T_odom_base: Transform | None = None
         self._looked_ns = self._idle_ns = -(10**12)
         """When all pairs were looked at last, and when no job was found for the last time."""
@@ -86,12 +93,26 @@ class Robot:
             )
         if map_id in self.team.saved:
             raise InputError(f"{self.robot_id}: two saved maps are named {map_id}")
+        if self.settings.agent.localise and not self.frame.saved_map:
+            self.frame = ChosenFrame(map_id)
+        if self.settings.agent.localise and map_id == self.frame.saved_map:
+            self.tracking.map_id = map_id
         given = self.node.give_saved(map_id, known.local, known.epoch)
         self.team.take_saved_map(map_id, KnownMap(known.version, given), near)
 
     def whereabouts(self) -> list[Whereabouts]:
         """Return what is known of the robot's place in each saved map: its pose there, or why there is none yet."""
-        return [whereabouts(self.team, map_id, self.T_team_base) for map_id in sorted(self.team.saved)]
+        return [self._whereabouts(map_id) for map_id in sorted(self.team.saved)]
+
+    def _whereabouts(self, map_id: str) -> Whereabouts:
+        at = whereabouts(self.team, map_id, self.T_team_base)
+        if map_id != self.tracking.map_id:
+            return at
+        if self.tracking.is_on:
+            return Whereabouts(map_id, "localised", "", self.tracking.T_saved_base, self.tracking.localiser.fit.value)
+        if at.T_map_base is None and self.tracking.lost:
+            return replace(at, reason=f"{self.tracking.lost}; since then: {at.reason}")
+        return at
 
     def team_map(self) -> TeamMap:
         """Return the team map in this robot's own map frame, with the places of maps, and why the others have none.
@@ -117,15 +138,35 @@ class Robot:
         return self.team_map().grid if len(self.T_team_map) > 1 else self.own_map()
 
     @property
+    def T_map_base(self) -> Transform:
+        """``(3,)``: the robot's pose in its own map."""
+        return self.tracking.T_own_base if self.tracking.is_on else self.mapper.T_map_base
+
+    @property
+    def covariance(self) -> NDArray[np.float64]:
+        """``(3, 3)`` of that pose, m^2 and rad^2: in the saved map where the robot tracks its place there."""
+        return self.tracking.covariance if self.tracking.is_on else self.mapper.covariance
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether the covariance costs no wait."""
+        return self.tracking.is_on or self.mapper.is_settled
+
+    @property
+    def scans(self) -> int:
+        """Scans taken so far: by the mapper that there is, and tracked."""
+        return self.mapper.stats.scans + self.tracking.scans
+
+    @property
     def T_team_base(self) -> Transform:
         """``(3,)``: the robot's pose in the team frame, in which its own map may be bent."""
-        return se2.compose(self.team.T_team_own, self.mapper.T_map_base)
+        return se2.compose(self.team.T_team_own, self.T_map_base)
 
     @property
     def T_frame_base(self) -> Transform | None:
         """``(3,)``: the robot's pose in the chosen frame (``agent.frame``); None until that is known."""
         T_frame_map = self.frame.T_frame_map
-        return None if T_frame_map is None else se2.compose(T_frame_map, self.mapper.T_map_base)
+        return None if T_frame_map is None else se2.compose(T_frame_map, self.T_map_base)
 
     @property
     def T_frame_team(self) -> Transform | None:
@@ -153,6 +194,14 @@ class Robot:
 
     def trajectory_laser(self) -> Keyframes:
         """Return the pose of the laser in the own map for every scan, corrected by everything that came later."""
-        trajectory = self.mapper.trajectory()
-        T_base_laser = se2.IDENTITY if self.scan is None else self.scan.T_base_laser
-        return Keyframes(trajectory.stamps_ns, se2.compose(trajectory.T_map_base, T_base_laser))
+        mapped, tracked = self.mapper.trajectory(), self.tracking.rows(self.map_number)
+        stamps_ns = np.concatenate([mapped.stamps_ns, tracked.stamps_ns])
+        return Keyframes(stamps_ns, self._of_laser(np.concatenate([mapped.T_map_base, tracked.T_map_base])))
+
+    def tracked_laser(self) -> Keyframes:
+        """Return the pose of the laser in the saved map for every scan that was tracked there."""
+        tracked = self.tracking.rows()
+        return Keyframes(tracked.stamps_ns, self._of_laser(tracked.T_map_base))
+
+    def _of_laser(self, T_map_base: Transform) -> Transform:
+        return se2.compose(T_map_base, se2.IDENTITY if self.scan is None else self.scan.T_base_laser)

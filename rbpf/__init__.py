@@ -2,12 +2,16 @@
 
 from mrslam.rbpf.checkpoint import load_checkpoint, save_checkpoint
 from mrslam.rbpf.config import MapperConfig
+from mrslam.rbpf.localise.fixed_map import FixedMap
+from mrslam.rbpf.localise.localiser import Localiser
 from mrslam.rbpf.mapper import Mapper
 from mrslam.rbpf.outcome import Stats, UpdateInfo
 from mrslam.rbpf.warm_up import warm_up
 from mrslam.spatial.runtime.crew import hand_over_quickly
 
 __all__ = [
+    "FixedMap",
+    "Localiser",
     "Mapper",
     "MapperConfig",
     "Stats",

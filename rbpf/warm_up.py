@@ -7,8 +7,9 @@ import numpy as np
 from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.filter.resampling import systematic
 from mrslam.rbpf.front_end.visibility import contradicted
+from mrslam.rbpf.localise.fixed_map import FixedMap
 from mrslam.rbpf.mapper import Mapper
-from mrslam.spatial import Scan
+from mrslam.spatial import OccupancyGrid, Scan
 from mrslam.spatial.hits.store import TileStore
 from mrslam.spatial.matching.cloud import find_normals
 from mrslam.spatial.matching.correlative import Lattice, search
@@ -37,4 +38,7 @@ def warm_up() -> None:
     find_normals(points, np.zeros(2), points.copy())
     contradicted(points, points, np.zeros(3), scan.T_base_laser[:2])
     find(wall_grid(points[:, :2]), points, np.zeros(3), 0.1, 0.01, 0.0)
+    cells = np.zeros((40, 40), dtype=np.int8)
+    cells[20] = 100
+    FixedMap(OccupancyGrid(cells, 0.05), 0.05)
     search(store.tiles(0), np.zeros((20, 5)), np.zeros(3), Lattice(0.1, 0.05, 0.1, 0.1, 10))

@@ -96,6 +96,13 @@ def difference(T_1: ArrayLike, T_2: ArrayLike) -> tuple[float, float]:
     return float(np.hypot(*(one[:2] - two[:2]))), float(abs(wrap(one[2] - two[2])))
 
 
+def turned_covariance(covariance: NDArray[np.float64], theta_rad: float) -> NDArray[np.float64]:
+    """Return the covariance ``(3, 3)`` of a pose in a frame that sees the old one turned by an angle."""
+    cos, sin = np.cos(theta_rad), np.sin(theta_rad)
+    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(turn @ covariance @ turn.T)
+
+
 def fit_rigid(p_a: NDArray[np.float64], p_b: NDArray[np.float64]) -> Transform:
     """Return the least-squares ``T_a_b`` of matched points ``(N, 2)``, N >= 2 (Umeyama 1991, scale 1)."""
     mean_a, mean_b = p_a.mean(axis=0), p_b.mean(axis=0)

@@ -23,6 +23,7 @@ from mrslam.agent.shells.files import (
     TEAM_IMAGE_FILE,
     TEAM_MAP_FILE,
     TEAM_OVERLAY_FILE,
+    TRACKED_FILE,
     TRAJECTORY_FILE,
     team_file,
 )
@@ -93,6 +94,9 @@ def write_robot(agent: Agent, folder: Path, sent_bytes: Mapping[str, int]) -> No
         TEAM_FOLDER: lambda: write_corrected(agent, folder),
         TEAM_IMAGE_FILE: lambda: write_image(folder / TEAM_IMAGE_FILE, draw_team(team, layers)),
     }
+    tracked = agent.tracked_laser()
+    if len(tracked.stamps_ns):
+        writers[TRACKED_FILE] = lambda: write_tum(folder / TRACKED_FILE, tracked.stamps_ns, tracked.T_map_base)
     if team.bends:
         overlay, ties_m = overlaid(team, layers), agent.team.ties_m(team.T_rigid)
         writers[TEAM_OVERLAY_FILE] = lambda: write_image(
@@ -124,7 +128,7 @@ def summary(agent: Agent, sent_bytes: Mapping[str, int]) -> dict[str, Any]:
         "frame": team.anchor,
         "known_area_m2": round(agent.own_map().known_area_m2(), 2),
         "team_area_m2": round(team.grid.known_area_m2(), 2),
-        "scans": agent.mapper.stats.scans,
+        "scans": agent.scans,
         "scans_processed": agent.mapper.stats.processed,
         "masked_beams": agent.masked_beams,
         "loops_closed": agent.mapper.stats.loops_closed,

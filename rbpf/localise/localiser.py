@@ -6,7 +6,6 @@ No particles, no drawing, no loops: odometry carries the pose from one matched s
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +33,7 @@ robot moved."""
 TURN_RAD = 0.03
 """A scan is matched after this turn by odometry, radians: wheels that slip in turns are off by a share of it."""
 START_M, START_RAD = 0.4, 0.25
-"""Half width of the search where tracking begins, metres and radians: where maps were aligned to 0.3 m and 5 degrees."""
+"""Half width of the search where tracking begins, metres and radians: maps are aligned to 0.3 m, 5 degrees."""
 SEARCH_STEP_RAD = 0.03
 """Step of the headings of a search: Gauss-Newton converges from half of it off."""
 POINTS_SEARCHED = 60
@@ -64,12 +63,23 @@ class Localiser:
         self._since = np.zeros(3)  # by odometry, since the newest scan that was matched
         self._covariance = np.diag([START_M**2, START_M**2, START_RAD**2]) / SIGMAS**2
         self._T_odom_base: Transform | None = None  # at the newest scan that was matched
+        self._T_newest: Transform | None = None  # at the newest scan of all
         self._stamp_ns: int | None = None
 
     @property
     def T_map_base(self) -> Transform:
         """``(3,)``: the robot's pose in the saved map's frame, metres and radians."""
         return compose(self._front.T_local_base, self._since)
+
+    @property
+    def T_odom_base(self) -> Transform | None:
+        """``(3,)``: the newest odometry that belongs to the pose; None where there is none."""
+        return self._T_newest
+
+    @property
+    def inliers(self) -> float:
+        """Share of beams of the newest scan matched that end at the map's walls, 0..1."""
+        return 0.0 if self._front.newest is None else self._front.newest.inliers
 
     @property
     def covariance(self) -> NDArray[np.float64]:
@@ -89,15 +99,17 @@ class Localiser:
         shown = found.inliers + found.conflicts
         if shown < SHOWN_LEAST or found.inliers < FIT_LEAST * shown:
             return False
-        self._front.T_local_base = found.pose
+        self._front.T_local_base, self._front.newest = found.pose, found
         self._settle(found.information, len(reading.sample))
         self._note(reading)
+        self._T_newest = self._T_odom_base
         return True
 
     def update(self, scan: Scan, T_odom_base: Transform | None) -> UpdateInfo:
         """Take one scan, and odometry ``(3,)`` at its time: match it if the robot has moved or a second has passed."""
         self.stats.scans += 1
         moved = self._moved(T_odom_base)
+        self._T_newest = T_odom_base if moved is not None else self._T_newest
         if moved is not None and not self._is_due(moved, scan):
             self._since = self._front.predictor.dead_reckoned(moved)
             return self._info(processed=False)
@@ -173,15 +185,10 @@ class Localiser:
     def _settle(self, information: NDArray[np.float64], beams: int) -> None:
         """Let it shrink by what the scan says, ``(3, 3)``; beams err alike, and count as ``evidence_beams``."""
         share = min(self.config.evidence_beams / max(beams, 1), 1.0)
-        self._covariance = np.linalg.inv(np.linalg.inv(self._covariance) + share * information)
+        self._covariance = np.asarray(np.linalg.inv(np.linalg.inv(self._covariance) + share * information), np.float64)
 
     def _info(self, *, processed: bool, reason: str | None = None) -> UpdateInfo:
-        newest = self._front.newest
         return UpdateInfo(
             processed=processed, T_map_base=self.T_map_base, neff=1.0, health=self.fit.value, reason=reason,
-            match_score=0.0 if newest is None else newest.inliers,
+            match_score=self.inliers,
         )  # fmt: skip
-
-    def state(self) -> dict[str, Any]:
-        """Return where the robot was: all that one who begins again needs."""
-        return {"T_map_base": self.T_map_base, "T_odom_base": self._T_odom_base, "since": self._since}

@@ -13,7 +13,7 @@ from mrslam.spatial.se2 import Transform
 
 
 class TrackingMatcher(LocalMatcher):
-    """Searches only where most of a scan does not fit.
+    """Searches only where most of what the map shows of a scan does not fit.
 
     The mapper's searches wherever less fits than usual fits its own newest scans; in a saved map, where furniture has
     moved, that were four scans of ten, and two thirds of the time (measured on aces).
@@ -25,5 +25,5 @@ class TrackingMatcher(LocalMatcher):
         return super().match(tiles, points, start, guess) if self.is_doubtful(found) else found
 
     def is_doubtful(self, found: Match) -> bool:
-        """Return whether most of a scan does not fit."""
-        return found.inliers < BAD_INLIERS
+        """Return whether most of what the map shows contradicts a scan: what it does not show says nothing."""
+        return found.inliers < BAD_INLIERS * (found.inliers + found.conflicts)

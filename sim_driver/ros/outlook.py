@@ -117,12 +117,12 @@ class RosBody(SensorBody):
 
     def on_mapped(self, agent: Agent, sensed: Sensed) -> None:
         """Note where the robot is after a scan."""
-        mapper, T_frame_map = agent.mapper, agent.frame.T_frame_map
-        if mapper.stats.processed == 0 or T_frame_map is None:
+        T_frame_map = agent.frame.T_frame_map
+        if agent.mapper.stats.processed == 0 or T_frame_map is None:
             return
-        T_map_base = se2.compose(T_frame_map, mapper.T_map_base)
-        if mapper.is_settled:
-            self._covariance = turned(mapper.covariance, T_frame_map[2])
+        T_map_base = se2.compose(T_frame_map, agent.T_map_base)
+        if agent.is_settled:
+            self._covariance = se2.turned_covariance(agent.covariance, T_frame_map[2])
         if sensed.T_odom_base is not None:
             self._T_map_odom = se2.compose(T_map_base, se2.inverse(sensed.T_odom_base))
         arrived_ns = self._arrival_of(sensed.scan.stamp_ns)
@@ -179,13 +179,6 @@ class RosBody(SensorBody):
             team_map = agent.team_map()
             if team_map is not self._drawn:
                 self._drawn, self.team_map = team_map, in_frame(team_map.grid, T_frame_team)
-
-
-def turned(covariance: NDArray[np.float64], theta_rad: float) -> NDArray[np.float64]:
-    """Return the covariance ``(3, 3)`` of a pose in a frame that sees the old one turned by an angle."""
-    cos, sin = np.cos(theta_rad), np.sin(theta_rad)
-    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    return np.asarray(turn @ covariance @ turn.T)
 
 
 class Onlooker:

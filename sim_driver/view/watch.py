@@ -114,10 +114,10 @@ class ViewWatcher:
         self._view.show(
             Frame(
                 t_ns=now_ns,
-                T_map_base=agent.mapper.T_map_base,
+                T_map_base=agent.T_map_base,
                 scan=scan,
                 masked=agent.scan,
-                particles=agent.mapper.particles,
+                particles=agent.T_map_base[None] if agent.tracking.is_on else agent.mapper.particles,
                 maps=maps,
                 T_own_map={name: T for name in maps if (T := agent.team.T_own_map(name)) is not None},
                 teammates={peer: se2.compose(T_own_team, T) for peer, T in agent.teammates(now_ns).items()},

@@ -30,6 +30,9 @@ def agent(
         str | None,
         typer.Option("--near", metavar="X,Y[,THETA]", help="Where it begins in the saved map, in metres and radians."),
     ] = None,
+    localise: Annotated[
+        bool, typer.Option("--localise", help="Map only until it knows its place in the saved map; then track that.")
+    ] = False,
     frame: Annotated[
         str | None,
         typer.Option(
@@ -61,6 +64,7 @@ def agent(
     mrslam agent r1 --team desk --log slam/intel.clf.gz    play a log as if it were the laser
     mrslam agent r1 --map office.mrslam --near 2,1.5        find its place in a map saved before
     mrslam agent r1 --map office.mrslam --frame office@maps    ... and say where it is in that map's frame
+    mrslam agent r1 --map office.mrslam --localise    ... and, once it knows that, track its pose and map no more
     mrslam agent r1 --map office.mrslam --save office.mrslam    ... and continue that map
     """
     if save is not None:
@@ -70,6 +74,8 @@ def agent(
     from mrslam.sim_driver.cli.live.agent import AgentOptions, run_agent
 
     framed = [] if frame is None else [f"agent.frame={frame}"]
+    if localise:
+        framed.append("agent.localise=true")
     options = AgentOptions(
         robot=robot, team=team, mode=mode, listen=listen or [], connect=connect or [],
         multicast=not connect if multicast is None else multicast, keys=keys, log=log, maps=map_ or [], near=near,

@@ -100,8 +100,9 @@ def run_agent(options: AgentOptions) -> None:
 
 def _skip_played(body: RecordedBody, agent: Agent) -> str | None:
     """Continue a log after the last scan that a resumed robot has mapped; return a line on it, None for a fresh one."""
-    seen_ns = agent.mapper.online_trajectory().stamps_ns
-    if not seen_ns.size or not body.go_on_after(int(seen_ns[-1])):
+    seen_ns = [agent.mapper.online_trajectory().stamps_ns, agent.tracking.rows().stamps_ns]
+    seen_ns = [stamps[-1] for stamps in seen_ns if stamps.size]
+    if not seen_ns or not body.go_on_after(int(max(seen_ns))):
         return None
     if body.finished:
         return "the log was played to its end before; --fresh plays it again"
@@ -178,7 +179,7 @@ def _status(agent: Agent, known: KnownArea, more: str) -> str:
     elif not known.placed:
         merged = ", merged nothing yet"
     here = f"{len(agent.node.peers)} teammates here{merged}"
-    return f"{agent.mapper.stats.scans} scans, {known.words}; {here}{_place(agent)}; {more}"
+    return f"{agent.scans} scans, {known.words}; {here}{_place(agent)}; {more}"
 
 
 def _place(agent: Agent) -> str:

@@ -21,11 +21,13 @@ WORDS = {
     "recovered": "knows again where it is",
     "given_up": "does not find its place in its map again; it begins a new one",
     "localised": "knows where it is in {map}: x {x_m} m, y {y_m} m, theta {theta_rad} rad in that map's frame",
+    "tracking": "tracks its place in {map} from now on, and maps no more",
+    "lost": "has lost its place in {map}: {reason}; it begins a new map and looks for its place again",
     "not_here": "is not in {map}, as far as can be told: {reason}; it goes on looking",
     "not_localised": "does not know any more where it is in {map}: {reason}",
 }
 """Event -> what the robot does, with the event's fields."""
-GOOD = ("sees", "recovered", "localised")
+GOOD = ("sees", "recovered", "localised", "tracking")
 """Those that are no cause for worry."""
 
 

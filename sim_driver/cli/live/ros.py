@@ -118,7 +118,7 @@ def _play(
         shell = ProcessShell(runner, clock)
 
         def over() -> bool:
-            lines.tell(f"{agent.mapper.stats.scans} scans, {known.words}; {len(agent.node.peers)} teammates here")
+            lines.tell(f"{agent.scans} scans, {known.words}; {len(agent.node.peers)} teammates here")
             return is_over()
 
         shell.run(over)

@@ -13,7 +13,7 @@ from mrslam.agent.known_map import KnownMap
 from mrslam.agent.shells.body import Sensed
 from mrslam.rbpf import MapperConfig
 from mrslam.sim_driver.missions.run_files import CHECKPOINT
-from mrslam.sim_driver.ros.outlook import Onlooker, RosBody, turned
+from mrslam.sim_driver.ros.outlook import Onlooker, RosBody
 from mrslam.sim_driver.ros.sessions import Sessions
 from mrslam.spatial import InputError, Scan, se2
 
@@ -103,7 +103,7 @@ def test_in_a_saved_maps_frame_nothing_is_shown_before_the_robot_is_localised() 
 
 def test_a_covariance_is_turned_with_its_pose() -> None:
     long_x = np.diag([4.0, 1.0, 0.1])
-    np.testing.assert_allclose(turned(long_x, np.pi / 2), np.diag([1.0, 4.0, 0.1]), atol=1e-12)
+    np.testing.assert_allclose(se2.turned_covariance(long_x, np.pi / 2), np.diag([1.0, 4.0, 0.1]), atol=1e-12)
 
 
 def test_a_team_map_that_nobody_wants_costs_nothing() -> None:

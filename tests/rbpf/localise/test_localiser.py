@@ -1,0 +1,172 @@
+"""A robot that tracks its pose in a saved map."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from mrslam.rbpf import FixedMap, Localiser, MapperConfig
+from mrslam.spatial import OccupancyGrid, Scan, se2
+
+BEAMS = 180
+START = np.array([4.0, 1.2, 0.0])
+
+
+def house() -> OccupancyGrid:
+    """A room of 8 x 6 m and one of another shape beside it, with a door of 1.2 m between them."""
+    cells = np.zeros((120, 322), dtype=np.int8)
+    cells[:2], cells[-2:], cells[:, :2], cells[:, -2:] = 100, 100, 100, 100
+    cells[:, 160:162] = 100
+    cells[48:72, 160:162] = 0
+    cells[80:100, 30:60], cells[20:30, 100:140], cells[70:, 200:] = 100, 100, 100
+    cells[20:60, 280:290] = 100
+    return OccupancyGrid(cells, 0.05)
+
+
+def ranges_at(grid: OccupancyGrid, pose: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Return what a laser sees, by small steps along each beam."""
+    steps_m = np.arange(0.1, 12.0, 0.01)
+    angles = pose[2] + np.linspace(-np.pi, np.pi, BEAMS, endpoint=False)
+    x = pose[0] + np.cos(angles)[:, None] * steps_m
+    y = pose[1] + np.sin(angles)[:, None] * steps_m
+    rows = np.clip((y / grid.resolution_m).astype(int), 0, grid.shape[0] - 1)
+    cols = np.clip((x / grid.resolution_m).astype(int), 0, grid.shape[1] - 1)
+    is_wall = grid.cells[rows, cols] >= 65
+    first = np.where(is_wall.any(axis=1), is_wall.argmax(axis=1), len(steps_m) - 1)
+    ranges_m = steps_m[first].astype(np.float32)
+    return np.where(is_wall.any(axis=1), ranges_m, np.float32(np.inf))
+
+
+def scan(grid: OccupancyGrid, pose: NDArray[np.float64], k: int, rng: np.random.Generator) -> Scan:
+    noisy = ranges_at(grid, pose) + rng.normal(0.0, 0.01, BEAMS).astype(np.float32)
+    return Scan(
+        stamp_ns=k * 10**8, ranges_m=noisy, angle_min_rad=-np.pi, angle_increment_rad=2 * np.pi / BEAMS,
+        range_max_m=12.0,
+    )  # fmt: skip
+
+
+def way(count: int) -> NDArray[np.float64]:
+    """Return poses ``(count, 3)`` from ``START`` on: 8 cm forward a scan, in a circle of 1.6 m."""
+    poses = [START]
+    for _ in range(count - 1):
+        poses.append(se2.compose(poses[-1], np.array([0.08, 0.0, 0.05])))
+    return np.array(poses)
+
+
+def wheels(poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return what odometry makes of a way: 5 % too long, in a frame of its own."""
+    odom = [np.array([5.0, -3.0, 1.0])]
+    for before, now in pairwise(poses):
+        odom.append(se2.compose(odom[-1], se2.between(before, now) * np.array([1.05, 1.05, 1.02])))
+    return np.array(odom)
+
+
+def begun(grid: OccupancyGrid, config: MapperConfig | None = None) -> Localiser:
+    config = config or MapperConfig(threads=1)
+    return Localiser(FixedMap(house(), config.resolution_m), config)
+
+
+def drive(localiser: Localiser, world: OccupancyGrid, poses: NDArray[np.float64], seed: int = 0) -> NDArray[np.float64]:
+    """Let it track a way; return where it has the robot at each scan."""
+    rng, odom, out = np.random.default_rng(seed), wheels(poses), []
+    assert localiser.begin(scan(world, poses[0], 0, rng), odom[0], poses[0] + np.array([0.2, -0.15, 0.08]))
+    for k in range(1, len(poses)):
+        localiser.update(scan(world, poses[k], k, rng), odom[k])
+        out.append(localiser.T_map_base)
+    return np.array(out)
+
+
+def errors(found: NDArray[np.float64], poses: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the largest error, metres and degrees."""
+    off = se2.between(poses[1:], found)
+    return float(np.hypot(off[:, 0], off[:, 1]).max()), float(np.degrees(np.abs(off[:, 2]).max()))
+
+
+def test_it_tracks_to_a_cell_or_so_and_matches_only_where_the_robot_has_moved() -> None:
+    localiser, poses = begun(house()), way(160)
+    off_m, off_deg = errors(drive(localiser, house(), poses), poses)
+    assert off_m < 0.075 and off_deg < 1.0
+    assert localiser.fit.value > 0.9 and not localiser.is_carried
+    standing = localiser.stats.processed
+    rng, odom = np.random.default_rng(1), wheels(poses)[-1]
+    for k in range(160, 185):
+        localiser.update(scan(house(), poses[-1], k, rng), odom)
+    assert localiser.stats.processed - standing <= 3  # one a second
+
+
+def test_without_odometry_every_scan_is_matched() -> None:
+    localiser, poses = begun(house(), MapperConfig(threads=1, use_odometry=False)), way(60)
+    off_m, _ = errors(drive(localiser, house(), poses), poses)
+    assert off_m < 0.075 and localiser.stats.processed == 60
+
+
+def test_one_drive_gives_the_same_poses_twice() -> None:
+    first, second = (drive(begun(house()), house(), way(40)) for _ in range(2))
+    assert first.tobytes() == second.tobytes()
+
+
+def test_furniture_that_moved_does_not_mislead_it() -> None:
+    world = house()
+    world.cells[80:100, 30:60], world.cells[20:30, 100:140] = 0, 0
+    world.cells[50:60, 75:85], world.cells[10:20, 20:40] = 100, 100
+    localiser, poses = begun(house()), way(160)
+    off_m, off_deg = errors(drive(localiser, world, poses), poses)
+    assert off_m < 0.1 and off_deg < 1.5 and not localiser.fit.is_lost
+
+
+def test_it_does_not_begin_where_the_scan_does_not_fit() -> None:
+    rng = np.random.default_rng(0)
+    elsewhere = np.array([12.0, 3.0, 1.0])
+    assert not begun(house()).begin(scan(house(), START, 0, rng), None, elsewhere)
+
+
+def test_a_robot_that_is_put_elsewhere_with_its_laser_on_is_lost_within_metres() -> None:
+    localiser, poses = begun(house()), way(60)
+    drive(localiser, house(), poses)
+    rng, odom = np.random.default_rng(2), wheels(poses)[-1]
+    there = np.array([12.0, 0.8, 0.0])
+    lost_at = None
+    for k in range(60, 140):
+        there = se2.compose(there, np.array([0.06, 0.0, 0.05]))
+        odom = se2.compose(odom, np.array([0.06, 0.0, 0.05]))
+        localiser.update(scan(house(), there, k, rng), odom)
+        if localiser.fit.is_lost:
+            lost_at = k
+            break
+    assert lost_at is not None and lost_at < 125
+
+
+def test_a_robot_that_is_carried_off_with_its_laser_off_knows_it_at_once() -> None:
+    localiser, poses = begun(house()), way(60)
+    drive(localiser, house(), poses)
+    rng = np.random.default_rng(3)
+    localiser.update(scan(house(), np.array([12.0, 1.5, 2.0]), 200, rng), wheels(poses)[-1])
+    assert localiser.is_carried
+
+
+def test_the_covariance_holds_the_error_and_grows_where_nothing_is_seen() -> None:
+    localiser, poses = begun(house()), way(100)
+    found = drive(localiser, house(), poses)
+    error = se2.between(poses[-1], found[-1])
+    sigma = np.sqrt(np.diag(localiser.covariance))
+    assert (np.abs(error) < 4.0 * sigma).all() and (sigma < [0.05, 0.05, 0.02]).all()
+    before = localiser.covariance
+    odom = se2.compose(wheels(poses)[-1], np.array([0.19, 0.0, 0.0]))
+    localiser.update(scan(house(), poses[-1], 100, np.random.default_rng(0)), odom)  # carried on by odometry
+    assert np.trace(localiser.covariance) > np.trace(before)
+
+
+@pytest.mark.parametrize("ranges_m", [np.full(BEAMS, np.inf, dtype=np.float32)])
+def test_a_scan_of_no_use_is_refused_with_a_reason_and_odometry_carries_the_pose_on(ranges_m: np.ndarray) -> None:
+    localiser, poses = begun(house()), way(30)
+    drive(localiser, house(), poses)
+    before = localiser.T_map_base
+    blind = Scan(
+        stamp_ns=31 * 10**8, ranges_m=ranges_m, angle_min_rad=-np.pi, angle_increment_rad=0.03, range_max_m=12.0
+    )
+    info = localiser.update(blind, se2.compose(wheels(poses)[-1], np.array([0.5, 0.0, 0.0])))
+    moved = se2.between(before, localiser.T_map_base)
+    assert info.reason is not None and moved[0] == pytest.approx(0.5, abs=0.06)
