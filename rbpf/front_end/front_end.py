@@ -144,12 +144,8 @@ class FrontEnd:
         self._view, self._elsewhere = view, None
         self._map.clear()
         self._map.tiles_around(self.T_local_base)
-<<<<<<< HEAD
         self._map.add(self.T_local_base, view.points)
-=======
-        self._map.add(self.T_local_base, all_points)
         self.newest = None
->>>>>>> 808685b0 (A localiser: a robot's pose in a saved map by matching scans to it, without particles (work in progress))
         return Step(np.zeros(3), 0.0, 1.0, np.zeros(2), is_carried=True)
 
     def _is_elsewhere(
@@ -163,6 +159,8 @@ class FrontEnd:
             if is_there is False:
                 self._elsewhere = None
             return bool(is_there)
+        if not isinstance(self._map, RollingMap):  # a map that does not change is no account of what was seen before
+            return False
         if seen is not None and is_doubtful and self._saw_the_same(guess):
             motion = between(self.T_local_base, found.pose)
             is_possible = can_move(motion, elapsed_s)

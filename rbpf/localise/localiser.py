@@ -143,7 +143,8 @@ class Localiser:
     def _match(self, reading: Reading) -> None:
         """Match a scan to the map, and learn how sure the pose is and how well the map shows it."""
         self._since = np.zeros(3)
-        step = self._front.step(reading.sample, reading.points, reading.odom_motion, reading.elapsed_s)
+        origin = reading.scan.T_base_laser[:2]
+        step = self._front.step(reading.sample, reading.points, reading.odom_motion, reading.elapsed_s, origin)
         self.is_carried |= step.is_carried
         found = self._front.newest
         if found is not None:

@@ -88,6 +88,8 @@ def test_doubts_are_told_and_nothing_else(said: list[str]) -> None:
         "12:30:05 r1 knows again where it is",
         "12:30:05 r1 does not find its place in its map again",
         "12:30:05 r1 knows where it is in r1@monday: x 1.5 m, y -2.0 m, theta 0.25 rad in that map's frame",
+        "12:30:05 r1 tracks its place in r1@monday from now on, and maps no more",
+        "12:30:05 r1 has lost its place in r1@monday: the scan shows no surfaces",
         "12:30:05 r1 is not in r1@monday, as far as can be told: the scan shows no surfaces",
         "12:30:05 r1 does not know any more where it is in r1@monday: the scan shows no surfaces",
     ]
