@@ -621,4 +621,16 @@ MUTANTS = (
         "NEAR_CELLS = 60.0",
         "any map is what its robot saw",
     ),
+    Mutant(
+        "agent/core.py",
+        "            self._begin_map()\n            return [*effects, lost]",
+        "            return [*effects, lost]",
+        "a robot that lost its place in a saved map goes on with its old map",
+    ),
+    Mutant(
+        "agent/core.py",
+        "self.frame.T_frame_map = self.tracking.T_saved_own",
+        "self._has_news = False",
+        "a tracked pose is told in the frame as it was aligned",
+    ),
 )

@@ -235,4 +235,29 @@ MUTANTS = (
         "self._searched_m, self._asked_m, _ = state[:3]",
         "a resumed robot forgets what it asked",
     ),
+    Mutant(
+        "rbpf/localise/fixed_map.py",
+        "        fill_walls(surfaces_m(grid, resolution_m), low, resolution_m, words)\n",
+        "",
+        "a saved map has no walls to match to",
+    ),
+    Mutant(
+        "rbpf/localise/surfaces.py",
+        "    if side < 0.0:\n        nx, ny = -nx, -ny\n",
+        "",
+        "walls of a saved map face away from the floor",
+    ),
+    Mutant(
+        "rbpf/localise/localiser.py",
+        "if shown < SHOWN_LEAST or found.inliers < FIT_LEAST * shown:",
+        "if False:",
+        "tracking begins where the scan does not fit",
+    ),
+    Mutant(
+        "rbpf/localise/localiser.py",
+        "self._since = self._front.predictor.dead_reckoned(moved)",
+        "self._since = np.zeros(3)",
+        "between two matches a tracked robot stands still",
+    ),
+    Mutant("rbpf/localise/fit.py", "return self.value < LOST", "return False", "a tracked robot is never lost"),
 )
