@@ -141,7 +141,7 @@ def test_who_is_lost_says_so_and_maps_and_looks_again() -> None:
     before, number = agent.mapper, agent.map_number
     effects = live(agent, range(80, 500), elsewhere())
     lost = [effect for effect in effects if isinstance(effect, Event) and effect.kind == "lost"]
-    assert len(lost) == 1 and lost[0].fields["map"] == MONDAY
+    assert len(lost) == 1 and lost[0].fields["map"] == MONDAY and "given_up" not in kinds(effects)
     assert "does not fit the saved map" in lost[0].fields["reason"] and "not_localised" in kinds(effects)
     assert not agent.tracking.is_on and agent.mapper is not before and agent.map_number == number + 1
     assert agent.T_frame_base is None

@@ -77,8 +77,8 @@ MUTANTS = (
     ),
     Mutant(
         CORE,
-        "return se2.compose(self.mapper.T_map_base, se2.between(self._T_odom_base, T_odom_base))",
-        "return self.mapper.T_map_base",
+        "return se2.compose(self.T_map_base, se2.between(self._T_odom_base, T_odom_base))",
+        "return self.T_map_base",
         "on a robot that turns, teammates are masked where they were a scan before",
     ),
     Mutant(
@@ -95,8 +95,8 @@ MUTANTS = (
     ),
     Mutant(
         ROBOT,
-        "se2.compose(trajectory.T_map_base, T_base_laser)",
-        "trajectory.T_map_base",
+        "return se2.compose(T_map_base, se2.IDENTITY if self.scan is None else self.scan.T_base_laser)",
+        "return T_map_base",
         "the trajectory written is not the laser's",
     ),
     Mutant(

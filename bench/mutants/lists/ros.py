@@ -139,7 +139,7 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/ros/outlook.py",
-        "            self._covariance = turned(mapper.covariance, T_frame_map[2])",
+        "            self._covariance = se2.turned_covariance(agent.covariance, T_frame_map[2])",
         "            self._covariance = mapper.covariance",
         "the pose's covariance points the wrong way in a saved map's frame",
     ),
