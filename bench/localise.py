@@ -4,8 +4,8 @@
 
 A log is mapped whole, with one thread; then it is played again to a localiser that has nothing but the grid of that
 map, and begins 0.2 m and 3 degrees off. off_m, off_deg : median, 95th percentile and most of its poses, as told at
-each scan, against the finished trajectory of the mapper. map_s, track_s : CPU seconds of both, without compiling; share : of the
-two. matched : scans that were matched, of all.
+each scan, against the finished trajectory of the mapper. map_s, track_s : CPU seconds of both, without compiling;
+share : of the two. matched : scans that were matched, of all.
 """
 
 from __future__ import annotations
