@@ -39,7 +39,8 @@ def test_other_maps_and_teammates_lie_where_they_are_near_the_robot() -> None:
     )
     agent = SimpleNamespace(
         scan=scan, team=team, mode="distributed", node=SimpleNamespace(store=SimpleNamespace(maps=MAPS)),
-        mapper=SimpleNamespace(T_map_base=last, particles=last[None]), teammates=lambda now_ns: {"b": beside},
+        mapper=SimpleNamespace(particles=last[None]), teammates=lambda now_ns: {"b": beside},
+        T_map_base=last, tracking=SimpleNamespace(is_on=False),
     )  # fmt: skip
     stream = Kept()
     watcher = ViewWatcher(stream)
