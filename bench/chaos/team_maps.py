@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Set
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,8 @@ from bench.chaos.schedule import REST_S
 from mrslam.agent import Agent
 from mrslam.sim_driver.evaluate.robot_rows import GHOST_M
 from mrslam.sim_driver.evaluate.truth import values_at
-from mrslam.spatial import se2
+from mrslam.spatial import OccupancyGrid, se2
+from mrslam.spatial.se2 import Transform
 
 PRECISION = 0.95
 """At least this share of a team map's walls lies within two cells of true ones. Measured: 0.989 and more."""
@@ -50,12 +52,11 @@ class TeamMaps:
         mates = team.T_team_map.keys() - {robot_id}
         if T_world_team is None or any(scene.suffers(mate, "liar", *SPOILS) for mate in mates):
             return
-        precision = scene.judge.occupied_precision(team.grid, T_world_team)
+        precision = self._precision(scene, team.grid, T_world_team, self._ways.keys() - team.T_team_map.keys())
         floor = scene.judge.world.centres(scene.judge.reachable)
         coverage, kept = self._floor(scene, agent, floor)
         floor_m2 = len(floor) * scene.judge.world.resolution_m**2
-        ways = np.array([place for mate in sorted(mates) for place in self._ways[mate]]).reshape(-1, 2)
-        ghosts = scene.judge.ghosts(team.grid, T_world_team, ways, GHOST_M)
+        ghosts = scene.judge.ghosts(team.grid, T_world_team, self._where(mates), GHOST_M)
         self._report.figures["team map"].append(
             [robot_id, len(mates), round(precision, 4), round(coverage, 4), round(kept, 4), ghosts]
         )
@@ -67,6 +68,20 @@ class TeamMaps:
             self._report.say(f"the team map of {robot_id} has {ghosts} wall cells where teammates drove")
         if coverage < min(COVERAGE, COVERED_M2 / floor_m2) and not scene.suffers(robot_id):
             self._report.say(f"the team map of {robot_id} shows {100 * coverage:.0f} % of the floor")
+
+    def _where(self, robot_ids: Set[str]) -> NDArray[np.float64]:
+        """Return places ``(N, 2)`` of the world where these robots were."""
+        return np.array([place for robot in sorted(robot_ids) for place in self._ways[robot]]).reshape(-1, 2)
+
+    def _precision(self, scene: Scene, grid: OccupancyGrid, T_world_team: Transform, strangers: Set[str]) -> float:
+        """Return the share of a team map's walls that are true, 0..1, but for robots that it has no place for.
+
+        Where they are is not known to it, so they are masked by nobody, and stand in its map as any obstacle does.
+        """
+        walls = int(grid.is_occupied.sum())
+        wrong = round(walls * (1.0 - scene.judge.occupied_precision(grid, T_world_team)))
+        bodies = scene.judge.ghosts(grid, T_world_team, self._where(strangers), GHOST_M)
+        return 1.0 - (wrong - bodies) / max(walls - bodies, 1)
 
     def _floor(self, scene: Scene, agent: Agent, floor: NDArray[np.float64]) -> tuple[float, float]:
         """Return which share of the floor ``(N, 2)`` a team map shows, and of what the maps in it show, 0..1 each."""

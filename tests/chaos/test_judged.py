@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,12 +12,15 @@ import pytest
 
 from bench.chaos.invariants import Invariants
 from bench.chaos.merging import UNMERGED_MOST, alike
+from bench.chaos.scene import Report
+from bench.chaos.team_maps import TeamMaps
 from mrslam.agent import Agent
 from mrslam.sim_driver.evaluate.truth import Judge
 from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.sim_driver.run.run_virtual import VirtualTeam, run_in_virtual_time
 from mrslam.sim_driver.simulation.simulation import make_world
 from mrslam.sim_driver.worlds import load_world
+from mrslam.spatial import se2
 
 S = 1_000_000_000
 LENGTH_S, REST_S = 30.0, 24.0
@@ -101,6 +105,19 @@ def test_a_team_map_with_wrong_walls_is_seen(tmp_path: Path) -> None:
 
     said = violations(tmp_path, spoil)
     assert any("of the walls in the team map of r1 are true" in line for line in said)
+
+
+def test_a_robot_that_a_map_has_no_place_for_stands_in_it_rightly() -> None:
+    world = load_world("arena2", None)
+    maps, scene = TeamMaps(Report()), SimpleNamespace(judge=Judge(world.grid, world.reachable))
+    cells = world.grid.cells.copy()
+    row, col = np.argwhere(world.reachable)[world.reachable.sum() // 2]
+    cells[row - 2 : row + 3, col - 2 : col + 3] = 100
+    body = world.reachable & (cells == 100)
+    maps._ways["r2"].append(world.grid.centres(body).mean(axis=0))
+    grid = replace(world.grid, cells=cells)
+    assert maps._precision(scene, grid, se2.IDENTITY, {"r2"}) == 1.0
+    assert maps._precision(scene, grid, se2.IDENTITY, set()) < 1.0
 
 
 @pytest.mark.parametrize(("name", "low", "high"), [("symmetric-house", 0.9, 1.0), ("arena2", 0.0, 0.6)])
