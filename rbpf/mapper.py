@@ -20,14 +20,15 @@ from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.filter.back_end import BackEnd, KeyframeResult
 from mrslam.rbpf.filter.history import History
 from mrslam.rbpf.filter.publisher import Publisher
-from mrslam.rbpf.front_end.front_end import FrontEnd
+from mrslam.rbpf.front_end.front_end import FrontEnd, has_stood
 from mrslam.rbpf.front_end.health import ADRIFT_MOST, DOUBTFUL, LOST
 from mrslam.rbpf.front_end.intake import Intake, Reading
+from mrslam.rbpf.front_end.look_around import look_around
 from mrslam.rbpf.front_end.motion import MOTION, Keyframe, LocalMotion, composed_cov, motion_cov
 from mrslam.rbpf.front_end.reported_pose import ReportedPose
 from mrslam.rbpf.outcome import Stats, Stopwatch, UpdateInfo
 from mrslam.spatial import InputError, Keyframes, LocalMap, Scan, se2
-from mrslam.spatial.poses import compose
+from mrslam.spatial.poses import between, compose
 from mrslam.spatial.runtime.crew import Crew, Pending
 from mrslam.spatial.se2 import Transform
 
@@ -73,6 +74,7 @@ class Mapper:
         if reading.waits:
             return self._carry_on(reading)
         self._dead_reckoned = se2.IDENTITY
+        reading = self._after_pause(reading)
         step = self._front.step(
             reading.sample, reading.points, reading.odom_motion, reading.elapsed_s, scan.T_base_laser[:2]
         )
@@ -93,6 +95,17 @@ class Mapper:
             processed=is_key, T_map_base=self.T_map_base, neff=self._neff, resampled=resampled,
             match_score=step.inliers, health=self.health, dropped_beams=reading.dropped_beams,
         )  # fmt: skip
+
+    def _after_pause(self, reading: Reading) -> Reading:
+        """Return the first reading after a pause with the motion that the map shows, if odometry's is clearly wrong."""
+        odom_motion, predictor = reading.odom_motion, self._front.predictor
+        if odom_motion is None or has_stood(odom_motion) or not predictor.is_pause(reading.elapsed_s):
+            return reading  # one that stood, and sees another place, was carried
+        particles = self._back.filter
+        T_map_before = compose(particles.ends[particles.best], self._motion.T_key_base)
+        expected = compose(T_map_before, predictor.dead_reckoned(odom_motion))
+        place = look_around(particles.store.tiles(particles.best), reading.sample, expected, self.config.sigma_m)
+        return reading if place is None else replace(reading, odom_motion=between(T_map_before, place))
 
     def _drop(self, reading: Reading) -> UpdateInfo:
         """Count a scan that is of no use; odometry carries the pose on."""

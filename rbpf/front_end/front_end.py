@@ -136,8 +136,7 @@ class FrontEnd:
 
     def _was_carried(self, guess: Guess, found: Match) -> bool:
         """Return whether a robot that should still see what it saw before a pause sees something else."""
-        stood = math.hypot(guess.motion[0], guess.motion[1]) < STOOD_M and abs(guess.motion[2]) < STOOD_RAD
-        return self.predictor.is_after_pause and stood and self._matcher.is_doubtful(found)
+        return self.predictor.is_after_pause and has_stood(guess.motion) and self._matcher.is_doubtful(found)
 
     def _begin_elsewhere(self, view: View) -> Step:
         """Begin another rolling map with this scan, as if the robot had not moved."""
@@ -173,8 +172,7 @@ class FrontEnd:
 
     def _saw_the_same(self, guess: Guess) -> bool:
         """Return whether a robot that moved as guessed sees most of what it saw at the scan before."""
-        is_near = math.hypot(guess.motion[0], guess.motion[1]) < STOOD_M and abs(guess.motion[2]) < STOOD_RAD
-        return is_near and not self.predictor.is_after_pause
+        return has_stood(guess.motion) and not self.predictor.is_after_pause
 
     def _continue_elsewhere(self) -> Step:
         """Continue in the rolling map of the place where the robot was put down."""
@@ -253,6 +251,11 @@ class FrontEnd:
         if state["elsewhere"] is not None:
             self._elsewhere = Elsewhere(self._config, self._matcher.usual_score)
             self._elsewhere.restore(state["elsewhere"])
+
+
+def has_stood(motion: Transform) -> bool:
+    """Return whether a robot that moved by ``motion (3,)`` sees most of what it saw before."""
+    return math.hypot(motion[0], motion[1]) < STOOD_M and abs(motion[2]) < STOOD_RAD
 
 
 def _guessed(guess: Guess, found: Match) -> NDArray[np.float64]:

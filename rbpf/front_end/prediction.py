@@ -90,12 +90,16 @@ class Predictor:
 
     def wait(self, elapsed_s: float) -> None:
         """Take how long ago the scan before was taken; called before each scan but the first."""
-        is_pause = elapsed_s > max(PAUSE_S, PAUSE_TIMES * self._interval_s) and self._interval_s > 0.0
+        is_pause = self.is_pause(elapsed_s)
         self._pause_s = elapsed_s if is_pause else 0.0
         if is_pause:  # what it did meanwhile is unknown
             self.velocity, self._odom_before = np.zeros(3), np.zeros(3)
         memory = INTERVAL_MEMORY if self._interval_s > 0.0 else 1.0
         self._interval_s += memory * (max(elapsed_s, 0.0) - self._interval_s)
+
+    def is_pause(self, elapsed_s: float) -> bool:
+        """Return whether scans that are so far apart have a pause between them."""
+        return elapsed_s > max(PAUSE_S, PAUSE_TIMES * self._interval_s) and self._interval_s > 0.0
 
     @property
     def is_after_pause(self) -> bool:

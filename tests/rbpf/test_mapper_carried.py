@@ -52,6 +52,16 @@ def test_a_robot_that_stood_through_a_pause_was_not_carried() -> None:
     assert np.hypot(gap[:, 0], gap[:, 1]).max() < 0.08
 
 
+@pytest.mark.parametrize("jump_m", [(0.0, 0.9), (-1.2, 0.4)])
+def test_odometry_that_jumped_while_nothing_was_seen_does_not_place_the_robot(jump_m: tuple[float, float]) -> None:
+    mapper, way = Mapper(MapperConfig(particles=6, threads=1), seed=1), drive(200)
+    played(mapper, way[:150], 0, np.zeros(3))
+    jumped = se2.compose(way[149], se2.between(way[149], way[170]) + np.array([*jump_m, 0.1]))
+    played(mapper, way[170:], 150 + PAUSE, jumped)
+    gap = se2.between(way[170:], mapper.trajectory().T_map_base[150:])
+    assert np.hypot(gap[:, 0], gap[:, 1]).max() < 0.1 and np.abs(gap[:, 2]).max() < 0.05
+
+
 def test_a_checkpoint_of_a_carried_robot_continues_the_same(tmp_path: Path) -> None:
     way = drive(200)
     states = []

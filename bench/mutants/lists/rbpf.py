@@ -18,6 +18,12 @@ MUTANTS = (
         "        self.log_weights = np.zeros(parents.size)",
         "maps do not follow their particles at resampling",
     ),
+    Mutant(
+        "rbpf/mapper.py",
+        "reading if place is None else replace(",
+        "reading if True else replace(",
+        "odometry that jumped in a pause is believed",
+    ),
     Mutant(FILTER, "        self.best = heir", "        self.best = 0", "the heir is always particle 0"),
     Mutant(
         FILTER,
