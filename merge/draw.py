@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mrslam.merge.draw_kernels import add_layer, paint
 from mrslam.merge.grids.warp import warp
 from mrslam.merge.team import TeamMap
 from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, UNKNOWN, OccupancyGrid, se2
@@ -33,6 +34,8 @@ FREE_TINT = 0.22
 """Share of a robot's colour in its free space, 0..1."""
 WALL_SHADE = 0.75
 """Brightness of a wall relative to its robot's colour, 0..1."""
+MIXES = np.array([(255 * (1 - FREE_TINT), FREE_TINT), (0.35 * 255, 0.65), (0.0, WALL_SHADE)], dtype=np.float32)
+"""Brightness added to the robots' colour, and share of it: in free space, where it is unsure, in walls."""
 BAND_ROWS = 256
 """Rows painted at once: bounds the memory of colours as float32."""
 PAD_PX = 24
@@ -142,33 +145,16 @@ def _painted_band(
     hue: Mapping[str, tuple[int, int, int]],
 ) -> NDArray[np.uint8]:
     """Return some rows of the picture, lowest first."""
-    shape = (rows, grid.shape[1])
-    free, wall = (np.zeros((*shape, 3), dtype=np.float32) for _ in range(2))
-    saw_free, saw_wall = (np.zeros(shape, dtype=np.float32) for _ in range(2))
+    free, wall = (np.zeros((rows, grid.shape[1], 4), dtype=np.float32) for _ in range(2))
     for robot_id, layer in warped.items():
-        r, c = layer.cell0[0] - grid.cell0[0] - row, layer.cell0[1] - grid.cell0[1]
-        r0, c0, r1, c1 = max(r, 0), max(c, 0), min(r + layer.shape[0], rows), min(c + layer.shape[1], shape[1])
-        if r1 <= r0 or c1 <= c0:
-            continue
-        here = np.s_[r0:r1, c0:c1]
-        cells = layer.cells[r0 - r : r1 - r, c0 - c : c1 - c]
+        row0, col0 = layer.cell0[0] - grid.cell0[0] - row, layer.cell0[1] - grid.cell0[1]
         colour = np.array(hue[robot_id], dtype=np.float32)
-        is_free, is_wall = (cells >= 0) & (cells <= FREE_MAX), cells >= OCCUPIED_MIN
-        for mask, total, count in ((is_free, free, saw_free), (is_wall, wall, saw_wall)):
-            total[here][mask] += colour
-            count[here][mask] += 1.0
-    picture = np.empty((*shape, 3), dtype=np.float32)
+        add_layer(layer.cells, row0, col0, colour, FREE_MAX, OCCUPIED_MIN, free, wall)
+    picture = np.empty((rows, grid.shape[1], 3), dtype=np.uint8)
     picture[...] = PAPER
-    band = grid.cells[row : row + rows]
-    is_free, is_wall = (band >= 0) & (band <= FREE_MAX), band >= OCCUPIED_MIN
-    tint = (free + wall) / np.maximum(saw_free + saw_wall, 1.0)[..., None]
-    picture[is_free] = (255 * (1 - FREE_TINT) + FREE_TINT * tint)[is_free]
-    unsure = (band >= 0) & ~is_free & ~is_wall
-    picture[unsure] = (0.35 * 255 + 0.65 * tint)[unsure]
-    inks = wall / np.maximum(saw_wall, 1.0)[..., None]
-    ink = np.where(saw_wall[..., None] > 0, inks, np.array(INK, dtype=np.float32))
-    picture[is_wall] = (WALL_SHADE * ink)[is_wall]
-    return np.rint(picture).astype(np.uint8)
+    ink = np.array(INK, dtype=np.float32)
+    paint(grid.cells[row : row + rows], FREE_MAX, OCCUPIED_MIN, free, wall, ink, MIXES, picture)
+    return picture
 
 
 def _draw_path(picture: NDArray[np.uint8], pixels: NDArray[np.float64], colour: tuple[int, int, int]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from mrslam.merge.draw import draw_team
 from mrslam.merge.grids.agreement import Walls, compare
 from mrslam.merge.grids.fuse import fuse
 from mrslam.merge.grids.warp import warp
@@ -11,6 +12,7 @@ from mrslam.merge.joint.bend import Bend
 from mrslam.merge.joint.candidate_kernels import nearest_keys
 from mrslam.merge.joint.local_match import LocalMatcher
 from mrslam.merge.joint.trail import Trail
+from mrslam.merge.team import TeamMap
 from mrslam.spatial import KeyScans, OccupancyGrid, se2
 
 
@@ -23,6 +25,7 @@ def warm_up() -> None:
     fuse([grid, turned], method="log-odds")
     walls = Walls(grid)
     compare(walls, walls, se2.IDENTITY, 0.1)
+    draw_team(TeamMap(anchor="r1", T_team_map={"r1": se2.IDENTITY}, grid=grid), {"r1": grid}, legend=False, size_px=8)
     _join_and_bend()
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mrslam.comms.config import MODES
 from mrslam.comms.exchange.context import ExchangeContext
 from mrslam.comms.neighbours.beacon_clock import BeaconClock
-from mrslam.comms.wire.keyframe_codec import quantise
+from mrslam.comms.wire.keyframe_codec import quantise_pose
 from mrslam.comms.wire.messages import Beacon, encode
 from mrslam.comms.wire.presence_messages import Body, Claim, Hint
 from mrslam.spatial.se2 import Transform
@@ -45,7 +45,7 @@ class OwnBeacons:
 
         ``bodies_m`` : ``(N, 2)`` in the base frame, metres; the nearest ``MOST_SENT`` go with the next beacon.
         """
-        x, y, theta = (int(v) for v in quantise(np.asarray(T_map_base, dtype=np.float64)))
+        x, y, theta = quantise_pose(np.asarray(T_map_base, dtype=np.float64))
         self._pose = (x, y, theta, int(stamp_ns))
         self._bodies = []
         if bodies_m is not None and len(bodies_m):
@@ -55,13 +55,13 @@ class OwnBeacons:
     def add_claims(self, claims: Sequence[tuple[str, Transform, float]]) -> None:
         """Add what goes with the next beacons: robot, ``T_own_robot (3,)``, log-likelihood ratio in nats."""
         for robot, T_own_robot, llr in claims:
-            x, y, theta = (int(v) for v in quantise(np.asarray(T_own_robot, dtype=np.float64)))
+            x, y, theta = quantise_pose(np.asarray(T_own_robot, dtype=np.float64))
             self._claims.append((robot, x, y, theta, round(LLR_SCALE * llr)))
 
     def add_hints(self, hints: Sequence[tuple[str, Transform]]) -> None:
         """Add what goes with the next beacons: robot, ``T_own_robot (3,)``."""
         for robot, T_own_robot in hints:
-            x, y, theta = (int(v) for v in quantise(np.asarray(T_own_robot, dtype=np.float64)))
+            x, y, theta = quantise_pose(np.asarray(T_own_robot, dtype=np.float64))
             self._hints.append((robot, x, y, theta))
 
     def uptime_ms(self, now_ns: int) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -17,7 +18,8 @@ BLOCK = 64
 """Keyframes in a block."""
 EDGES_MOST = 64
 """Most loops that lead to the keyframes of a block: one a keyframe; further ones do not travel."""
-SCALE = np.array([1e3, 1e3, 1e4])
+UNITS = (1e3, 1e3, 1e4)
+SCALE = np.array(UNITS)
 """Units per metre, metre, radian."""
 STAMP_LIMIT_NS = 2**62
 """Bound of stamps, nanoseconds: 146 years."""
@@ -61,6 +63,13 @@ def quantise(T_map_base: NDArray[np.float64]) -> NDArray[np.int32]:
     """Return poses ``(K, 3)`` as whole millimetres and tenths of a milliradian; NaN and infinity become 0."""
     scaled = np.nan_to_num(np.round(T_map_base * SCALE), nan=0.0, posinf=0.0, neginf=0.0)
     return np.clip(scaled, -POSE_LIMIT, POSE_LIMIT).astype(np.int32)
+
+
+def quantise_pose(T_map_base: NDArray[np.float64]) -> tuple[int, int, int]:
+    """Return one pose ``(3,)`` as :func:`quantise` does, as plain numbers: it runs at every scan."""
+    whole = (value * unit for value, unit in zip(T_map_base.tolist(), UNITS, strict=True))
+    x, y, theta = (min(max(round(value), -POSE_LIMIT), POSE_LIMIT) if math.isfinite(value) else 0 for value in whole)
+    return x, y, theta
 
 
 def to_blocks(

@@ -15,6 +15,7 @@ from mrslam.sim_driver.evaluate.trajectories import Trajectory, in_mission_time
 from mrslam.sim_driver.feeds import shared_readings
 from mrslam.sim_driver.missions.run_files import SCANS_FILE
 from mrslam.sim_driver.replay import read_recording
+from mrslam.sim_driver.report.cast_kernel import see_along
 from mrslam.sim_driver.report.layout import Layout
 from mrslam.sim_driver.simulation.recorded import RecordedBody
 from mrslam.spatial import Scan, se2
@@ -64,11 +65,8 @@ def first_seen_s(run: RunResults, layout: Layout, robot_id: str) -> NDArray[np.f
         if np.hypot(*(pose - before)[:2]) < STEP_M and abs(se2.wrap(pose[2] - before[2])) < STEP_RAD:
             continue
         before = pose
-        for points in _cast(one.scan, pose, 2.0 * layout.cell_m):
-            row, col = layout.pixels(points)
-            inside = (row >= 0) & (row < seen.shape[0]) & (col >= 0) & (col < seen.shape[1])
-            row, col = row[inside], col[inside]
-            seen[row, col] = np.minimum(seen[row, col], np.float32(one.t_ns / 1e9))
+        cos, sin, reach_m = _beams(one.scan, pose[2])
+        see_along(seen, np.float32(one.t_ns / 1e9), pose[:2], cos, sin, reach_m, 2.0 * layout.cell_m, layout.cell_m)
     return seen
 
 
@@ -101,16 +99,13 @@ def _all_of(body: RecordedBody) -> Iterator[Sensed]:
         yield sensed
 
 
-def _cast(scan: Scan, T_plane_laser: NDArray[np.float64], step_m: float) -> Iterator[NDArray[np.float64]]:
-    """Yield points of the plane along the beams, nearest first, the ends of hits included."""
+def _beams(scan: Scan, heading_rad: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the directions (cosines, sines) and the lengths, metres, of the beams that are cast, ``(N,)`` each."""
     every = max(1, scan.ranges_m.size // BEAMS)
     ranges = scan.ranges_m[::every].astype(np.float64)
-    angles = scan.angles_rad[::every] + T_plane_laser[2]
-    reach = np.minimum(np.where(np.isfinite(ranges), ranges, 0.0), min(scan.range_max_m, SIGHT_M))
-    directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-    samples = np.arange(0.0, reach.max(initial=0.0) + step_m, step_m)
-    points = T_plane_laser[:2] + np.minimum(samples[:, None], reach)[..., None] * directions
-    yield points[samples[:, None] <= reach + step_m]
+    angles = scan.angles_rad[::every] + heading_rad
+    reach_m = np.minimum(np.where(np.isfinite(ranges), ranges, 0.0), min(scan.range_max_m, SIGHT_M))
+    return np.cos(angles), np.sin(angles), reach_m
 
 
 def _near(layout: Layout, times_ns: NDArray[np.int64], in_plane: NDArray[np.float64]) -> NDArray[np.float32]:

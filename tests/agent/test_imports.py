@@ -1,4 +1,4 @@
-"""What importing the core loads: no network, no images, no viewer, no filter that a lone robot does not need."""
+"""What importing the core loads: no network, no images, no viewer."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-HEAVY = {"zenoh", "cv2", "rerun", "rosbags", "filterpy"}
+HEAVY = {"zenoh", "cv2", "rerun", "rosbags"}
 
 
 @pytest.mark.parametrize(

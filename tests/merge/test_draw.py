@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from mrslam.merge import TeamMap, TeamMapper
-from mrslam.merge.draw import INK, PALETTE, PAPER, colours, draw_team
-from mrslam.spatial import UNKNOWN, OccupancyGrid, se2
+from mrslam.merge.draw import FREE_TINT, INK, PALETTE, PAPER, WALL_SHADE, colours, draw_team
+from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, UNKNOWN, OccupancyGrid, se2
 from tests.merge.plans import alignment
 
 
@@ -44,6 +44,45 @@ def test_free_space_is_tinted_by_who_saw_it_and_the_first_row_is_on_top(team_map
     assert is_near(picture[5, 35], PALETTE[1], 0.22)
     assert is_near(picture[5, 20], np.mean([PALETTE[0], PALETTE[1]], axis=0), 0.22)
     assert picture[-1, 5].sum() < 0.8 * sum(PALETTE[0])  # the wall at y = 0 is at the bottom
+
+
+def twin_of_painted(grid: OccupancyGrid, layers: dict[str, OccupancyGrid]) -> np.ndarray:
+    """Return the picture cell by cell, first row on top."""
+    hue = colours(list(layers))
+    picture = np.empty((*grid.shape, 3), dtype=np.uint8)
+    for (r, c), value in np.ndenumerate(grid.cells):
+        seen = {}
+        for robot, layer in layers.items():
+            row, col = np.add((r, c), grid.cell0) - layer.cell0
+            if 0 <= row < layer.shape[0] and 0 <= col < layer.shape[1]:
+                seen[robot] = layer.cells[row, col]
+        walls = [hue[robot] for robot, cell in seen.items() if cell >= OCCUPIED_MIN]
+        known = walls + [hue[robot] for robot, cell in seen.items() if 0 <= cell <= FREE_MAX]
+        tint = np.mean(known, axis=0) if known else np.zeros(3)
+        if value < 0:
+            colour = np.array(PAPER)
+        elif value >= OCCUPIED_MIN:
+            colour = WALL_SHADE * (np.mean(walls, axis=0) if walls else np.array(INK))
+        else:
+            share = FREE_TINT if value <= FREE_MAX else 0.65
+            colour = 255 * (1 - share) + share * tint
+        picture[r, c] = np.rint(colour)
+    return picture[::-1]
+
+
+def test_every_cell_has_the_colour_of_those_who_saw_it_also_where_layers_reach_beyond_the_map() -> None:
+    rng = np.random.default_rng(0)
+
+    def grid(rows: int, cols: int, row0: int, col0: int) -> OccupancyGrid:
+        cells = rng.choice(np.array([UNKNOWN, 0, 20, 50, 70, 100], dtype=np.int8), (rows, cols))
+        return OccupancyGrid.at_cell(cells, 0.1, row0, col0)
+
+    fused = grid(30, 40, -4, 3)
+    layers = {"r1": grid(30, 60, -10, -5), "r2": grid(10, 12, 8, 9), "r3": grid(20, 20, 15, 30)}
+    placed = dict.fromkeys(layers, se2.IDENTITY)
+    team = TeamMap(anchor="r1", T_team_map=placed, grid=fused)
+    picture = draw_team(team, layers, legend=False, size_px=40)[24:-24, 24:-24]
+    assert np.abs(picture.astype(int) - twin_of_painted(fused, layers)).max() <= 1  # float32, rounded
 
 
 def test_unknown_is_paper(team_map):

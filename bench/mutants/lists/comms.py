@@ -196,7 +196,7 @@ MUTANTS = (
     ),
     Mutant(
         "comms/wire/keyframe_codec.py",
-        "SCALE = np.array([1e3, 1e3, 1e4])",
+        "SCALE = np.array(UNITS)",
         "SCALE = np.array([1e1, 1e1, 1e4])",
         "trajectories arrive rounded to ten centimetres",
     ),

@@ -15,6 +15,7 @@ from mrslam.comms.wire.keyframe_codec import (
     KeyframeBlock,
     pack_block,
     quantise,
+    quantise_pose,
     read_varints,
     to_blocks,
     to_key_scans,
@@ -121,6 +122,9 @@ def test_poses_are_kept_to_half_a_millimetre_and_a_twentieth_of_a_milliradian():
 
 def test_what_is_not_finite_does_not_travel():
     assert quantise(np.array([[np.nan, np.inf, 1.0]])).tolist() == [[0, 0, 10000]]
+    poses = [(np.nan, np.inf, 1.0), (1e9, -1e9, 1e9), (0.0005, -0.0015, 0.00025), (1.2344, -7.7777, -3.14159)]
+    for pose in np.array(poses):
+        assert list(quantise_pose(pose)) == quantise(pose[None])[0].tolist()
 
 
 def test_a_steady_drive_costs_few_bytes():
