@@ -101,11 +101,18 @@ class Outlets:
         self._team_due_s = now_s
         return True
 
+    @property
+    def _has_map(self) -> bool:
+        return self._body.located is not None or self._body.own_map is not None
+
     # -- transforms and poses ------------------------------------------------------------------------------------------
 
     def publish_transforms(self) -> None:
-        """Publish map -> odom and the team's frames, stamped ahead; nothing before the first scan was mapped."""
-        if self._tf is None or (self._body.located is None and self._options.mode != "central"):
+        """Publish map -> odom and the team's frames, stamped ahead; nothing before there is a map to show.
+
+        A node that was started again has one at once, and map -> odom with its first scan.
+        """
+        if self._tf is None or not (self._has_map or self._options.mode == "central"):
             return
         stamp_ns = self._stamp_ns() + round(self._options.transform_timeout_s * NS)
         if self._stamped_ns - BACKWARD_NS < stamp_ns <= self._stamped_ns:
@@ -117,9 +124,11 @@ class Outlets:
 
     def _own_transforms(self, stamp_ns: int) -> list[TransformStamped]:
         located, stamp, options = self._body.located, time_of(stamp_ns), self._options
-        if located is None:
+        if not self._has_map:
             return []
         out = [transform_of(self._map_frame, self._team_frame, stamp, self._body.team.T_own_team)]
+        if located is None:
+            return out
         if options.odometry == "none":
             out.append(transform_of(self._map_frame, options.frame(options.base_frame), stamp, located.T_map_base))
         elif located.T_map_odom is not None:

@@ -13,11 +13,12 @@ from std_srvs.srv import Trigger
 
 from mrslam.agent import Agent
 from mrslam.agent.chosen_frame import in_frame
-from mrslam.agent.shells.files import MAP_FILE, TEAM_MAP_FILE, TRAJECTORY_FILE
+from mrslam.agent.shells.files import KEYFRAMES_FILE, MAP_FILE, TEAM_MAP_FILE, TRAJECTORY_FILE
 from mrslam.sim_driver.ros.node.outlets import Outlets
 from mrslam.sim_driver.ros.outlook import RosBody
 from mrslam.sim_driver.ros.sessions import Sessions
 from mrslam.spatial import InputError, write_map
+from mrslam.spatial.files.keyframes import write_keyframes
 from mrslam.spatial.files.tum import write_tum
 
 ANSWER_S = 10.0
@@ -56,14 +57,16 @@ class Services:
 
     def _save(self) -> str:
         def shown(agent: Agent) -> Any:
-            return agent.own_map(), in_frame(agent.team_map().grid, agent.T_frame_team), agent.trajectory_laser()
+            team = in_frame(agent.team_map().grid, agent.T_frame_team)
+            return agent.own_map(), team, agent.trajectory_laser(), agent.local_map()
 
-        own, team, trajectory = self._body.ask(shown).result(ANSWER_S)
+        own, team, trajectory, local = self._body.ask(shown).result(ANSWER_S)
         self._folder.mkdir(parents=True, exist_ok=True)
         write_map(self._folder / MAP_FILE, own)
         write_map(self._folder / TEAM_MAP_FILE, team)
         write_tum(self._folder / TRAJECTORY_FILE, trajectory.stamps_ns, trajectory.T_map_base)
-        return f"{MAP_FILE}, {TEAM_MAP_FILE} and {TRAJECTORY_FILE} are in {self._folder}"
+        write_keyframes(self._folder / KEYFRAMES_FILE, local.keyframes, local.key_scans)
+        return f"{MAP_FILE}, {TEAM_MAP_FILE}, {TRAJECTORY_FILE} and {KEYFRAMES_FILE} are in {self._folder}"
 
     def _save_session(self) -> str:
         return str(self._body.ask(self._sessions.save).result(ANSWER_S))
