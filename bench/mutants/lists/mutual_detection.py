@@ -60,8 +60,8 @@ MUTANTS = (
     ),
     Mutant(
         TRACKER,
-        "        track.update(innovation, noise)\n",
-        "        track.update(innovation, np.eye(2) * 1e6)\n",
+        "        track.filter.update(xy, R=noise)\n",
+        "        track.filter.update(xy, R=np.eye(2) * 1e6)\n",
         "reports do not move a teammate",
     ),
     Mutant(
