@@ -63,9 +63,9 @@ class NormalEquations:
         matrix = csc_matrix((data, self._indices, self._indptr), shape=(self._size, self._size))
         matrix.has_canonical_format = True
         pulls = [-np.einsum("eji,ej->ei", w, error).ravel() for w in (wa, wb)]
-        rhs = np.bincount(self._ends, weights=np.concatenate(pulls), minlength=self._size + 3)
+        sums = np.bincount(self._ends, weights=np.concatenate(pulls), minlength=self._size + 3)
         factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.0)
-        return factors, rhs[3:]
+        return factors, np.asarray(sums[3:], dtype=np.float64)
 
 
 def _jacobians(
