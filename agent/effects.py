@@ -54,6 +54,12 @@ class AlignJob:
     """The robot that found them there; None where this one did."""
 
     @property
+    def saved_m2(self) -> float | None:
+        """Known area of the saved map in which a robot's is looked for, square metres; None where there is not one."""
+        saved = [m2 for map_id, m2 in zip((self.a, self.b), self.area_m2, strict=True) if comms.is_saved(map_id)]
+        return saved[0] if len(saved) == 1 else None
+
+    @property
     def follows(self) -> bool:
         """Whether the maps are known to lie near the place, and are searched for there if they do not fit at it."""
         return self.place is not None and self.prior is not None and self.hinted_by is None

@@ -21,8 +21,8 @@ BARREN = 0.1
 """Wall that agrees where two maps fit best, for each square metre of the smaller one, below which they have nothing in
 common, 1/m. Measured from 40 m2 on: 0.14 and more in ten robots of intel whose place is in the saved map; in ten whose
 map is another building's less than 0.1 in four searches of five (38 of 47), and up to 0.24 by chance in the others."""
-WEAK = "found again, but on weak evidence that has not grown since"
-"""Reason of a pair whose second alignment repeats a weak first one."""
+WEAK = "found again, but on evidence that has not grown since"
+"""Reason of a pair whose second alignment repeats a weak first one, or any in a saved map."""
 SEEN_CONFIDENCE = 0.99
 """Confidence in the team graph of an alignment where the robots saw each other, 0..1: above those by walls alone."""
 
@@ -139,7 +139,7 @@ class PairBelief:
         place = self.places.add(outcome.T_a_b, "maps", now_ns)
         if place is not None and place.is_supported:
             self._believe_at_once(outcome, place)
-        elif self.alignment is None and is_echo(self.stability, outcome):
+        elif self.alignment is None and is_echo(self.stability, outcome, saved_m2=job.saved_m2):
             return self._rejected(WEAK, outcome)
         believed = self.stability.update(outcome)
         if believed is None:

@@ -162,6 +162,8 @@ class Schedule:
         last = belief.last
         if last is None:
             return True
+        if self._seeks_place(pair, belief) and _grown(maps, last.area_m2, self.config.align_growth):
+            return True
         waited_ns = now_ns - last.t_ns
         if waited_ns < self.config.align_interval_s * 1e9:
             return False
@@ -176,6 +178,13 @@ class Schedule:
         if is_old or not self._outgrown(belief, maps):
             return is_old
         return not _is_settled(pair, belief, tied) or _grown(maps, last.area_m2, self.config.realign_growth)
+
+    def _seeks_place(self, pair: Pair, belief: PairBelief) -> bool:
+        """Return whether the own map's place in a saved one is sought, which waits for growth alone.
+
+        That one does not grow: there are 24 searches until the own map is ten times as large.
+        """
+        return belief.alignment is None and self.own_id in pair and any(_is_saved(map_id) for map_id in pair)
 
     def _is_worth_a_search(self, belief: PairBelief, maps: tuple[KnownMap, KnownMap], *, is_eager: bool) -> bool:
         """Return whether the maps of a pair that is not merged have grown enough since its last try."""

@@ -7,7 +7,7 @@ contradict.
 
 from __future__ import annotations
 
-from mrslam.alignment import Alignment, Rejection, StabilityCheck
+from mrslam.alignment import Alignment, Evidence, Rejection, StabilityCheck
 
 SAME_PLACE = StabilityCheck(max_dx_m=2.0, max_dy_m=2.0, max_dtheta_rad=0.4)
 """Two transforms that differ by less are one place, corrected; by more, two places. Four times the limits within which
@@ -30,19 +30,28 @@ REFUTED_PER_M = 0.4
 is forgiven when it is merged, for the same reason."""
 
 
-def is_echo(stability: StabilityCheck, second: Alignment) -> bool:
+def is_echo(stability: StabilityCheck, second: Alignment, saved_m2: float | None = None) -> bool:
     """Return whether a second alignment only repeats the evidence of the first, and that evidence is weak.
 
     The same chance, or the same false map, agrees with itself. The evidence that chose the first place cannot confirm
     it; what the maps have shown since can.
+
+    ``saved_m2`` : known area of a saved map in which a robot's is looked for. A room of it may look like one that was
+    not saved, which no other place tells: till it is a few rooms, or all that was saved, more of it must agree.
     """
     first = stability.previous
-    if first is None or not stability.agrees(second, first) or not _is_weak(second):
+    if first is None or not stability.agrees(second, first):
         return False
-    before, now = first.evidence, second.evidence
-    if now.matched_m < WALL_GROWTH * before.matched_m:
+    before, now, is_weak = first.evidence, second.evidence, _is_weak(second)
+    may_be_a_room = saved_m2 is not None and now.matched_m < MUCH_WALL_M and WALL_GROWTH * now.overlap_m2 < saved_m2
+    if (is_weak or may_be_a_room) and now.matched_m < WALL_GROWTH * before.matched_m:
         return True
-    return now.matched_m < MUCH_WALL_M and any(
+    return is_weak and now.matched_m < MUCH_WALL_M and _is_stained_more(before, now)
+
+
+def _is_stained_more(before: Evidence, now: Evidence) -> bool:
+    """Return whether the wall that came to the first evidence contradicts by more than a clean fit's."""
+    return any(
         new.contradicted_m - old.contradicted_m > CLEAN_PER_M * (new.matched_m - old.matched_m)
         for old, new in ((before.a, now.a), (before.b, now.b))
     )

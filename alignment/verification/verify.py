@@ -85,7 +85,7 @@ def examine(a: PreparedMap, b: PreparedMap, T_a_b: Transform, tolerance_m: float
         a=WallEvidence(ma * res, oa * res, ca * res, da * res),
         b=WallEvidence(mb * res, ob * res, cb * res, db * res),
         overlap_m2=shared_m2,
-        overlap=shared_m2 / max(min(a.known_m2, b.known_m2), 1e-9),
+        overlap=min(shared_m2 / max(min(a.known_m2, b.known_m2), 1e-9), 1.0),  # looked at by steps of cells
         free_m2=free * (FREE_STEP * res) ** 2,
         acceptance_index=(free + occupied) / max(free + occupied + differ, 1),
         crosswise_m=0.5 * res * float(np.linalg.eigvalsh(H[:2, :2])[0]),

@@ -47,7 +47,7 @@ def job(attempt: int) -> AlignJob:
 def localise(agent: Agent) -> list[Event]:
     """Let the saved map be aligned twice with the robot's own; return the events."""
     found = Alignment(
-        T_a_b=T_A_MONDAY, confidence=0.9, evidence=Evidence(WallEvidence(30.0), WallEvidence(30.0)),
+        T_a_b=T_A_MONDAY, confidence=0.9, evidence=Evidence(WallEvidence(50.0), WallEvidence(50.0)),
         covariance=1e-4 * np.eye(3), method="orb",
     )  # fmt: skip
     effects = [effect for n in range(2) for effect in agent.on_done(job(n), found, (10 + n) * SECOND)]

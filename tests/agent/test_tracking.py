@@ -46,7 +46,7 @@ def robot(boot_id: int = 1, *, localise: bool = True) -> Agent:
 def localise(agent: Agent, t_ns: int) -> None:
     """Let the saved map be aligned twice with the robot's own."""
     found = Alignment(
-        T_a_b=T_OWN_SAVED, confidence=0.9, evidence=Evidence(WallEvidence(30.0), WallEvidence(30.0)),
+        T_a_b=T_OWN_SAVED, confidence=0.9, evidence=Evidence(WallEvidence(50.0), WallEvidence(50.0)),
         covariance=1e-4 * np.eye(3), method="orb",
     )  # fmt: skip
     nothing = OccupancyGrid(np.empty((0, 0), dtype=np.int8), 0.05)
@@ -160,7 +160,7 @@ def tracking_again(agent: Agent) -> Agent:
     found = se2.compose(T_own_room, T_OWN_SAVED)
     nothing = OccupancyGrid(np.empty((0, 0), dtype=np.int8), 0.05)
     alignment = Alignment(
-        T_a_b=found, confidence=0.9, evidence=Evidence(WallEvidence(30.0), WallEvidence(30.0)),
+        T_a_b=found, confidence=0.9, evidence=Evidence(WallEvidence(50.0), WallEvidence(50.0)),
         covariance=1e-4 * np.eye(3), method="orb",
     )  # fmt: skip
     version = agent.team.maps["a"].version

@@ -125,7 +125,7 @@ MUTANTS = (
     ),
     Mutant(
         BELIEF,
-        "        elif self.alignment is None and is_echo(self.stability, outcome):",
+        "        elif self.alignment is None and is_echo(self.stability, outcome, saved_m2=job.saved_m2):",
         "        elif False:",
         "weak evidence looked at twice is believed",
     ),
@@ -524,6 +524,48 @@ MUTANTS = (
         "            self._near.clear()\n",
         "            pass\n",
         "a new own map is looked for where the first one began in the saved map",
+    ),
+    Mutant(
+        "agent/pairs/schedule.py",
+        "        if self._seeks_place(pair, belief) and _grown(maps, last.area_m2, self.config.align_growth):",
+        "        if False:",
+        "a robot waits between two looks for its place in a saved map however much it has seen since",
+    ),
+    Mutant(
+        "agent/pairs/schedule.py",
+        "return belief.alignment is None and self.own_id in pair and any(_is_saved(map_id) for map_id in pair)",
+        "return self.own_id in pair and any(_is_saved(map_id) for map_id in pair)",
+        "a place in a saved map that is believed is aligned again with every tenth that the own map grows",
+    ),
+    Mutant(
+        "agent/pairs/schedule.py",
+        "return belief.alignment is None and self.own_id in pair and any(_is_saved(map_id) for map_id in pair)",
+        "return belief.alignment is None and self.own_id in pair",
+        "a teammate's map, which grows as well, is searched for without waiting",
+    ),
+    Mutant(
+        "agent/pairs/second_look.py",
+        "saved_m2 is not None and now.matched_m < MUCH_WALL_M",
+        "False and now.matched_m < MUCH_WALL_M",
+        "a room that looks like a saved one is believed to be that on its walls alone",
+    ),
+    Mutant(
+        "agent/pairs/second_look.py",
+        " and now.matched_m < MUCH_WALL_M and WALL_GROWTH * now.overlap_m2 < saved_m2",
+        " and WALL_GROWTH * now.overlap_m2 < saved_m2",
+        "a robot that has seen the whole building and gets a saved map then is never localised",
+    ),
+    Mutant(
+        "agent/pairs/second_look.py",
+        " and WALL_GROWTH * now.overlap_m2 < saved_m2",
+        "",
+        "in a saved map of one room nobody is ever localised",
+    ),
+    Mutant(
+        "agent/effects.py",
+        "        return saved[0] if len(saved) == 1 else None",
+        "        return saved[0] if saved else None",
+        "two saved maps are never merged, for neither shows more",
     ),
     Mutant(
         "agent/pairs/schedule.py",

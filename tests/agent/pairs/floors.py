@@ -16,17 +16,25 @@ from mrslam.spatial import LocalMap, OccupancyGrid, TiledMap
 S = 1_000_000_000
 
 
-def found(x: float = 1.0, confidence: float = 0.9, theta: float = 0.0) -> Alignment:
-    return Alignment(np.array([x, 0.0, theta]), confidence, Evidence(), np.eye(3) * 1e-4, "auto")
+def found(
+    x: float = 1.0, confidence: float = 0.9, theta: float = 0.0, wall_m: float = 0.0, overlap_m2: float = 0.0
+) -> Alignment:
+    T_a_b = np.array([x, 0.0, theta])
+    return Alignment(T_a_b, confidence, walls(wall_m, 0.0, overlap_m2), np.eye(3) * 1e-4, "auto")
 
 
-def walls(matched_m: float, contradicted_m: float) -> Evidence:
+def walls(matched_m: float, contradicted_m: float, overlap_m2: float = 0.0) -> Evidence:
     side = WallEvidence(matched_m=matched_m, contradicted_m=contradicted_m)
-    return Evidence(a=side, b=side)
+    return Evidence(a=side, b=side, overlap_m2=overlap_m2)
 
 
 def weak(wall_m: float) -> Alignment:
     return Alignment(np.array([1.0, 0.0, 0.0]), 0.58, walls(wall_m, 0.0), np.eye(3) * 1e-4, "auto")
+
+
+def floor(cells: int, revision: int, epoch: int) -> KnownMap:
+    grid = OccupancyGrid(np.zeros((cells, cells), dtype=np.int8), 0.05)
+    return KnownMap((epoch, revision), LocalMap(TiledMap.from_grid(grid, revision)))
 
 
 class Floors(Team):
@@ -39,8 +47,11 @@ class Floors(Team):
 
     def grow(self, robot: str, cells: int, revision: int = 1, epoch: int = 1) -> None:
         """Let a robot publish a square of this number of cells a side."""
-        grid = OccupancyGrid(np.zeros((cells, cells), dtype=np.int8), 0.05)
-        self.take_map(robot, KnownMap((epoch, revision), LocalMap(TiledMap.from_grid(grid, revision))))
+        self.take_map(robot, floor(cells, revision, epoch))
+
+    def save(self, map_id: str, cells: int = 200) -> None:
+        """Give the team a saved map, a square of this number of cells a side."""
+        self.take_saved_map(map_id, floor(cells, 1, 1))
 
     def job(self, t_s: float) -> AlignJob:
         """Return the alignment that is due."""

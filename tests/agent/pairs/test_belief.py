@@ -32,6 +32,31 @@ def test_weak_evidence_looked_at_twice_is_not_believed_until_it_has_grown() -> N
     assert team.align(weak(12.5), 40)["status"] == "accepted"  # a fourth more than when it was found
 
 
+@pytest.mark.parametrize(
+    ("second_m", "overlap_m2", "is_believed"),
+    [(30.0, 20.0, False), (35.0, 20.0, False), (37.0, 20.0, True), (30.0, 90.0, True), (40.0, 20.0, True)],
+)
+def test_a_place_in_a_saved_map_is_confirmed_by_wall_that_came_to_it(
+    second_m: float, overlap_m2: float, is_believed: bool
+) -> None:
+    team = Floors()
+    team.grow("r2", 64)
+    team.save("office@monday")  # 100 m2
+    first_m = 30.0 if second_m < 40.0 else 39.0  # a few rooms, which need no more
+    assert team.align(found(wall_m=first_m), 0)["reason"] == UNCONFIRMED
+    verdict = team.align(found(wall_m=second_m, overlap_m2=overlap_m2), 10)
+    assert (verdict["status"], verdict["reason"]) == (("accepted",) * 2 if is_believed else ("rejected", WEAK))
+
+
+def test_two_saved_maps_which_do_not_grow_need_no_more_wall_to_be_merged() -> None:
+    team = Floors()
+    for day in ("monday", "tuesday"):
+        team.save(f"office@{day}")
+    for t_s in (0, 10):
+        verdict = team.align(found(wall_m=30.0), t_s)
+    assert verdict["status"] == "accepted"
+
+
 def stained(wall_m: float, against_m: float, confidence: float = 0.7) -> Alignment:
     return Alignment(np.array([1.0, 0.0, 0.0]), confidence, walls(wall_m, against_m), np.eye(3) * 1e-4, "auto")
 

@@ -159,3 +159,34 @@ def test_an_own_pair_comes_before_one_of_others_that_waits_longer() -> None:
         assert team.due(t_s) == ("r2", "r3")
         team.align(nothing, t_s)
     assert team.due(36.0) == ("r1", "r3")
+
+
+def test_a_place_in_a_saved_map_is_looked_for_whenever_the_own_map_has_grown() -> None:
+    team = Floors()
+    team.grow("r2", 64)
+    team.save("office@monday")
+    nothing, cells = Rejection("overlap 2 %", 0.1, None, "auto"), 64
+    for revision in range(2, 4 + PATIENT_AFTER):
+        team.align(nothing, 2.0 * revision)
+        team.grow("r2", cells + 1, 100 + revision)
+        assert team.due(2.0 * revision + 1.0) is None  # hardly grown
+        cells = round(1.06 * cells)
+        team.grow("r2", cells, revision)
+        assert team.due(2.0 * revision + 1.0) == ("office@monday", "r2")  # neither interval nor patience
+
+
+def test_a_teammates_map_and_a_place_once_believed_wait_for_their_time() -> None:
+    team = Floors("r1", "r2")
+    team.align(Rejection("overlap 2 %", 0.1, None, "auto"), 0.0)
+    team.grow("r2", 80, 2)
+    assert team.due(2.0) is None
+    team = Floors()
+    team.grow("r2", 64)
+    team.save("office@monday")
+    for revision, t_s in ((2, 0.0), (3, 2.0)):
+        team.grow("r2", 64 * revision, revision)
+        team.align(found(wall_m=50.0), t_s)
+    assert team.beliefs["office@monday", "r2"].status == "accepted"
+    team.grow("r2", 640, 9)
+    assert team.due(4.0) is None
+    assert team.due(13.0) == ("office@monday", "r2")

@@ -80,3 +80,11 @@ def test_a_small_fit_must_be_cleaner_than_a_large_one(matched_m, passes):
     walls = WallEvidence(matched_m=matched_m, contradicted_m=bad)
     evidence = Evidence(a=walls, b=walls, crosswise_m=3.0, walls=6, score_m=9.0, margin=1.0)
     assert all(test.slack >= 0 for test in asked_of(evidence, AlignmentConfig())) == passes
+
+
+@pytest.mark.parametrize("beside", [0, 1])
+def test_a_map_overlaps_another_by_no_more_than_all_of_it(beside: int) -> None:
+    cells = np.full((70, 70), -1, dtype=np.int8)
+    cells[beside : beside + 61, beside : beside + 61] = room(61, 61).cells  # odd: every second cell is looked at
+    a = prepare(OccupancyGrid(cells, 0.05, (0.0, 0.0)), 0.05)
+    assert 0.9 < examine(a, a, se2.IDENTITY, 0.15).evidence.overlap <= 1.0
