@@ -19,8 +19,9 @@ SETTLE_NS = 4_000_000_000
 KEYFRAMES, SHARE = 8, 0.08
 """Least new keyframes of all robots together for another solution (some metres of path), and least share of all they
 have, so that the cost of all solutions grows with the path and the robots, and not with their squares."""
-AT_LAST_NS = 60_000_000_000
-"""Time after which fewer new keyframes are joined, too, nanoseconds: a robot that stands still is not waited for."""
+AT_LAST_NS = 300_000_000_000
+"""Time after which fewer new keyframes are joined, too, nanoseconds: a robot that stands still is not waited for.
+With 60 s the solutions of a long run cost with the square of its length, for the same errors (docs/performance.md)."""
 
 
 class Joining:

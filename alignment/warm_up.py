@@ -12,6 +12,7 @@ def warm_up() -> None:
     from mrslam.alignment.align import align  # late: align imports every kernel
     from mrslam.alignment.aligners import ALIGNERS
     from mrslam.alignment.config import AlignmentConfig
+    from mrslam.alignment.prepared import prepare
 
     cells = np.full((120, 160), -1, dtype=np.int8)
     cells[20:100, 20:140] = 0
@@ -19,7 +20,10 @@ def warm_up() -> None:
         cells[r, c] = 100
     cells[20:60, 70], cells[70, 20:50], cells[40, 100:110] = 100, 100, 100
     grid = OccupancyGrid(cells, 0.05)
-    for method in ALIGNERS:
-        align(grid, grid, method=method, config=AlignmentConfig(evaluations=5, ransac_draws=50))
+    config = AlignmentConfig(evaluations=5, ransac_draws=50)
+    align(grid, grid, config=config)
+    a, b = (prepare(grid, grid.resolution_m) for _ in range(2))
+    for propose in ALIGNERS.values():  # what they propose is judged by the same kernels
+        propose(a, b, config, None)
     # What does not fit rigidly is bent, which has kernels of its own.
     align(grid, grid, config=AlignmentConfig(min_score_m=1e6))

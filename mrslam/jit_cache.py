@@ -62,7 +62,8 @@ def mark_warm(package: str) -> None:
 
 
 def _mark(package: str) -> Path:
-    return Path(os.environ.get("NUMBA_CACHE_DIR", cache_dir())) / f"{package}.compiled"
+    folder = os.environ.get("NUMBA_CACHE_DIR") or cache_dir()  # which reads every source for its hash
+    return Path(folder) / f"{package}.compiled"
 
 
 def forget_old(keep: int = 4) -> None:

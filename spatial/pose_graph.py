@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
-from scipy.sparse.linalg import SuperLU, splu
+from scipy.sparse.linalg import SuperLU
 
 from mrslam.spatial import se2
+from mrslam.spatial.normal_equations import NormalEquations
 from mrslam.spatial.se2 import Transform
 
 ITERATIONS = 4
@@ -90,9 +91,10 @@ def relax(poses: Transform, edges: Edges, robust: NDArray[np.bool_], robust_scal
     poses = np.array(poses, dtype=np.float64)
     if poses.shape[0] < 2 or edges.first.size == 0:
         return poses
+    equations = _equations(edges, poses)
     for _ in range(ITERATIONS):
         weight = np.where(robust, 1.0 / (1.0 + edges.chi2(poses) / robust_scale**2), 1.0)
-        if _step(poses, edges, weight) < SETTLED_M:
+        if _step(poses, edges, equations, weight) < SETTLED_M:
             break
     return poses
 
@@ -110,14 +112,15 @@ def relax_graduated(
     weight = np.ones(edges.first.size)
     if poses.shape[0] < 2 or edges.first.size == 0:
         return poses, weight
-    _settle(poses, edges, weight)
+    equations = _equations(edges, poses)
+    _settle(poses, edges, equations, weight)
     if not doubtful.any():
         return poses, weight
     worst = float(edges.chi2(poses)[doubtful].max())
     if worst > bound:
-        _anneal(poses, edges, doubtful, bound, worst)
+        _anneal(poses, edges, equations, doubtful, bound, worst)
     weight = np.where(doubtful & (edges.chi2(poses) > bound), 0.0, 1.0)
-    _settle(poses, edges, weight)
+    _settle(poses, edges, equations, weight)
     return poses, weight
 
 
@@ -141,7 +144,7 @@ def relax_again(
             break
         together, _ = relax_graduated(begin, edges.part(tried), doubtful[tried], bound)
         kept = np.where(doubtful & (edges.chi2(together) > bound), 0.0, 1.0)
-        _settle(together, edges, kept)
+        _settle(together, edges, _equations(edges, poses), kept)
         if kept.sum() <= weight.sum():
             break
         poses, weight = together, kept
@@ -155,7 +158,7 @@ def marginal(poses: Transform, edges: Edges, node: int) -> NDArray[np.float64]:
     """
     if node == 0 or edges.first.size == 0:
         return np.zeros((3, 3))
-    factors, _ = _system(poses, edges, np.ones(edges.first.size))
+    factors, _ = _factorised(poses, edges, _equations(edges, poses), np.ones(edges.first.size))
     columns = np.zeros((3 * poses.shape[0] - 3, 3))
     own = slice(3 * node - 3, 3 * node)
     columns[own] = np.eye(3)
@@ -163,13 +166,20 @@ def marginal(poses: Transform, edges: Edges, node: int) -> NDArray[np.float64]:
     return np.asarray(0.5 * (cov + cov.T))
 
 
-def _anneal(poses: Transform, edges: Edges, doubtful: NDArray[np.bool_], bound: float, worst: float) -> None:
+def _anneal(
+    poses: Transform,
+    edges: Edges,
+    equations: NormalEquations,
+    doubtful: NDArray[np.bool_],
+    bound: float,
+    worst: float,
+) -> None:
     """Relax the poses in place under a loss that becomes sharper, from convex for squared lengths up to ``worst``."""
     mu, weight = bound / (2.0 * worst - bound), np.ones(edges.first.size)
     for _ in range(ANNEALING_STEPS):
         before = weight
         weight = np.where(doubtful, _truncated(edges.chi2(poses), bound, mu), 1.0)
-        moved = _step(poses, edges, weight)
+        moved = _step(poses, edges, equations, weight)
         certain = bool(((weight < 1e-3) | (weight > 1.0 - 1e-3)).all())
         if certain and moved < SETTLED_M and np.array_equal(before, weight):
             return
@@ -182,66 +192,27 @@ def _truncated(chi2: NDArray[np.float64], bound: float, mu: float) -> NDArray[np
     return np.where(chi2 >= (mu + 1.0) / mu * bound, 0.0, np.where(chi2 <= mu / (mu + 1.0) * bound, 1.0, between))
 
 
-def _settle(poses: Transform, edges: Edges, weight: NDArray[np.float64]) -> None:
+def _settle(poses: Transform, edges: Edges, equations: NormalEquations, weight: NDArray[np.float64]) -> None:
     """Relax the poses in place, with fixed weights."""
     for _ in range(ITERATIONS):
-        if _step(poses, edges, weight) < SETTLED_M:
+        if _step(poses, edges, equations, weight) < SETTLED_M:
             return
 
 
-def _step(poses: Transform, edges: Edges, weight: NDArray[np.float64]) -> float:
-    """Take one Gauss-Newton step in place, and return the largest change, metres or radians."""
-    step = _solve(poses, edges, weight)
-    poses[:, :2] += step[:, :2]
-    poses[:, 2] = se2.wrap(poses[:, 2] + step[:, 2])
+def _step(poses: Transform, edges: Edges, equations: NormalEquations, weight: NDArray[np.float64]) -> float:
+    """Take one Gauss-Newton step in place, and return the largest change, metres or radians; the first pose stays."""
+    factors, rhs = _factorised(poses, edges, equations, weight)
+    step = factors.solve(rhs).reshape(-1, 3)
+    poses[1:] += step
+    poses[:, 2] = se2.wrap(poses[:, 2])
     return float(np.abs(step).max())
 
 
-def _solve(poses: Transform, edges: Edges, weight: NDArray[np.float64]) -> Transform:
-    """Return the Gauss-Newton step ``(K, 3)``; the first pose's is 0."""
-    factors, rhs = _system(poses, edges, weight)
-    step = np.zeros((poses.shape[0], 3))
-    step[1:] = factors.solve(rhs).reshape(-1, 3)
-    return step
+def _factorised(
+    poses: Transform, edges: Edges, equations: NormalEquations, weight: NDArray[np.float64]
+) -> tuple[SuperLU, NDArray[np.float64]]:
+    return equations.factorised(poses, edges.residuals(poses), edges.information * weight[:, None, None])
 
 
-def _system(poses: Transform, edges: Edges, weight: NDArray[np.float64]) -> tuple[SuperLU, NDArray[np.float64]]:
-    """Return the factorised normal equations of all poses but the first, and their right side ``(3 K - 3,)``."""
-    first, second, count = edges.first, edges.second, poses.shape[0]
-    error = edges.residuals(poses)
-    a, b = _jacobians(poses, first, second)
-    weighted = edges.information * weight[:, None, None]
-    wa, wb = weighted @ a, weighted @ b
-    at, bt = a.transpose(0, 2, 1), b.transpose(0, 2, 1)
-    blocks = [at @ wa, at @ wb, bt @ wa, bt @ wb]
-    pairs = [(first, first), (first, second), (second, first), (second, second)]
-    axis = np.arange(3)
-    rows = np.concatenate([(3 * i[:, None, None] + axis[:, None] + 0 * axis).ravel() for i, _ in pairs])
-    cols = np.concatenate([(3 * j[:, None, None] + 0 * axis[:, None] + axis).ravel() for _, j in pairs])
-    values = np.concatenate([block.ravel() for block in blocks])
-    rhs = np.zeros(3 * count)
-    np.add.at(rhs, (3 * first[:, None] + axis).ravel(), -np.einsum("eji,ej->ei", wa, error).ravel())
-    np.add.at(rhs, (3 * second[:, None] + axis).ravel(), -np.einsum("eji,ej->ei", wb, error).ravel())
-    free = (rows >= 3) & (cols >= 3)
-    size = 3 * count - 3
-    rows = np.concatenate([rows[free] - 3, np.arange(size)])
-    cols = np.concatenate([cols[free] - 3, np.arange(size)])
-    values = np.concatenate([values[free], np.full(size, 1e-6)])  # a node without edges stays where it is
-    matrix = coo_matrix((values, (rows, cols)), shape=(size, size)).tocsc()
-    symmetric = splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.0)
-    return symmetric, rhs[3:]
-
-
-def _jacobians(
-    poses: Transform, first: NDArray[np.int64], second: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the residuals' derivatives ``(E, 3, 3)`` by the first and by the second pose."""
-    cos, sin = np.cos(poses[first, 2]), np.sin(poses[first, 2])
-    delta = poses[second, :2] - poses[first, :2]
-    a, b = np.zeros((first.size, 3, 3)), np.zeros((first.size, 3, 3))
-    b[:, 0, 0], b[:, 0, 1], b[:, 1, 0], b[:, 1, 1], b[:, 2, 2] = cos, sin, -sin, cos, 1.0
-    a[:, :2, :2] = -b[:, :2, :2]
-    a[:, 0, 2] = -sin * delta[:, 0] + cos * delta[:, 1]
-    a[:, 1, 2] = -cos * delta[:, 0] - sin * delta[:, 1]
-    a[:, 2, 2] = -1.0
-    return a, b
+def _equations(edges: Edges, poses: Transform) -> NormalEquations:
+    return NormalEquations(edges.first, edges.second, poses.shape[0])

@@ -104,8 +104,18 @@ class Trail:
         return np.array(found, dtype=np.int64).reshape(-1, 2)
 
     def way_from(self, keys: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return ``(len(keys), K)``: shortest path in the pose graph from these keyframes to all, metres."""
-        return np.asarray(dijkstra(self._graph, directed=False, indices=keys))
+        """Return ``(len(keys), K)``: shortest path in the pose graph from these keyframes to all, metres.
+
+        Each keyframe is looked up once: matches come back in every round of joining.
+        """
+        new = np.array(sorted(set(keys.tolist()) - self._ways.keys()), dtype=np.int64)
+        if new.size:
+            self._ways.update(zip(new.tolist(), dijkstra(self._graph, directed=False, indices=new), strict=True))
+        return np.array([self._ways[key] for key in keys.tolist()]).reshape(-1, len(self))
+
+    @cached_property
+    def _ways(self) -> dict[int, NDArray[np.float64]]:
+        return {}
 
     @cached_property
     def _graph(self) -> csr_matrix:

@@ -47,8 +47,9 @@ def test_a_few_keyframes_are_not_joined_though_they_are_a_large_share() -> None:
 
 def test_few_new_keyframes_are_joined_at_last_and_none_never() -> None:
     joining = begun()
-    assert is_due(joining, 61.0, a=201, b=200)
-    assert not is_due(joining, 200.0, a=201, b=200)
+    assert not is_due(joining, 299.0, a=201, b=200)
+    assert is_due(joining, 301.0, a=201, b=200)
+    assert not is_due(joining, 900.0, a=201, b=200)
 
 
 def test_a_third_map_and_one_begun_anew_are_joined_after_the_least_time() -> None:

@@ -87,8 +87,8 @@ MUTANTS = (
     ),
     Mutant(
         "spatial/pose_graph.py",
-        "        if _step(poses, edges, weight) < SETTLED_M:\n            break\n",
-        "        _step(poses, edges, weight)\n        break\n",
+        "        if _step(poses, edges, equations, weight) < SETTLED_M:\n            break\n",
+        "        _step(poses, edges, equations, weight)\n        break\n",
         "relaxation stops after one step, and large loops stay open",
     ),
     Mutant(
