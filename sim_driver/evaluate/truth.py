@@ -40,6 +40,11 @@ class Judge:
     """``(H, W)`` the floor that counts."""
 
     @cached_property
+    def _floor(self) -> NDArray[np.float64]:
+        """``(N, 2)``: centres of the cells that count, of which every map of a team is asked."""
+        return self.world.centres(self.reachable)
+
+    @cached_property
     def _walls(self) -> tuple[OccupancyGrid, NDArray[np.float32]]:
         """The world with a margin, for walls stand at its edge, and the distance to the nearest of them, metres."""
         grid, margin = self.world, math.ceil(MARGIN_M / self.world.resolution_m)
@@ -57,7 +62,7 @@ class Judge:
 
     def coverage(self, grid: OccupancyGrid, T_world_map: Transform) -> float:
         """Return the share of the reachable floor that the map knows to be free, 0..1."""
-        floor = se2.apply(se2.inverse(T_world_map), self.world.centres(self.reachable))
+        floor = se2.apply(se2.inverse(T_world_map), self._floor)
         return float(np.mean(values_at(grid, floor) == 0)) if len(floor) else 0.0
 
     def occupied_precision(self, grid: OccupancyGrid, T_world_map: Transform) -> float:

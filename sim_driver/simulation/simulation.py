@@ -47,6 +47,8 @@ class Simulation:
         self._sensed: dict[str, list[Sensed]] = defaultdict(list)
         self._qualities: dict[str, dict[str, float]] = {}
         self._pairs = list(combinations(sorted(self.fleet.robots), 2))
+        place_of = {robot_id: k for k, robot_id in enumerate(self.fleet.robots)}
+        self._pair_places = np.array([[place_of[a], place_of[b]] for a, b in self._pairs]).reshape(-1, 2)
         columns = 1 + 3 * len(self.fleet.robots) + len(self._pairs)  # time, poses, qualities of links
         self._truth = Spool((np.float64, columns))
         self._next_ns = 0
@@ -103,7 +105,8 @@ class Simulation:
     def _hear(self) -> None:
         poses = self.fleet.T_world_base()
         self._qualities = {robot_id: {} for robot_id in poses}
-        heard = [self.radio.quality(poses[a], poses[b]) for a, b in self._pairs]
+        places_m = np.array([pose[:2] for pose in poses.values()]).reshape(-1, 2)
+        heard = self.radio.qualities(places_m, self._pair_places) if self._pairs else []
         for (a, b), quality in zip(self._pairs, heard, strict=True):
             self._qualities[a][b] = self._qualities[b][a] = quality
         self._truth.add(np.concatenate([[self._next_ns], *poses.values(), heard]))

@@ -96,12 +96,21 @@ class Radio:
 
     def link(self, T_world_a: ArrayLike, T_world_b: ArrayLike) -> Link:
         """Return the link between two poses (or points) of the world."""
-        config = self._config
         a, b = np.asarray(T_world_a, dtype=np.float64)[:2], np.asarray(T_world_b, dtype=np.float64)[:2]
-        distance = float(np.hypot(*(b - a)))
-        walls = self.walls(a, b)
+        return self._link(float(np.hypot(*(b - a))), self.walls(a, b), self.shadowing_db(a, b))
+
+    def qualities(self, places_m: NDArray[np.float64], pairs: NDArray[np.int64]) -> list[float]:
+        """Return what :meth:`quality` says of ``pairs (P, 2)``, indices into ``places_m (N, 2)``, all at once."""
+        a, b = places_m[pairs[:, 0]], places_m[pairs[:, 1]]
+        walls = count_all_walls(self._world.is_wall, *self._in_cells(a, b))
+        distances, shadowing_db = np.hypot(*(b - a).T), self._shadowing_db(places_m, pairs)
+        each = zip(distances.tolist(), walls.tolist(), shadowing_db.tolist(), strict=True)
+        return [self._link(*one).quality for one in each]
+
+    def _link(self, distance: float, walls: int, shadowing_db: float) -> Link:
+        config = self._config
         loss_db = config.loss_1m_db + 10.0 * config.path_loss_exponent * math.log10(max(distance, 0.3))
-        rssi = config.power_dbm - loss_db - config.wall_loss_db * walls - self.shadowing_db(a, b)
+        rssi = config.power_dbm - loss_db - config.wall_loss_db * walls - shadowing_db
         over = config.steepness_per_db * (rssi - config.sensitivity_dbm)
         delivery = 1.0 / (1.0 + math.exp(-min(max(over, -60.0), 60.0)))
         if delivery < 1e-3 or distance > config.range_m:
@@ -114,17 +123,40 @@ class Radio:
 
     def walls(self, a_m: NDArray[np.float64], b_m: NDArray[np.float64]) -> int:
         """Return how many walls the straight line between two points crosses."""
+        return int(count_all_walls(self._world.is_wall, *self._in_cells(a_m[None], b_m[None]))[0])
+
+    def _in_cells(
+        self, a_m: NDArray[np.float64], b_m: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return both ends of lines ``(P, 2)`` in cells, in one order, so that both directions count alike."""
         grid = self._world.grid
-        # From one end always, so that both directions count alike.
-        (x0, y0), (x1, y1) = sorted(tuple((p - np.asarray(grid.origin_m)) / grid.resolution_m) for p in (a_m, b_m))
-        return int(count_walls(self._world.is_wall, float(x0), float(y0), float(x1), float(y1)))
+        a, b = ((one - np.asarray(grid.origin_m)) / grid.resolution_m for one in (a_m, b_m))
+        is_turned = (b[:, 0] < a[:, 0]) | ((b[:, 0] == a[:, 0]) & (b[:, 1] < a[:, 1]))
+        return np.where(is_turned[:, None], b, a), np.where(is_turned[:, None], a, b)
 
     def shadowing_db(self, a_m: NDArray[np.float64], b_m: NDArray[np.float64]) -> float:
         """Return the shadowing of the link between two points, the same both ways; fades out below a metre."""
-        forth = np.cos(self._waves[:, 0] @ a_m + self._waves[:, 1] @ b_m + self._phases).sum()
-        back = np.cos(self._waves[:, 0] @ b_m + self._waves[:, 1] @ a_m + self._phases).sum()
-        near = min(float(np.hypot(*(b_m - a_m))), 1.0)
-        return self._config.shadowing_db * near * float(forth + back) / math.sqrt(WAVES)
+        return float(self._shadowing_db(np.stack([a_m, b_m]), np.array([[0, 1]]))[0])
+
+    def _shadowing_db(self, places_m: NDArray[np.float64], pairs: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return ``(P,)``: the shadowing between pairs of places; what one place adds is worked out once for all."""
+        first, second = (np.array([self._waves[:, end] @ place for place in places_m]) for end in (0, 1))
+        i, j = pairs.T
+        forth = np.cos(first[i] + second[j] + self._phases).sum(axis=1)
+        back = np.cos(first[j] + second[i] + self._phases).sum(axis=1)
+        near = np.minimum(np.hypot(*(places_m[j] - places_m[i]).T), 1.0)
+        return np.asarray(self._config.shadowing_db * near * (forth + back) / math.sqrt(WAVES))
+
+
+@njit(cache=True, nogil=True)
+def count_all_walls(
+    is_wall: NDArray[np.bool_], starts: NDArray[np.float64], ends: NDArray[np.float64]
+) -> NDArray[np.int64]:  # pragma: no cover - compiled
+    """Return what :func:`count_walls` counts on each of the lines ``(P, 2)``, (x, y) in cells."""
+    counts = np.empty(starts.shape[0], dtype=np.int64)
+    for k in range(starts.shape[0]):
+        counts[k] = count_walls(is_wall, starts[k, 0], starts[k, 1], ends[k, 0], ends[k, 1])
+    return counts
 
 
 @njit(cache=True, nogil=True)

@@ -89,13 +89,22 @@ class World:
 
         ``apart_from`` : ``(N, 2)`` points to keep twice that far from. Raises ``InputError`` where no cell qualifies.
         """
-        candidates = self.grid.centres(self.reachable & (self.clearance_cells >= clearance_m / self.resolution_m + 1.0))
-        is_apart = np.ones(len(candidates), dtype=np.bool_)
+        is_free = self.reachable & (self.clearance_cells >= clearance_m / self.resolution_m + 1.0)
         for taken in () if apart_from is None else np.asarray(apart_from):
-            near = np.flatnonzero(np.abs(candidates[:, 0] - taken[0]) < 2.0 * clearance_m)
-            is_apart[near] &= np.linalg.norm(candidates[near] - taken, axis=-1) >= 2.0 * clearance_m
-        candidates = candidates[is_apart]
+            col, row = np.floor((taken - np.asarray(self.grid.origin_m)) / self.resolution_m).astype(int)
+            reach = int(2.0 * clearance_m / self.resolution_m) + 2
+            top, left = max(row - reach, 0), max(col - reach, 0)
+            part = is_free[top : max(row + reach + 1, 0), left : max(col + reach + 1, 0)]
+            rows, cols = np.nonzero(part)
+            part[rows, cols] = (
+                np.linalg.norm(self._centre(rows + top, cols + left) - taken, axis=-1) >= 2.0 * clearance_m
+            )
+        candidates = np.flatnonzero(is_free)
         if len(candidates) == 0:
             raise InputError(f"world {self.name}: no free place {clearance_m:g} m from every wall and robot")
-        x, y = candidates[rng.integers(len(candidates))]
+        x, y = self._centre(*divmod(candidates[rng.integers(len(candidates))], is_free.shape[1]))
         return se2.transform(x, y, rng.uniform(-np.pi, np.pi))
+
+    def _centre(self, rows: NDArray[np.int64], cols: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the centres ``(..., 2)`` of cells, metres."""
+        return (np.stack([cols, rows], axis=-1) + 0.5) * self.resolution_m + np.asarray(self.grid.origin_m)

@@ -117,8 +117,8 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/worlds/radio.py",
-        "- config.wall_loss_db * walls - self",
-        "- self",
+        "- config.wall_loss_db * walls - shadowing_db",
+        "- shadowing_db",
         "walls do not weaken the radio",
     ),
     Mutant(

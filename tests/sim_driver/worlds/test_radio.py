@@ -76,6 +76,17 @@ def test_links_are_the_same_both_ways_and_for_one_seed():
     assert differ > 30
 
 
+def test_all_links_at_once_are_those_asked_one_by_one():
+    world, rng = load_world("office"), np.random.default_rng(2)
+    radio = Radio(world, seed=4)
+    places = np.array([world.free_start(rng)[:2] for _ in range(6)])
+    places[1] = places[0]
+    pairs = np.array([(i, j) for i in range(6) for j in range(6)])
+    wanted = [radio.quality(places[i], places[j]) for i, j in pairs]
+    assert radio.qualities(places, pairs) == wanted
+    assert len(set(wanted)) > 10
+
+
 def test_shadowing_has_its_spread_and_its_distance(rooms):
     config = RadioConfig(shadowing_db=4.0, shadowing_distance_m=3.0)
     at = [8.0, 9.0, 11.0, 20.0]
