@@ -357,6 +357,18 @@ class Team:
         bend = self._placement.bends.get(self.robot_id)
         return se2.IDENTITY if bend is None else bend.T_team_map_now
 
+    def T_between(self, a: str, b: str) -> Transform | None:
+        """Return ``T_a_b (3,)`` between the maps of two robots that are placed, None where one is not.
+
+        Where maps are bent it is right near the two robots only.
+        """
+        T_own_a, T_own_b = self.T_own_map(a), self.T_own_map(b)
+        return None if T_own_a is None or T_own_b is None else se2.between(T_own_a, T_own_b)
+
+    def weakest_between(self, a: str, b: str) -> Pair | None:
+        """Return the weakest of the alignments that place one robot by the other, None where none do."""
+        return self._placement.weakest_between(a, b)
+
     def T_own_map(self, robot_id: str) -> Transform | None:
         """Return ``(3,)``, from a robot's map to the own map, None where it is not placed.
 

@@ -138,7 +138,21 @@ class Witness:
             if place is not None and place.is_refuted:
                 reason = f"the robots looked where the other should be, and nobody was there ({place.llr:.1f} nats)"
                 effects += team.unmerge(pair, reason, now_ns)
-        return effects
+        return effects or self._look_through(team, now_ns)
+
+    def _look_through(self, team: Team, now_ns: int) -> list[Effect]:
+        """Unmerge the weakest alignment between two robots that are placed through others, where nobody was."""
+        for (a, b), belief in team.beliefs.items():
+            T_a_b = None if belief.alignment is not None else team.T_between(a, b)
+            if T_a_b is None:
+                continue
+            place = belief.places.at(T_a_b)
+            if place is None and self.robot_id in (a, b):
+                place = belief.places.add(T_a_b, "team", now_ns)
+            if place is not None and place.is_refuted and (weakest := team.weakest_between(a, b)) is not None:
+                reason = f"placed through it, {a} and {b} looked for each other, and nobody was there"
+                return team.unmerge(weakest, f"{reason} ({place.llr:.1f} nats)", now_ns)
+        return []
 
     def _weigh_new(self, pair: Pair, belief: PairBelief) -> None:
         peer = pair[1] if pair[0] == self.robot_id else pair[0]

@@ -45,6 +45,11 @@ class Placement:
     dropped: dict[Pair, str] = field(default_factory=dict)
     """The alignments not used, and why."""
 
+    def weakest_between(self, a: str, b: str) -> Pair | None:
+        """Return the weakest alignment on the tree path between two robots; None where no path leads there."""
+        tree = _tree_of({edge.pair: edge for edge in self.edges})
+        return _weakest(tree, path(tree, a, b))
+
 
 class TeamGraph:
     """Robots' maps, and where they lie by the alignments given: :meth:`place` is a pure function of both."""
@@ -173,7 +178,7 @@ class TeamGraph:
         if start is None:
             return {}, {}
         inside = {pair: edge for pair, edge in edges.items() if pair[0] in group}
-        tree = spanning_tree(inside, lambda edge: edge.confidence)
+        tree = _tree_of(inside)
         return jointly(chain(tree, start), inside.values(), start, self.config), tree
 
 
@@ -187,11 +192,19 @@ def _contradicted(
                 continue
             between = path(tree, a, b)
             reason = conflict(a, b, se2.between(poses[a], poses[b]), len(between))
-            loose = [pair for pair in between if ROOT not in pair]
-            if reason and loose:
-                weakest = min(loose, key=lambda pair: (tree[pair].confidence, pair))
+            if reason and (weakest := _weakest(tree, between)) is not None:
                 return weakest, f"contradicted: placed through it, {reason}"
     return None
+
+
+def _tree_of(edges: Mapping[Pair, Edge]) -> dict[Pair, Edge]:
+    return spanning_tree(edges, lambda edge: edge.confidence)
+
+
+def _weakest(tree: Mapping[Pair, Edge], between: list[Pair]) -> Pair | None:
+    """Return the weakest alignment of a path; known poses are none."""
+    loose = [pair for pair in between if ROOT not in pair]
+    return min(loose, key=lambda pair: (tree[pair].confidence, pair), default=None)
 
 
 def _why(robot_id: str, edges: Mapping[Pair, Edge], dropped: Mapping[Pair, str]) -> str:

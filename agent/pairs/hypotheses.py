@@ -36,7 +36,8 @@ class Hypothesis:
     T_a_b: Transform
     """``(3,)``."""
     by: str
-    """Who proposed it: "maps", "sight" (two robots that saw each other) or a robot's id."""
+    """Who proposed it: "maps", "sight" (two robots that saw each other), "team" (third robots lie between) or a robot's
+    id."""
     proposed_ns: int
     fix: MutualFix | None = None
     """The sightings that propose it, as ``T_a_b``."""

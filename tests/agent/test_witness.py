@@ -80,6 +80,57 @@ def test_a_place_where_nobody_is_is_given_up_once_both_robots_have_looked() -> N
     assert "r2" not in one.T_team_map and "nobody was there" in one.team.beliefs["r1", "r2"].reason
 
 
+def merge_pair(one: Agent, pair: tuple[str, str], T_a_b: Transform, confidence: float = 0.8) -> None:
+    """Let a robot find twice how two maps lie."""
+    maps = [one.team.maps[name] for name in pair]
+    found = Alignment(T_a_b, confidence, walls(60.0, 0.0), np.eye(3) * 1e-4, "auto")
+    for t_ns in (0, 20 * S):
+        versions, areas = (maps[0].version, maps[1].version), (maps[0].area_m2, maps[1].area_m2 + t_ns / S)
+        one.on_done(AlignJob(*pair, maps[0].grid, maps[1].grid, None, versions, areas, 0), found, t_ns)
+
+
+def through_r3(one: Agent, T_r1_r2: Transform) -> None:
+    """Have r1 merge with r3, and r3 with r2, so that r2 lies at ``T_r1_r2``; the second alignment is the weaker."""
+    one.team.take_map("r3", one.team.maps["r2"])
+    T_r1_r3 = se2.transform(0.3, 0.1, 0.2)
+    merge_pair(one, ("r1", "r3"), T_r1_r3, 0.9)
+    merge_pair(one, ("r2", "r3"), se2.between(T_r1_r2, T_r1_r3), 0.7)
+    assert {"r2", "r3"} <= one.T_team_map.keys() and one.team.beliefs["r1", "r2"].alignment is None
+
+
+def test_a_place_through_others_where_nobody_is_ends_the_weakest_alignment_between() -> None:
+    one = met()
+    through_r3(one, NEARER)
+    witness, effects = watch(one)
+    assert effects == [] and "r2" in one.T_team_map
+    witness.on_claim(claim(NEARER, -2.0), one.team, BEGIN + 20 * S)
+    (unmerged,) = witness.look(one.team, BEGIN + 20 * S)
+    assert isinstance(unmerged, Event) and (unmerged.fields["a"], unmerged.fields["b"]) == ("r2", "r3")
+    assert one.T_team_map.keys() == {"r1", "r3"} and witness.look(one.team, BEGIN + 21 * S) == []
+
+
+def test_what_two_others_saw_of_each_other_ends_an_alignment_between_them() -> None:
+    one = met()
+    one.team.take_map("r4", one.team.maps["r2"])
+    through_r3(one, NEARER)
+    merge_pair(one, ("r3", "r4"), se2.transform(0.0, 0.4, 0.0))
+    place = one.team.T_between("r2", "r4")
+    witness = Witness("r1", MutualDetectionConfig(teammates_visible=True))
+    for peer, robot_id, T in (("r2", "r4", place), ("r4", "r2", se2.inverse(place))):
+        assert witness.look(one.team, BEGIN) == []
+        witness.on_claim(TeammateClaim(peer, robot_id, T, -3.0), one.team, BEGIN)
+    (unmerged,) = witness.look(one.team, BEGIN)
+    assert isinstance(unmerged, Event) and (unmerged.fields["a"], unmerged.fields["b"]) == ("r2", "r3")
+
+
+def test_the_right_place_through_others_stays() -> None:
+    one = met()
+    through_r3(one, RIGHT)
+    witness, effects = watch(one)
+    witness.on_claim(claim(RIGHT, -99.0), one.team, BEGIN + 20 * S)
+    assert effects == [] == witness.look(one.team, BEGIN + 20 * S) and "r2" in one.T_team_map
+
+
 def test_the_right_place_is_not_given_up_whatever_one_robot_claims() -> None:
     one = met()
     merge(one, RIGHT.tolist())
