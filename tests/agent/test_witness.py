@@ -103,6 +103,8 @@ def test_a_place_through_others_where_nobody_is_ends_the_weakest_alignment_betwe
     through_r3(one, NEARER)
     witness, effects = watch(one)
     assert effects == [] and "r2" in one.T_team_map
+    ((peer, T, llr),) = witness.claims(one.team, BEGIN + 6 * S)
+    assert peer == "r2" and se2.difference(T, NEARER)[0] < 0.1 and llr < 0.0  # r2 is asked to look there, too
     witness.on_claim(claim(NEARER, -2.0), one.team, BEGIN + 20 * S)
     (unmerged,) = witness.look(one.team, BEGIN + 20 * S)
     assert isinstance(unmerged, Event) and (unmerged.fields["a"], unmerged.fields["b"]) == ("r2", "r3")

@@ -10,6 +10,18 @@ HINTS, OTHERS = (f"agent/pairs/{name}.py" for name in ("hints", "others"))
 
 MUTANTS = (
     Mutant(
+        WITNESS,
+        "return effects or self._look_through(team, now_ns)",
+        "return effects",
+        "a place through third robots where nobody is stays",
+    ),
+    Mutant(
+        WITNESS,
+        "if place is None and self.robot_id in (a, b):",
+        "if False:",
+        "robots do not look where third robots place a teammate",
+    ),
+    Mutant(
         "agent/pairs/belief.py",
         "self.barren + 1 if is_barren else 0)",
         "self.barren + 1)",
