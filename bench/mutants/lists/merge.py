@@ -52,8 +52,8 @@ MUTANTS = (
     ),
     Mutant(
         GRAPH,
-        "tree = spanning_tree(inside, lambda edge: edge.confidence)",
-        "tree = spanning_tree(inside, lambda edge: -edge.confidence)",
+        "return spanning_tree(edges, lambda edge: edge.confidence)",
+        "return spanning_tree(edges, lambda edge: -edge.confidence)",
         "maps are placed along the worst alignments: a minimum spanning tree",
     ),
     Mutant(
@@ -70,7 +70,7 @@ MUTANTS = (
     ),
     Mutant(
         GRAPH,
-        "            if reason and loose:",
+        "            if reason and (weakest := _weakest(tree, between)) is not None:",
         "            if False:",
         "two maps placed through a third may contradict each other",
     ),
