@@ -9,6 +9,9 @@ import zlib
 import numpy as np
 from numpy.typing import NDArray
 
+LEVEL = 7
+"""Of compression: with the highest, 9, a report's maps are 2 to 4 % smaller and take six times as long."""
+
 
 def png_uri(image: NDArray[np.uint8]) -> str:
     """Return an RGB image ``(H, W, 3)``, first row on top, as a data URI; one image gives one text."""
@@ -21,7 +24,7 @@ def png_uri(image: NDArray[np.uint8]) -> str:
     header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
     content = b"\x89PNG\r\n\x1a\n" + b"".join(
         _chunk(kind, data)
-        for kind, data in ((b"IHDR", header), (b"IDAT", zlib.compress(rows.tobytes(), 9)), (b"IEND", b""))
+        for kind, data in ((b"IHDR", header), (b"IDAT", zlib.compress(rows.tobytes(), LEVEL)), (b"IEND", b""))
     )
     return data_uri(content)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -39,7 +40,7 @@ def read_tum(path: Path | str) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
             row = [float(word) for word in line.replace(",", " ").split()]
         except ValueError as error:
             raise InputError(f"{path}, line {number}: not a number ({error})") from error
-        if len(row) < 8 or not np.isfinite(row[:8]).all():
+        if len(row) < 8 or not all(map(math.isfinite, row[:8])):
             raise InputError(f"{path}, line {number}: needs 8 finite numbers t x y z qx qy qz qw, got {len(row)}")
         if max(map(abs, row[:8])) > LARGEST:
             raise InputError(f"{path}, line {number}: times (s) and poses (m) must be within {LARGEST:g}")
