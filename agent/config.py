@@ -41,7 +41,8 @@ class AgentConfig:
     align_method: str = "auto"
     """How maps are aligned: "auto", or one method by its name ("orb", "surf", "hough", "random-walk", ...)."""
     align_interval_s: float = 10.0
-    """Earliest next alignment of a pair that was tried already, seconds, > 0."""
+    """Earliest next alignment of a pair that was tried already, seconds, > 0; a robot's place in a saved map is looked
+    for without waiting once its map has grown."""
     align_growth: float = 0.10
     """Expert: a pair not merged is tried again when the known area of either map has grown by this share, > 0."""
     realign_growth: float = 0.25

@@ -1,12 +1,12 @@
 """Relocalisation in saved maps of buildings: one JSON line a run, and what must hold of all at the end.
 
-    python bench/relocalise.py --out DIR [--cuts 6] [--seconds 150] [--near right|wrong] [BUILDING ...]
+    python bench/relocalise.py --out DIR [--cuts 6] [--seconds 150] [--near right|wrong] [--survey 600] [BUILDING ...]
     python bench/relocalise.py --out DIR --cuts 10 office:1 office:2 hotel:3
 
 The first half of a log (of isr and arena: the first of two) is mapped and saved; of a simulated world what a robot maps
-that explores it for ten minutes. Robots that begin at places of the rest, or at random places of the world, look for
-themselves in it and in the saved map of another building (``foreign``), for ``--seconds`` at most. What was played
-before into the same ``--out`` is judged again, not played.
+that explores it for ten minutes (``--survey``: for so many seconds, which shows a part of it). Robots that begin at
+places of the rest, or at random places of the world, look for themselves in it and in the saved map of another building
+(``foreign``), for ``--seconds`` at most. What was played before into the same ``--out`` is judged again, not played.
 
 seconds, metres : mission time and path until the event "localised"; None where it never came.
 error_m, error_deg : of the pose in the saved map then. Expected is the saved trajectory's pose nearest by, moved by
@@ -69,11 +69,11 @@ def play(
     return folder / "r1"
 
 
-def save(name: str, out: Path) -> Path:
+def save(name: str, out: Path, survey_s: float = SURVEY_S) -> Path:
     """Return the folder of a building's saved map; it is made where it is not there."""
     folder = out / f"saved-{name.replace(':', '-')}"
     if ":" in name:
-        return play(folder, {"world": name}, None, SURVEY_S)
+        return play(folder, {"world": name}, None, survey_s)
     log, first, last = HALVES.get(name) or (DAYS[name].format(1), 0.0, 1.0)
     return play(folder, {"log": log, "first": first, "last": last}, None, None)
 
@@ -203,6 +203,7 @@ def main() -> None:
     parser.add_argument("--cuts", type=int, default=6)
     parser.add_argument("--seconds", type=float, default=150.0)
     parser.add_argument("--near", choices=("right", "wrong"))
+    parser.add_argument("--survey", type=float, default=SURVEY_S)
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     rows = []
@@ -211,7 +212,7 @@ def main() -> None:
             other = NEXT.get(name) or options.names[number - 1]
             if is_foreign and (other == name or options.near):
                 continue
-            saved = save(other if is_foreign else name, options.out)
+            saved = save(other if is_foreign else name, options.out, options.survey)
             kind = "foreign" if is_foreign else "own"
             first = begins.get("first", begins.get("seed"))
             folder, near = options.out / f"{name.replace(':', '-')}-{kind}-{first:.3f}", None
