@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections import defaultdict
 from dataclasses import dataclass, field
 from hashlib import blake2b
+from itertools import combinations
 
 from bench.chaos.scene import Report, Robot, Scene
 from mrslam.agent import Agent
+from mrslam.merge.graph.tree import components
 from mrslam.sim_driver.faults.robot import MortalRobot
 
 Version = tuple[int, int]
@@ -116,11 +118,12 @@ class Knowledge:
             self._report.say(f"{robot_id} keeps {staged} half maps and {pairs} pairs")
 
     def at_end(self, scene: Scene) -> None:
-        """All that live know the same when all has healed and nothing new was seen for a while."""
-        nodes = {name: agent.node for name, agent in scene.agents.items()}
-        live = {name: node.store.digest() for name, node in nodes.items() if not node.must_stop}
-        if len({repr(digest) for digest in live.values()}) > 1:
-            self._report.say(f"after healing the robots do not know the same: {live}")
+        """All that live and hear each other know the same when all has healed and nothing new was seen for a while."""
+        live = {name: agent.node.store.digest() for name, agent in scene.agents.items() if not agent.node.must_stop}
+        for group in components(live, [pair for pair in combinations(sorted(live), 2) if scene.hears(*pair)]):
+            if len({repr(live[name]) for name in group}) > 1:
+                known = {name: live[name] for name in group}
+                self._report.say(f"after healing the robots do not know the same: {known}")
 
 
 def _clock_ns(robot: Robot, now_ns: int) -> int:

@@ -18,6 +18,9 @@ from mrslam.spatial.se2 import Transform
 Robot = MortalRobot | VirtualRobot
 SPOILS = ("kidnapped",)
 """Faults after which a robot's own map may be wrong, and with it the place of its frame."""
+HEARD = 0.8
+"""Least share of messages that arrive between robots that hear each other: well above the missions' threshold of 0.5,
+for their links are measured over eight beacons."""
 REST = "laser_off"
 """All lasers are off at a mission's end, which is no fault of one robot."""
 
@@ -97,6 +100,11 @@ class Scene:
     def agents(self) -> dict[str, Agent]:
         """The robots that live, by id."""
         return {name: r.runner.agent for name, r in self.robots.items() if isinstance(r, VirtualRobot) or r.alive}
+
+    def hears(self, a: str, b: str) -> bool:
+        """Return whether the radio reaches from where one robot is to the other; without a world it does."""
+        simulation = self.team.simulation
+        return simulation is None or simulation.radio.quality(self.T_world_base[a], self.T_world_base[b]) >= HEARD
 
     def frame(self, holder: Agent, robot_id: str) -> Transform | None:
         """Return ``T_world_map`` of the map of a robot that ``holder`` has, None where there is none."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -11,8 +12,9 @@ import numpy as np
 import pytest
 
 from bench.chaos.invariants import Invariants
+from bench.chaos.knowledge import Knowledge
 from bench.chaos.merging import UNMERGED_MOST, alike
-from bench.chaos.scene import Report
+from bench.chaos.scene import Report, Scene
 from bench.chaos.team_maps import TeamMaps
 from mrslam.agent import Agent
 from mrslam.sim_driver.evaluate.truth import Judge
@@ -105,6 +107,20 @@ def test_a_team_map_with_wrong_walls_is_seen(tmp_path: Path) -> None:
 
     said = violations(tmp_path, spoil)
     assert any("of the walls in the team map of r1 are true" in line for line in said)
+
+
+@pytest.mark.parametrize(("quality", "lines"), [(0.9, 1), (0.1, 0)])
+def test_robots_that_hear_each_other_know_the_same_in_the_end(quality: float, lines: int) -> None:
+    def knows(revision: int) -> Any:
+        store = SimpleNamespace(digest=lambda: {"r1": (1, revision)})
+        return SimpleNamespace(node=SimpleNamespace(must_stop=False, store=store))
+
+    radio = SimpleNamespace(quality=lambda a, b: quality)
+    team, report, nowhere = SimpleNamespace(simulation=SimpleNamespace(radio=radio)), Report(), {"r1": None, "r2": None}
+    scene = SimpleNamespace(agents={"r1": knows(2), "r2": knows(1)}, team=team, T_world_base=nowhere)
+    scene.hears = partial(Scene.hears, scene)
+    Knowledge(report).at_end(scene)
+    assert len(report.violations) == lines
 
 
 def test_a_robot_that_a_map_has_no_place_for_stands_in_it_rightly() -> None:
