@@ -15,6 +15,7 @@ from mrslam.agent.pairs.belief import UNCONFIRMED, WEAK, PairBelief
 from mrslam.agent.pairs.others import is_left_to_others, is_predicted, tied_enough
 from mrslam.agent.pairs.second_look import WALL_GROWTH
 from mrslam.alignment import EXHAUSTIVE, Prior
+from mrslam.comms import is_saved
 from mrslam.merge import Pair
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
@@ -134,7 +135,7 @@ class Schedule:
             a, b = b, a
         T_a_b = se2.between(starts[a], np.append(starts[b], 0.0)[:3])
         # A wrong heading of a also moves b about a's start; the frame of a saved map is what it is.
-        unsure, swing_rad = (1.0, 0.0) if _is_saved(a) else (2.0, self.config.start_sigma_rad)
+        unsure, swing_rad = (1.0, 0.0) if is_saved(a) else (2.0, self.config.start_sigma_rad)
         place_m2 = unsure * self.config.start_sigma_m**2 + (swing_rad * float(np.hypot(*T_a_b[:2]))) ** 2
         turn_rad2 = unsure * self.config.start_sigma_rad**2 if sure[b] else np.pi**2
         return Prior(T_a_b, np.diag([place_m2, place_m2, turn_rad2]), of_inverse=turned)
@@ -184,7 +185,7 @@ class Schedule:
 
         That one does not grow: there are 24 searches until the own map is ten times as large.
         """
-        return belief.alignment is None and self.own_id in pair and any(_is_saved(map_id) for map_id in pair)
+        return belief.alignment is None and self.own_id in pair and any(is_saved(map_id) for map_id in pair)
 
     def _is_worth_a_search(self, belief: PairBelief, maps: tuple[KnownMap, KnownMap], *, is_eager: bool) -> bool:
         """Return whether the maps of a pair that is not merged have grown enough since its last try."""
@@ -220,12 +221,7 @@ def _is_settled(pair: Pair, belief: PairBelief, tied: Collection[str]) -> bool:
 
 def _sureness(robot_id: str, start: NDArray[np.float64]) -> int:
     """Return how well a start is known: 0 without heading, 1 with it, 2 for a saved map's origin."""
-    return 2 if _is_saved(robot_id) else int(start.size == 3)
-
-
-def _is_saved(robot_id: str) -> bool:
-    """Return whether this is the name of a saved map, not of a robot."""
-    return "@" in robot_id
+    return 2 if is_saved(robot_id) else int(start.size == 3)
 
 
 def _is_near(T_a_b: Transform, prior: Prior) -> bool:

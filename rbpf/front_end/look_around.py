@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from mrslam.rbpf.front_end.local_matcher import (
     FAR_PRIOR,
+    FAR_STEP_RAD,
+    FAR_TURN_RAD,
     GOOD_INLIERS,
     ITERATIONS,
     NEAR_M,
@@ -25,8 +27,8 @@ from mrslam.spatial.matching.gauss_newton import Match, match
 from mrslam.spatial.poses import between
 from mrslam.spatial.se2 import Transform
 
-REACH_M, REACH_RAD, STEP_RAD = 1.5, 0.45, 0.03
-"""Half width of the search and its step in heading: farther off is for those who look for a robot that was carried."""
+REACH_M = 1.5
+"""Half width of the search, metres: farther off is for those who look for a robot that was carried."""
 SHOWN_LEAST = 0.4
 """Least share of a scan's beams that must end where the map shows anything."""
 CLEARLY = 0.15
@@ -40,7 +42,7 @@ def look_around(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform
     """
     found = match(tiles, points, T_map_base, T_map_base, FAR_PRIOR, sigma_m, ITERATIONS)
     if _fit(found) < GOOD_INLIERS - CLEARLY:
-        lattice = Lattice(REACH_RAD, STEP_RAD, REACH_M, STEP_M, POINTS_SEARCHED)
+        lattice = Lattice(FAR_TURN_RAD, FAR_STEP_RAD, REACH_M, STEP_M, POINTS_SEARCHED)
         place = search(tiles, points, T_map_base, lattice).pose
         found = match(tiles, points, place, place, FAR_PRIOR, sigma_m, ITERATIONS)
     x_m, y_m, turn_rad = between(T_map_base, found.pose)

@@ -13,7 +13,16 @@ from numpy.typing import NDArray
 from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.front_end.front_end import FrontEnd, Step
 from mrslam.rbpf.front_end.intake import Intake, Reading
-from mrslam.rbpf.front_end.local_matcher import BETTER, GOOD_INLIERS, ITERATIONS, NEAR_M, STEP_M
+from mrslam.rbpf.front_end.local_matcher import (
+    BETTER,
+    FAR_STEP_RAD,
+    GOOD_INLIERS,
+    ITERATIONS,
+    NEAR_M,
+    POINTS_SEARCHED,
+    STEP_M,
+)
+from mrslam.rbpf.front_end.look_around import SHOWN_LEAST
 from mrslam.rbpf.front_end.motion import TURN_WAY_M, composed_cov, motion_cov
 from mrslam.rbpf.front_end.prediction import DISBELIEVED
 from mrslam.rbpf.front_end.rolling_map import SCAN_DISTANCE_M
@@ -34,16 +43,10 @@ TURN_RAD = 0.03
 """A scan is matched after this turn by odometry, radians: wheels that slip in turns are off by a share of it."""
 START_M, START_RAD = 0.4, 0.25
 """Half width of the search where tracking begins, metres and radians: maps are aligned to 0.3 m, 5 degrees."""
-SEARCH_STEP_RAD = 0.03
-"""Step of the headings of a search: Gauss-Newton converges from half of it off."""
-POINTS_SEARCHED = 60
-"""Points that a search uses."""
 SIGMAS, REACH_MOST_M = 3.0, 2.0
 """Where a pose has become unsure along a corridor, it is searched for within this many deviations, and this far."""
 FIT_LEAST = 0.6
 """Least share of beams on known floor that must end at walls where tracking begins."""
-SHOWN_LEAST = 0.4
-"""Least share of beams that must end where the map shows anything there."""
 
 
 class Localiser:
@@ -174,7 +177,7 @@ class Localiser:
     def _search(self, points: NDArray[np.float64], half_turn_rad: float, half_shift_m: float) -> Match:
         """Return the best match of ``points (N, 5)`` around the pose."""
         start, tiles = self._front.T_local_base, self._map.tiles_around(self._front.T_local_base)
-        lattice = Lattice(half_turn_rad, SEARCH_STEP_RAD, half_shift_m, STEP_M, POINTS_SEARCHED)
+        lattice = Lattice(half_turn_rad, FAR_STEP_RAD, half_shift_m, STEP_M, POINTS_SEARCHED)
         place = search(tiles, points, start, lattice).pose
         return match(tiles, points, place, place, np.zeros((3, 3)), self.config.sigma_m, ITERATIONS)
 

@@ -8,6 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from mrslam.spatial.matching.axes import eigenvalues, main_axis
+
 FREE_SEEN = 8
 """Visits of a cell that a grid calls free: beams that end there contradict it, and any number above 0 says so."""
 WALL_SEEN = 6
@@ -130,11 +132,10 @@ def _surface(
     x, y = col + 0.5, row + 0.5
     mx, my = sx / n, sy / n
     xx, xy, yy = sxx / n - mx * mx, sxy / n - mx * my, syy / n - my * my
-    root = math.sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy)
-    least, most = 0.5 * (xx + yy) - root, 0.5 * (xx + yy) + root
+    least, most = eigenvalues(xx, xy, yy)
     if n < 3 or least > FLAT * most:
         return x, y, 0.0, 0.0, 0.0
-    along = 0.5 * math.atan2(2.0 * xy, xx - yy)
+    along = main_axis(xx, xy, yy)
     nx, ny = -math.sin(along), math.cos(along)
     off = nx * mx + ny * my
     if abs(off) <= 1.0:

@@ -545,13 +545,13 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/schedule.py",
-        "return belief.alignment is None and self.own_id in pair and any(_is_saved(map_id) for map_id in pair)",
-        "return self.own_id in pair and any(_is_saved(map_id) for map_id in pair)",
+        "return belief.alignment is None and self.own_id in pair and any(is_saved(map_id) for map_id in pair)",
+        "return self.own_id in pair and any(is_saved(map_id) for map_id in pair)",
         "a place in a saved map that is believed is aligned again with every tenth that the own map grows",
     ),
     Mutant(
         "agent/pairs/schedule.py",
-        "return belief.alignment is None and self.own_id in pair and any(_is_saved(map_id) for map_id in pair)",
+        "return belief.alignment is None and self.own_id in pair and any(is_saved(map_id) for map_id in pair)",
         "return belief.alignment is None and self.own_id in pair",
         "a teammate's map, which grows as well, is searched for without waiting",
     ),
