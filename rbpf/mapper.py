@@ -23,7 +23,7 @@ from mrslam.rbpf.filter.publisher import Publisher
 from mrslam.rbpf.front_end.front_end import FrontEnd, has_stood
 from mrslam.rbpf.front_end.health import ADRIFT_MOST, DOUBTFUL, LOST
 from mrslam.rbpf.front_end.intake import Intake, Reading
-from mrslam.rbpf.front_end.look_around import look_around
+from mrslam.rbpf.front_end.look_around import is_elsewhere, look_around
 from mrslam.rbpf.front_end.motion import MOTION, Keyframe, LocalMotion, composed_cov, motion_cov
 from mrslam.rbpf.front_end.reported_pose import ReportedPose
 from mrslam.rbpf.outcome import Stats, Stopwatch, UpdateInfo
@@ -76,8 +76,9 @@ class Mapper:
         self._dead_reckoned = se2.IDENTITY
         reading = self._after_pause(reading)
         step = self._front.step(
-            reading.sample, reading.points, reading.odom_motion, reading.elapsed_s, scan.T_base_laser[:2]
-        )
+            reading.sample, reading.points, reading.odom_motion, reading.elapsed_s, scan.T_base_laser[:2],
+            is_confirmed=reading.is_confirmed,
+        )  # fmt: skip
         self._motion.add(step)
         self._intake.matched(reading, self._front.T_local_base)
         watch.lap("front end")
@@ -97,7 +98,7 @@ class Mapper:
         )  # fmt: skip
 
     def _after_pause(self, reading: Reading) -> Reading:
-        """Return the first reading after a pause with the motion that the map shows, if odometry's is clearly wrong."""
+        """Return the first reading after a pause with the motion that the map shows."""
         odom_motion, predictor = reading.odom_motion, self._front.predictor
         if odom_motion is None or has_stood(odom_motion) or not predictor.is_pause(reading.elapsed_s):
             return reading  # one that stood, and sees another place, was carried
@@ -105,7 +106,11 @@ class Mapper:
         T_map_before = compose(particles.ends[particles.best], self._motion.T_key_base)
         expected = compose(T_map_before, predictor.dead_reckoned(odom_motion))
         place = look_around(particles.store.tiles(particles.best), reading.sample, expected, self.config.sigma_m)
-        return reading if place is None else replace(reading, odom_motion=between(T_map_before, place))
+        if place is None:
+            return reading
+        if is_elsewhere(expected, place):
+            odom_motion = between(T_map_before, place)
+        return replace(reading, odom_motion=odom_motion, is_confirmed=True)
 
     def _drop(self, reading: Reading) -> UpdateInfo:
         """Count a scan that is of no use; odometry carries the pose on."""

@@ -108,12 +108,14 @@ class FrontEnd:
         odom_motion: Transform | None,
         elapsed_s: float,
         origin: NDArray[np.float64],
+        *,
+        is_confirmed: bool = False,
     ) -> Step:
         """Match a scan, and extend the rolling map.
 
         ``points (n, 5)`` are those of ``all_points (N, 5)`` to match; ``odom_motion (3,)`` is ``T_before_base``
         as odometry measured it since the scan before, which was taken ``elapsed_s`` earlier. ``origin (2,)`` : of the
-        laser on the base, metres.
+        laser on the base, metres. ``is_confirmed`` : whether the scan is known to fit where odometry leads.
         """
         before, view = self.T_local_base, View(all_points.copy(), origin)
         if self._map.is_empty:
@@ -121,7 +123,7 @@ class FrontEnd:
             self._view = view
             return Step(np.zeros(3), 0.0, 1.0, np.zeros(2))
         self.predictor.wait(elapsed_s)
-        guess, found = self._best_of_guesses(points, odom_motion)
+        guess, found = self._best_of_guesses(points, odom_motion, is_confirmed=is_confirmed)
         self.newest = found
         if elapsed_s >= CARRIED_S and self._was_carried(guess, found):
             return self._begin_elsewhere(view)
@@ -189,13 +191,15 @@ class FrontEnd:
         start = compose(self.T_local_base, guess.motion)
         return self._matcher.descend(self._map.tiles_around(start), points, start, guess).inliers >= BAD_INLIERS
 
-    def _best_of_guesses(self, points: NDArray[np.float64], odom_motion: Transform | None) -> tuple[Guess, Match]:
+    def _best_of_guesses(
+        self, points: NDArray[np.float64], odom_motion: Transform | None, *, is_confirmed: bool
+    ) -> tuple[Guess, Match]:
         """Return the guess of the motion that leads to the best match, and that match."""
         guess = self.predictor.predict(odom_motion)
         best = self._match(points, guess)
         stands = self.predictor.says_it_stands(odom_motion)
         to_beat = self._score_to_beat(best, stands)
-        if to_beat is None:
+        if is_confirmed or to_beat is None:
             return guess, best
         for other in self.predictor.alternatives(odom_motion, guess.motion):
             found = self._match(points, other)

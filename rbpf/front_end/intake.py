@@ -36,6 +36,8 @@ class Reading:
     """Why the scan is refused; None where it is used."""
     waits: bool = False
     """Whether the scan shows too little alone, and is matched together with the next ones."""
+    is_confirmed: bool = False
+    """Whether the robot's whole map shows the scan where ``odom_motion`` leads."""
 
     @property
     def dropped_beams(self) -> int:

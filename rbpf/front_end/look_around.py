@@ -1,6 +1,7 @@
 """Where a robot is that saw nothing for a while: odometry may have jumped meanwhile, or been set back to zero.
 
-Its own map shows what is free, so it can contradict the place that odometry leads to, and show another near by.
+Its own map shows what is free, so it can confirm the place that odometry leads to, or contradict it and show another
+near by.
 """
 
 from __future__ import annotations
@@ -36,19 +37,24 @@ CLEARLY = 0.15
 
 
 def look_around(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float) -> Transform | None:
-    """Return where a scan fits its robot's map if that is not at ``T_map_base (3,)``, where odometry leads, else None.
+    """Return where a scan surely fits its robot's map, ``(3,)`` : at ``T_map_base``, where odometry leads, or near by.
 
-    ``points (N, 5)`` : those of the scan to match; ``sigma_m`` : their deviation from walls, metres.
+    ``points (N, 5)`` : those of the scan to match; ``sigma_m`` : their deviation from walls, metres. None where the map
+    shows too little.
     """
     found = match(tiles, points, T_map_base, T_map_base, FAR_PRIOR, sigma_m, ITERATIONS)
     if _fit(found) < GOOD_INLIERS - CLEARLY:
         lattice = Lattice(FAR_TURN_RAD, FAR_STEP_RAD, REACH_M, STEP_M, POINTS_SEARCHED)
         place = search(tiles, points, T_map_base, lattice).pose
         found = match(tiles, points, place, place, FAR_PRIOR, sigma_m, ITERATIONS)
-    x_m, y_m, turn_rad = between(T_map_base, found.pose)
-    is_elsewhere = math.hypot(x_m, y_m) > NEAR_M or abs(turn_rad) > NEAR_TURN_RAD
     is_sure = found.inliers + found.conflicts >= SHOWN_LEAST and _fit(found) >= GOOD_INLIERS
-    return found.pose if is_elsewhere and is_sure else None
+    return found.pose if is_sure else None
+
+
+def is_elsewhere(expected: Transform, place: Transform) -> bool:
+    """Return whether a place ``(3,)`` is not the one expected."""
+    x_m, y_m, turn_rad = between(expected, place)
+    return math.hypot(x_m, y_m) > NEAR_M or abs(turn_rad) > NEAR_TURN_RAD
 
 
 def _fit(found: Match) -> float:

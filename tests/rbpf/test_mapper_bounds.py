@@ -49,7 +49,7 @@ def test_where_maps_have_no_room_the_robot_is_doubted_and_goes_on(monkeypatch: p
     assert len(mapper.snapshot().keyframes.stamps_ns) >= 40
 
 
-def wheels_alone(self: object, points: object, odom_motion: np.ndarray) -> tuple[Guess, object]:
+def wheels_alone(self: object, points: object, odom_motion: np.ndarray, **_: bool) -> tuple[Guess, object]:
     """Replaces the local match: the motion is what odometry says."""
     front = self
     guess = front.predictor.predict(odom_motion)  # type: ignore[attr-defined]

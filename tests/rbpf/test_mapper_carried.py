@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from mrslam.rbpf import Mapper, MapperConfig, load_checkpoint, save_checkpoint
 from mrslam.spatial import se2
 from mrslam.spatial.files.state_file import pack
+from tests.rbpf import rooms
 from tests.rbpf.rooms import drive, make_scan
 
 PAUSE = 300
@@ -60,6 +62,33 @@ def test_odometry_that_jumped_while_nothing_was_seen_does_not_place_the_robot(ju
     played(mapper, way[170:], 150 + PAUSE, jumped)
     gap = se2.between(way[170:], mapper.trajectory().T_map_base[150:])
     assert np.hypot(gap[:, 0], gap[:, 1]).max() < 0.1 and np.abs(gap[:, 2]).max() < 0.05
+
+
+WING = [[0, 0, 6, 0], [0, 0, 0, 5], [0, 5, 6, 5], [6, 0, 6, 2], [6, 3, 6, 5], [1, 1, 1.5, 1], [4, 3.8, 4, 4.4]]
+CORRIDOR = [[6, 2, 18, 2], [6, 3, 18, 3]]
+
+
+def test_a_house_whose_halves_are_alike_does_not_turn_a_robot_that_drove_blind(monkeypatch: pytest.MonkeyPatch) -> None:
+    other_half = np.tile([24.0, 5.0], 2) - np.array(WING)
+    monkeypatch.setattr(rooms, "WALLS", np.concatenate([WING, other_half, CORRIDOR]))
+    monkeypatch.setattr(rooms, "T_WORLD_START", np.zeros(3))
+    east = [np.array([24.0 - x, 5.0 - y, np.pi + turn]) for x, y, turn in wing_round()]
+    along = [np.array([x, 2.5, np.pi]) for x in np.arange(19.0, 4.9, -0.1)]
+    way = np.array([*east, *along, *wing_round()])
+    mapper = Mapper(MapperConfig(particles=6, threads=1), seed=1)
+    played(mapper, way, 0, way[0])
+    there = np.array([24.0, 5.0, np.pi]) - way[-1] * [1.0, 1.0, -1.0]  # sees the same
+    after = np.array([se2.compose(there, np.array([0.05 * k, 0.0, 0.0])) for k in range(20)])
+    played(mapper, after, way.shape[0] + PAUSE, after[0])
+    assert np.abs(se2.between(se2.between(way[0], after[-1]), mapper.T_map_base)).max() < 0.2
+
+
+def wing_round() -> NDArray[np.float64]:
+    """Poses of a round through the western wing of that house, from its door and back to its middle."""
+    corners = np.array([[5.0, 2.5], [3.0, 2.0], [1.5, 3.5], [3.0, 3.0]])
+    places = np.concatenate([np.linspace(a, b, 25)[:-1] for a, b in pairwise(corners)])
+    steps = np.diff(places, axis=0, append=places[-1:] + places[-1:] - places[-2:-1])
+    return np.column_stack([places, np.arctan2(steps[:, 1], steps[:, 0])])
 
 
 def test_a_checkpoint_of_a_carried_robot_continues_the_same(tmp_path: Path) -> None:

@@ -20,9 +20,15 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/mapper.py",
-        "reading if place is None else replace(",
-        "reading if True else replace(",
+        "if is_elsewhere(expected, place):",
+        "if False:",
         "odometry that jumped in a pause is believed",
+    ),
+    Mutant(
+        "rbpf/front_end/front_end.py",
+        "if is_confirmed or to_beat is None:",
+        "if to_beat is None:",
+        "in a house whose halves are alike a robot that drove blind stands where it stood, half a turn off",
     ),
     Mutant(FILTER, "        self.best = heir", "        self.best = 0", "the heir is always particle 0"),
     Mutant(
