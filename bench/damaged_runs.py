@@ -28,6 +28,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from rich.console import Console
+from rich.progress import track
+
 from tests.sim_driver.damage import Case, cases, make_run
 
 SLOW_S = 5.0
@@ -137,22 +140,21 @@ def main() -> int:
     """Run all cases and print the JSON line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--every", type=int, default=1, help="run every Nth case of each command")
-    parser.add_argument("--only", nargs="*", choices=sorted(COMMANDS), help="commands; all unless given")
+    parser.add_argument(
+        "--only", nargs="*", choices=sorted(COMMANDS), default=list(COMMANDS), help="commands; all unless given"
+    )
     parser.add_argument("--out", type=Path, default=Path("out/damage"), help="folder of the whole run")
     options = parser.parse_args()
     whole = options.out if (options.out / "run" / "metrics.json").exists() else make_run(options.out)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    console = Console(stderr=True)
     outcomes = []
-    for command, case in chosen(whole, options.every):
-        if not options.only or command in options.only:
-            outcomes.append(attempt(whole, command, case))
-            if outcomes[-1].failure:
-                print(f"{outcomes[-1].name}: {outcomes[-1].failure}", file=sys.stderr, flush=True)
-    whole_cpu_s = {
-        command: round(attempt(whole, command, None).cpu_s, 1)
-        for command in COMMANDS
-        if not options.only or command in options.only
-    }
+    picked = [(command, case) for command, case in chosen(whole, options.every) if command in options.only]
+    for command, case in track(picked, "damage", console=console):
+        outcomes.append(attempt(whole, command, case))
+        if outcomes[-1].failure:
+            console.print(f"{outcomes[-1].name}: {outcomes[-1].failure}", markup=False)
+    whole_cpu_s = {command: round(attempt(whole, command, None).cpu_s, 1) for command in options.only}
     largest = max(outcomes, key=lambda one: one.peak_mb)
     failures = [one for one in outcomes if one.failure]
     print(
