@@ -1,4 +1,4 @@
-"""Damaged run folders: ``python bench/damaged_runs.py [--every 1] [--out out/damage]``.
+"""Damaged run folders: ``python -m bench.damaged_runs [--every 1] [--out out/damage]``.
 
 Damages every file of a small real run in every way of ``tests/sim_driver/damage.py``, and gives the folder to each
 command that reads one: ``eval``, ``report``, ``bag``, ``view``, ``run --from``, and ``gather`` for agents' folders.
