@@ -1,5 +1,7 @@
 """A joint solution follows the robot's newest map by its keyframes, not by their numbers."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from mrslam.merge.joint.bent_team import BentTeam
@@ -47,3 +49,11 @@ def test_a_robot_that_came_back_with_other_keyframes_keeps_the_place_of_those_be
 def test_a_robot_without_any_of_its_keyframes_is_no_part_of_the_solution() -> None:
     bent = solution().corrected("b", trail(KEYS, STAMPS + 100_000_000_000))
     assert list(bent.bends) == ["a"] and bent.joined == {"a"}
+
+
+def test_it_judges_pairs_that_were_joined_from_their_present_alignment_alone() -> None:
+    begun = replace(solution(), T_a_b={("a", "b"): T_A_B})
+    assert begun.judges("a", "b", {("a", "b"): T_A_B.copy()})
+    assert not begun.judges("a", "b", {("a", "b"): T_A_B + 0.1})
+    assert not begun.judges("a", "b", {}) and not solution().judges("a", "b", {("a", "b"): T_A_B})
+    assert solution().judges("a", "b", {}) and not solution().judges("a", "c", {})
