@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any
 
 from mrslam import comms
+from mrslam.agent.known_map import KnownMap
 from mrslam.alignment import Alignment, Prior, Rejection
 from mrslam.comms import Send
 from mrslam.merge import BentTeam, JointMap, Pair, TeamMap, Trail
@@ -52,6 +53,8 @@ class AlignJob:
     """``(3,)``, where the maps were found before: examined before anything is searched for (:func:`align`)."""
     hinted_by: str | None = None
     """The robot that found them there; None where this one did."""
+    part: KnownMap | None = None
+    """The saved map of the two, where a place in it is sought that nobody has told: of a part of the building?"""
 
     @property
     def saved_m2(self) -> float | None:

@@ -97,7 +97,10 @@ class Schedule:
             prior = Prior(place, PRIOR_COVARIANCE)
         versions, areas = (map_a.version, map_b.version), (map_a.area_m2, map_b.area_m2)
         trails = (map_a.trail, map_b.trail)
-        return AlignJob(a, b, map_a.grid, map_b.grid, prior, versions, areas, belief.attempts, trails, place=place)
+        saved = [maps[name] for name in (a, b) if is_saved(name)]
+        part = saved[0] if len(saved) == 1 and prior is None and belief.alignment is None else None
+        grids, tries = (map_a.grid, map_b.grid), belief.attempts
+        return AlignJob(a, b, *grids, prior, versions, areas, tries, trails, place=place, part=part)
 
     def _may_wait(self, belief: PairBelief, now_ns: int) -> bool:
         """Return whether a pair that a teammate searches for as well needs no search here yet."""

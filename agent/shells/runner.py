@@ -10,6 +10,7 @@ from typing import Protocol
 
 from mrslam.agent.core import Agent
 from mrslam.agent.effects import AlignJob, Effect, Event, Job, JoinJob, Outcome
+from mrslam.agent.pairs.part_saved import in_whole
 from mrslam.agent.shells.body import Body, Sensed
 from mrslam.agent.shells.keeper import Keeper
 from mrslam.agent.shells.outputs import EventLog, write_robot
@@ -122,8 +123,8 @@ class Runner:
             outcome = align(job.grid_a, job.grid_b, method=method, prior=job.prior, config=config)
         if isinstance(outcome, Rejection) and outcome.may_bend and job.trails is not None:
             maps = [Scanned(*one) for one in zip((job.grid_a, job.grid_b), job.trails, strict=True)]
-            return align_bent(maps[0], maps[1], outcome, method, config, self._matcher)
-        return outcome
+            outcome = align_bent(maps[0], maps[1], outcome, method, config, self._matcher)
+        return in_whole(job, outcome)
 
     def close(self, now_ns: int) -> None:
         """Leave the network and write the robot's files."""

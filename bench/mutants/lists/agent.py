@@ -687,4 +687,34 @@ MUTANTS = (
         "self._has_news = False",
         "a tracked pose is told in the frame as it was aligned",
     ),
+    Mutant(
+        "agent/pairs/part_saved.py",
+        "job.part.look_alikes < MOST_LOOK_ALIKES",
+        "True",
+        "a room of a hotel of which one room was saved is believed to be that one",
+    ),
+    Mutant(
+        "agent/pairs/schedule.py",
+        "if len(saved) == 1 and prior is None and belief.alignment is None else None",
+        "if len(saved) == 1 and belief.alignment is None else None",
+        "a robot that is told where it begins in a map of one room does not believe it",
+    ),
+    Mutant(
+        "agent/pairs/schedule.py",
+        "if len(saved) == 1 and prior is None and belief.alignment is None else None",
+        "if len(saved) == 1 and prior is None else None",
+        "a place in a map of one room that somebody told is taken back by the next search",
+    ),
+    Mutant(
+        "agent/shells/runner.py",
+        "        return in_whole(job, outcome)",
+        "        return outcome",
+        "nobody asks whether a saved map shows the whole building",
+    ),
+    Mutant(
+        "agent/shells/runner.py",
+        "            outcome = align_bent(maps[0], maps[1], outcome, method, config, self._matcher)",
+        "            return align_bent(maps[0], maps[1], outcome, method, config, self._matcher)",
+        "nobody asks whether a saved map that is bent to fit shows the whole building",
+    ),
 )

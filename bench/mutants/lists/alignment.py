@@ -167,4 +167,28 @@ MUTANTS = (
         "lever = 0.0",
         "walks: a known pose far from its map's content has no lever arm",
     ),
+    Mutant(
+        "alignment/repetition.py",
+        "reach_m[reach_m > GAP_M].sum()",
+        "reach_m.sum()",
+        "gaps between beams count as doors to what a map does not show",
+    ),
+    Mutant(
+        "alignment/repetition.py",
+        "unseen * max(seldom, repeated_m(known) / known.wall_m)",
+        "unseen * seldom",
+        "a part of a hotel that shows many equal rooms is taken for all of it",
+    ),
+    Mutant(
+        "alignment/repetition.py",
+        "        if math.hypot(*(se2.apply(T, known.centre) - known.centre)) < MOVED_M",
+        "        if False and math.hypot(*(se2.apply(T, known.centre) - known.centre)) < MOVED_M",
+        "every map repeats itself, for it fits where it is",
+    ),
+    Mutant(
+        "alignment/repetition.py",
+        "min(ROOM_M2 / known.known_m2, 1.0)",
+        "1.0",
+        "in half of a large building nobody is ever localised",
+    ),
 )
