@@ -12,6 +12,7 @@ from mrslam.merge.joint.bend import Bend
 from mrslam.merge.joint.candidate_kernels import nearest_keys
 from mrslam.merge.joint.local_match import LocalMatcher
 from mrslam.merge.joint.trail import Trail
+from mrslam.merge.joint.trail_kernels import seen_again
 from mrslam.merge.team import TeamMap
 from mrslam.spatial import KeyScans, OccupancyGrid, se2
 
@@ -39,6 +40,7 @@ def _join_and_bend() -> None:
     scans = KeyScans.of_points([(points - key[:2])[::2] for key in keys], np.zeros((5, 2)))
     trail, matcher = Trail(keys, scans), LocalMatcher()
     nearest_keys(keys, keys, 1.0)
+    seen_again(keys, trail.way_m, 1.0, 1.0, 1.0)
     for off_m in (0.0, 1.0):
         matcher.match(trail, 2, trail, 2, se2.transform(off_m, 0.0, 0.0), 20.0)
     cells = np.zeros((64, 64), dtype=np.int8)

@@ -21,9 +21,10 @@ def nearest_keys(
     for j in range(len(T_b)):
         least = math.inf
         for i in range(len(T_a)):
-            away = math.hypot(T_a[i, 0] - T_b[j, 0], T_a[i, 1] - T_b[j, 1])
-            if away >= least:
+            dx, dy = T_a[i, 0] - T_b[j, 0], T_a[i, 1] - T_b[j, 1]
+            if dx * dx + dy * dy >= least * least:
                 continue
+            away = math.sqrt(dx * dx + dy * dy)
             turn = abs(T_a[i, 2] - T_b[j, 2]) % (2.0 * math.pi)
             cost = away + turn_cost_m * min(turn, 2.0 * math.pi - turn)
             if cost < least:

@@ -9,6 +9,7 @@ import numpy as np
 
 from mrslam.merge.joint.candidate_kernels import nearest_keys
 from mrslam.merge.joint.consistent import KeyMatch
+from mrslam.merge.joint.local_match import FIRST_LOST_M
 from mrslam.merge.joint.trail import Trail
 from mrslam.spatial import se2
 from mrslam.spatial.matching.places import FAR_MOST_M, TURN_COST_M, within_m
@@ -17,8 +18,6 @@ from mrslam.spatial.se2 import Transform
 COMPARED_EVERY_M = 2.5
 """Least path between two keyframes of b that are compared, metres. Measured: half of it costs twice the time and
 changes the results by 1 to 3 %."""
-FIRST_LOST_M = 20.0
-"""``lost_m`` before any match is believed, metres: rigid placement is off by about the drift over this path."""
 
 
 class Candidate(NamedTuple):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mrslam.merge.joint.trail import Trail
 from mrslam.spatial import se2
 from mrslam.spatial.matching.cloud import transformed
-from mrslam.spatial.matching.places import GROUP, Place, PlaceMatcher, edge_information, fits
+from mrslam.spatial.matching.places import GROUP, Place, PlaceMatcher, edge_information, expected_sigmas, fits
 from mrslam.spatial.se2 import Transform
 
 TAIL = 2
@@ -23,8 +23,11 @@ FINE_M = 0.05
 """Cells of the map of the place, metres."""
 SIGMA_M = 0.03
 """Noise of a laser's ranges, metres (``rbpf.sigma_m``)."""
-ROUND_M, ROUND_RAD = 0.02, 0.005
-"""The expected pose is rounded to this, so that a slightly different guess finds the cached match."""
+FIRST_LOST_M = 20.0
+"""``lost_m`` before any match is believed, metres: rigid placement is off by about the drift over this path."""
+ROUND_SIGMAS = 0.1
+"""The expected pose is rounded to this many of its standard deviations: a place is matched once, and not again because
+a solution has moved it by a centimetre. Of a rigid placement they are 4.5 cm, a cell of the map."""
 REMEMBERED = 20_000
 """Most matches cached; at 0.3 kB each 6 MB."""
 
@@ -50,11 +53,14 @@ class LocalMatcher:
     def match(self, a: Trail, i: int, b: Trail, j: int, T_i_j: Transform, lost_m: float) -> Fit | None:
         """Return the pose of ``b``'s keyframe ``j`` in the frame of ``a``'s keyframe ``i``, None where they do not fit.
 
-        ``T_i_j (3,)`` is the expected pose; its uncertainty is the drift over ``lost_m`` metres of path.
+        ``T_i_j (3,)`` is the expected pose; its uncertainty is the drift over ``lost_m`` metres of path, or over those
+        of a rigid placement (``FIRST_LOST_M``) where these are more: so it is the same question before and after a
+        solution. A match's information is that of its beams alone; more room for drift makes it no surer.
         """
-        expected = np.round(T_i_j / (ROUND_M, ROUND_M, ROUND_RAD)) * (ROUND_M, ROUND_M, ROUND_RAD)
-        # Powers of two, so that a growing path finds the cached match again.
-        lost_m = 2.0 ** np.ceil(np.log2(max(lost_m, 1.0)))
+        # In steps of a factor, so that a path that grows finds the cached match again.
+        lost_m = FIRST_LOST_M * 2.0 ** np.ceil(np.log2(max(lost_m / FIRST_LOST_M, 1.0)))
+        step = ROUND_SIGMAS * expected_sigmas(lost_m)
+        expected = np.round(T_i_j / step) * step + 0.0  # which makes 0 of -0: they have other bytes
         group, tail = _around(a, i, GROUP), _around(b, j, TAIL)
         question = hashlib.blake2b(expected.tobytes() + np.float64(lost_m).tobytes(), digest_size=16)
         for trail, centre, keys in ((a, i, group), (b, j, tail)):

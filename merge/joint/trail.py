@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
+from mrslam.merge.joint.trail_kernels import seen_again
 from mrslam.spatial import KeyScans, LocalMap, se2
 from mrslam.spatial.matching.scan_points import POINT_COLUMNS, scan_points
 from mrslam.spatial.pose_graph import Edges
@@ -91,17 +92,7 @@ class Trail:
         Measured on parts of recorded logs: the loops that the mapper closed (``LocalMap.loops``), in place of these or
         beside them, change the errors between robots by 5 % at most, either way, so they are not used here.
         """
-        found, last_m = [], -np.inf
-        for j in range(len(self)):
-            old = int(np.searchsorted(self.way_m, self.way_m[j] - OLD_WAY_M))  # keyframes before this one are old
-            if old == 0 or self.way_m[j] - last_m < SEEN_AGAIN_EVERY_M:
-                continue
-            away = np.hypot(*(self.T_map_key[:old, :2] - self.T_map_key[j, :2]).T)
-            nearest = int(np.argmin(away))
-            if away[nearest] < NEAR_M:
-                found.append((nearest, j))
-                last_m = self.way_m[j]
-        return np.array(found, dtype=np.int64).reshape(-1, 2)
+        return seen_again(self.T_map_key, self.way_m, OLD_WAY_M, NEAR_M, SEEN_AGAIN_EVERY_M)
 
     def way_from(self, keys: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return ``(len(keys), K)``: shortest path in the pose graph from these keyframes to all, metres.

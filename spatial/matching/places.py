@@ -75,6 +75,12 @@ def within_m(lost_m: float) -> float:
     return min(NEAR_M + DRIFT_M_PER_M * lost_m, FAR_MOST_M)
 
 
+def expected_sigmas(lost_m: float) -> NDArray[np.float64]:
+    """Return ``(3,)``, standard deviations of an expected pose when ``lost_m`` of path may have drifted: m, m, rad."""
+    sigma_m = SIGMA_M + DRIFT_M_PER_M * lost_m
+    return np.array([sigma_m, sigma_m, SIGMA_RAD + DRIFT_RAD_PER_M * lost_m])
+
+
 def fits(found: Match, more: float = 0.0) -> bool:
     """Return whether enough beams match the place, and hardly any contradict it; what it never saw is neutral.
 

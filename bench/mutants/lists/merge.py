@@ -220,6 +220,24 @@ MUTANTS = (
         "places that do not fit tie robots",
     ),
     Mutant(
+        "merge/joint/local_match.py",
+        "max(lost_m / FIRST_LOST_M, 1.0)",
+        "lost_m / FIRST_LOST_M",
+        "two robots' places are matched twice in every solution",
+    ),
+    Mutant(
+        "merge/joint/local_match.py",
+        "ROUND_SIGMAS = 0.1",
+        "ROUND_SIGMAS = 0.001",
+        "what a solution has moved by centimetres is matched again",
+    ),
+    Mutant(
+        "merge/joint/trail_kernels.py",
+        "        while way_m[old] < way_m[j] - old_way_m:",
+        "        while way_m[old] < way_m[j]:",
+        "a robot's own last steps are taken for places seen again",
+    ),
+    Mutant(
         "merge/joint/bend.py",
         "        moved = se2.apply(T, points[:, None, :]) - points[:, None, :]",
         "        moved = 0.0 * points[:, None, :] + np.zeros_like(near)[..., None]",

@@ -2,7 +2,9 @@ import numpy as np
 import pytest
 
 from mrslam.merge import LocalMatcher, Trail
+from mrslam.merge.joint.local_match import FIRST_LOST_M
 from mrslam.spatial import KeyScans, se2
+from mrslam.spatial.matching.places import expected_sigmas
 from tests.merge.joint.blocks import drive
 
 A, B = drive(0.0, 40.0, seed=1), drive(10.0, 30.0, seed=2)
@@ -50,6 +52,16 @@ def test_nearly_the_same_question_is_answered_from_memory():
     assert matcher.matched == 1 and one is two
     matcher.match(A.trail, 30, B.trail, 13, TRUE, 5.0)
     assert matcher.matched == 2
+
+
+@pytest.mark.parametrize(("moved", "lost_m"), [((0.02, -0.02, 0.0025), FIRST_LOST_M), ((0.0, 0.0, 0.0), 1.0)])
+def test_what_a_solution_moved_by_less_than_is_searched_is_not_matched_again(moved, lost_m):
+    matcher, near = LocalMatcher(), expected_sigmas(FIRST_LOST_M) * np.round(TRUE / expected_sigmas(FIRST_LOST_M))
+    matcher.match(A.trail, 30, B.trail, 12, near, FIRST_LOST_M)
+    matcher.match(A.trail, 30, B.trail, 12, near + np.array(moved), lost_m)
+    assert matcher.matched == 1
+    matcher.match(A.trail, 30, B.trail, 12, near, 2.0 * FIRST_LOST_M)
+    assert matcher.matched == 2  # more may have drifted: more is searched
 
 
 def test_scans_that_differ_only_in_where_the_laser_sat_are_matched_again():
