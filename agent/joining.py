@@ -16,21 +16,26 @@ JOIN_NS = 10_000_000_000
 """Least time between two joint solutions while only maps grow, nanoseconds: robots drive some metres in it."""
 SETTLE_NS = 4_000_000_000
 """Least time between two solutions where alignments changed, nanoseconds: robots that meet find several of them."""
-KEYFRAMES, SHARE = 8, 0.08
+KEYFRAMES, SHARE = 8, 0.12
 """Least new keyframes of all robots together for another solution (some metres of path), and least share of all they
 have, so that the cost of all solutions grows with the path and the robots, and not with their squares."""
 AT_LAST_NS = 300_000_000_000
-"""Time after which fewer new keyframes are joined, too, nanoseconds: a robot that stands still is not waited for.
-With 60 s the solutions of a long run cost with the square of its length, for the same errors (docs/performance.md)."""
+"""Time after which fewer new keyframes are joined, too, nanoseconds: a robot that drives little is not waited for. With
+60 s the solutions of a long run cost with the square of its length, for the same errors (docs/performance.md)."""
+STILL_NS = 60_000_000_000
+"""Time without a new keyframe of anybody after which the last few are joined, nanoseconds: robots stand still, or are
+done. Twice the default time between two exchanges, so that nobody is taken to stand because it is not heard of."""
 
 
 class Joining:
-    """Chooses the maps to join; it keeps the versions and alignments that the last job was made of."""
+    """Chooses the maps to join; it keeps what the last job was made of, and when the last keyframe came."""
 
     def __init__(self) -> None:
         self._keys: dict[str, tuple[int, int]] = {}
         self._T_a_b: dict[Pair, bytes] = {}
         self._last_ns: int | None = None
+        self._seen: dict[str, tuple[int, int]] = {}
+        self._seen_ns = 0
 
     def next_job(
         self, placement: Placement, maps: Mapping[str, KnownMap], T_a_b: Mapping[Pair, Transform], now_ns: int
@@ -44,6 +49,8 @@ class Joining:
         if frame is None or frame not in known or len(known) < 2:
             return None
         keys = {name: (one.epoch, len(one.trail)) for name, one in known.items()}
+        if keys != self._seen:
+            self._seen, self._seen_ns = keys, now_ns
         believed = {pair: T.tobytes() for pair, T in T_a_b.items()}
         if not self._is_due(keys, now_ns, is_changed=believed != self._T_a_b):
             return None
@@ -60,6 +67,8 @@ class Joining:
             return waited_ns >= SETTLE_NS
         if waited_ns < JOIN_NS or keys == self._keys:
             return False
+        if now_ns - self._seen_ns >= STILL_NS:
+            return True
         if waited_ns >= AT_LAST_NS or {name: epoch for name, (epoch, _) in keys.items()} != self._epochs:
             return True
         count = sum(count for _, count in keys.values())

@@ -176,8 +176,9 @@ class Schedule:
         if last.versions == (maps[0].version, maps[1].version):
             return False
         if belief.alignment is None:
-            is_eager = self.own_id in pair and belief.attempts < PATIENT_AFTER
-            return self._is_worth_a_search(belief, maps, is_eager=is_eager or waited_ns >= PATIENCE_S * 1e9)
+            has_waited = waited_ns >= PATIENCE_S * 1e9
+            is_eager = has_waited or (self.own_id in pair and belief.attempts < PATIENT_AFTER)
+            return self._is_worth_a_search(belief, maps, is_eager=is_eager, has_waited=has_waited)
         is_old = waited_ns / 1e9 >= self.config.realign_interval_s and not is_confirmed
         if is_old or not self._outgrown(belief, maps):
             return is_old
@@ -190,13 +191,16 @@ class Schedule:
         """
         return belief.alignment is None and self.own_id in pair and any(is_saved(map_id) for map_id in pair)
 
-    def _is_worth_a_search(self, belief: PairBelief, maps: tuple[KnownMap, KnownMap], *, is_eager: bool) -> bool:
+    def _is_worth_a_search(
+        self, belief: PairBelief, maps: tuple[KnownMap, KnownMap], *, is_eager: bool, has_waited: bool
+    ) -> bool:
         """Return whether the maps of a pair that is not merged have grown enough since its last try."""
+        growth = self.config.align_growth
         last_m2 = (0.0, 0.0) if belief.last is None else belief.last.area_m2
-        if belief.reason == WEAK:  # neither map brings a fifth more wall where it has not grown by that
-            return _grown(maps, last_m2, max(WALL_GROWTH - 1.0, self.config.align_growth))
+        if belief.reason == WEAK:
+            return _may_confirm(belief, maps, last_m2) and (has_waited or _grown(maps, last_m2, growth))
         if is_eager:
-            return _grown(maps, last_m2, self.config.align_growth)
+            return _grown(maps, last_m2, growth)
         both = math.prod(one.area_m2 / max(area, 1e-9) for one, area in zip(maps, last_m2, strict=True))
         return both >= (1.0 + self.config.realign_growth) ** 2
 
@@ -215,6 +219,18 @@ class Schedule:
         """Return whether a merged pair's maps have grown so much since the last search that another place may fit."""
         growth = self.config.realign_growth if belief.search.accepted else self.config.align_growth
         return _grown(maps, belief.search.area_m2, growth)
+
+
+def _may_confirm(belief: PairBelief, maps: tuple[KnownMap, KnownMap], before_m2: tuple[float, float]) -> bool:
+    """Return whether a weak find may show the wall that confirms it, now that its maps have grown.
+
+    ``WALL_GROWTH`` is asked of the wall in common. So what both maps have gained is held against the ground in common
+    then, not against the maps: large ones that share a part of it bring enough long before either has grown by that.
+    """
+    found = belief.stability.previous
+    common_m2 = 0.0 if found is None else found.evidence.overlap_m2
+    gained_m2 = sum(max(one.area_m2 - area, 0.0) for one, area in zip(maps, before_m2, strict=True))
+    return gained_m2 >= (WALL_GROWTH - 1.0) * common_m2
 
 
 def _is_settled(pair: Pair, belief: PairBelief, tied: Collection[str]) -> bool:

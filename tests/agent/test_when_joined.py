@@ -32,7 +32,7 @@ def begun() -> Joining:
 
 
 @pytest.mark.parametrize(
-    ("t_s", "new", "due"), [(9.0, 80, False), (11.0, 0, False), (11.0, 33, False), (11.0, 36, True), (59.0, 33, False)]
+    ("t_s", "new", "due"), [(9.0, 80, False), (11.0, 0, False), (11.0, 50, False), (11.0, 55, True), (59.0, 50, False)]
 )
 def test_a_share_of_new_keyframes_is_joined_after_the_least_time(t_s: float, new: int, due: bool) -> None:
     assert is_due(begun(), t_s, a=200, b=200 + new) == due
@@ -50,6 +50,15 @@ def test_few_new_keyframes_are_joined_at_last_and_none_never() -> None:
     assert not is_due(joining, 299.0, a=201, b=200)
     assert is_due(joining, 301.0, a=201, b=200)
     assert not is_due(joining, 900.0, a=201, b=200)
+
+
+def test_the_last_few_keyframes_are_joined_once_no_more_come() -> None:
+    joining = begun()
+    assert not is_due(joining, 40.0, a=200, b=202)
+    assert not is_due(joining, 70.0, a=200, b=204)
+    assert not is_due(joining, 129.0, a=200, b=204)
+    assert is_due(joining, 130.0, a=200, b=204)
+    assert not is_due(joining, 600.0, a=200, b=204)
 
 
 def test_a_third_map_and_one_begun_anew_are_joined_after_the_least_time() -> None:

@@ -161,7 +161,7 @@ MUTANTS = (
     ),
     Mutant(
         SCHEDULE,
-        "            return self._is_worth_a_search(belief, maps, is_eager=is_eager or waited_ns >= PATIENCE_S * 1e9)",
+        "            return self._is_worth_a_search(belief, maps, is_eager=is_eager, has_waited=has_waited)",
         "            return False",
         "a pair that was rejected once is never tried again",
     ),
@@ -311,15 +311,33 @@ MUTANTS = (
     ),
     Mutant(
         SCHEDULE,
-        "is_eager or waited_ns",
-        "True or waited_ns",
+        "is_eager = has_waited or (self",
+        "is_eager = True or (self",
         "maps that lie far apart are searched as often as any",
     ),
     Mutant(
+        "agent/joining.py",
+        "        if now_ns - self._seen_ns >= STILL_NS:",
+        "        if False:",
+        "what robots drove at last is not bent to fit for minutes",
+    ),
+    Mutant(
+        "agent/joining.py",
+        "        if keys != self._seen:",
+        "        if not self._seen:",
+        "joint solutions cost with the square of the time",
+    ),
+    Mutant(
         SCHEDULE,
-        "max(WALL_GROWTH - 1.0, self.config.align_growth))",
-        "self.config.align_growth)",
+        "            return _may_confirm(belief, maps, last_m2) and",
+        "            return",
         "weak evidence is looked at again before it can have grown",
+    ),
+    Mutant(
+        SCHEDULE,
+        "(has_waited or _grown(maps, last_m2, growth))",
+        "_grown(maps, last_m2, WALL_GROWTH - 1.0)",
+        "two large maps that share a part are found, and never merged",
     ),
     Mutant(
         SCHEDULE,

@@ -28,8 +28,8 @@ def walls(matched_m: float, contradicted_m: float, overlap_m2: float = 0.0) -> E
     return Evidence(a=side, b=side, overlap_m2=overlap_m2)
 
 
-def weak(wall_m: float) -> Alignment:
-    return Alignment(np.array([1.0, 0.0, 0.0]), 0.58, walls(wall_m, 0.0), np.eye(3) * 1e-4, "auto")
+def weak(wall_m: float, overlap_m2: float = 0.0) -> Alignment:
+    return Alignment(np.array([1.0, 0.0, 0.0]), 0.58, walls(wall_m, 0.0, overlap_m2), np.eye(3) * 1e-4, "auto")
 
 
 def floor(cells: int, revision: int, epoch: int) -> KnownMap:
