@@ -125,8 +125,8 @@ def _foresee(kalman: KalmanFilter, dt_s: float, acceleration_m_s2: float) -> tup
 
 def _motion(dt_s: float, acceleration_m_s2: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the transition and its noise over ``dt_s`` (negative: looking back) under white acceleration."""
-    step = np.array([[1.0, dt_s], [0.0, 1.0]])
-    dt = abs(dt_s)
-    noise = acceleration_m_s2**2 * np.array([[dt**4 / 4, dt**3 / 2], [dt**3 / 2, dt**2]])
-    F, Q = np.kron(np.eye(2), step), np.kron(np.eye(2), noise)
-    return F.astype(np.float64), Q.astype(np.float64)
+    dt, white = abs(dt_s), acceleration_m_s2**2
+    xx, xv, vv = white * (dt**4 / 4), white * (dt**3 / 2), white * dt**2
+    F = np.array([[1.0, dt_s, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, dt_s], [0.0, 0.0, 0.0, 1.0]])
+    Q = np.array([[xx, xv, 0.0, 0.0], [xv, vv, 0.0, 0.0], [0.0, 0.0, xx, xv], [0.0, 0.0, xv, vv]])
+    return F, Q

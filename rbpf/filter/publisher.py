@@ -24,6 +24,8 @@ MARGIN = 0.3
 """A published cell changes its level when the share is past the edge by this part of it."""
 PER_SIDE = TILE_CELLS // TILE
 """Pool tiles along the side of a published one."""
+NO_STAMPS = (0,) * PER_SIDE**2
+"""Stamps of the pool tiles of a published one where there are none."""
 
 
 @njit(cache=True, nogil=True)
@@ -76,16 +78,11 @@ class Publisher:
 
     def publish(self, store: TileStore, index: int) -> TiledMap:
         """Return map ``index`` of the store; what did not change keeps its revision."""
-        table = store.tables[index]
-        rows, cols = np.nonzero(table)
-        present = {
-            ((int(r) + store.row0) // PER_SIDE, (int(c) + store.col0) // PER_SIDE)
-            for r, c in zip(rows, cols, strict=True)
-        }
+        now = store.stamps_by_block(index, PER_SIDE)
         revision = self.revision + 1
         changed = False
-        for place in sorted(present | self.tiles.keys()):
-            stamps = tuple(store.stamp_at(index, *part) for part in _parts(place))
+        for place in sorted(now.keys() | self.tiles.keys()):
+            stamps = now.get(place, NO_STAMPS)
             if self._seen.get(place) == stamps:
                 continue
             self._seen[place] = stamps

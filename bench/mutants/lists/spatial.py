@@ -16,6 +16,12 @@ MUTANTS = (
         "a saved map of a newer program is read as if it were an old one",
     ),
     Mutant(
+        "spatial/hits/store.py",
+        "        above, left = self.row0 % side, self.col0 % side",
+        "        above, left = 0, 0",
+        "walls that are new are not published",
+    ),
+    Mutant(
         "spatial/se2.py",
         "x = -cos * ab[..., 0] - sin * ab[..., 1]",
         "x = -cos * ab[..., 0] + sin * ab[..., 1]",
@@ -23,8 +29,8 @@ MUTANTS = (
     ),
     Mutant(
         "spatial/se2.py",
-        "return np.stack([x, y, wrap(ab[..., 2] + bc[..., 2])], axis=-1)",
-        "return np.stack([x, y, ab[..., 2] + bc[..., 2]], axis=-1)",
+        "return _columns(x, y, wrap(ab[..., 2] + bc[..., 2]))",
+        "return _columns(x, y, ab[..., 2] + bc[..., 2])",
         "headings grow beyond a turn, and differences of them are wrong",
     ),
     Mutant(
