@@ -5,7 +5,8 @@
 Every day a robot drives about from another start, and its map continues the saved one (``one_map``); every night a
 third of the furniture is put elsewhere. Judged in the world's frame, which the first day's start fixes:
 
-bytes, keyframes : of the saved map. walls_lost : share of the walls that the first day's map shows of which
+bytes, keyframes : of the saved map. driven_m2 : of squares of 1.5 m in which it has a keyframe. walls_lost : share of the
+walls that the first day's map shows of which
 the saved map shows nothing within 0.15 m. removed : share of the cells drawn of pieces that stood on some day and
 were gone on the three days after it, or longer, and whose place was seen on one of those, that are no wall now.
 ghosts_m2 : occupied cells farther than 0.2 m from
@@ -43,6 +44,7 @@ CELL_M = 0.05
 PIECES, MOVED = 18, 6
 NEAR_M, GHOST_M = 0.15, 0.2
 WALK_M_S = 1.0
+SQUARE_M = 1.5
 
 Mask = NDArray[np.bool_]
 
@@ -117,6 +119,12 @@ def in_world(grid: OccupancyGrid, start: NDArray[np.float64], shape: tuple[int, 
     world, moved = on_one_lattice(frame, warp(grid, start, CELL_M))
     r, c = -world.cell0[0], -world.cell0[1]
     return moved.cells[r : r + shape[0], c : c + shape[1]]
+
+
+def driven_m2(saved: SavedMap) -> float:
+    """Return the floor of squares of ``SQUARE_M`` that hold a keyframe with a scan, square metres."""
+    places = saved.keyframes.T_map_base[: len(saved.scans), :2]
+    return len(np.unique(np.floor(places / SQUARE_M), axis=0)) * SQUARE_M**2
 
 
 def near(mask: Mask, metres: float) -> Mask:
@@ -237,7 +245,8 @@ def main() -> None:
         write_saved_map(options.keep / f"day-{day}.mrslam", saved)
         write_saved_map(options.keep / f"only-{day}.mrslam", today.session)
         size = (options.keep / f"day-{day}.mrslam").stat().st_size
-        print(json.dumps({**row, "bytes": size, "keyframes": len(saved.scans), "pieces": len(pieces)}), flush=True)
+        row |= {"bytes": size, "keyframes": len(saved.scans), "driven_m2": driven_m2(saved), "pieces": len(pieces)}
+        print(json.dumps(row), flush=True)
 
 
 if __name__ == "__main__":
