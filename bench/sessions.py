@@ -5,8 +5,8 @@
 Every day a robot drives about from another start, and its map continues the saved one (``one_map``); every night a
 third of the furniture is put elsewhere. Judged in the world's frame, which the first day's start fixes:
 
-bytes, keyframes : of the saved map. driven_m2 : of squares of 1.5 m in which it has a keyframe. walls_lost : share of the
-walls that the first day's map shows of which
+bytes, keyframes : of the saved map. driven_m2 : of squares of 1.5 m in which it has a keyframe. walls_lost : share of
+the walls that the first day's map shows of which
 the saved map shows nothing within 0.15 m. removed : share of the cells drawn of pieces that stood on some day and
 were gone on the three days after it, or longer, and whose place was seen on one of those, that are no wall now.
 ghosts_m2 : occupied cells farther than 0.2 m from
