@@ -111,7 +111,6 @@ class SavedMaps:
             if (map_id in team.T_team_map) == (map_id in self._localised):
                 events += self._look_elsewhere(team, map_id, T_team_base, now_ns)
                 continue
-            self._elsewhere.discard(map_id)
             at = whereabouts(team, map_id, T_team_base)
             if at.T_map_base is None:
                 self._localised.discard(map_id)

@@ -107,7 +107,7 @@ class PairBelief:
     @property
     def found(self) -> Alignment | None:
         """The transform believed, or else the one found that waits to be confirmed."""
-        return self.alignment or (self.stability.previous if self.reason in (UNCONFIRMED, WEAK) else None)
+        return self.alignment or self.stability.previous
 
     @property
     def is_seen(self) -> bool:

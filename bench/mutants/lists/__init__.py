@@ -2,6 +2,7 @@
 
 from bench.mutants.lists import (
     agent,
+    agent_pairs,
     alignment,
     chaos,
     comms,
@@ -22,6 +23,7 @@ MUTANTS: tuple[Mutant, ...] = (
     *merge.MUTANTS,
     *comms.MUTANTS,
     *agent.MUTANTS,
+    *agent_pairs.MUTANTS,
     *sim_driver.MUTANTS,
     *ros.MUTANTS,
     *chaos.MUTANTS,

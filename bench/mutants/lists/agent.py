@@ -1,12 +1,9 @@
-"""Mutants of agent."""
+"""Mutants of agent, without those of what it believes of pairs."""
 
 from bench.mutants.mutant import Mutant
 
 CORE, ROBOT, TEAM, TEAMMATES = (f"agent/{name}.py" for name in ("core", "robot", "team", "teammates"))
-BELIEF, SCHEDULE, SECOND_LOOK = (f"agent/pairs/{name}.py" for name in ("belief", "schedule", "second_look"))
 DOUBT, WITNESS = "agent/self_doubt.py", "agent/witness.py"
-HYPOTHESES, WEIGHING = (f"agent/pairs/{name}.py" for name in ("hypotheses", "weighing"))
-HINTS, OTHERS = (f"agent/pairs/{name}.py" for name in ("hints", "others"))
 
 MUTANTS = (
     Mutant(
@@ -20,18 +17,6 @@ MUTANTS = (
         "if place is None and self.robot_id in (a, b):",
         "if False:",
         "robots do not look where third robots place a teammate",
-    ),
-    Mutant(
-        "agent/pairs/belief.py",
-        "self.barren + 1 if is_barren else 0)",
-        "self.barren + 1)",
-        "a robot in the building of its saved map says that it is elsewhere",
-    ),
-    Mutant(
-        "agent/pairs/schedule.py",
-        "        if turned := sure[b] > sure[a]:\n",
-        "        if turned := False:\n",
-        "a hint without a heading is looked for about the wrong place",
     ),
     Mutant(
         TEAMMATES,
@@ -136,34 +121,16 @@ MUTANTS = (
         "after a restart a robot has to find its teammates again",
     ),
     Mutant(
-        BELIEF,
-        "        elif self.alignment is None and is_echo(self.stability, outcome, saved_m2=job.saved_m2):",
-        "        elif False:",
-        "weak evidence looked at twice is believed",
-    ),
-    Mutant(
         TEAM,
         "            self._begin_pairs(robot_id)\n",
         "",
         "a robot's new map is merged as its old one was",
     ),
     Mutant(
-        BELIEF,
-        "        return reason or refuted(self.alignment, outcome)",
-        "        return reason",
-        "merged maps that come to contradict each other stay merged",
-    ),
-    Mutant(
         TEAM,
         "            if robot_id not in self.maps or self.maps[robot_id].epoch != version[0]:",
         "            if False:",
         "an alignment of a map that was given up is used for the new one",
-    ),
-    Mutant(
-        SCHEDULE,
-        "            return self._is_worth_a_search(belief, maps, is_eager=is_eager, has_waited=has_waited)",
-        "            return False",
-        "a pair that was rejected once is never tried again",
     ),
     Mutant(
         DOUBT,
@@ -206,12 +173,6 @@ MUTANTS = (
         "            if self._fitting < FITTING_LEAST:\n                return False",
         "            if False:\n                return False",
         "a robot that was carried off believes itself again wherever it is",
-    ),
-    Mutant(
-        SECOND_LOOK,
-        "    if searched.evidence is None or searched.evidence.margin >= AMBIGUOUS_MARGIN:",
-        "    if True:",
-        "a merge in a house that looks alike is never taken back",
     ),
     Mutant(
         "agent/blindness.py",
@@ -262,58 +223,10 @@ MUTANTS = (
         "a pair whose robots looked in vain for each other stays merged",
     ),
     Mutant(
-        WEIGHING,
-        "if here is not None and here.is_refuted:",
-        "if False:",
-        "a place where nobody was is believed again as soon as the maps propose it",
-    ),
-    Mutant(
-        WEIGHING,
-        "closed > 0.0 and best - second >= CHOSEN_LLR",
-        "True",
-        "of places that fit alike the first is merged though nobody knows which is right",
-    ),
-    Mutant(
-        "agent/pairs/loops.py",
-        "T_a_c = held[0].T_a_b if a < third else se2.inverse(held[0].T_a_b)",
-        "T_a_c = held[0].T_a_b",
-        "a third robot leads to the wrong one of two places",
-    ),
-    Mutant(
-        WEIGHING,
-        "    return against_m <= max(FORGIVEN_M, FORGIVEN_SHARE * evidence.matched_m)",
-        "    return True",
-        "robots that saw someone else at one distance merge through walls",
-    ),
-    Mutant(
-        HYPOTHESES,
-        "return (0.0 if self.own is None else self.own.llr) + sum(self.told.values())",
-        "return 0.0 if self.own is None else self.own.llr",
-        "what teammates saw is not weighed",
-    ),
-    Mutant(
-        HYPOTHESES,
-        "key=lambda one: (abs(one.llr), one.proposed_ns))",
-        "key=lambda one: one.proposed_ns)",
-        "what was refuted is forgotten as soon as five other places were proposed",
-    ),
-    Mutant(
-        BELIEF,
-        "if searched and not self.is_seen else None",
-        "if searched else None",
-        "robots that see each other are unmerged because another wing looks alike",
-    ),
-    Mutant(
         CORE,
         "        self.node.add_claims(self._witness.claims(self.team, now_ns))\n",
         "",
         "robots do not tell each other what they saw",
-    ),
-    Mutant(
-        SCHEDULE,
-        "is_eager = has_waited or (self",
-        "is_eager = True or (self",
-        "maps that lie far apart are searched as often as any",
     ),
     Mutant(
         "agent/joining.py",
@@ -326,24 +239,6 @@ MUTANTS = (
         "        if keys != self._seen:",
         "        if not self._seen:",
         "joint solutions cost with the square of the time",
-    ),
-    Mutant(
-        SCHEDULE,
-        "            return _may_confirm(belief, maps, last_m2) and",
-        "            return",
-        "weak evidence is looked at again before it can have grown",
-    ),
-    Mutant(
-        SCHEDULE,
-        "(has_waited or _grown(maps, last_m2, growth))",
-        "_grown(maps, last_m2, WALL_GROWTH - 1.0)",
-        "two large maps that share a part are found, and never merged",
-    ),
-    Mutant(
-        SCHEDULE,
-        "            and not (belief.alignment is None and tied.issuperset(pair))\n",
-        "",
-        "every pair of a team is aligned by everyone",
     ),
     Mutant(
         "agent/reports.py",
@@ -364,12 +259,6 @@ MUTANTS = (
         "the team map is not written in the frame that was chosen",
     ),
     Mutant(
-        SCHEDULE,
-        "            place = self._just_found((a, b), belief, (map_a, map_b), T_team_map)\n",
-        "",
-        "what was found is searched for once more though nothing has changed",
-    ),
-    Mutant(
         CORE,
         "            self.node.add_hints(self.team.hints.news(self.team.beliefs, now_ns))\n",
         "",
@@ -382,40 +271,10 @@ MUTANTS = (
         "a robot that comes later is not told where maps were found",
     ),
     Mutant(
-        HINTS,
-        "b == self.own_id and a in self.searching and a not in self._failed",
-        "b == self.own_id and a in self.searching",
-        "a robot relies on the searches of a teammate whose hints are wrong",
-    ),
-    Mutant(
         TEAM,
         "        if job.hinted_by is not None and isinstance(outcome, Rejection):\n",
         "        if False:\n",
         "a hint that fails puts off the robot's own search",
-    ),
-    Mutant(
-        HINTS,
-        "            self._failed[job.hinted_by] = self._failed.get(job.hinted_by, 0) + 1\n",
-        "            pass\n",
-        "a liar's hints are tried without end",
-    ),
-    Mutant(
-        HINTS,
-        "                self._failed.pop(peer, None)\n",
-        "                pass\n",
-        "one who was right is not heard again",
-    ),
-    Mutant(
-        HINTS,
-        " or hint.epoch != maps[peer].epoch",
-        "",
-        "a hint about a map that was given up is tried",
-    ),
-    Mutant(
-        OTHERS,
-        "    if own_id in pair or beliefs[pair].found is not None:\n",
-        "    if own_id in pair:\n",
-        "what a hint has found of two others is confirmed a minute later",
     ),
     Mutant(
         "alignment/align.py",
@@ -424,184 +283,16 @@ MUTANTS = (
         "a hint is believed though the maps fit elsewhere as well",
     ),
     Mutant(
-        OTHERS,
-        "SAME_PLACE.is_near(se2.between(T_team_map[a], T_team_map[b]), T_a_b)",
-        "True",
-        "a hint against all other alignments is believed without a search",
-    ),
-    Mutant(
         "agent/shells/runner.py",
         "        if isinstance(outcome, Rejection) and job.follows:\n",
         "        if False:\n",
         "a merged map that was corrected is not found again nearby",
     ),
     Mutant(
-        SCHEDULE,
-        "    return all(name in tied for name in pair) or belief.is_seen\n",
-        "    return belief.is_seen\n",
-        "pairs that loops hold are searched for everywhere as they grow",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "yield (b, found.T_a_b) if a == self.own_id else (a, se2.inverse(found.T_a_b))",
-        "yield (b, found.T_a_b) if a == self.own_id else (a, found.T_a_b)",
-        "the second of a pair tells hints inside out",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "        self.searching.discard(peer)\n",
-        "        pass\n",
-        "a robot waits for the searches of a teammate that is gone",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "            for robot, hint in hints.items():\n                if robot not in maps",
-        "            for robot, hint in hints.items():\n                if robot not in maps or robot == self.own_id",
-        "hints about the own map are not tried",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "belief.found is not None or (peer in tied and robot in tied)",
-        "belief.found is not None",
-        "hints about pairs that loops hold are tried without need",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "    return grown and now_ns - hint.tried_ns >= config.align_interval_s * 1e9",
-        "    return False",
-        "a hint that failed is never tried again though maps grow",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "            told.times = 0\n",
-        "            pass\n",
-        "who comes later is not told",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "place = hint.T_peer_robot if peer == pair[0] else se2.inverse(hint.T_peer_robot)",
-        "place = hint.T_peer_robot",
-        "hints of the second of a pair are looked for inside out",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "        if robot_id == self.own_id:\n            self._told.clear()",
-        "        pass",
-        "after a new map the places found in it are not told",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "            hints.pop(robot_id, None)\n        if robot_id",
-        "            pass\n        if robot_id",
-        "hints about a map that was given up are tried on the new one",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "self.epoch == hint.epoch and SAME_PLACE",
-        "SAME_PLACE",
-        "a hint about a new map at the place of the old one is not heard",
-    ),
-    Mutant(
-        "agent/pairs/schedule.py",
-        "            awaited = ()\n",
-        "            pass\n",
-        "with a random method a pair waits for a teammate's search, which is no evidence",
-    ),
-    Mutant(
-        "agent/pairs/schedule.py",
-        "return belief.last is not None and now_ns - belief.last.t_ns < PATIENCE_S * 1e9",
-        "return belief.last is not None",
-        "pairs that a teammate searches for are never searched for again here",
-    ),
-    Mutant(
-        "agent/pairs/schedule.py",
-        "return belief.last is not None and now_ns - belief.last.t_ns < PATIENCE_S * 1e9",
-        "return True",
-        "the first search for a pair waits for the teammate's",
-    ),
-    Mutant(
-        "agent/pairs/schedule.py",
-        "        return (0 if self.own_id in pair else 1, 0 if belief.last is None else 1, tried)",
-        "        return (0, 0 if belief.last is None else 1, tried)",
-        "pairs of others are aligned before the own",
-    ),
-    Mutant(
-        "agent/pairs/schedule.py",
-        "or belief.attempts % EVERYWHERE_EVERY == EVERYWHERE_EVERY - 1:",
-        ":",
-        "a wrong known start is never looked beyond",
-    ),
-    Mutant(
-        "agent/pairs/schedule.py",
-        "is_old = waited_ns / 1e9 >= self.config.realign_interval_s and not is_confirmed",
-        "is_old = waited_ns / 1e9 >= self.config.realign_interval_s",
-        "pairs that the joint solution confirms are aligned again and again",
-    ),
-    Mutant(
-        "agent/pairs/schedule.py",
-        "is_old = waited_ns / 1e9 >= self.config.realign_interval_s and not is_confirmed",
-        "is_old = False",
-        "a merged pair does not follow maps that are corrected",
-    ),
-    Mutant(
-        "agent/pairs/schedule.py",
-        "        self._starts.pop(robot_id, None)\n",
-        "        pass\n",
-        "a robot's new map is looked for where it started",
-    ),
-    Mutant(
-        "agent/pairs/schedule.py",
-        "            self._near.clear()\n",
-        "            pass\n",
-        "a new own map is looked for where the first one began in the saved map",
-    ),
-    Mutant(
-        "agent/pairs/schedule.py",
-        "        if self._seeks_place(pair, belief) and _grown(maps, last.area_m2, self.config.align_growth):",
-        "        if False:",
-        "a robot waits between two looks for its place in a saved map however much it has seen since",
-    ),
-    Mutant(
-        "agent/pairs/schedule.py",
-        "return belief.alignment is None and self.own_id in pair and any(is_saved(map_id) for map_id in pair)",
-        "return self.own_id in pair and any(is_saved(map_id) for map_id in pair)",
-        "a place in a saved map that is believed is aligned again with every tenth that the own map grows",
-    ),
-    Mutant(
-        "agent/pairs/schedule.py",
-        "return belief.alignment is None and self.own_id in pair and any(is_saved(map_id) for map_id in pair)",
-        "return belief.alignment is None and self.own_id in pair",
-        "a teammate's map, which grows as well, is searched for without waiting",
-    ),
-    Mutant(
-        "agent/pairs/second_look.py",
-        "saved_m2 is not None and now.matched_m < MUCH_WALL_M",
-        "False and now.matched_m < MUCH_WALL_M",
-        "a room that looks like a saved one is believed to be that on its walls alone",
-    ),
-    Mutant(
-        "agent/pairs/second_look.py",
-        " and now.matched_m < MUCH_WALL_M and WALL_GROWTH * now.overlap_m2 < saved_m2",
-        " and WALL_GROWTH * now.overlap_m2 < saved_m2",
-        "a robot that has seen the whole building and gets a saved map then is never localised",
-    ),
-    Mutant(
-        "agent/pairs/second_look.py",
-        " and WALL_GROWTH * now.overlap_m2 < saved_m2",
-        "",
-        "in a saved map of one room nobody is ever localised",
-    ),
-    Mutant(
         "agent/effects.py",
         "        return saved[0] if len(saved) == 1 else None",
         "        return saved[0] if saved else None",
         "two saved maps are never merged, for neither shows more",
-    ),
-    Mutant(
-        "agent/pairs/schedule.py",
-        "if last.versions == (maps[0].version, maps[1].version):",
-        "if False:",
-        "maps that did not change are aligned again",
     ),
     Mutant(
         "agent/joining.py",
@@ -704,24 +395,6 @@ MUTANTS = (
         "self.frame.T_frame_map = self.tracking.T_saved_own",
         "self._has_news = False",
         "a tracked pose is told in the frame as it was aligned",
-    ),
-    Mutant(
-        "agent/pairs/part_saved.py",
-        "job.part.look_alikes < MOST_LOOK_ALIKES",
-        "True",
-        "a room of a hotel of which one room was saved is believed to be that one",
-    ),
-    Mutant(
-        "agent/pairs/schedule.py",
-        "if len(saved) == 1 and prior is None and belief.alignment is None else None",
-        "if len(saved) == 1 and belief.alignment is None else None",
-        "a robot that is told where it begins in a map of one room does not believe it",
-    ),
-    Mutant(
-        "agent/pairs/schedule.py",
-        "if len(saved) == 1 and prior is None and belief.alignment is None else None",
-        "if len(saved) == 1 and prior is None else None",
-        "a place in a map of one room that somebody told is taken back by the next search",
     ),
     Mutant(
         "agent/shells/runner.py",
