@@ -6,14 +6,12 @@ from collections import Counter
 from collections.abc import Collection, Mapping
 
 from mrslam.agent.pairs.belief import PairBelief
-from mrslam.alignment import StabilityCheck
+from mrslam.agent.pairs.hypotheses import SAME_PLACE
 from mrslam.merge import Pair
 from mrslam.merge.graph.edges import pair_of
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
 
-SAME_PLACE = StabilityCheck()
-"""Two transforms that differ by less are one place."""
 EDGES_ENOUGH = 2
 """Merged pairs of a robot from which it needs no more from a pair of two others: it is part of a loop of alignments,
 whose consistency is checked. So a team of n has about 2 n alignments to find and follow, not n^2 / 2."""

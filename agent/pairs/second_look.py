@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from mrslam.alignment import Alignment, Evidence, Rejection, StabilityCheck
 
-SAME_PLACE = StabilityCheck(max_dx_m=2.0, max_dy_m=2.0, max_dtheta_rad=0.4)
+CORRECTED = StabilityCheck(max_dx_m=2.0, max_dy_m=2.0, max_dtheta_rad=0.4)
 """Two transforms that differ by less are one place, corrected; by more, two places. Four times the limits within which
 two estimates confirm each other: bent maps move by that much when they are corrected."""
 STRONG_CONFIDENCE = 0.65
@@ -71,7 +71,7 @@ def lies_elsewhere(believed: Alignment, searched: Alignment | Rejection) -> str 
     there are two places.
     """
     if isinstance(searched, Alignment):
-        return None if SAME_PLACE.agrees(searched, believed) else "the maps have grown, and fit better elsewhere"
+        return None if CORRECTED.agrees(searched, believed) else "the maps have grown, and fit better elsewhere"
     if searched.evidence is None or searched.evidence.margin >= AMBIGUOUS_MARGIN:
         return None
     return f"the maps have grown, and another place fits {1.0 - searched.evidence.margin:.0%} as well"
@@ -82,6 +82,6 @@ def refuted(believed: Alignment, outcome: Alignment | Rejection) -> str | None:
     if isinstance(outcome, Alignment) or outcome.T_a_b is None or outcome.evidence is None:
         return None
     share = outcome.evidence.contradicted_per_m
-    if share <= REFUTED_PER_M or not SAME_PLACE.is_near(outcome.T_a_b, believed.T_a_b):
+    if share <= REFUTED_PER_M or not CORRECTED.is_near(outcome.T_a_b, believed.T_a_b):
         return None
     return f"the maps have grown, and {share / (1.0 + share):.0%} of the walls compared lie where the other map is free"

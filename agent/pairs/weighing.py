@@ -9,10 +9,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mrslam.agent.pairs.hypotheses import SAME_PLACE as LOOP_SAME
-from mrslam.agent.pairs.hypotheses import Hypotheses, Hypothesis
+from mrslam.agent.pairs.hypotheses import SAME_PLACE, Hypotheses, Hypothesis
 from mrslam.agent.pairs.loops import Loop
-from mrslam.agent.pairs.second_look import SAME_PLACE
+from mrslam.agent.pairs.second_look import CORRECTED
 from mrslam.alignment import Alignment, Evidence, Rejection
 from mrslam.spatial.se2 import Transform
 
@@ -44,7 +43,7 @@ def weighed(places: Hypotheses, outcome: Alignment | Rejection, loops: Sequence[
             return _refused(
                 outcome, f"the robots looked where the other should be, and nobody was there ({here.llr:.1f} nats)"
             )
-        if supported is not None and not SAME_PLACE.is_near(supported.T_a_b, outcome.T_a_b):
+        if supported is not None and not CORRECTED.is_near(supported.T_a_b, outcome.T_a_b):
             x, y, _ = supported.T_a_b
             return _refused(
                 outcome, f"the robots saw each other with the maps {x:.1f}, {y:.1f} m apart, which is not here"
@@ -77,7 +76,7 @@ def _chosen(places: Hypotheses, left: list[Transform], loops: Sequence[Loop]) ->
     ranked = []
     for k, T_a_b in enumerate(left):
         place = places.at(T_a_b)
-        closed = sum(loop.llr for loop in loops if LOOP_SAME.is_near(loop.T_a_b, T_a_b))
+        closed = sum(loop.llr for loop in loops if SAME_PLACE.is_near(loop.T_a_b, T_a_b))
         ranked.append(((0.0 if place is None else place.llr) + closed, closed, k))
     ranked.sort(reverse=True)
     (best, closed, k), (second, _, _) = ranked[:2]
