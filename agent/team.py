@@ -22,6 +22,7 @@ from mrslam.agent.pairs.hints import Hints
 from mrslam.agent.pairs.loops import loops_of
 from mrslam.agent.pairs.schedule import Schedule
 from mrslam.agent.pairs.sighted import sighted_job
+from mrslam.agent.pairs.through import unless_refuted
 from mrslam.alignment import Alignment, Rejection
 from mrslam.comms import is_saved
 from mrslam.merge import Bend, BentTeam, JointMap, Pair, Placement, TeamMap, TeamMapper
@@ -217,6 +218,7 @@ class Team:
         if job.hinted_by is not None and isinstance(outcome, Rejection):
             return Verdict("rejected", f"not where {job.hinted_by} has it: {outcome.reason}", outcome)
         pair = (job.a, job.b)
+        outcome = unless_refuted(pair, outcome, self.beliefs)
         return self.beliefs[pair].settle(job, outcome, now_ns, loops_of(pair, self.beliefs))
 
     def unmerge(self, pair: Pair, reason: str, now_ns: int) -> list[Effect]:

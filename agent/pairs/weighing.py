@@ -40,12 +40,12 @@ def weighed(places: Hypotheses, outcome: Alignment | Rejection, loops: Sequence[
     here, supported = places.at(outcome.T_a_b), places.supported
     if isinstance(outcome, Alignment):
         if here is not None and here.is_refuted:
-            return _refused(
+            return refused(
                 outcome, f"the robots looked where the other should be, and nobody was there ({here.llr:.1f} nats)"
             )
         if supported is not None and not CORRECTED.is_near(supported.T_a_b, outcome.T_a_b):
             x, y, _ = supported.T_a_b
-            return _refused(
+            return refused(
                 outcome, f"the robots saw each other with the maps {x:.1f}, {y:.1f} m apart, which is not here"
             )
         return outcome
@@ -107,5 +107,6 @@ def by_sight(place: Hypothesis, outcome: Rejection) -> Alignment:
     return Alignment(T_a_b, SIGHT_CONFIDENCE, evidence, covariance, SIGHT_METHOD)
 
 
-def _refused(outcome: Alignment, reason: str) -> Rejection:
+def refused(outcome: Alignment, reason: str) -> Rejection:
+    """Return the rejection of an alignment for this reason."""
     return Rejection(reason, outcome.confidence, outcome.evidence, outcome.method, outcome.T_a_b)

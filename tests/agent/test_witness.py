@@ -109,6 +109,24 @@ def test_a_place_through_others_where_nobody_is_ends_the_weakest_alignment_betwe
     (unmerged,) = witness.look(one.team, BEGIN + 20 * S)
     assert isinstance(unmerged, Event) and (unmerged.fields["a"], unmerged.fields["b"]) == ("r2", "r3")
     assert one.T_team_map.keys() == {"r1", "r3"} and witness.look(one.team, BEGIN + 21 * S) == []
+    T_r2_r3 = se2.between(NEARER, se2.transform(0.3, 0.1, 0.2))
+    merge_pair(one, ("r2", "r3"), T_r2_r3, 0.7)  # not merged and unmerged by turns
+    assert "r2" not in one.T_team_map and "placed through it, r1 and r2" in one.team.beliefs["r2", "r3"].reason
+    merge_pair(
+        one, ("r2", "r3"), se2.compose(T_r2_r3, se2.transform(3.0, 0.0, 0.0)), 0.7
+    )  # another place is none of it
+    assert "r2" in one.T_team_map
+
+
+def test_of_two_alignments_that_lead_where_nobody_is_the_better_one_is_believed() -> None:
+    one = met()
+    through_r3(one, NEARER)
+    witness, _ = watch(one)
+    witness.on_claim(claim(NEARER, -2.0), one.team, BEGIN + 20 * S)
+    witness.look(one.team, BEGIN + 20 * S)
+    merge_pair(one, ("r2", "r3"), se2.between(NEARER, se2.transform(0.3, 0.1, 0.2)), 0.95)
+    (unmerged,) = witness.look(one.team, BEGIN + 21 * S)
+    assert isinstance(unmerged, Event) and (unmerged.fields["a"], unmerged.fields["b"]) == ("r1", "r3")
 
 
 def test_what_two_others_saw_of_each_other_ends_an_alignment_between_them() -> None:

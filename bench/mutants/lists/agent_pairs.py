@@ -8,6 +8,24 @@ HINTS, OTHERS = (f"agent/pairs/{name}.py" for name in ("hints", "others"))
 
 MUTANTS = (
     Mutant(
+        "agent/pairs/through.py",
+        "place.is_refuted and _is_weakest(pair, outcome, tree, between):",
+        "False:",
+        "a map whose place third robots refute is merged and unmerged by turns",
+    ),
+    Mutant(
+        "agent/pairs/through.py",
+        "place.is_refuted and _is_weakest(pair, outcome, tree, between):",
+        "place.is_refuted:",
+        "a wrong alignment keeps a better one out",
+    ),
+    Mutant(
+        "agent/pairs/through.py",
+        "T if first == one else se2.inverse(T)",
+        "T",
+        "where robots looked is mistaken for another place",
+    ),
+    Mutant(
         "agent/pairs/belief.py",
         "self.barren + 1 if is_barren else 0)",
         "self.barren + 1)",
