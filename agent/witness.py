@@ -11,6 +11,7 @@ from mrslam.agent.effects import Effect
 from mrslam.agent.encounters import Encounters
 from mrslam.agent.pairs.belief import PairBelief
 from mrslam.agent.pairs.hypotheses import Hypothesis
+from mrslam.agent.pairs.through import nobody_there
 from mrslam.agent.team import Team
 from mrslam.comms import TeammateClaim, TeammatePose
 from mrslam.merge import Pair
@@ -150,8 +151,7 @@ class Witness:
             if place is None and self.robot_id in (a, b):
                 place = belief.places.add(T_a_b, "team", now_ns)
             if place is not None and place.is_refuted and (weakest := team.weakest_between(a, b)) is not None:
-                reason = f"placed through it, {a} and {b} looked for each other, and nobody was there"
-                return team.unmerge(weakest, f"{reason} ({place.llr:.1f} nats)", now_ns)
+                return team.unmerge(weakest, nobody_there(a, b, place), now_ns)
         return []
 
     def _weigh_new(self, pair: Pair, belief: PairBelief) -> None:

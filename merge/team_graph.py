@@ -13,12 +13,10 @@ from mrslam.merge.graph.consistency import drop_broken_loops, drop_broken_triang
 from mrslam.merge.graph.edges import AlignmentLike, Edge, Pair, make_edge
 from mrslam.merge.graph.nodes import Node, node_of
 from mrslam.merge.graph.solve import jointly
-from mrslam.merge.graph.tree import chain, components, path, spanning_tree
+from mrslam.merge.graph.tree import ROOT, chain, components, path, tree_of, weakest
 from mrslam.merge.joint.bend import Bend
 from mrslam.spatial import InputError, OccupancyGrid, se2
 
-ROOT = ""
-"""The node that known starting poses are edges of; no robot has this id."""
 CERTAIN = 1e6
 """Confidence of a known starting pose: more than all alignments of a team together, each of which is at most 1."""
 
@@ -47,8 +45,8 @@ class Placement:
 
     def weakest_between(self, a: str, b: str) -> Pair | None:
         """Return the weakest alignment on the tree path between two robots; None where no path leads there."""
-        tree = _tree_of({edge.pair: edge for edge in self.edges})
-        return _weakest(tree, path(tree, a, b))
+        tree = tree_of({edge.pair: edge for edge in self.edges})
+        return weakest(tree, path(tree, a, b))
 
 
 class TeamGraph:
@@ -178,7 +176,7 @@ class TeamGraph:
         if start is None:
             return {}, {}
         inside = {pair: edge for pair, edge in edges.items() if pair[0] in group}
-        tree = _tree_of(inside)
+        tree = tree_of(inside)
         return jointly(chain(tree, start), inside.values(), start, self.config), tree
 
 
@@ -192,19 +190,9 @@ def _contradicted(
                 continue
             between = path(tree, a, b)
             reason = conflict(a, b, se2.between(poses[a], poses[b]), len(between))
-            if reason and (weakest := _weakest(tree, between)) is not None:
-                return weakest, f"contradicted: placed through it, {reason}"
+            if reason and (wrong := weakest(tree, between)) is not None:
+                return wrong, f"contradicted: placed through it, {reason}"
     return None
-
-
-def _tree_of(edges: Mapping[Pair, Edge]) -> dict[Pair, Edge]:
-    return spanning_tree(edges, lambda edge: edge.confidence)
-
-
-def _weakest(tree: Mapping[Pair, Edge], between: list[Pair]) -> Pair | None:
-    """Return the weakest alignment of a path; known poses are none."""
-    loose = [pair for pair in between if ROOT not in pair]
-    return min(loose, key=lambda pair: (tree[pair].confidence, pair), default=None)
 
 
 def _why(robot_id: str, edges: Mapping[Pair, Edge], dropped: Mapping[Pair, str]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from mrslam.agent.effects import AlignJob
 from mrslam.agent.known_map import MOST_LOOK_ALIKES
+from mrslam.agent.pairs.weighing import refused
 from mrslam.alignment import Alignment, Rejection
 
 TELL = "unless it is told where the robot begins (near)"
@@ -19,4 +20,4 @@ def in_whole(job: AlignJob, outcome: Alignment | Rejection) -> Alignment | Rejec
         return outcome
     shows = f"the saved map shows {job.part.area_m2:.0f} m2 and ends in the open"
     reason = f"ambiguous: {shows}, so that a place that looks the same may lie in what was not saved, {TELL}"
-    return Rejection(reason, outcome.confidence, outcome.evidence, outcome.method, outcome.T_a_b)
+    return refused(outcome, reason)

@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from mrslam.agent.pairs.belief import PairBelief
+from mrslam.agent.pairs.hypotheses import Hypothesis
 from mrslam.agent.pairs.weighing import refused
 from mrslam.alignment import Alignment, Rejection
 from mrslam.merge import Pair
-from mrslam.merge.graph.edges import Edge, make_edge, pair_of
-from mrslam.merge.graph.tree import chain, path, spanning_tree
+from mrslam.merge.graph.edges import make_edge, pair_of
+from mrslam.merge.graph.tree import chain, path, tree_of, weakest
 from mrslam.spatial import se2
 
 
@@ -24,11 +25,12 @@ def unless_refuted(
     if isinstance(outcome, Rejection) or beliefs[pair].alignment is not None:
         return outcome
     held = {names: found for names, belief in beliefs.items() if (found := belief.weighed_alignment) is not None}
-    tree = spanning_tree({names: make_edge(*names, found) for names, found in held.items()}, _confidence)
+    tree = tree_of({names: make_edge(*names, found) for names, found in held.items()})
     a, b = pair
     T_a, T_b = chain(tree, a), chain(tree, b)
     if b in T_a:
         return outcome  # placed through others already: it moves nobody
+    joined = {**tree, pair: make_edge(a, b, outcome)}
     for one in sorted(T_a):
         for other in sorted(T_b):
             first, second = names = pair_of(one, other)
@@ -37,17 +39,11 @@ def unless_refuted(
                 continue
             T = se2.compose(se2.inverse(T_a[one]), se2.compose(outcome.T_a_b, T_b[other]))
             place = belief.places.at(T if first == one else se2.inverse(T))
-            between = [*path(tree, one, a), *path(tree, b, other)]
-            if place is not None and place.is_refuted and _is_weakest(pair, outcome, tree, between):
-                reason = f"placed through it, {first} and {second} looked for each other, and nobody was there"
-                return refused(outcome, f"{reason} ({place.llr:.1f} nats)")
+            if place is not None and place.is_refuted and weakest(joined, path(joined, one, other)) == pair:
+                return refused(outcome, nobody_there(first, second, place))
     return outcome
 
 
-def _confidence(edge: Edge) -> float:
-    return edge.confidence
-
-
-def _is_weakest(pair: Pair, found: Alignment, tree: Mapping[Pair, Edge], others: list[Pair]) -> bool:
-    """Return whether an alignment would go first of those between two robots; of equals the first by ids does."""
-    return (found.confidence, pair) < min((tree[names].confidence, names) for names in others)
+def nobody_there(a: str, b: str, place: Hypothesis) -> str:
+    """Return why an alignment between two robots is given up that have this place by it."""
+    return f"placed through it, {a} and {b} looked for each other, and nobody was there ({place.llr:.1f} nats)"

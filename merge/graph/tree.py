@@ -7,6 +7,9 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from mrslam.merge.graph.edges import Edge, Pair, pair_of
 from mrslam.spatial import se2
 
+ROOT = ""
+"""The node that known starting poses are edges of; no robot has this id."""
+
 
 def spanning_tree(edges: Mapping[Pair, Edge], strength: Callable[[Edge], float]) -> dict[Pair, Edge]:
     """Return the maximum spanning forest (Kruskal); equal strengths are taken in the order of ids."""
@@ -24,6 +27,17 @@ def spanning_tree(edges: Mapping[Pair, Edge], strength: Callable[[Edge], float])
             parent[max(a, b)] = min(a, b)
             tree[pair] = edges[pair]
     return tree
+
+
+def tree_of(edges: Mapping[Pair, Edge]) -> dict[Pair, Edge]:
+    """Return the maximum spanning forest of alignments by their confidences."""
+    return spanning_tree(edges, lambda edge: edge.confidence)
+
+
+def weakest(tree: Mapping[Pair, Edge], between: Iterable[Pair]) -> Pair | None:
+    """Return the weakest alignment of a path, the first by ids of equals; known poses are none."""
+    loose = [pair for pair in between if ROOT not in pair]
+    return min(loose, key=lambda pair: (tree[pair].confidence, pair), default=None)
 
 
 def components(ids: Iterable[str], edges: Collection[Pair]) -> list[list[str]]:

@@ -117,7 +117,7 @@ class PlaceMatcher:
         ``T_place_scan (3,)`` : the expected pose; its uncertainty is the drift over ``lost_m`` metres of path.
         """
         reach_m = FAR_MOST_M + max(np.hypot(*scan[:, :2].T).max(initial=0.0) for scan in (points, *place.scans))
-        sigma_m, sigma_rad = SIGMA_M + DRIFT_M_PER_M * lost_m, SIGMA_RAD + DRIFT_RAD_PER_M * lost_m
+        sigma_m, _, sigma_rad = expected_sigmas(lost_m).tolist()
         prior = np.diag([1.0 / sigma_m**2, 1.0 / sigma_m**2, 1.0 / sigma_rad**2])
         fine = _draw(self._fine, place, T_place_scan, reach_m)
         descended = match(fine, points, T_place_scan, T_place_scan, prior, self._sigma_m, ITERATIONS)

@@ -9,13 +9,13 @@ HINTS, OTHERS = (f"agent/pairs/{name}.py" for name in ("hints", "others"))
 MUTANTS = (
     Mutant(
         "agent/pairs/through.py",
-        "place.is_refuted and _is_weakest(pair, outcome, tree, between):",
+        "place.is_refuted and weakest(joined, path(joined, one, other)) == pair:",
         "False:",
         "a map whose place third robots refute is merged and unmerged by turns",
     ),
     Mutant(
         "agent/pairs/through.py",
-        "place.is_refuted and _is_weakest(pair, outcome, tree, between):",
+        "place.is_refuted and weakest(joined, path(joined, one, other)) == pair:",
         "place.is_refuted:",
         "a wrong alignment keeps a better one out",
     ),

@@ -51,7 +51,7 @@ MUTANTS = (
         "pieces that changed are listed larger than they are",
     ),
     Mutant(
-        GRAPH,
+        "merge/graph/tree.py",
         "return spanning_tree(edges, lambda edge: edge.confidence)",
         "return spanning_tree(edges, lambda edge: -edge.confidence)",
         "maps are placed along the worst alignments: a minimum spanning tree",
@@ -70,7 +70,7 @@ MUTANTS = (
     ),
     Mutant(
         GRAPH,
-        "            if reason and (weakest := _weakest(tree, between)) is not None:",
+        "            if reason and (wrong := weakest(tree, between)) is not None:",
         "            if False:",
         "two maps placed through a third may contradict each other",
     ),
