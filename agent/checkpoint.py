@@ -39,7 +39,7 @@ def freeze(agent: Agent) -> Packed:
             "rbpf": asdict(agent.settings.rbpf),
             "mapper": agent.mapper.state(),
             "store": store_state(agent.node.store),
-            "frame": agent.team.frame,
+            "frame": agent.team.layout.frame,
             "saved": {map_id: agent.team.maps[map_id].epoch for map_id in sorted(agent.team.saved)},
             "pairs": [[a, b, _belief_state(belief)] for (a, b), belief in sorted(agent.team.beliefs.items())],
             "links": {peer: vars(stats) for peer, stats in agent.links.items()},

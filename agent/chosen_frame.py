@@ -22,7 +22,7 @@ class ChosenFrame:
         """Take the place of a robot at ``T_map_base (3,)`` in the saved map, where it is known now."""
         if not self.saved_map:
             return
-        T_frame_base = pose_in(team, self.saved_map, se2.compose(team.T_team_own, T_map_base))
+        T_frame_base = pose_in(team, self.saved_map, se2.compose(team.layout.T_team_own, T_map_base))
         if T_frame_base is not None:
             self.T_frame_map = se2.compose(T_frame_base, se2.inverse(T_map_base))
 

@@ -229,7 +229,8 @@ class Agent(Robot):
         self._witness.on_report(report, self.team, now_ns)
         known = self.team.maps.get(report.peer)
         if known is not None and known.epoch == report.epoch:  # else its pose is in the frame of another map
-            self._teammates.observe(report, self.team.T_own_map(report.peer), self.team.covariance_of(report.peer))
+            T_own_map = self.team.layout.T_own_map(report.peer)
+            self._teammates.observe(report, T_own_map, self.team.covariance_of(report.peer))
 
     # -- alignment -> team map -> where teammates are ------------------------------------------------------------------
 

@@ -71,7 +71,7 @@ class Robot:
     @property
     def T_team_map(self) -> dict[str, Transform]:
         """By robot: maps points of its map into the team frame, for those that are placed."""
-        return self.team.T_team_map
+        return self.team.layout.T_team_map
 
     def take_saved_map(self, map_id: str, known: KnownMap, near: Sequence[float] | None = None) -> None:
         """Take a map that was saved before, named with an ``@`` (``r1@monday``), to find this robot's place in it.
@@ -160,7 +160,7 @@ class Robot:
     @property
     def T_team_base(self) -> Transform:
         """``(3,)``: the robot's pose in the team frame, in which its own map may be bent."""
-        return se2.compose(self.team.T_team_own, self.T_map_base)
+        return se2.compose(self.team.layout.T_team_own, self.T_map_base)
 
     @property
     def T_frame_base(self) -> Transform | None:
@@ -174,12 +174,12 @@ class Robot:
         T_frame_map = self.frame.T_frame_map
         if T_frame_map is None or not self.frame.saved_map:
             return T_frame_map
-        return se2.compose(T_frame_map, se2.inverse(self.team.T_team_own))
+        return se2.compose(T_frame_map, se2.inverse(self.team.layout.T_team_own))
 
     def corrected_trajectories(self) -> dict[str, Keyframes]:
         """Return trajectories of robots with bent maps in the team frame: the own laser's, teammates' keyframes."""
-        ways = self.team.keyframes()
-        bends = self.team.bends
+        ways = self.team.layout.keyframes()
+        bends = self.team.layout.bends
         if self.robot_id in bends:
             # The own map may have been corrected since it was published: by its keyframes of now.
             keys, T_team_key = self.local_map().keyframes, bends[self.robot_id].T_team_key

@@ -39,7 +39,7 @@ def pose_in(team: Team, map_id: str, T_team_base: Transform) -> Transform | None
 
     A map that is bent to fit is followed back at its keyframe nearest to the pose.
     """
-    T_team_map, bend = team.T_team_map.get(map_id), team.bends.get(map_id)
+    T_team_map, bend = team.layout.T_team_map.get(map_id), team.layout.bends.get(map_id)
     if T_team_map is None:
         return None
     if bend is None:
@@ -108,7 +108,7 @@ class SavedMaps:
         """Return an event for each saved map in which the robot has been localised, or lost, since the last call."""
         events = []
         for map_id in sorted(team.saved):
-            if (map_id in team.T_team_map) == (map_id in self._localised):
+            if (map_id in team.layout.T_team_map) == (map_id in self._localised):
                 events += self._look_elsewhere(team, map_id, T_team_base, now_ns)
                 continue
             at = whereabouts(team, map_id, T_team_base)

@@ -1,4 +1,4 @@
-"""One robot's knowledge of its team: everyone's newest map, a belief about each pair of maps, and where each map lies.
+"""One robot's knowledge of its team: everyone's newest map, and a belief about each pair of maps.
 
 Maps come in (:meth:`Team.take_map`), jobs go out (:meth:`Team.next_job`) and come back done. An accepted alignment
 becomes an edge of the team graph; one that the graph drops, or that a later alignment refutes, is withdrawn.
@@ -16,6 +16,7 @@ from mrslam.agent.config import Settings
 from mrslam.agent.effects import AlignJob, Effect, Event, Job, JoinJob, joined_fields
 from mrslam.agent.joining import Joining, confirmed_pairs
 from mrslam.agent.known_map import KnownMap
+from mrslam.agent.layout import Layout
 from mrslam.agent.map_check import contradicts_itself
 from mrslam.agent.pairs.belief import PairBelief, Verdict
 from mrslam.agent.pairs.hints import Hints
@@ -25,20 +26,14 @@ from mrslam.agent.pairs.sighted import sighted_job
 from mrslam.agent.pairs.through import unless_refuted
 from mrslam.alignment import Alignment, Rejection
 from mrslam.comms import is_saved
-from mrslam.merge import Bend, BentTeam, JointMap, Pair, Placement, TeamMap, TeamMapper
+from mrslam.merge import BentTeam, JointMap, Pair, TeamMap
 from mrslam.merge.graph.edges import inverse_covariance, pair_of
-from mrslam.merge.joint.join import Tie
 from mrslam.mutual_detection import clear_ghosts
-from mrslam.spatial import Keyframes, OccupancyGrid, se2
-from mrslam.spatial.se2 import Transform
-
-PLACE_NS, PLACE_OWN_NS = 2_000_000_000, 10_000_000_000
-"""Least time between two placements for changed maps alone, nanoseconds: as ``agent.publish_interval_s`` by default;
-and where only the own map has grown: that can but show that it contradicts another by now."""
+from mrslam.spatial import OccupancyGrid
 
 
 class Team:
-    """The maps known, what is believed of each pair of them, and who lies where in the own map's frame."""
+    """The maps known, and what is believed of each pair of them; who lies where by that is its layout."""
 
     def __init__(self, robot_id: str, settings: Settings, *, has_own_map: bool = True) -> None:
         """Start without any map.
@@ -59,17 +54,9 @@ class Team:
         """What teammates told of where they found maps, and what to tell them."""
         self._schedule, self._joining = Schedule(robot_id, settings.agent), Joining()
         self._mutual_detection = settings.mutual_detection
-        self._mapper = TeamMapper(
-            anchor=robot_id if has_own_map else None, config=settings.merge, keeps_frame=not has_own_map
-        )
-        self._placement = Placement(T_team_map={robot_id: se2.IDENTITY} if has_own_map else {})
+        self.layout = Layout(robot_id, self.maps, settings.merge, has_own_map=has_own_map)
+        """Where each map lies."""
         self._confirmed: frozenset[Pair] = frozenset()
-        self._placed_ns = 0
-        self._newer: set[str] = set()
-        """Robots whose maps changed since the last placement."""
-        self._is_placement_old = False
-        self._is_placement_wrong = False
-        """Whether it is old for more than that the own map has grown."""
         self._is_own_frame_new = False
         """Whether the own map was given up, and the next one published has another frame."""
         self._map: TeamMap | None = None
@@ -87,11 +74,8 @@ class Team:
             self.displace(robot_id)
         if robot_id == self.robot_id:
             self._is_own_frame_new = False
-        self._newer.add(robot_id)
-        self._map, self._is_placement_old = None, True
-        bent = self._mapper.bent.corrected(robot_id, known.trail)
-        self._is_placement_wrong |= bent is not self._mapper.bent or robot_id != self.robot_id
-        self._mapper.bent = bent
+        self._map = None
+        self.layout.renew(robot_id)
 
     def take_saved_map(self, map_id: str, known: KnownMap, near: Sequence[float] | None = None) -> None:
         """Take a map that was saved before, as that of a teammate that does not move.
@@ -140,23 +124,16 @@ class Team:
 
     def displace(self, robot_id: str) -> None:
         """Remove a robot's map and place at once; of the own robot, all places: its map frame was the team frame."""
-        self._mapper.remove_map(robot_id)
-        self._newer.discard(robot_id)
         self._is_own_frame_new |= robot_id == self.robot_id
-        lost = self.T_team_map.keys() - {self.robot_id} if robot_id == self.robot_id else {robot_id}
-        places = {one: T for one, T in self.T_team_map.items() if one not in lost}
-        self._placement, self._is_placement_old = replace(self._placement, T_team_map=places), True
-        self._is_placement_wrong = True
+        self.layout.displace(robot_id)
 
     def restore(self, maps: Mapping[str, KnownMap], beliefs: Mapping[Pair, PairBelief], frame: str | None) -> None:
         """Continue with the maps, beliefs and frame of a checkpoint, beside the saved maps that were taken before."""
-        self._mapper.frame = frame
-        for robot_id, known in sorted(maps.items()):
-            if not self._doubts(robot_id, known):
-                self._know(robot_id, known)
-                if is_saved(robot_id):
-                    self.saved.add(robot_id)
-                self._mapper.set_map(robot_id, known.grid, known.trail)
+        kept = [robot_id for robot_id, known in sorted(maps.items()) if not self._doubts(robot_id, known)]
+        for robot_id in kept:
+            self._know(robot_id, maps[robot_id])
+        self.saved.update(filter(is_saved, kept))
+        self.layout.restore(kept, frame)
         self.beliefs |= {pair: belief for pair, belief in beliefs.items() if set(pair) <= self.maps.keys()}
         self._map = None
         self._place(0)
@@ -167,13 +144,13 @@ class Team:
         """Return a joint solution to compute where alignments changed or maps grew, else a pair to align, or None."""
         T_a_b = {pair: found.T_a_b for pair, found in self._alignments().items()}
         return (
-            self._joining.next_job(self._placement, self.maps, T_a_b, now_ns)
+            self._joining.next_job(self.layout.placement, self.maps, T_a_b, now_ns)
             or sighted_job(self.beliefs, self.maps, self._schedule.config.align_interval_s, now_ns)
             or self._hinted_job(now_ns)
             or self._schedule.next_job(
                 self.beliefs,
                 self.maps,
-                self.T_team_map,
+                self.layout.T_team_map,
                 self._confirmed,
                 self.hints.awaited(self.beliefs),
                 now_ns,
@@ -181,7 +158,7 @@ class Team:
         )
 
     def _hinted_job(self, now_ns: int) -> AlignJob | None:
-        return self.hints.next_job(self.beliefs, self.maps, self.T_team_map, self._schedule.config, now_ns)
+        return self.hints.next_job(self.beliefs, self.maps, self.layout.T_team_map, self._schedule.config, now_ns)
 
     def on_aligned(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int) -> list[Effect]:
         """Take the result of an alignment; the pair's belief decides whether it becomes an edge of the team graph."""
@@ -202,13 +179,11 @@ class Team:
         current = {name: one.epoch for name, one in self.maps.items()}
         if any(current.get(name) != epoch for name, epoch in job.epochs.items()):
             return []  # a map was started anew while this was computed
-        self._mapper.bent = BentTeam.of(joint, job.frame, job.trails, job.T_a_b)
-        for name, known in self.maps.items():
-            self._mapper.bent = self._mapper.bent.corrected(name, known.trail)
+        self.layout.bend(BentTeam.of(joint, job.frame, job.trails, job.T_a_b))
         self._confirmed = confirmed_pairs(joint.ties, job)
         self._map = None
         self._place(now_ns)
-        return [Event(now_ns, "joined", joined_fields(self._mapper.bent)), *self.revoke(now_ns)]
+        return [Event(now_ns, "joined", joined_fields(self.layout.bent)), *self.revoke(now_ns)]
 
     def _settle(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int) -> Verdict:
         for robot_id, version in zip((job.a, job.b), job.versions, strict=True):
@@ -232,7 +207,7 @@ class Team:
     def revoke(self, now_ns: int) -> list[Effect]:
         """Withdraw alignments that the last placement dropped: loops that fail to close, walls on free space."""
         effects: list[Effect] = []
-        for (a, b), reason in self._placement.dropped.items():
+        for (a, b), reason in self.layout.placement.dropped.items():
             belief = self.beliefs.get((a, b))
             if belief is not None and belief.alignment is not None:
                 belief.revoke(reason)
@@ -241,19 +216,6 @@ class Team:
         return effects
 
     # -- places --------------------------------------------------------------------------------------------------------
-
-    @property
-    def T_team_map(self) -> dict[str, Transform]:
-        """By robot: maps points of its map into the team frame (:attr:`frame`), for those that are placed.
-
-        Of a bent map it is right at the newest keyframe of the joint solution.
-        """
-        return self._placement.T_team_map
-
-    @property
-    def frame(self) -> str | None:
-        """The robot whose map frame is the team map's; None where there is none yet."""
-        return self._mapper.frame
 
     def covariance_of(self, robot_id: str) -> NDArray[np.float64] | None:
         """Return the covariance ``(3, 3)`` of the transform from a robot's map to the own one, by their alignment.
@@ -267,23 +229,12 @@ class Team:
         return found.covariance if self.robot_id < robot_id else inverse_covariance(found.T_a_b, found.covariance)
 
     def keep_placed(self, now_ns: int) -> None:
-        """Compute places again where maps have changed, at most every ``PLACE_NS`` or ``PLACE_OWN_NS``."""
-        wait_ns = PLACE_NS if self._is_placement_wrong else PLACE_OWN_NS
-        if self._is_placement_old and now_ns - self._placed_ns >= wait_ns:
+        """Compute places again where maps have changed, when it is time to."""
+        if self.layout.is_due(now_ns):
             self._place(now_ns)
 
     def _place(self, now_ns: int) -> None:
-        """Compute where every map lies by the alignments believed now."""
-        self._placed_ns, self._is_placement_wrong = now_ns, False
-        self._use_newer()
-        self._placement, self._is_placement_old = self._mapper.placement(self._alignments()), False
-
-    def _use_newer(self) -> None:
-        """Hand maps that changed since the last placement to the mapper: each takes its whole grid, assembled."""
-        for robot_id in sorted(self._newer):
-            known = self.maps[robot_id]
-            self._mapper.set_map(robot_id, known.grid, known.trail)
-        self._newer.clear()
+        self.layout.place(self._alignments(), now_ns)
 
     def _alignments(self) -> dict[Pair, Alignment]:
         return {pair: found for pair, belief in self.beliefs.items() if (found := belief.weighed_alignment) is not None}
@@ -291,9 +242,7 @@ class Team:
     def map(self) -> TeamMap:
         """Return the team map in the team frame, with the places of maps, and why the others have none."""
         if self._map is None:
-            self._use_newer()
-            team = self._mapper.team_map(self._alignments())
-            self._placement, self._is_placement_old = team, False
+            team = self.layout.draw(self._alignments())
             unplaced = {robot_id: self._why(robot_id, reason) for robot_id, reason in team.unplaced.items()}
             self._map = replace(team, grid=self.without_ghosts(team.grid), unplaced=unplaced)
         return self._map
@@ -314,69 +263,5 @@ class Team:
         """
         if not self._mutual_detection.enabled:
             return grid
-        paths = [keys.T_map_base[:, :2] for name, keys in self.keyframes().items() if name not in self.saved]
+        paths = [keys.T_map_base[:, :2] for name, keys in self.layout.keyframes().items() if name not in self.saved]
         return clear_ghosts(grid, paths, self._mutual_detection.robot_radius_m)[0]
-
-    @property
-    def bends(self) -> Mapping[str, Bend]:
-        """By robot: how its map is bent to fit the others, in the team frame; empty where no matches tie them."""
-        return self._placement.bends
-
-    @property
-    def ties(self) -> tuple[Tie, ...]:
-        """Matches between robots that went into the last joint solution."""
-        return self._mapper.bent.ties
-
-    def ties_m(self, T_team_map: Mapping[str, Transform]) -> list[NDArray[np.float64]]:
-        """Return the positions ``(2, 2)``, metres, of each believed tie's two keyframes with maps at ``T_team_map``."""
-        keys = {name: se2.compose(T, self.maps[name].trail.T_map_key) for name, T in T_team_map.items()}
-        return [
-            np.stack([keys[tie.a][tie.match.i, :2], keys[tie.b][tie.match.j, :2]])
-            for tie in self.ties
-            if tie.believed and {tie.a, tie.b} <= keys.keys()
-            if self._still_has(tie.a, tie.match.i) and self._still_has(tie.b, tie.match.j)
-        ]
-
-    def _still_has(self, robot_id: str, key: int) -> bool:
-        """Return whether a map still has a keyframe that was joined: a robot may come back from an older checkpoint."""
-        bend = self._mapper.bent.bends.get(robot_id)
-        kept = len(self.maps[robot_id].trail)
-        return key < (kept if bend is None else min(kept, len(bend.T_map_key)))
-
-    def keyframes(self) -> dict[str, Keyframes]:
-        """Return the keyframes of every placed robot in the team frame, corrected where its map is bent."""
-        out = {}
-        for robot_id, T_team_map in self.T_team_map.items():
-            if robot_id in self.maps:
-                own, bend = self.maps[robot_id].local.keyframes, self._placement.bends.get(robot_id)
-                poses = se2.compose(T_team_map, own.T_map_base) if bend is None else bend.extended(own.T_map_base)
-                out[robot_id] = Keyframes(own.stamps_ns, poses)
-        return out
-
-    @property
-    def T_team_own(self) -> Transform:
-        """``(3,)``: maps points of the own map into the team frame; of a bent map, right near the robot only."""
-        bend = self._placement.bends.get(self.robot_id)
-        return se2.IDENTITY if bend is None else bend.T_team_map_now
-
-    def T_between(self, a: str, b: str) -> Transform | None:
-        """Return ``T_a_b (3,)`` between the maps of two robots that are placed, None where one is not.
-
-        Where maps are bent it is right near the two robots only.
-        """
-        T_own_a, T_own_b = self.T_own_map(a), self.T_own_map(b)
-        return None if T_own_a is None or T_own_b is None else se2.between(T_own_a, T_own_b)
-
-    def weakest_between(self, a: str, b: str) -> Pair | None:
-        """Return the weakest of the alignments that place one robot by the other, None where none do."""
-        return self._placement.weakest_between(a, b)
-
-    def T_own_map(self, robot_id: str) -> Transform | None:
-        """Return ``(3,)``, from a robot's map to the own map, None where it is not placed.
-
-        Where maps are bent it is right near the two robots only.
-        """
-        if robot_id == self.robot_id:
-            return se2.IDENTITY
-        T_team_map = self.T_team_map.get(robot_id)
-        return None if T_team_map is None else se2.compose(se2.inverse(self.T_team_own), T_team_map)

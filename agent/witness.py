@@ -120,7 +120,7 @@ class Witness:
 
     def _now(self, team: Team, peer: str, pair: Pair, belief: PairBelief, place: Hypothesis) -> Transform:
         """Return where the teammate's map lies in the own one by a place: near the robots, where maps are bent."""
-        T_now = team.T_own_map(peer)
+        T_now = team.layout.T_own_map(peer)
         if T_now is not None and belief.alignment is not None and place.is_at(belief.alignment.T_a_b):
             return T_now
         return place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)
@@ -144,13 +144,13 @@ class Witness:
     def _look_through(self, team: Team, now_ns: int) -> list[Effect]:
         """Unmerge the weakest alignment between two robots that are placed through others, where nobody was."""
         for (a, b), belief in team.beliefs.items():
-            T_a_b = None if belief.alignment is not None else team.T_between(a, b)
+            T_a_b = None if belief.alignment is not None else team.layout.T_between(a, b)
             if T_a_b is None:
                 continue
             place = belief.places.at(T_a_b)
             if place is None and self.robot_id in (a, b):
                 place = belief.places.add(T_a_b, "team", now_ns)
-            if place is not None and place.is_refuted and (weakest := team.weakest_between(a, b)) is not None:
+            if place is not None and place.is_refuted and (weakest := team.layout.weakest_between(a, b)) is not None:
                 return team.unmerge(weakest, nobody_there(a, b, place), now_ns)
         return []
 

@@ -98,7 +98,7 @@ def write_robot(agent: Agent, folder: Path, sent_bytes: Mapping[str, int]) -> No
     if len(tracked.stamps_ns):
         writers[TRACKED_FILE] = lambda: write_tum(folder / TRACKED_FILE, tracked.stamps_ns, tracked.T_map_base)
     if team.bends:
-        overlay, ties_m = overlaid(team, layers), agent.team.ties_m(team.T_rigid)
+        overlay, ties_m = overlaid(team, layers), agent.team.layout.ties_m(team.T_rigid)
         writers[TEAM_OVERLAY_FILE] = lambda: write_image(
             folder / TEAM_OVERLAY_FILE, draw_team(overlay, layers, ties_m=ties_m)
         )
@@ -137,7 +137,7 @@ def summary(agent: Agent, sent_bytes: Mapping[str, int]) -> dict[str, Any]:
         "chosen_frame": _frame_row(agent),
         "ties": [
             [tie.a, tie.b, tie.match.i, tie.match.j, tie.believed]
-            for tie in agent.team.ties
+            for tie in agent.team.layout.ties
             if not saved & {tie.a, tie.b}
         ],
         "unplaced": {

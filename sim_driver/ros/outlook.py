@@ -161,10 +161,10 @@ class RosBody(SensorBody):
             for (a, b), belief in beliefs
         )
         self.team = TeamSight(
-            T_own_team=se2.inverse(agent.team.T_team_own) if is_own else se2.IDENTITY,
+            T_own_team=se2.inverse(agent.team.layout.T_team_own) if is_own else se2.IDENTITY,
             T_team_base={one: se2.compose(T_frame_team, T) for one, T in agent.teammates(now_ns).items()},
             T_team_map={one: se2.compose(T_frame_team, T) for one, T in agent.T_team_map.items()},
-            frame=agent.team.frame,
+            frame=agent.team.layout.frame,
             edges=edges,
             links=tuple(team_status(agent.node, now_ns)),
         )

@@ -110,7 +110,7 @@ class ViewWatcher:
             self._show(agent, sensed.scan, now_ns)
 
     def _show(self, agent: Agent, scan: Scan | None, now_ns: int) -> None:
-        maps, T_own_team = dict(agent.node.store.maps), se2.inverse(agent.team.T_team_own)
+        maps, T_own_team = dict(agent.node.store.maps), se2.inverse(agent.team.layout.T_team_own)
         self._view.show(
             Frame(
                 t_ns=now_ns,
@@ -119,7 +119,7 @@ class ViewWatcher:
                 masked=agent.scan,
                 particles=agent.T_map_base[None] if agent.tracking.is_on else agent.mapper.particles,
                 maps=maps,
-                T_own_map={name: T for name in maps if (T := agent.team.T_own_map(name)) is not None},
+                T_own_map={name: T for name in maps if (T := agent.team.layout.T_own_map(name)) is not None},
                 teammates={peer: se2.compose(T_own_team, T) for peer, T in agent.teammates(now_ns).items()},
             )
         )

@@ -89,7 +89,7 @@ def test_maps_are_published_as_they_grow() -> None:
 
 def test_a_robot_without_a_map_has_no_trajectory_and_one_without_news_publishes_nothing() -> None:
     one = robot("r1", 1)
-    assert list(one.T_team_map) == ["r1"] and one.corrected_trajectories() == one.team.keyframes() == {}
+    assert list(one.T_team_map) == ["r1"] and one.corrected_trajectories() == one.team.layout.keyframes() == {}
     live([one], 0, 60)
     one.publish(6 * S)
     version = one.node.store.version("r1")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mrslam.agent import Agent, Settings
-from mrslam.agent.team import Team
+from mrslam.agent.layout import Layout
 from mrslam.merge import Bend
 from mrslam.rbpf import MapperConfig
 from mrslam.spatial import se2
@@ -22,8 +22,8 @@ def test_a_map_that_was_corrected_since_it_was_published_is_corrected_once(monke
     T_team_map = np.array([4.0, -2.0, 0.6])
     as_published = keys + np.linspace(0.0, 0.3, len(keys))[:, None] * np.array([1.0, 0.0, 0.0])
     bend = Bend(as_published, se2.compose(T_team_map, keys))
-    monkeypatch.setattr(Team, "bends", property(lambda team: {"r1": bend}))
-    monkeypatch.setattr(Team, "keyframes", lambda team: {})
+    monkeypatch.setattr(Layout, "bends", property(lambda layout: {"r1": bend}))
+    monkeypatch.setattr(Layout, "keyframes", lambda layout: {})
     found = agent.corrected_trajectories()["r1"].T_map_base
     expected = se2.compose(T_team_map, agent.trajectory_laser().T_map_base)
     assert np.allclose(found, expected, atol=1e-6)

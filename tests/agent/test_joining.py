@@ -65,11 +65,11 @@ def test_bent_maps_are_merged_joined_and_stay_merged() -> None:
     assert kinds(events) == ["joined"]
     assert events[0].fields["ties"]["a-b"] >= 12
     kept = sum(events[0].fields["ties"].values())
-    assert kept == sum(tie.believed for tie in team.ties)
-    assert events[0].fields["dropped"] == len(team.ties) - kept != kept
+    assert kept == sum(tie.believed for tie in team.layout.ties)
+    assert events[0].fields["dropped"] == len(team.layout.ties) - kept != kept
     team.keep_placed(20 * S)
-    assert team.revoke(20 * S) == [] and sorted(team.T_team_map) == ["a", "b"]
-    ways = team.keyframes()
+    assert team.revoke(20 * S) == [] and sorted(team.layout.T_team_map) == ["a", "b"]
+    ways = team.layout.keyframes()
     assert errors_m(A, B, ways["a"].T_map_base, ways["b"].T_map_base).mean() < 0.1
 
 
@@ -84,8 +84,8 @@ def test_the_team_map_is_one_building() -> None:
     align(team)
     joined(team)
     rigid = compare(*(Walls(team.maps[x].grid) for x in "ab"), T_A_B, 0.1)
-    bent = [Walls(bend.bent(team.maps[x].grid)) for x, bend in sorted(team.bends.items())]
-    placed = compare(*bent, se2.between(*(bend.T_team_map for _, bend in sorted(team.bends.items()))), 0.1)
+    bent = [Walls(bend.bent(team.maps[x].grid)) for x, bend in sorted(team.layout.bends.items())]
+    placed = compare(*bent, se2.between(*(bend.T_team_map for _, bend in sorted(team.layout.bends.items()))), 0.1)
     assert rigid.share_against > 0.3 and placed.share_against < 0.06
     walls = team.map().grid.is_occupied.sum()
     assert walls > 0.9 * max(team.maps[x].grid.is_occupied.sum() for x in "ab")  # no map's walls are rubbed out
@@ -95,7 +95,7 @@ def test_a_merge_at_a_wrong_place_is_taken_back_once_joined() -> None:
     team = team_of()
     align(team, se2.compose(se2.transform(1.5, 9.0, 1.2), T_A_B))
     assert kinds(joined(team)) == ["joined", "unmerged"]
-    assert list(team.T_team_map) == ["a"] and not team.bends
+    assert list(team.layout.T_team_map) == ["a"] and not team.layout.bends
 
 
 def test_unmerged_the_team_map_is_that_of_before() -> None:
@@ -126,8 +126,8 @@ def test_the_same_knowledge_gives_the_same_bytes(own: str) -> None:
         align(team)
         joined(team)
     assert one.map().grid.cells.tobytes() == two.map().grid.cells.tobytes()
-    assert one.T_team_map["b"].tobytes() == two.T_team_map["b"].tobytes()
-    assert np.array_equal(one.T_team_map[own], se2.IDENTITY)
+    assert one.layout.T_team_map["b"].tobytes() == two.layout.T_team_map["b"].tobytes()
+    assert np.array_equal(one.layout.T_team_map[own], se2.IDENTITY)
 
 
 def test_it_is_joined_again_only_when_there_is_news() -> None:
@@ -158,18 +158,18 @@ def test_a_map_begun_anew_meanwhile_makes_the_solution_void() -> None:
     joint = join(job.trails, job.T_team_map)
     team.take_map("b", KnownMap((2, 1), local_map(B, keyframes=40)))
     assert team.on_joined(job, joint, 13 * S) == []
-    assert not team.bends and list(team.T_team_map) == ["a"]
+    assert not team.layout.bends and list(team.layout.T_team_map) == ["a"]
 
 
 def test_where_the_own_map_is_bent_the_own_place_in_the_team_map_is_another() -> None:
     team = team_of()
-    assert np.array_equal(team.T_team_own, se2.IDENTITY)
+    assert np.array_equal(team.layout.T_team_own, se2.IDENTITY)
     align(team)
     joined(team)
     last = A.trail.T_map_key[-1]
-    assert se2.compose(team.T_team_own, last) == pytest.approx(team.keyframes()["a"].T_map_base[-1])
-    T_own_b = team.T_own_map("b")
-    assert se2.compose(team.T_team_own, T_own_b) == pytest.approx(team.T_team_map["b"])
+    assert se2.compose(team.layout.T_team_own, last) == pytest.approx(team.layout.keyframes()["a"].T_map_base[-1])
+    T_own_b = team.layout.T_own_map("b")
+    assert se2.compose(team.layout.T_team_own, T_own_b) == pytest.approx(team.layout.T_team_map["b"])
 
 
 def test_a_solution_bends_each_map_once_for_judging_and_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -187,14 +187,14 @@ def test_a_map_whose_keyframes_stayed_keeps_its_bend() -> None:
     team = team_of()
     align(team)
     joined(team)
-    before = dict(team.bends)
+    before = dict(team.layout.bends)
     moved = LocalMap(MAPS["b"].map, Keyframes(MAPS["b"].keyframes.stamps_ns, B.trail.T_map_key + 0.01), B.trail.scans)
     team.take_map("a", KnownMap((1, 2), local_map(A, 2)))
     team.take_map("b", KnownMap((1, 2), moved))
     team.keep_placed(60 * S)
-    assert team.bends["a"] is before["a"]
-    assert np.array_equal(team.bends["b"].T_map_key, B.trail.T_map_key + 0.01)
-    assert team.bends["b"].T_team_key is before["b"].T_team_key
+    assert team.layout.bends["a"] is before["a"]
+    assert np.array_equal(team.layout.bends["b"].T_map_key, B.trail.T_map_key + 0.01)
+    assert team.layout.bends["b"].T_team_key is before["b"].T_team_key
 
 
 def test_a_pair_whose_alignment_its_scans_confirm_is_not_aligned_again_while_its_maps_hardly_grow() -> None:
@@ -223,7 +223,7 @@ def test_a_map_corrected_while_it_was_joined_is_bent_from_where_it_is_now() -> N
     team.take_map("b", KnownMap((1, 2), moved))
     team.keep_placed(40 * S)
     team.on_joined(job, joint, 41 * S)
-    assert np.array_equal(team.bends["b"].T_map_key, B.trail.T_map_key + 0.01)
+    assert np.array_equal(team.layout.bends["b"].T_map_key, B.trail.T_map_key + 0.01)
 
 
 def test_maps_that_did_not_change_are_not_placed_again(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -257,9 +257,9 @@ def test_of_a_robot_that_came_back_with_fewer_keyframes_those_that_stayed_are_sh
     team = team_of()
     align(team)
     joined(team)
-    before = len(team.ties_m({"a": se2.IDENTITY, "b": T_A_B}))
-    stayed = max(tie.match.j for tie in team.ties if tie.believed) - 1
+    before = len(team.layout.ties_m({"a": se2.IDENTITY, "b": T_A_B}))
+    stayed = max(tie.match.j for tie in team.layout.ties if tie.believed) - 1
     team.take_map("b", KnownMap((1, 2), local_map(B, 2, keyframes=stayed)))
     team.keep_placed(60 * S)
-    left = sum(tie.believed and tie.match.j < stayed for tie in team.ties)
-    assert len(team.ties_m({"a": se2.IDENTITY, "b": T_A_B})) == left < before
+    left = sum(tie.believed and tie.match.j < stayed for tie in team.layout.ties)
+    assert len(team.layout.ties_m({"a": se2.IDENTITY, "b": T_A_B})) == left < before

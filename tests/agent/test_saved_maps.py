@@ -136,7 +136,7 @@ def test_the_pose_in_a_bent_map_is_followed_back_at_the_nearest_keyframe() -> No
     localise(agent)
     T_map_key = np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 0.0]])
     T_team_key = np.array([[0.0, 0.0, 0.0], [10.0, 3.0, 0.0]])  # the far end is bent by 3 m
-    object.__setattr__(agent.team._placement, "bends", {MONDAY: Bend(T_map_key, T_team_key)})
+    object.__setattr__(agent.team.layout.placement, "bends", {MONDAY: Bend(T_map_key, T_team_key)})
     for x, expected in ((0.5, [0.5, 0.0]), (9.5, [9.5, -3.0])):
         T_map_base = pose_in(agent.team, MONDAY, np.array([x, 0.0, 0.0]))
         assert T_map_base is not None and T_map_base[:2] == pytest.approx(expected)

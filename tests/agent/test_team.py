@@ -48,7 +48,7 @@ def merged(agent: Agent) -> int:
     for attempt in range(2):
         job = AlignJob("a", "b", nothing, nothing, None, ((1, 1), (1, 1)), (64.0, 64.0), attempt)
         agent.team.on_aligned(job, found, (10 + attempt) * SECOND)
-    assert sorted(agent.team.T_team_map) == ["a", "b"]
+    assert sorted(agent.team.layout.T_team_map) == ["a", "b"]
     return 11 * SECOND
 
 
@@ -62,7 +62,7 @@ def test_a_contradicted_merge_whose_map_is_then_doubted_is_forgotten_with_it() -
     agent.planning_grid()  # asked for between two ticks: it finds the contradiction
     arrives(agent, "b", room(3, walled=True, drove_in_walls=True))
     agent.on_tick(now_ns + SECOND * 6 // 10)
-    assert list(agent.team.T_team_map) == ["a"] and list(agent.team.doubted) == ["b"]
+    assert list(agent.team.layout.T_team_map) == ["a"] and list(agent.team.doubted) == ["b"]
     assert not agent.team.beliefs
 
 

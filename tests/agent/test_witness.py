@@ -134,7 +134,7 @@ def test_what_two_others_saw_of_each_other_ends_an_alignment_between_them() -> N
     one.team.take_map("r4", one.team.maps["r2"])
     through_r3(one, NEARER)
     merge_pair(one, ("r3", "r4"), se2.transform(0.0, 0.4, 0.0))
-    place = one.team.T_between("r2", "r4")
+    place = one.team.layout.T_between("r2", "r4")
     witness = Witness("r1", MutualDetectionConfig(teammates_visible=True))
     for peer, robot_id, T in (("r2", "r4", place), ("r4", "r2", se2.inverse(place))):
         assert witness.look(one.team, BEGIN) == []

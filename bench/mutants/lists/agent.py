@@ -212,7 +212,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/core.py",
-        "self.team.T_own_map(report.peer)",
+        "self.team.layout.T_own_map(report.peer)",
         "self.T_team_map.get(report.peer)",
         "teammates are masked where the own map is bent away from",
     ),
@@ -355,9 +355,9 @@ MUTANTS = (
         "a robot that is lost in the saved map says so at every look",
     ),
     Mutant(
-        "agent/team.py",
-        "            self._mapper.bent = self._mapper.bent.corrected(name, known.trail)\n        self._confirmed",
-        "            pass\n        self._confirmed",
+        "agent/layout.py",
+        "            bent = bent.corrected(name, known.trail)\n        self._mapper",
+        "            pass\n        self._mapper",
         "maps corrected while they were joined are drawn where they were",
     ),
     Mutant(

@@ -80,5 +80,5 @@ def merged() -> Floors:
     team = Floors("r1", "r2")
     for t_s in (0, 10):
         team.align(found(), t_s)
-    assert team.beliefs["r1", "r2"].status == "accepted" and "r1" in team.T_team_map
+    assert team.beliefs["r1", "r2"].status == "accepted" and "r1" in team.layout.T_team_map
     return team

@@ -14,12 +14,12 @@ def test_an_alignment_is_believed_when_a_second_one_agrees() -> None:
     team = Floors("r1", "r2")
     first = team.align(found(), 0)
     assert (first["status"], first["reason"], first["T_a_b"]) == ("rejected", UNCONFIRMED, None)
-    assert list(team.T_team_map) == ["r2"]
+    assert list(team.layout.T_team_map) == ["r2"]
     second = team.align(found(1.05), 10)
     assert (second["status"], second["T_a_b"]) == ("accepted", [1.05, 0.0, 0.0])
     row = team.beliefs["r1", "r2"].row("r1", "r2")
     assert row["status"] == "accepted" and row["accepted_at_s"] == 10.0 and row["T_a_b"] == [1.05, 0.0, 0.0]
-    assert team.T_team_map["r1"] == pytest.approx([-1.05, 0.0, 0.0])
+    assert team.layout.T_team_map["r1"] == pytest.approx([-1.05, 0.0, 0.0])
 
 
 def test_weak_evidence_looked_at_twice_is_not_believed_until_it_has_grown() -> None:
@@ -81,7 +81,7 @@ def test_a_merged_pair_is_unmerged_where_its_maps_come_to_contradict(x: float, a
     verdict = team.align(Rejection("no", 0.1, evidence, "auto", np.array([x, 0.0, 0.0])), 45)
     assert (verdict["status"] == "revoked") is is_over
     assert ("where the other map is free" in verdict["reason"]) is is_over
-    assert ("r1" not in team.T_team_map) is is_over
+    assert ("r1" not in team.layout.T_team_map) is is_over
 
 
 def test_two_that_disagree_are_not_believed() -> None:
@@ -114,7 +114,7 @@ def test_a_robot_that_starts_a_new_map_is_a_new_robot() -> None:
 def test_a_merge_is_forgotten_when_a_robot_starts_a_new_map() -> None:
     team = merged()
     team.grow("r1", 64, epoch=2)
-    assert list(team.T_team_map) == ["r2"]  # at once
+    assert list(team.layout.T_team_map) == ["r2"]  # at once
     assert team.beliefs["r1", "r2"].reason == "r1 started a new map"
 
 

@@ -149,7 +149,7 @@ def test_a_hint_where_other_alignments_lead_needs_no_search_for_rivals_neither_t
         for _ in range(2):
             job = team.job(t_s)
             team.end(job, found(float(int(job.b[1]) - int(job.a[1]))), t_s)
-    assert {"r1", "r3"} <= team.T_team_map.keys()
+    assert {"r1", "r3"} <= team.layout.T_team_map.keys()
     team.hints.hear(hint("r1", "r3", x))
     job = team.job(12.0)
     assert job.hinted_by == "r1" and (job.prior is not None) == (x == 2.0) and not job.follows

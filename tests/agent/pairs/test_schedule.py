@@ -76,16 +76,16 @@ def test_a_merge_that_was_not_confirmed_is_searched_for_everywhere_until_it_is()
 def test_the_own_map_under_another_label_keeps_its_pairs_and_another_map_does_not() -> None:
     team = merged()
     team.grow("r2", 66, 2, epoch=9)  # above what a teammate held of an earlier life
-    assert team.beliefs["r1", "r2"].status == "accepted" and "r1" in team.T_team_map
+    assert team.beliefs["r1", "r2"].status == "accepted" and "r1" in team.layout.T_team_map
     team.grow("r2", 64, 1, epoch=10)  # fewer revisions: not the same map
-    assert team.beliefs["r1", "r2"].status == "untried" and "r1" not in team.T_team_map
+    assert team.beliefs["r1", "r2"].status == "untried" and "r1" not in team.layout.T_team_map
     team = merged()
     team.displace("r2")  # given up
     team.grow("r2", 66, 2, epoch=9)
-    assert team.beliefs["r1", "r2"].status == "untried" and "r1" not in team.T_team_map
+    assert team.beliefs["r1", "r2"].status == "untried" and "r1" not in team.layout.T_team_map
     team = merged()
     team.grow("r1", 66, 2, epoch=9)  # nobody can know what a teammate's label means
-    assert team.beliefs["r1", "r2"].status == "untried" and "r1" not in team.T_team_map
+    assert team.beliefs["r1", "r2"].status == "untried" and "r1" not in team.layout.T_team_map
 
 
 def test_a_pair_that_was_tried_often_waits_for_more_growth() -> None:

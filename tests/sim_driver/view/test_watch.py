@@ -33,7 +33,7 @@ def test_other_maps_and_teammates_lie_where_they_are_near_the_robot() -> None:
     team, last = team_of(), A.trail.T_map_key[-1]
     align(team)
     joined(team)
-    beside = se2.compose(team.keyframes()["a"].T_map_base[-1], se2.transform(1.0, 0.5, 0.1))
+    beside = se2.compose(team.layout.keyframes()["a"].T_map_base[-1], se2.transform(1.0, 0.5, 0.1))
     scan = Scan(
         stamp_ns=0, ranges_m=np.ones(4, np.float32), angle_min_rad=0.0, angle_increment_rad=0.1, range_max_m=5.0
     )
@@ -49,5 +49,5 @@ def test_other_maps_and_teammates_lie_where_they_are_near_the_robot() -> None:
     (frame,) = stream.frames
     assert se2.between(last, frame.teammates["b"]) == pytest.approx(se2.transform(1.0, 0.5, 0.1))
     assert np.array_equal(frame.T_own_map["a"], se2.IDENTITY)
-    assert np.array_equal(frame.T_own_map["b"], team.T_own_map("b"))
-    assert not np.allclose(frame.T_own_map["b"], team.T_team_map["b"], atol=1e-3)
+    assert np.array_equal(frame.T_own_map["b"], team.layout.T_own_map("b"))
+    assert not np.allclose(frame.T_own_map["b"], team.layout.T_team_map["b"], atol=1e-3)
