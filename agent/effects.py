@@ -63,6 +63,11 @@ class AlignJob:
         return saved[0] if len(saved) == 1 else None
 
     @property
+    def is_told(self) -> bool:
+        """Whether the maps are searched for near where they were told to lie, by starts or by a hint of the user's."""
+        return self.place is None and self.prior is not None and self.sighted is None
+
+    @property
     def follows(self) -> bool:
         """Whether the maps are known to lie near the place, and are searched for there if they do not fit at it."""
         return self.place is not None and self.prior is not None and self.hinted_by is None

@@ -35,6 +35,8 @@ class Attempt:
     versions: tuple[Version, Version]
     area_m2: tuple[float, float]
     """Known areas of the two maps, square metres."""
+    is_told: bool
+    """Whether it looked only near where somebody told that the maps lie."""
 
 
 @dataclass(frozen=True)
@@ -126,7 +128,7 @@ class PairBelief:
     def settle(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int, loops: Sequence[Loop] = ()) -> Verdict:
         """Take one more alignment of the pair, and return what it changed; ``loops`` : where third robots have it."""
         self.attempts += 1
-        self.last = Attempt(now_ns, job.versions, job.area_m2)
+        self.last = Attempt(now_ns, job.versions, job.area_m2, job.is_told)
         if job.prior is None:
             self.search = self.search.then(job, outcome)
         outcome = self._by_encounters(job, outcome, now_ns, loops)

@@ -32,7 +32,8 @@ two others wait so from the first try on. Own pairs that a teammate searches for
 Measured over 114 merges of missions with faults: half came with the 3rd try, nine in ten by the 6th, the last with the
 9th."""
 EVERYWHERE_EVERY = 4
-"""One in this many tries of a pair with known starts looks everywhere: a start may be wrong, or of an earlier map."""
+"""One in this many tries of two robots with known starts looks everywhere: a start may be wrong, or of an earlier map.
+In a saved map that is every second one, at once after the first: as soon as without a hint, however wrong that is."""
 START_SIGMAS = 4.0
 """A transform farther from the known starts than this many standard deviations is not where they say."""
 
@@ -123,9 +124,11 @@ class Schedule:
 
         What a search everywhere has found is confirmed by another.
         """
-        if belief.search.accepted or belief.attempts % EVERYWHERE_EVERY == EVERYWHERE_EVERY - 1:
-            return None
-        return self._by_starts(pair)
+        if self._seeks_place(pair, belief):
+            is_turn = belief.last is not None and belief.last.is_told
+        else:
+            is_turn = belief.attempts % EVERYWHERE_EVERY == EVERYWHERE_EVERY - 1
+        return None if belief.search.accepted or is_turn else self._by_starts(pair)
 
     def _by_starts(self, pair: Pair) -> Prior | None:
         """Return where a pair's maps lie by its starts, None where they are not known."""
@@ -166,8 +169,10 @@ class Schedule:
         last = belief.last
         if last is None:
             return True
-        if self._seeks_place(pair, belief) and _grown(maps, last.area_m2, self.config.align_growth):
-            return True
+        if self._seeks_place(pair, belief):
+            looks_on = last.is_told and belief.stability.previous is None
+            if looks_on or _grown(maps, last.area_m2, self.config.align_growth):
+                return True
         waited_ns = now_ns - last.t_ns
         if waited_ns < self.config.align_interval_s * 1e9:
             return False

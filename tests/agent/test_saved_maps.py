@@ -29,13 +29,15 @@ def saved(epoch: int = 7) -> KnownMap:
     return KnownMap((epoch, 1), room())
 
 
-def robot_with_map(*, boot_id: int = 1, epoch: int = 7, settings: Settings | None = None) -> Agent:
+def robot_with_map(
+    *, boot_id: int = 1, epoch: int = 7, settings: Settings | None = None, near: list[float] | None = None
+) -> Agent:
     agent = Agent("a", settings or Settings(), boot_id=boot_id)
     snapshot = published(room(), None, 1)
     assert snapshot is not None
     agent.node.store.put("a", snapshot)
     agent.team.take_map("a", KnownMap(snapshot.version, snapshot.local_map))
-    agent.take_saved_map(MONDAY, saved(epoch))
+    agent.take_saved_map(MONDAY, saved(epoch), near)
     return agent
 
 
@@ -120,6 +122,32 @@ def test_two_places_that_fit_near_where_it_is_said_to_be_are_ambiguous_whatever_
     near = replace(job(3), prior=Prior(T_A_MONDAY, np.eye(3)))
     agent.on_done(near, Rejection("ambiguous: another place fits 90% as well", 0.1, None, "auto"), 20 * SECOND)
     assert agent.whereabouts()[0].state == "ambiguous"
+
+
+def test_what_does_not_fit_where_the_robot_was_told_to_be_is_looked_for_everywhere_at_once() -> None:
+    agent = robot_with_map(near=[3.0, 1.0])
+    for t_s, is_near in ((10, True), (11, False)):
+        job = agent.next_job(t_s * SECOND)
+        assert isinstance(job, AlignJob) and (job.prior is not None) == is_near
+        agent.on_done(job, Rejection("too little wall in common", 0.1, None, "auto"), t_s * SECOND)
+    assert agent.next_job(12 * SECOND) is None  # until the map has grown
+    belief = agent.team.beliefs["a", MONDAY]
+    assert belief.last is not None
+    belief.last = replace(belief.last, area_m2=(0.5 * belief.last.area_m2[0], belief.last.area_m2[1]))
+    job = agent.next_job(13 * SECOND)
+    assert isinstance(job, AlignJob) and job.prior is not None
+
+
+def test_a_place_found_where_the_robot_was_told_to_be_is_confirmed_before_all_is_searched() -> None:
+    agent = robot_with_map(near=[3.0, 1.0])
+    job = agent.next_job(10 * SECOND)
+    assert isinstance(job, AlignJob) and job.prior is not None
+    found = Alignment(
+        T_a_b=T_A_MONDAY, confidence=0.9, evidence=Evidence(WallEvidence(50.0), WallEvidence(50.0)),
+        covariance=1e-4 * np.eye(3), method="orb",
+    )  # fmt: skip
+    agent.on_done(job, found, 10 * SECOND)
+    assert agent.next_job(11 * SECOND) is None
 
 
 @pytest.mark.parametrize(("attempt", "changed"), [(2, {"matched_m": 7.0}), (3, {"area_m2": 49.0}), (3, {})])

@@ -261,9 +261,27 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/schedule.py",
-        "or belief.attempts % EVERYWHERE_EVERY == EVERYWHERE_EVERY - 1:",
-        ":",
+        "is_turn = belief.attempts % EVERYWHERE_EVERY == EVERYWHERE_EVERY - 1",
+        "is_turn = False",
         "a wrong known start is never looked beyond",
+    ),
+    Mutant(
+        "agent/pairs/schedule.py",
+        "is_turn = belief.last is not None and belief.last.is_told",
+        "is_turn = False",
+        "with a wrong hint no place in a saved map is found",
+    ),
+    Mutant(
+        "agent/pairs/schedule.py",
+        "looks_on = last.is_told and belief.stability.previous is None",
+        "looks_on = False",
+        "with a wrong hint a place in a saved map is found late",
+    ),
+    Mutant(
+        "agent/pairs/schedule.py",
+        "looks_on = last.is_told and belief.stability.previous is None",
+        "looks_on = last.is_told",
+        "a place found where it was told is searched for again without news",
     ),
     Mutant(
         "agent/pairs/schedule.py",
@@ -291,8 +309,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/schedule.py",
-        "        if self._seeks_place(pair, belief) and _grown(maps, last.area_m2, self.config.align_growth):",
-        "        if False:",
+        "if looks_on or _grown(maps, last.area_m2, self.config.align_growth):",
+        "if looks_on:",
         "a robot waits between two looks for its place in a saved map however much it has seen since",
     ),
     Mutant(
