@@ -21,17 +21,16 @@ import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 
+from bench.patrol import patrol
 from mrslam.sim_driver.kernels import ensure_compiled
-from mrslam.sim_driver.missions.mission import Mission, make_mission
+from mrslam.sim_driver.missions.mission import Mission
 from mrslam.sim_driver.run.run_virtual import VirtualTeam, run_in_virtual_time
-from mrslam.sim_driver.simulation.simulation import make_world
 
 SAMPLE_S = 30.0
-PLACES = 6
 
 
-def patrol(options: argparse.Namespace) -> Mission:
-    """Return a mission whose robots drive in rounds, each its own."""
+def long_patrol(options: argparse.Namespace) -> Mission:
+    """Return a mission of hours whose robots drive in rounds, each its own."""
     tables = {
         "mission": {"name": "endurance", "shell": "virtual", "seed": options.seed, "record": False,
                     "duration_s": 3600.0 * options.hours},
@@ -40,13 +39,7 @@ def patrol(options: argparse.Namespace) -> Mission:
         "rbpf": {"particles": options.particles, "threads": 1},
         "comms": {"exchange_timeout_s": 30.0},
     }  # fmt: skip
-    world = make_world(make_mission(tables, Path("endurance.toml")))
-    rng = np.random.default_rng(options.seed)
-    for robot in tables["robots"]:
-        start = world.free_start(rng, 0.4, np.empty((0, 2)))
-        rounds = [world.free_start(rng, 0.4, np.empty((0, 2)))[:2].tolist() for _ in range(PLACES)]
-        robot.update(driver="waypoints", start=start.tolist(), waypoints=rounds, patrol=True)
-    return make_mission(tables, Path("endurance.toml"))
+    return patrol(tables, "endurance")
 
 
 def resident_mb() -> float:
@@ -77,7 +70,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder, Progress(console=console) as bar:
         task = bar.add_task("mission", total=3600.0 * options.hours)
         metrics = run_in_virtual_time(
-            patrol(options), Path(folder), lambda now_s, total_s, text: bar.update(task, completed=now_s), watch
+            long_patrol(options), Path(folder), lambda now_s, total_s, text: bar.update(task, completed=now_s), watch
         )
     rows = np.array(samples)
     if options.samples is not None:

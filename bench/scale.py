@@ -1,19 +1,20 @@
 """What a team costs by robots and minutes, in virtual time: one JSON line a run, then the fitted laws.
 
-    python bench/scale.py [--robots 2 4 8 16] [--minutes 3] [--world office] [--seed 1] [--rows FILE]
+    python bench/scale.py [--robots 2 4 8 16] [--minutes 3] [--world office] [--seed 1] [--patrol] [--rows FILE]
+    python bench/scale_laws.py FILE [--plot PICTURE]
 
 CPU seconds are those of all robots together, without compiling, by room: ``simulation`` (lasers, radio, driving),
 ``mapping``, ``alignment`` (whole maps), ``joint`` (scans matched, poses solved), ``placing`` and ``drawing`` (team
 maps), ``exchange`` (beacons, messages, coding), ``rest``. Bytes are those a robot sends in a minute, by lane.
-``--rows`` adds the lines to a file, and the laws are fitted to all of it: y ~ n^p over robots at the same number of
-minutes, where there are at least three numbers of robots.
+``by_minute`` has what had been spent and sent by the end of each minute of the mission, and how many robots each had
+placed then, in the mean. Missions end when all is explored, before their time; with ``--patrol`` the robots drive in
+rounds for all of it. ``--rows`` adds the lines to a file, and the laws (``scale_laws.py``) are fitted to all of it.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import math
 import multiprocessing
 import tempfile
 import time
@@ -22,8 +23,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from bench.patrol import patrol
+from bench.scale_laws import laws
 from mrslam.agent import Agent
 from mrslam.agent.effects import AlignJob
 from mrslam.agent.shells import runner as runner_module
@@ -81,62 +82,76 @@ def by_kind(align: Callable[..., Any], kinds: dict[str, int]) -> Callable[..., A
     return counted
 
 
-def run(robots: int, minutes: float, world: str, seed: int) -> dict[str, Any]:
+class Meter:
+    """What a mission has cost so far, by room, minute by minute."""
+
+    def __init__(self) -> None:
+        """Begin to count: every runner and every room's calls from now on."""
+        self.spent_s: dict[str, float] = defaultdict(float)
+        self.calls: dict[str, int] = defaultdict(int)
+        self.kinds: dict[str, int] = dict.fromkeys(("searched", "examined", "hinted", "hints_failed"), 0)
+        self.minutes: list[dict[str, Any]] = []
+        self._runners: list[Runner] = []
+        self._begin_s = time.process_time()
+        Runner._align = by_kind(Runner._align, self.kinds)
+        for room, entries in ROOMS.items():
+            for owner, name in entries:
+                setattr(owner, name, clocked(getattr(owner, name), room, self.spent_s, self.calls))
+        begin = Runner.__init__
+
+        def met(runner: Runner, *args: Any, **kwargs: Any) -> None:
+            begin(runner, *args, **kwargs)
+            self._runners.append(runner)
+
+        Runner.__init__ = met
+
+    @property
+    def cpu_s(self) -> float:
+        """CPU seconds since the beginning."""
+        return time.process_time() - self._begin_s
+
+    def by_room_s(self) -> dict[str, float]:
+        """Return CPU seconds by room so far; ``rest`` is what no room counts."""
+        rest_s = self.cpu_s - sum(self.spent_s.values())
+        return {**{room: round(self.spent_s[room], 2) for room in ROOMS}, "rest": round(rest_s, 2)}
+
+    def look(self, now_s: float, _total_s: float | None, _words: str) -> None:
+        """Note what was spent at the end of each minute; called at every step."""
+        if round(now_s) < 60 * (len(self.minutes) + 1):  # the last step is just before the end
+            return
+        sent = [sum(runner.sent_bytes.values()) for runner in self._runners]
+        placed = [len(runner.agent.T_team_map) for runner in self._runners]
+        noted = {"cpu_s": round(self.cpu_s, 1), "cpu_by_room_s": self.by_room_s(), "sent_bytes": sum(sent)}
+        noted |= {"peak_rss_mb": round(peak_kb() / 1024), "alignments": self.calls["alignment"]}
+        self.minutes.append({**noted, "placed": round(sum(placed) / len(placed), 2)})
+
+
+def run(robots: int, minutes: float, world: str, seed: int, is_patrol: bool) -> dict[str, Any]:
     """Play one mission and return its row."""
     load_kernels()
-    spent_s: dict[str, float] = defaultdict(float)
-    calls: dict[str, int] = defaultdict(int)
-    kinds: dict[str, int] = dict.fromkeys(("searched", "examined", "hinted", "hints_failed"), 0)
-    Runner._align = by_kind(Runner._align, kinds)
-    for room, entries in ROOMS.items():
-        for owner, name in entries:
-            setattr(owner, name, clocked(getattr(owner, name), room, spent_s, calls))
+    meter = Meter()
     tables = {
         "mission": {"name": "bench-scale", "seed": seed, "duration_s": 60.0 * minutes, "shell": "virtual"},
         "world": {"name": world},
         "robots": [{"id": f"r{i + 1:02d}"} for i in range(robots)],
     }
     with tempfile.TemporaryDirectory() as scratch:
-        begin, wall = time.process_time(), time.monotonic()
-        metrics = run_mission(make_mission(tables, Path("bench-scale.toml")), Path(scratch), lambda *_: None, print)
-        cpu_s, wall_s = time.process_time() - begin, time.monotonic() - wall
-    sent = [robot["sent_bytes"] for robot in metrics["robots"]]
-    spent_s["rest"] = cpu_s - sum(spent_s.values())
+        wall = time.monotonic()
+        mission = patrol(tables, "bench-scale") if is_patrol else make_mission(tables, Path("bench-scale.toml"))
+        metrics = run_mission(mission, Path(scratch), meter.look, print)
+        wall_s = time.monotonic() - wall
+    sent, driven_min = [robot["sent_bytes"] for robot in metrics["robots"]], metrics["mission_s"] / 60.0
     return {
-        "robots": robots, "minutes": minutes, "world": world, "seed": seed, "cpu_s": round(cpu_s, 1),
-        "wall_s": round(wall_s, 1), "cpu_by_room_s": {room: round(spent_s[room], 2) for room in (*ROOMS, "rest")},
-        "alignments": calls["alignment"], "by_kind": kinds, "joint_solutions": calls["joint"],
+        "robots": robots, "minutes": minutes, "world": world, "seed": seed, "mission_s": metrics["mission_s"],
+        "cpu_s": round(meter.cpu_s, 1), "wall_s": round(wall_s, 1), "cpu_by_room_s": meter.by_room_s(),
+        "alignments": meter.calls["alignment"], "by_kind": meter.kinds, "joint_solutions": meter.calls["joint"],
         "peak_rss_mb": round(peak_kb() / 1024),
         "bytes_a_robot_minute": {
-            lane: round(sum(one[lane] for one in sent) / robots / minutes) for lane in ("beacon", "control", "bulk")
+            lane: round(sum(one[lane] for one in sent) / robots / driven_min) for lane in ("beacon", "control", "bulk")
         },
         "pairs": len(metrics["pairs"]), "pairs_merged": sum(p["status"] == "accepted" for p in metrics["pairs"]),
-        "most_placed": max(len(robot["placed"]) for robot in metrics["robots"]),
+        "most_placed": max(len(robot["placed"]) for robot in metrics["robots"]), "by_minute": meter.minutes,
     }  # fmt: skip
-
-
-def laws(rows: list[dict[str, Any]]) -> list[str]:
-    """Return the fitted exponents over the number of robots, a line for each figure."""
-    groups: dict[tuple[float, str], list[dict[str, Any]]] = defaultdict(list)
-    for row in rows:
-        groups[row["minutes"], row["world"]].append(row)
-    lines = []
-    for (minutes, world), group in sorted(groups.items()):
-        if len({row["robots"] for row in group}) < 3:
-            continue
-        figures: dict[str, list[float]] = {
-            "CPU of all": [row["cpu_s"] for row in group],
-            **{f"CPU of {room}": [row["cpu_by_room_s"][room] for row in group] for room in (*ROOMS, "rest")},
-            "alignments": [row["alignments"] for row in group],
-            "memory": [row["peak_rss_mb"] for row in group],
-            "bytes a robot": [sum(row["bytes_a_robot_minute"].values()) for row in group],
-        }
-        log_n = [math.log(row["robots"]) for row in group]
-        for name, values in figures.items():
-            if min(values) > 0:
-                power = float(np.polyfit(log_n, np.log(values), 1)[0])
-                lines.append(f"{world}, {minutes:g} min: {name} ~ robots^{power:.2f}")
-    return lines
 
 
 def main() -> None:
@@ -145,6 +160,7 @@ def main() -> None:
     parser.add_argument("--minutes", nargs="+", type=float, default=[3.0])
     parser.add_argument("--world", default="office")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--patrol", action="store_true", help="robots drive in rounds for all of the time")
     parser.add_argument("--rows", type=Path, help="file that rows are added to; laws are fitted to all of it")
     args = parser.parse_args()
     rows = [json.loads(line) for line in args.rows.read_text().splitlines()] if args.rows and args.rows.exists() else []
@@ -152,7 +168,7 @@ def main() -> None:
     for minutes in args.minutes:
         for robots in args.robots:
             with context.Pool(1) as pool:
-                rows.append(pool.apply(run, (robots, minutes, args.world, args.seed)))
+                rows.append(pool.apply(run, (robots, minutes, args.world, args.seed, args.patrol)))
             print(json.dumps(rows[-1]), flush=True)
             if args.rows:
                 with args.rows.open("a") as file:
