@@ -9,7 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 from mrslam.rbpf import FixedMap, Localiser, MapperConfig
+from mrslam.rbpf.front_end.local_matcher import BETTER
 from mrslam.spatial import OccupancyGrid, Scan, se2
+from mrslam.spatial.matching.gauss_newton import Match
 
 BEAMS = 180
 START = np.array([4.0, 1.2, 0.0])
@@ -170,3 +172,19 @@ def test_a_scan_of_no_use_is_refused_with_a_reason_and_odometry_carries_the_pose
     info = localiser.update(blind, se2.compose(wheels(poses)[-1], np.array([0.5, 0.0, 0.0])))
     moved = se2.between(before, localiser.T_map_base)
     assert info.reason is not None and moved[0] == pytest.approx(0.5, abs=0.06)
+
+
+def test_a_place_farther_off_must_fit_better_by_more_than_chance(monkeypatch: pytest.MonkeyPatch) -> None:
+    localiser, poses = begun(house()), way(30)
+    drive(localiser, house(), poses)
+    monkeypatch.setattr(localiser, "_covariance", np.eye(3))
+    here, there = localiser.T_map_base, START + np.array([0.5, 0.0, 0.0])
+    nothing = np.zeros((3, 3))
+    found = Match(here, -1.0, 0.5, 0.1, nothing, 0.0, np.zeros(2))
+    for gained, is_taken in ((BETTER / 2, False), (2 * BETTER, True)):
+        other = Match(there, -1.0 + gained, 0.6, 0.1, nothing, 0.0, np.zeros(2))
+        monkeypatch.setattr(localiser, "_search", lambda *_, other=other: other)
+        assert localiser._look_farther(np.zeros((1, 5)), found) is (other if is_taken else found)
+        assert np.array_equal(localiser.T_map_base, there if is_taken else here)
+    sure = found._replace(inliers=1.0)
+    assert localiser._look_farther(np.zeros((1, 5)), sure) is sure  # what fits is not doubted
