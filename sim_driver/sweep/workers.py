@@ -92,8 +92,11 @@ class DaskWorkers:
         return self._client.submit(function, *args, pure=False)
 
     def share(self, value: bytes) -> Any:
-        """Bring the value to the workers once."""
-        return self._client.scatter(value, hash=False)
+        """Bring the value to the workers that need it, each once.
+
+        As the result of a task, which is done again where the worker that had it is lost; scattered data would be gone.
+        """
+        return self._client.submit(bytes, value, pure=False)
 
     def next_done(self, pending: set[Any]) -> set[Any]:
         """Wait until at least one of the futures is done; return those that are."""
