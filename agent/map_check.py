@@ -9,9 +9,12 @@ from mrslam.merge.grids.agreement import count_walls, disc
 from mrslam.spatial import LocalMap, OccupancyGrid, se2
 
 PLACES_LEAST = 5
-"""Keyframes from which their places are held against a map: fewer may all lie at its edge. Their scans always are."""
+"""Places from which they are held against a map: fewer may all lie at its edge. The scans always are."""
+PLACE_M = 0.25
+"""Keyframes this near, metres, are one place: a robot that turns on the spot has many there, and a teammate's ghost may
+stand on all of them."""
 ON_FREE = 0.8
-"""Least share of a robot's own keyframes in free cells of its own map; not all, for teammates leave ghosts there."""
+"""Least share of the places of a robot in free cells of its own map; not all, for teammates leave ghosts there."""
 ON_WALLS = 0.5
 """Least share of what its scans hit that its own map shows as wall. Measured: 0.98 and more of intel and mit-csail
 while they grow; 0.01 of a map turned by a quarter."""
@@ -27,11 +30,8 @@ def contradicts_itself(local: LocalMap, grid: OccupancyGrid) -> str | None:
     Its keyframes lie outside its own free cells, or its scans hit what its own map does not show. A turned or mirrored
     map with a true trajectory, or random cells, are found out before anything is aligned.
     """
-    places = local.keyframes.T_map_base[:, :2]
-    col, row = _inside(grid, places)
-    values = grid.cells[row, col]
-    free = np.count_nonzero((values >= 0) & (values < 50)) / max(len(places), 1)
-    if len(places) >= PLACES_LEAST and free < ON_FREE:
+    places, free = _places(local, grid)
+    if places >= PLACES_LEAST and free < ON_FREE:
         return f"only {100 * free:.0f} % of the places where it says it has been are free in its own map"
     seen = _seen(local)
     if not len(seen):
@@ -40,6 +40,17 @@ def contradicts_itself(local: LocalMap, grid: OccupancyGrid) -> str | None:
     if shown < ON_WALLS:
         return f"only {100 * shown:.0f} % of what its scans hit is wall in its own map"
     return None
+
+
+def _places(local: LocalMap, grid: OccupancyGrid) -> tuple[int, float]:
+    """Return at how many places a robot has been, and the share of them where a keyframe lies in a free cell."""
+    way = local.keyframes.T_map_base[:, :2]
+    place = np.unique(np.floor(way / PLACE_M), axis=0, return_inverse=True)[1].ravel()
+    (col, row), is_inside = _cells(grid, way)
+    values = grid.cells[row, col]
+    is_free = np.unique(place[is_inside][(values >= 0) & (values < 50)])
+    count = int(place.max(initial=-1)) + 1
+    return count, len(is_free) / max(count, 1)
 
 
 def _seen(local: LocalMap) -> NDArray[np.float64]:
@@ -56,10 +67,12 @@ def _on_walls(grid: OccupancyGrid, points: NDArray[np.float64]) -> float:
     return count_walls(grid.cells, cells, disc(NEAR_CELLS))[0] / len(points)
 
 
-def _inside(grid: OccupancyGrid, points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return column and row of those points ``(N, 2)`` that lie in the grid."""
+def _cells(
+    grid: OccupancyGrid, points: NDArray[np.float64]
+) -> tuple[tuple[NDArray[np.int64], NDArray[np.int64]], NDArray[np.bool_]]:
+    """Return column and row of those points ``(N, 2)`` that lie in the grid, and which do, ``(N,)``."""
     cells = np.floor((points - np.asarray(grid.origin_m)) / grid.resolution_m).astype(np.int64)
     col, row = cells[:, 0], cells[:, 1]
     height, width = grid.shape
     is_inside = (row >= 0) & (row < height) & (col >= 0) & (col < width)
-    return col[is_inside], row[is_inside]
+    return (col[is_inside], row[is_inside]), is_inside

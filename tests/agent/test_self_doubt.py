@@ -112,6 +112,20 @@ def test_a_young_map_is_given_time() -> None:
     assert doubted(LocalMap(young.map, few)) is None
 
 
+def test_a_ghost_where_a_robot_turned_on_the_spot_is_not_held_against_its_map() -> None:
+    way = np.zeros((30, 3))
+    way[:10, 0] = np.linspace(-2.0, 0.0, 10)
+    way[10:20, 2] = np.linspace(0.0, 6.0, 10)  # ten keyframes at one place, where a teammate stood later
+    way[20:, 0] = np.linspace(0.0, 2.0, 10)
+    cells = np.zeros((120, 120), dtype=np.int8)
+    cells[57:63, 57:63] = 75
+    ghost = OccupancyGrid(cells, 0.05, (-3.0, -3.0))
+    assert doubted(LocalMap(TiledMap.from_grid(ghost), Keyframes(np.arange(30), way))) is None
+    cells[57:63, 20:57] = 75  # but half of its way is
+    wall = OccupancyGrid(cells, 0.05, (-3.0, -3.0))
+    assert doubted(LocalMap(TiledMap.from_grid(wall), Keyframes(np.arange(30), way))) is not None
+
+
 def hall(turn: float, count: int = 20) -> LocalMap:
     """An open hall of 6 x 4 m, a way that stays near its middle, and scans of its walls; the map is turned."""
     cells = np.full((200, 200), -1, dtype=np.int8)

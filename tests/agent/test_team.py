@@ -26,7 +26,8 @@ def room(revision: int = 1, *, walled: bool = False, drove_in_walls: bool = Fals
         cells[30:170, 95:105] = 100
         cells[90:110, 30:170] = 100
     places = np.zeros((10, 3))
-    places[:, :2] = 1.02 if drove_in_walls else 3.9
+    places[:, 0] = 1.02 if drove_in_walls else 3.9
+    places[:, 1] = np.linspace(1.5, 4.0, 10)
     return LocalMap(TiledMap.from_grid(OccupancyGrid(cells, 0.05), revision), Keyframes(np.arange(10) * SECOND, places))
 
 

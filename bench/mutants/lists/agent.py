@@ -158,9 +158,15 @@ MUTANTS = (
     ),
     Mutant(
         "agent/map_check.py",
-        "    if len(places) >= PLACES_LEAST and free < ON_FREE:",
+        "    if places >= PLACES_LEAST and free < ON_FREE:",
         "    if False:",
         "liars are not doubted",
+    ),
+    Mutant(
+        "agent/map_check.py",
+        "np.floor(way / PLACE_M)",
+        "np.arange(len(way))[:, np.newaxis]",
+        "a teammate's ghost where a robot turned on the spot makes it a liar",
     ),
     Mutant(
         "agent/map_check.py",

@@ -24,14 +24,15 @@ def room() -> OccupancyGrid:
 
 
 def saved(folder: Path, *, at_m: float = 4.0, y_m: float = 4.0, is_robot: bool = False) -> Path:
-    """Save a map with keyframes at a place in it."""
+    """Save a map with keyframes along 2 m of its left wall."""
     folder.mkdir(parents=True)
     write_map(folder / "map.yaml", room())
     wall = np.array(
         [[0, round((at_m - 1.025) / RANGE_M)]], dtype=np.uint16
     )  # one point straight behind: the wall at x = 1
     scans = KeyScans(np.arange(11, dtype=np.int32), np.tile(wall, (10, 1)), np.zeros((10, 2), np.float32))
-    write_keyframes(folder / "keyframes.npz", Keyframes(STAMPS_NS, np.tile([at_m, y_m, 0.0], (10, 1))), scans)
+    places = np.stack([np.full(10, at_m), y_m + np.linspace(0.0, 2.0, 10), np.zeros(10)], axis=1)
+    write_keyframes(folder / "keyframes.npz", Keyframes(STAMPS_NS, places), scans)
     if is_robot:
         (folder / "robot.json").write_text("{}")
     return folder
