@@ -8,6 +8,8 @@ import pytest
 from mrslam.agent.teammates import Teammates
 from mrslam.alignment import Alignment, Evidence
 from mrslam.comms import TeammatePose
+from mrslam.merge import Bend
+from mrslam.merge.joint.bent_team import BentTeam
 from mrslam.mutual_detection import MutualDetectionConfig
 from mrslam.spatial import Scan, se2
 from tests.agent.duo import S, live, robot
@@ -64,3 +66,25 @@ def circle_m(covariance: np.ndarray) -> float:
 
 def test_an_agent_follows_reports_with_that_covariance() -> None:
     assert circle_m(np.diag([0.02, 0.02, 0.0])) > circle_m(np.diag([1e-8, 1e-8, 0.0])) + 0.05
+
+
+def test_a_teammate_is_followed_where_its_map_lies_on_the_own_one_though_that_is_bent_in_the_team_map() -> None:
+    one, two = robot("r1", 1), robot("r2", 1)
+    live([one, two], 0, 60)
+    T = se2.transform(0.2, 0.1, 0.0)
+    found = Alignment(T, 0.9, Evidence(walls=9), COVARIANCE, "auto")
+    for t_ns in (0, 20 * S):
+        job = one.next_job(t_ns)
+        assert job is not None
+        one.on_done(job, found, t_ns)
+    layout, off = one.team.layout, se2.transform(1.0, 0.0, 0.0)
+    places = {"r1": off, "r2": se2.compose(off, T)}
+    trails = {name: known.trail for name, known in one.team.maps.items()}
+    bends = {name: Bend(trail.T_map_key, se2.compose(places[name], trail.T_map_key)) for name, trail in trails.items()}
+    stamps = {name: trail.stamps_ns for name, trail in trails.items()}
+    layout.bend(BentTeam(bends=bends, joined=frozenset(bends), T_a_b={("r1", "r2"): T}, stamps_ns=stamps))
+    layout.place(one.team._alignments(), 21 * S)
+    live([one, two], 60, 80)
+    (place,) = one._teammates._tracker.predict(79 * S // 10)[0]
+    assert place == pytest.approx(T[:2], abs=0.02)
+    assert place + off[:2] == pytest.approx(layout.T_team_map["r2"][:2], abs=0.02)

@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mrslam.merge import MergeConfig, TeamMap, TeamMapper, fuse, warp
-from mrslam.spatial import UNKNOWN, OccupancyGrid, se2
+from mrslam.merge import Bend, MergeConfig, TeamMap, TeamMapper, Trail, fuse, warp
+from mrslam.merge.joint.bent_team import BentTeam
+from mrslam.spatial import UNKNOWN, KeyScans, OccupancyGrid, se2
 from tests.merge.plans import alignment, building, part, truth
 
 PLAN = building(7)
@@ -277,3 +278,40 @@ def test_a_kept_frame_stays_while_its_map_is_in_the_largest_component():
     assert mapper.team_map().anchor == "r2"
     mapper.remove_map("r2")
     assert mapper.team_map().anchor is None and mapper.team_map().grid.cells.size == 0
+
+
+KEYS = np.array([[float(x), 1.0, 0.0] for x in range(4)])
+SCANNED = Trail(KEYS, KeyScans.of_points([np.ones((5, 2))] * 4, np.zeros((4, 2))), 1_000_000_000 * np.arange(4))
+
+
+def scanned(edges=EDGES, anchor="r1") -> Mapper:
+    mapper = mapper_of({}, edges, anchor)
+    for robot_id, grid in MAPS.items():
+        mapper.set_map(robot_id, grid, SCANNED)
+    return mapper
+
+
+def test_maps_with_scans_are_held_against_each_other_once_they_were_joined_and_not_before():
+    """Rigidly laid over each other, bent maps contradict each other though their alignment is right."""
+    turned = np.add(truth(POSES, "r1", "r2"), [0.0, 0.0, np.pi / 2])
+    mapper = scanned({("r1", "r2"): alignment(turned)})
+    assert list(mapper.team_map().T_team_map) == ["r1", "r2"]
+    mapper.bent = BentTeam(joined=frozenset(MAPS), T_a_b={("r1", "r2"): turned})
+    team_map = mapper.team_map()
+    assert list(team_map.T_team_map) == ["r1"] and "contradicted" in team_map.dropped["r1", "r2"]
+
+
+def test_nobody_is_bent_by_a_solution_with_one_who_was_unmerged():
+    mapper = scanned()
+    T_team_map = mapper.team_map().T_team_map
+    shift = {"r1": se2.IDENTITY, "r2": se2.transform(0.1, 0.0, 0.0), "r3": se2.transform(0.0, 0.2, 0.0)}
+    bends = {x: Bend(KEYS, se2.compose(shift[x], se2.compose(T, KEYS))) for x, T in T_team_map.items()}
+    stamps = dict.fromkeys(MAPS, SCANNED.stamps_ns)
+    T_a_b = {pair: found.T_a_b for pair, found in EDGES.items()}
+    mapper.bent = BentTeam(bends=bends, joined=frozenset(MAPS), T_a_b=T_a_b, stamps_ns=stamps)
+    placement = mapper.placement(mapper.found)
+    assert placement.bends.keys() == set(MAPS)
+    assert placement.T_team_map["r2"] == pytest.approx(se2.compose(shift["r2"], T_team_map["r2"]))
+    without = mapper.placement({("r1", "r2"): EDGES["r1", "r2"]})
+    assert not without.bends and list(without.T_team_map) == ["r1", "r2"]
+    assert without.T_team_map["r2"] == pytest.approx(T_team_map["r2"], abs=0.02)

@@ -256,6 +256,18 @@ MUTANTS = (
         "what bends until it fits is believed without being looked at",
     ),
     Mutant(
+        "merge/joint/align_bent.py",
+        "    if away_m > SAME_M or turned_rad > SAME_RAD:",
+        "    if False:",
+        "maps bent to fit here are believed though they fit elsewhere",
+    ),
+    Mutant(
+        "merge/joint/align_bent.py",
+        '    if joint.tied("a", "b") < TIES_LEAST:',
+        "    if False:",
+        "two or three places that look alike bend maps until they fit",
+    ),
+    Mutant(
         "spatial/pose_graph.py",
         "    weight = np.where(doubtful & (edges.chi2(poses) > bound), 0.0, 1.0)\n    _settle(",
         "    weight = np.ones(edges.first.size)\n    _settle(",

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mrslam.merge import Bend
-from mrslam.merge.joint.bend_kernels import displaced
+from mrslam.merge.joint.bend_kernels import bend_blocks, displaced
 from mrslam.spatial import Keyframes, OccupancyGrid, se2
 from tests.merge.plans import building
 
@@ -85,3 +85,16 @@ def test_displacement_is_bilinear_and_clamped():
     assert displaced(field, 16.0, 32.0) == pytest.approx((2.0, -1.0))
     assert displaced(field, 16.0, 16.0) == pytest.approx((1.0, -0.5))
     assert displaced(field, -100.0, 500.0) == pytest.approx((0.0, 0.0))
+
+
+def test_no_wall_is_lost_where_a_map_is_pressed_together():
+    """A wall one cell thick, anywhere on ground that is pressed together by 2 cells in 32."""
+    field = np.zeros((3, 3, 2), dtype=np.float32)
+    field[1, :, 1], field[2, :, 1] = -2.0, -4.0
+    for row in range(64):
+        cells = np.zeros((64, 64), dtype=np.int8)
+        cells[row] = 100
+        out = np.zeros_like(cells)
+        bend_blocks(cells, field, np.ones((2, 2), dtype=np.bool_), out)
+        landed = int((row + 0.5) * 30 / 32)
+        assert (out[landed] == 100).all() and not np.delete(out, [landed - 1, landed, landed + 1], axis=0).any()

@@ -3,7 +3,7 @@ import pytest
 
 from bench import joint as bench
 from mrslam.merge import LocalMatcher, Trail, join
-from mrslam.merge.joint.consistent import KeyMatch
+from mrslam.merge.joint.consistent import Chosen, KeyMatch, choose
 from mrslam.merge.joint.join import MATCHES_LEAST, believable, others, solve
 from mrslam.spatial import KeyScans, se2
 from tests.merge.joint.blocks import drive, errors_m
@@ -109,6 +109,14 @@ def test_a_spare_match_is_believed_where_it_agrees_and_is_no_tie_where_it_does_n
     assert len(ties) == len(all_ties) and {tie.match.i for tie in ties} == {match.i for *_, match in good}
     assert all(tie.believed for tie in ties) and np.abs(again["b"] - whole["b"]).max() < 1e-3
     assert [one[2].i for one in others({("a", "b"): {(m.i, m.j): m for *_, m in good}}, good[1:])] == [good[0][2].i]
+
+
+def test_right_matches_that_were_kept_out_of_the_largest_set_are_believed_in_the_end(monkeypatch):
+    whole = joined()
+    monkeypatch.setattr(
+        "mrslam.merge.joint.join.choose", lambda agrees: Chosen(choose(agrees).keep[:-3], choose(agrees).rival)
+    )
+    assert joined().tied("a", "b") == whole.tied("a", "b")
 
 
 @pytest.mark.parametrize("seed", [36, 68, 88])
