@@ -1,4 +1,4 @@
-"""Maps that fit nowhere rigidly are bent by their scans, and looked at again: bent, they must fit where they were tied."""
+"""Maps that fit nowhere rigidly are bent by their scans and looked at again: they must fit where they were tied."""
 
 import numpy as np
 import pytest
