@@ -63,6 +63,14 @@ def test_there_are_a_hundred_and_a_dozen_for_each_package() -> None:
     assert len({(mutant.file, mutant.old, mutant.new, mutant.chaos) for mutant in MUTANTS}) == len(MUTANTS)
 
 
+def test_every_mutant_is_a_program_so_that_a_test_and_not_the_compiler_kills_it() -> None:
+    for mutant in MUTANTS:
+        text = mutant.applied_to((TOP / mutant.file).read_text(encoding="utf-8"))
+        assert text is not None, f"stale: {mutant.harm}"
+        if mutant.file.endswith(".py"):
+            compile(text, mutant.file, "exec")
+
+
 @pytest.mark.parametrize(
     ("file", "first"),
     [

@@ -230,7 +230,7 @@ MUTANTS = (
     ),
     Mutant(
         CORE,
-        "        self.node.add_claims(self._witness.claims(self.team, now_ns))\n",
+        "            self.node.add_claims(self._witness.claims(self.team, now_ns))\n",
         "",
         "robots do not tell each other what they saw",
     ),

@@ -140,7 +140,7 @@ MUTANTS = (
     Mutant(
         "sim_driver/ros/outlook.py",
         "            self._covariance = se2.turned_covariance(agent.covariance, T_frame_map[2])",
-        "            self._covariance = mapper.covariance",
+        "            self._covariance = agent.covariance",
         "the pose's covariance points the wrong way in a saved map's frame",
     ),
     Mutant(
