@@ -8,6 +8,18 @@ ROBOT, RAYCAST, ODOMETRY = (f"sim_driver/robots/{name}.py" for name in ("robot",
 
 MUTANTS = (
     Mutant(
+        "sim_driver/faults/robot.py",
+        "            self._die()\n",
+        "",
+        "a robot that crashed drives on, and nobody misses it",
+    ),
+    Mutant(
+        "sim_driver/faults/robot.py",
+        "self._make(Start(self.lives, now_ns, not self._from_nothing))",
+        "self._make(Start(self.lives, now_ns, False))",
+        "a robot that crashed has forgotten all when it comes back",
+    ),
+    Mutant(
         TRUTH,
         "FALSE_MERGE_M, FALSE_MERGE_DEG = 0.5, 5.0",
         "FALSE_MERGE_M, FALSE_MERGE_DEG = 50.0, 500.0",
