@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Set
+from collections.abc import Iterator, Set
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,13 +11,18 @@ from numpy.typing import NDArray
 from bench.chaos.scene import SPOILS, Report, Scene
 from bench.chaos.schedule import REST_S
 from mrslam.agent import Agent
+from mrslam.mutual_detection import place_covariance
 from mrslam.sim_driver.evaluate.robot_rows import GHOST_M
 from mrslam.sim_driver.evaluate.truth import values_at
 from mrslam.spatial import OccupancyGrid, se2
 from mrslam.spatial.se2 import Transform
 
 PRECISION = 0.95
-"""At least this share of a team map's walls lies within two cells of true ones. Measured: 0.989 and more."""
+"""At least this share of a team map's walls lies within two cells of true ones, and as much farther off as its robot
+says that it may (``SIGMAS``). Measured: 0.989 and more."""
+SIGMAS, UNSURE_MOST_M = 2.0, 0.25
+"""Standard deviations of teammates' places by which walls may be off, and most metres: maps that share 6 m of wall are
+laid on each other to a decimetre, and say so."""
 KEPT = 0.9
 """A team map shows at least this share of the floor that the maps in it show. Measured: 0.971 and more."""
 COVERAGE = 0.7
@@ -52,13 +57,15 @@ class TeamMaps:
         mates = team.T_team_map.keys() - {robot_id}
         if T_world_team is None or any(scene.suffers(mate, "liar", *SPOILS) for mate in mates):
             return
-        precision = self._precision(scene, team.grid, T_world_team, self._ways.keys() - team.T_team_map.keys())
+        strangers = self._ways.keys() - team.T_team_map.keys()
+        unsure_m = min(SIGMAS * max(_sigmas_m(agent, mates), default=0.0), UNSURE_MOST_M)
+        precision = self._precision(scene, team.grid, T_world_team, strangers, unsure_m)
         floor = scene.judge.world.centres(scene.judge.reachable)
         coverage, kept = self._floor(scene, agent, floor)
         floor_m2 = len(floor) * scene.judge.world.resolution_m**2
         ghosts = scene.judge.ghosts(team.grid, T_world_team, self._where(mates), GHOST_M)
         self._report.figures["team map"].append(
-            [robot_id, len(mates), round(precision, 4), round(coverage, 4), round(kept, 4), ghosts]
+            [robot_id, len(mates), round(precision, 4), round(coverage, 4), round(kept, 4), ghosts, round(unsure_m, 3)]
         )
         if precision < PRECISION:
             self._report.say(f"{100 * precision:.0f} % of the walls in the team map of {robot_id} are true")
@@ -73,13 +80,15 @@ class TeamMaps:
         """Return places ``(N, 2)`` of the world where these robots were."""
         return np.array([place for robot in sorted(robot_ids) for place in self._ways[robot]]).reshape(-1, 2)
 
-    def _precision(self, scene: Scene, grid: OccupancyGrid, T_world_team: Transform, strangers: Set[str]) -> float:
+    def _precision(
+        self, scene: Scene, grid: OccupancyGrid, T_world_team: Transform, strangers: Set[str], unsure_m: float = 0.0
+    ) -> float:
         """Return the share of a team map's walls that are true, 0..1, but for robots that it has no place for.
 
         Where they are is not known to it, so they are masked by nobody, and stand in its map as any obstacle does.
         """
         walls = int(grid.is_occupied.sum())
-        wrong = round(walls * (1.0 - scene.judge.occupied_precision(grid, T_world_team)))
+        wrong = round(walls * (1.0 - scene.judge.occupied_precision(grid, T_world_team, unsure_m)))
         bodies = scene.judge.ghosts(grid, T_world_team, self._where(strangers), GHOST_M)
         return 1.0 - (wrong - bodies) / max(walls - bodies, 1)
 
@@ -95,3 +104,13 @@ class TeamMaps:
         assert T_world_team is not None
         known = values_at(team.grid, se2.apply(se2.inverse(T_world_team), floor)) == 0
         return float(known.mean()), float((known & shown).sum() / max(shown.sum(), 1))
+
+
+def _sigmas_m(agent: Agent, mates: Set[str]) -> Iterator[float]:
+    """Yield the largest standard deviation of the middle of each teammate's map by its alignment, metres."""
+    for mate in mates:
+        covariance = agent.team.covariance_of(mate)
+        if covariance is not None:
+            grid, T_own_mate = agent.node.store.maps[mate].map.to_grid(), agent.T_team_map[mate]
+            middle = se2.apply(T_own_mate, grid.centres(grid.is_known).mean(axis=0))
+            yield float(np.sqrt(np.linalg.eigvalsh(place_covariance(T_own_mate, covariance, middle))[-1]))

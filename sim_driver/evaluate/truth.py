@@ -65,12 +65,12 @@ class Judge:
         floor = se2.apply(se2.inverse(T_world_map), self._floor)
         return float(np.mean(values_at(grid, floor) == 0)) if len(floor) else 0.0
 
-    def occupied_precision(self, grid: OccupancyGrid, T_world_map: Transform) -> float:
-        """Return the share of the map's walls within two cells of a true wall, 0..1; 1 where it has none."""
+    def occupied_precision(self, grid: OccupancyGrid, T_world_map: Transform, unsure_m: float = 0.0) -> float:
+        """Return the share of the map's walls within two cells and ``unsure_m`` of a true wall; 1 where it has none."""
         walls = se2.apply(T_world_map, grid.centres(grid.is_occupied))
         if len(walls) == 0:
             return 1.0
-        return float(np.mean(self._wall_m(walls) <= _near_m(grid)))
+        return float(np.mean(self._wall_m(walls) <= _near_m(grid) + unsure_m))
 
     def occupied_recall(self, grid: OccupancyGrid, T_world_map: Transform) -> float | None:
         """Return the share of the true walls beside known floor that the map has within two cells; None without floor.

@@ -15,7 +15,7 @@ from bench.chaos.invariants import Invariants
 from bench.chaos.knowledge import Knowledge
 from bench.chaos.merging import UNMERGED_MOST, alike
 from bench.chaos.scene import Report, Scene
-from bench.chaos.team_maps import TeamMaps
+from bench.chaos.team_maps import PRECISION, TeamMaps
 from mrslam.agent import Agent
 from mrslam.sim_driver.evaluate.truth import Judge
 from mrslam.sim_driver.missions.mission import make_mission
@@ -134,6 +134,14 @@ def test_a_robot_that_a_map_has_no_place_for_stands_in_it_rightly() -> None:
     grid = replace(world.grid, cells=cells)
     assert maps._precision(scene, grid, se2.IDENTITY, {"r2"}) == 1.0
     assert maps._precision(scene, grid, se2.IDENTITY, set()) < 1.0
+
+
+def test_walls_may_be_as_far_off_as_a_robot_says_that_it_is_unsure() -> None:
+    world = load_world("arena2", None)
+    maps, scene = TeamMaps(Report()), SimpleNamespace(judge=Judge(world.grid, world.reachable))
+    off = se2.transform(0.14, 0.14, 0.0)
+    assert maps._precision(scene, world.grid, off, set()) < PRECISION
+    assert maps._precision(scene, world.grid, off, set(), unsure_m=0.05) == 1.0
 
 
 @pytest.mark.parametrize(("name", "low", "high"), [("symmetric-house", 0.9, 1.0), ("arena2", 0.0, 0.6)])
