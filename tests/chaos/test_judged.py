@@ -22,7 +22,7 @@ from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.sim_driver.run.run_virtual import VirtualTeam, run_in_virtual_time
 from mrslam.sim_driver.simulation.simulation import make_world
 from mrslam.sim_driver.worlds import load_world
-from mrslam.spatial import se2
+from mrslam.spatial import OccupancyGrid, se2
 
 S = 1_000_000_000
 LENGTH_S, REST_S = 30.0, 24.0
@@ -137,11 +137,13 @@ def test_a_robot_that_a_map_has_no_place_for_stands_in_it_rightly() -> None:
 
 
 def test_walls_may_be_as_far_off_as_a_robot_says_that_it_is_unsure() -> None:
-    world = load_world("arena2", None)
-    maps, scene = TeamMaps(Report()), SimpleNamespace(judge=Judge(world.grid, world.reachable))
-    off = se2.transform(0.14, 0.14, 0.0)
-    assert maps._precision(scene, world.grid, off, set()) < PRECISION
-    assert maps._precision(scene, world.grid, off, set(), unsure_m=0.05) == 1.0
+    cells = np.zeros((60, 60), dtype=np.int8)
+    cells[30] = 100
+    grid = OccupancyGrid(cells, 0.05)
+    maps, scene = TeamMaps(Report()), SimpleNamespace(judge=Judge(grid, cells == 0))
+    off = se2.transform(0.0, 0.15, 0.0)
+    assert maps._precision(scene, grid, off, set()) < PRECISION
+    assert maps._precision(scene, grid, off, set(), unsure_m=0.06) == 1.0
 
 
 @pytest.mark.parametrize(("name", "low", "high"), [("symmetric-house", 0.9, 1.0), ("arena2", 0.0, 0.6)])
