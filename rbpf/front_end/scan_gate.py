@@ -18,7 +18,8 @@ POINTS_LEAST = 10
 PART_LEAST = 1
 """The same where several scans are matched together."""
 STUCK = 5e-3
-"""A scan equal to the one before bit by bit is dropped if odometry moved by more than this, metres or radians."""
+"""A scan equal to the last one used bit by bit is dropped if odometry moved by more than this, metres or radians.
+Others may have come between: a driver that comes back from an outage may send what it had sent last."""
 ON_SURFACES = 0.25
 """Where a smaller share of the points lies in line with its neighbours, the scan is scattered. Measured: of random
 ranges up to 40 m about 0.06 do, up to 5 m 0.15; of 10 000 scans of halls, offices and streets none had less than
@@ -40,12 +41,12 @@ TURNED_RAD = 0.4
 
 
 class ScanGate:
-    """Compares each scan with the one that came before it, used or not."""
+    """Compares each scan with the one that came before it, used or not, and with the last one that was used."""
 
     def __init__(self) -> None:
         self._stamp_ns: int | None = None
-        self._ranges_m = np.empty(0, dtype=np.float32)
-        self._T_odom_base: Transform | None = None  # odometry when these ranges came first
+        self._ranges_m = self._used_m = np.empty(0, dtype=np.float32)
+        self._T_odom_used: Transform | None = None  # odometry when the ranges that were used came first
 
     def refuse(
         self,
@@ -64,31 +65,47 @@ class ScanGate:
         same = _repeats(scan.ranges_m, before_m)
         self._stamp_ns = scan.stamp_ns
         if not same:
-            self._ranges_m, self._T_odom_base = scan.ranges_m, T_odom_base
+            self._ranges_m = scan.ranges_m
         elif before_ns == scan.stamp_ns:
             return "the scan repeats the one before"
-        elif self._moved(T_odom_base):
+        was_used = _repeats(scan.ranges_m, self._used_m)
+        if was_used and _moved(self._T_odom_used, T_odom_base):
             return "the scan repeats one that was taken elsewhere, by odometry"
+        reason = self._useless(scan, points, points_least, knows, None if same else before_m)
+        if reason is None and not was_used:
+            self._used_m, self._T_odom_used = scan.ranges_m, T_odom_base
+        return reason
+
+    def _useless(
+        self,
+        scan: Scan,
+        points: NDArray[np.float64],
+        points_least: int,
+        knows: Callable[[], bool],
+        before_m: NDArray[np.float32] | None,
+    ) -> str | None:
+        """Return why a scan that was not seen before shows no place; ``before_m (B,)`` : another scan's ranges."""
         if np.abs(scan.T_base_laser[:2]).max() > ORIGIN_MOST_M:
             return f"a laser more than {ORIGIN_MOST_M:g} m from the base"
         if points.shape[0] < points_least:
             return too_few(points.shape[0], points_least)
-        if not _is_scattered(scan, points) or (not same and _resembles(scan, before_m)) or knows():
+        if not _is_scattered(scan, points) or (before_m is not None and _resembles(scan, before_m)) or knows():
             return None
         return "the scan shows no surfaces, nor what was seen before"
 
-    def _moved(self, T_odom_base: Transform | None) -> bool:
-        if T_odom_base is None or self._T_odom_base is None:
-            return False
-        return bool(np.abs(between(self._T_odom_base, T_odom_base)).max() > STUCK)
-
     def state(self) -> list[Any]:
         """Return everything that a resumed gate needs."""
-        return [self._stamp_ns, self._ranges_m, self._T_odom_base]
+        return [self._stamp_ns, self._ranges_m, self._used_m, self._T_odom_used]
 
     def restore(self, state: list[Any]) -> None:
         """Become the gate that was saved."""
-        self._stamp_ns, self._ranges_m, self._T_odom_base = state
+        self._stamp_ns, self._ranges_m, self._used_m, self._T_odom_used = state
+
+
+def _moved(T_odom_before: Transform | None, T_odom_base: Transform | None) -> bool:
+    if T_odom_before is None or T_odom_base is None:
+        return False
+    return bool(np.abs(between(T_odom_before, T_odom_base)).max() > STUCK)
 
 
 def too_few(returns: int, least: int) -> str | None:

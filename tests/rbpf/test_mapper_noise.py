@@ -65,6 +65,18 @@ def test_a_laser_that_repeats_itself_while_the_wheels_turn_is_stuck(masked: int)
     assert np.hypot(*(mapper.T_map_base - POSES[-1])[:2]) < 0.06
 
 
+def test_a_laser_that_comes_back_with_what_it_saw_before_an_outage_does_not_take_the_robot_back() -> None:
+    rng, last = np.random.default_rng(2), BAD[0] - 1
+    mapper, held = Mapper(SMALL, seed=1), make_scan(POSES[last], last * 10**8)
+    feed(mapper, POSES[:last])
+    assert mapper.update(held, POSES[last]).reason is None
+    for k in BAD:
+        again = replace(held, stamp_ns=k * 10**8)
+        info = mapper.update(noise(again, rng) if k < 75 else again, POSES[k])
+        assert info.reason is not None
+        assert np.hypot(*(info.T_map_base - POSES[k])[:2]) < 0.15
+
+
 def test_creeping_wheels_find_a_stuck_laser_out_too() -> None:
     mapper, scan = Mapper(SMALL, seed=1), make_scan(POSES[0], 0)
     reasons = [

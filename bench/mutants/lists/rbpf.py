@@ -135,9 +135,15 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/front_end/scan_gate.py",
-        "elif self._moved(T_odom_base):",
-        "elif False:",
+        "        if was_used and _moved(self._T_odom_used, T_odom_base):",
+        "        if False:",
         "a laser that is stuck draws its last scan along the way",
+    ),
+    Mutant(
+        "rbpf/front_end/scan_gate.py",
+        "        if reason is None and not was_used:",
+        "        if not was_used:",
+        "a laser that sends its last scan again after an outage takes the robot back to where that was taken",
     ),
     Mutant(
         "rbpf/front_end/scan_gate.py",
