@@ -212,4 +212,52 @@ MUTANTS = (
         "",
         "one manifest without chunks keeps a third robot's map from being taken elsewhere",
     ),
+    Mutant(
+        "comms/transport/inbox.py",
+        "            self._beacons.clear()\n            self._bytes = 0\n",
+        "            self._beacons.clear()\n",
+        "after 64 MB a robot hears of no map any more",
+    ),
+    Mutant(
+        AROUND,
+        "if beacon.seq > known.last_seq:",
+        "if True:",
+        "beacons that overtake each other move a teammate back, and what it saw counts twice",
+    ),
+    Mutant(
+        AROUND,
+        "if not known.has_token and now_ns",
+        "if now_ns",
+        "a robot whose beacons are lost for seconds is gone though its maps get through",
+    ),
+    Mutant(
+        AROUND,
+        "if known is not None and known.boot in (0, message.boot):",
+        "if known is not None:",
+        "a robot that was restarted at once is taken for gone",
+    ),
+    Mutant(
+        "comms/neighbours/beacon_clock.py",
+        "        if self._was_calm and not calm:\n",
+        "        if False:\n",
+        "who comes into range is answered late",
+    ),
+    Mutant(
+        AROUND,
+        "        self.links.on_seen(peer, now_ns)\n",
+        "",
+        "a link whose quality was given once before the robot was there is never used",
+    ),
+    Mutant(
+        LINKS,
+        "neighbour.nlq_ns is not None and now_ns - neighbour.nlq_ns < stale_ns",
+        "neighbour.nlq_ns is not None",
+        "a link on which the other hears nothing any more counts as good",
+    ),
+    Mutant(
+        AROUND,
+        "            epoch = beacon.boot + beacon.epoch_offset\n",
+        "            epoch = beacon.boot\n",
+        "after a new map a teammate is neither masked nor looked for",
+    ),
 )
