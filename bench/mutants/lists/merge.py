@@ -357,4 +357,52 @@ MUTANTS = (
         "            count = min(count, known.size)",
         "a robot that came back from its checkpoint is placed by keyframes that are no longer the same",
     ),
+    Mutant(
+        "merge/team.py",
+        "held.origin_m == grid.origin_m and ",
+        "",
+        "a map that moved in its frame is drawn where it was",
+    ),
+    Mutant(
+        "merge/team.py",
+        "        if held is None or held[0] is not bend.T_team_key:\n",
+        "        if held is None:\n",
+        "a joint solution that lays walls on free space is believed after a right one",
+    ),
+    Mutant(
+        "merge/team.py",
+        "held[0] is not grid or held[1] is not bend:",
+        "held[0] is not grid:",
+        "the team map stays as it was bent first",
+    ),
+    Mutant(
+        "merge/team.py",
+        "held[0] is not grid or held[1] is not bend:",
+        "held[1] is not bend:",
+        "a bent map grows in the team map only as it is joined again",
+    ),
+    Mutant(
+        "merge/graph/carried.py",
+        "covariance=J @ found.covariance @ J.T)\n\n\ndef seen_from",
+        "covariance=found.covariance)\n\n\ndef seen_from",
+        "alignments of merged maps are sure along the wrong axis",
+    ),
+    Mutant(
+        "merge/graph/carried.py",
+        "    J_a[:2, 2] = T_a_b[1], -T_a_b[0]\n",
+        "",
+        "maps whose known starts lie far apart are looked for too near to these",
+    ),
+    Mutant(
+        "merge/graph/carried.py",
+        "[[1.0, 0.0, -lever[1]], [0.0, 1.0, lever[0]], [0.0, 0.0, 1.0]]",
+        "np.eye(3)",
+        "alignments of merged maps are too sure of what lies far away",
+    ),
+    Mutant(
+        "merge/graph/carried.py",
+        "lever = se2.matrix(prior.T_a_b)[:2, :2] @ point_b",
+        "lever = 0.0 * point_b",
+        "maps that touch far from their known starts are not compared",
+    ),
 )
