@@ -510,4 +510,16 @@ MUTANTS = (
         "place.T_a_b\n                    new",
         "the second of two robots tells what it saw of another place",
     ),
+    Mutant(
+        "agent/shells/keeper.py",
+        "            checkpoint.write(checkpoint.freeze(agent), self.path)\n        except",
+        "            pass\n        except",
+        "a robot that was stopped in good order has forgotten its last seconds",
+    ),
+    Mutant(
+        "agent/shells/runner.py",
+        "seed=settings.seed + job.attempt, strain",
+        "seed=settings.seed, strain",
+        "with a random method a chance fit confirms itself",
+    ),
 )

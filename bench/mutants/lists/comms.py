@@ -260,4 +260,22 @@ MUTANTS = (
         "            epoch = beacon.boot\n",
         "after a new map a teammate is neither masked nor looked for",
     ),
+    Mutant(
+        "comms/maps/persistence.py",
+        "        if robot in store.given:\n            continue\n",
+        "",
+        "after a restart a robot looks for itself in the saved map it once got from a teammate",
+    ),
+    Mutant(
+        STORE,
+        "        return max(self.own_epoch + 1, self._first_epoch)",
+        "        return self.own_epoch + 1",
+        "after a crash a robot's new map is taken for another one of its maps",
+    ),
+    Mutant(
+        "comms/neighbours/link_states.py",
+        "        if quality <= 0.0 and not self._is_measured:\n",
+        "        if False:\n",
+        "an exchange over a link that the radio model has cut holds up others until it stalls",
+    ),
 )

@@ -405,4 +405,16 @@ MUTANTS = (
         "lever = 0.0 * point_b",
         "maps that touch far from their known starts are not compared",
     ),
+    Mutant(
+        "merge/joint/bent_team.py",
+        "            ties=tuple(tie for tie in self.ties if robot_id not in (tie.a, tie.b)),\n",
+        "",
+        "a robot that began a new map is drawn tied to others by places of its old one",
+    ),
+    Mutant(
+        "merge/joint/bent_map.py",
+        "            most_cells = max(most_cells, float(np.abs(last.field).max()))\n",
+        "",
+        "walls stay in the team map where a wrong joint solution had drawn them",
+    ),
 )
