@@ -278,4 +278,10 @@ MUTANTS = (
         "        if False:\n",
         "an exchange over a link that the radio model has cut holds up others until it stalls",
     ),
+    Mutant(
+        EXCHANGES,
+        "elif now_ns - exchange.useful_ns > PATIENCE * config.stall_timeout_s * 1e9:",
+        "elif False:",
+        "one robot that repeats itself holds an exchange open for ever",
+    ),
 )
