@@ -94,9 +94,9 @@ class Encounters:
         self._scans.clear()
         self._moments.clear()
 
-    def moments(self, peer: str) -> list[Moment]:
-        """Return the moments kept of a teammate, oldest first."""
-        return list(self._moments.get(peer, ()))
+    def moments(self, peer: str, epoch: int) -> list[Moment]:
+        """Return the moments kept of a teammate on its map of this epoch, oldest first."""
+        return list(self._moments[peer]) if peer in self._moments and self._epochs[peer] == epoch else []
 
     def on_report(self, report: TeammatePose) -> Moment | None:
         """Return a report's moment where a scan was taken then, and it is independent of the last one."""
@@ -117,4 +117,4 @@ class Encounters:
 
     def fix(self, peer: str) -> MutualFix | None:
         """Return the transform to a teammate's map that their sightings of each other agree on, if any."""
-        return mutual_fix(self.moments(peer))
+        return mutual_fix(list(self._moments.get(peer, ())))

@@ -119,13 +119,13 @@ class Team:
         self.maps.pop(robot_id, None)
         self.beliefs = {pair: belief for pair, belief in self.beliefs.items() if robot_id not in pair}
         self.displace(robot_id)
-        self._map = None
         return True
 
     def displace(self, robot_id: str) -> None:
         """Remove a robot's map and place at once; of the own robot, all places: its map frame was the team frame."""
         self._is_own_frame_new |= robot_id == self.robot_id
         self.layout.displace(robot_id)
+        self._map = None
 
     def restore(self, maps: Mapping[str, KnownMap], beliefs: Mapping[Pair, PairBelief], frame: str | None) -> None:
         """Continue with the maps, beliefs and frame of a checkpoint, beside the saved maps that were taken before."""

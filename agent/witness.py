@@ -132,7 +132,7 @@ class Witness:
         effects: list[Effect] = []
         for pair, belief in team.beliefs.items():
             if self.robot_id in pair:
-                self._weigh_new(pair, belief)
+                self._weigh_new(team, pair, belief)
             if belief.alignment is None:
                 continue
             place = belief.places.add(belief.alignment.T_a_b, "maps", now_ns)
@@ -154,12 +154,12 @@ class Witness:
                 return team.unmerge(weakest, nobody_there(a, b, place), now_ns)
         return []
 
-    def _weigh_new(self, pair: Pair, belief: PairBelief) -> None:
+    def _weigh_new(self, team: Team, pair: Pair, belief: PairBelief) -> None:
         peer = pair[1] if pair[0] == self.robot_id else pair[0]
         moments: list[Moment] | None = None
         for place in belief.places:
             if place.own is None:
-                moments = self._encounters.moments(peer) if moments is None else moments
+                moments = self._encounters.moments(peer, team.maps[peer].epoch) if moments is None else moments
                 T_own_peer = place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)
                 place.own = sightings(moments, T_own_peer, self._encounters.radius_m, self._encounters.most_unseen_llr)
 

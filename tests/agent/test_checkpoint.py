@@ -181,3 +181,15 @@ def test_a_keeper_saves_in_time_and_tells_trouble_once(tmp_path: Path, monkeypat
 def test_inline_runs_at_once() -> None:
     done: Future[Any] = Inline().submit(lambda x: x + 1, 2)
     assert done.result(timeout=0) == 3
+
+
+def test_a_keeper_saves_the_end(tmp_path: Path) -> None:
+    one = robot("r1", 1)
+    live([one], 0, 5)
+    keeper = Keeper(tmp_path / "state", 5.0, Inline())
+    keeper.look(one, S, 0)
+    live([one], 5, 30)
+    keeper.close(one)
+    again = robot("r1", 2)
+    resume(again, keeper.path)
+    assert again.mapper.stats.scans == 30

@@ -144,6 +144,20 @@ def test_a_doubtful_robot_publishes_neither_map_nor_place_and_begins_a_new_map_a
     assert two.team.maps["r1"].epoch == one.node.store.version("r1")[0]
 
 
+def test_what_a_doubtful_robot_sees_speaks_for_and_against_no_place() -> None:
+    one, two = pair()
+    (place,) = one.team.beliefs["r1", "r2"].places
+    counts = []
+    for k in range(70, 95):
+        beyond = replace(scan(k), ranges_m=2.0 * scan(k).ranges_m)  # r2 would stand on free floor
+        one.on_scan(beyond, odometry(k), k * S // 10)
+        two.node.set_own_pose(np.array([0.1 * (k - 70), 0.0, 0.0]), k * S // 10)
+        talk([one, two], k)
+        assert place.own is not None and (k < 75 or one.self_doubt.doubtful)
+        counts.append((place.own.seen, place.own.not_there))
+    assert counts[-1] == counts[5]
+
+
 def test_what_was_seen_and_where_the_map_lay_is_forgotten_with_a_map_that_is_given_up() -> None:
     settings = replace(SETTINGS, agent=AgentConfig(frame="office@monday"))
     one = Agent("r1", settings, boot_id=1)

@@ -92,3 +92,41 @@ def test_a_merge_that_grown_maps_contradict_is_taken_back_on_a_tick() -> None:
     belief = agent.team.beliefs["a", "b"]
     assert belief.alignment is None and belief.status == "revoked"
     assert agent.team_map().unplaced == {"b": f"no accepted alignment (a-b: {belief.reason})"}
+
+
+def test_a_map_that_is_sound_again_is_doubted_no_more() -> None:
+    agent = Agent("a", Settings())
+    arrives(agent, "a", room())
+    arrives(agent, "b", room(drove_in_walls=True))
+    assert list(agent.team.doubted) == ["b"]
+    arrives(agent, "b", room(2))
+    assert not agent.team.doubted and "b" in agent.team.maps
+
+
+def test_a_map_that_is_doubted_before_the_last_one_was_placed_is_left_out() -> None:
+    agent = Agent("a", Settings())
+    arrives(agent, "a", room())
+    arrives(agent, "b", room())
+    arrives(agent, "b", room(2, drove_in_walls=True))
+    agent.on_tick(3 * SECOND)
+    assert list(agent.team_map().T_team_map) == ["a"]
+
+
+def test_a_pair_that_its_robots_unmerge_leaves_the_team_map_that_was_drawn_before() -> None:
+    agent = Agent("a", Settings())
+    arrives(agent, "a", room())
+    arrives(agent, "b", room())
+    now_ns = merged(agent)
+    assert sorted(agent.team_map().T_team_map) == ["a", "b"]
+    agent.team.unmerge(("a", "b"), "nobody was there", now_ns)
+    assert list(agent.team_map().T_team_map) == ["a"]
+
+
+def test_a_robot_that_begins_a_new_map_shows_the_old_team_map_no_more() -> None:
+    agent = Agent("a", Settings())
+    arrives(agent, "a", room())
+    arrives(agent, "b", room())
+    merged(agent)
+    assert agent.team_map().grid.known_area_m2() > 10.0
+    agent._begin_map()
+    assert "b" not in agent.team_map().T_team_map and agent.team_map().grid.known_area_m2() == 0.0

@@ -13,9 +13,11 @@ import pytest
 from mrslam.agent import Agent, KnownMap, checkpoint, resume, write_robot
 from mrslam.agent.effects import AlignJob, Effect, Event
 from mrslam.alignment import Alignment, Evidence, WallEvidence
+from mrslam.comms import TeammatePose
 from mrslam.rbpf import Mapper
 from mrslam.spatial import LocalMap, OccupancyGrid, Scan, TiledMap, read_tum, se2
 from tests.agent.duo import SETTINGS, S, odometry, scan
+from tests.agent.test_core import AHEAD_M, with_body
 
 MONDAY = "office@monday"
 T_OWN_SAVED = np.array([0.4, -0.3, 0.5])
@@ -45,16 +47,19 @@ def robot(boot_id: int = 1, *, localise: bool = True) -> Agent:
 
 def localise(agent: Agent, t_ns: int) -> None:
     """Let the saved map be aligned twice with the robot's own."""
+    merge_with(agent, MONDAY, T_OWN_SAVED, t_ns)
+
+
+def merge_with(agent: Agent, other: str, T_own_other: np.ndarray, t_ns: int) -> None:
+    """Let a map be aligned twice with the robot's own."""
     found = Alignment(
-        T_a_b=T_OWN_SAVED, confidence=0.9, evidence=Evidence(WallEvidence(50.0), WallEvidence(50.0)),
+        T_a_b=T_own_other, confidence=0.9, evidence=Evidence(WallEvidence(50.0), WallEvidence(50.0)),
         covariance=1e-4 * np.eye(3), method="orb",
     )  # fmt: skip
     nothing = OccupancyGrid(np.empty((0, 0), dtype=np.int8), 0.05)
-    version = agent.team.maps["a"].version
+    versions = (agent.team.maps["a"].version, agent.team.maps[other].version)
     for n in range(2):
-        agent.on_done(
-            AlignJob("a", MONDAY, nothing, nothing, None, (version, (7, 1)), (40.0, 40.0), n), found, t_ns + n
-        )
+        agent.on_done(AlignJob("a", other, nothing, nothing, None, versions, (40.0, 40.0), n), found, t_ns + n)
 
 
 def live(agent: Agent, scans: Iterable[int], look: Scan | None = None) -> list[Effect]:
@@ -120,6 +125,26 @@ def test_teammates_hear_where_it_is_in_its_own_map(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(agent.node, "set_own_pose", lambda T_map_base, *_: told.append(T_map_base))
     live(agent, range(80, 90))
     assert se2.between(told[-1], odometry(89)) == pytest.approx(np.zeros(3), abs=0.06)
+
+
+def test_teammates_are_masked_in_the_right_direction_while_it_turns_and_tracks() -> None:
+    agent = tracking_robot()
+    agent.team.take_map("b", agent.team.maps["a"])
+    merge_with(agent, "b", np.zeros(3), 8 * S)
+    report = TeammatePose("b", 8 * S, np.array([AHEAD_M, 0.0, 0.0]), agent.team.maps["b"].epoch)
+    agent._follow([report], 8 * S)
+    seen, at_body = with_body(80)
+    agent.on_scan(seen, odometry(80), 8 * S)
+    assert agent.tracking.is_on and agent.scan is not None
+    np.testing.assert_array_equal(np.isnan(agent.scan.ranges_m), at_body)
+
+
+def test_the_covariance_is_along_the_axes_of_its_own_map() -> None:
+    agent = tracking_robot()
+    turn = se2.matrix(T_OWN_SAVED)[:2, :2]
+    saved_m2 = agent.tracking.localiser.covariance[:2, :2]
+    assert abs(saved_m2[0, 0] - saved_m2[1, 1]) + abs(saved_m2[0, 1]) > 0.05 * saved_m2[0, 0]
+    np.testing.assert_allclose(agent.covariance[:2, :2], turn @ saved_m2 @ turn.T, rtol=0.1)
 
 
 def test_no_map_is_aligned_again_while_it_tracks() -> None:

@@ -9,13 +9,15 @@ import pytest
 
 from mrslam.agent import Agent
 from mrslam.agent.effects import AlignJob, Event
-from mrslam.agent.encounters import Standing
+from mrslam.agent.encounters import Encounters, Standing
+from mrslam.agent.known_map import KnownMap
 from mrslam.agent.pairs.hypotheses import Hypotheses
 from mrslam.agent.pairs.weighing import weighed
 from mrslam.agent.witness import CHANGED_LLR, REPEAT_NS, Witness
 from mrslam.alignment import Alignment, Evidence, Rejection
 from mrslam.alignment.evidence import WallEvidence
 from mrslam.comms import TeammateClaim, TeammatePose
+from mrslam.merge.graph.edges import pair_of
 from mrslam.mutual_detection import MutualDetectionConfig, find_bodies
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
@@ -28,19 +30,24 @@ NEARER = se2.compose(se2.inverse(FRAMES[0]), se2.compose(se2.transform(-1.6, 0.0
 BEGIN = 100 * S
 
 
-def met() -> Agent:
-    """Return r1, which holds the map of r2."""
-    one, two = robot("r1", 1), robot("r2", 1)
+def met(own: str = "r1") -> Agent:
+    """Return a robot that holds the map of r2."""
+    one, two = robot(own, 1), robot("r2", 1)
     live([one, two], 0, 60)
-    assert ("r1", "r2") in one.team.beliefs
+    assert pair_of(own, "r2") in one.team.beliefs
     return one
 
 
-def watch(one: Agent, *, mutual: bool = False, encounters: bool = True) -> tuple[Witness, list[Event]]:
-    """Let r1 see r2 drive towards it, every second; ``mutual`` : r2 tells what it sees. Return what r1 concludes."""
+def watch(
+    one: Agent, *, mutual: bool = False, encounters: bool = True, epoch: int | None = None
+) -> tuple[Witness, list[Event]]:
+    """Let a robot see r2 drive towards it, every second; return what it concludes.
+
+    ``mutual`` : r2 tells what it sees; ``epoch`` : of the map in which it says where it is.
+    """
     config = MutualDetectionConfig(encounters=encounters, teammates_visible=True)
-    witness, effects = Witness("r1", config), []
-    epoch = one.team.maps["r2"].epoch
+    witness, effects = Witness(one.robot_id, config), []
+    epoch = one.team.maps["r2"].epoch if epoch is None else epoch
     for k, (own, mate) in enumerate(zip(OWN, MATE, strict=True)):
         t_ns = BEGIN + k * S
         witness.on_scan(sweep(own, [mate[:2]], seed=k), se2.between(FRAMES[0], own), t_ns)
@@ -304,3 +311,58 @@ def test_places_that_fit_as_well_are_kept() -> None:
     belief = one.team.beliefs["r1", "r2"]
     assert [place.is_at(T) for place, T in zip(belief.places, (RIGHT, NEARER), strict=True)] == [True, True]
     assert "ambiguous between" in belief.words
+
+
+@pytest.mark.parametrize("own", ["r1", "r3"])
+def test_what_is_seen_is_said_of_the_same_place_whatever_the_order_of_names(own: str) -> None:
+    one = met(own)
+    right, nearer = (T if own < "r2" else se2.inverse(T) for T in (RIGHT, NEARER))
+    places = one.team.beliefs[pair_of(own, "r2")].places
+    place = places.add(right, "maps", 0)
+    witness, _ = watch(one)
+    assert place is not None and place.own is not None and place.own.seen >= 3 and place.own.not_there == 0
+    wrong = places.add(nearer, "maps", 0)  # weighed by what was seen before
+    witness.look(one.team, BEGIN + 9 * S)
+    assert wrong is not None and wrong.own is not None and wrong.own.seen == 0 and wrong.own.not_there >= 3
+    told = {llr > 0.0: T_own_other for _, T_own_other, llr in witness.claims(one.team, BEGIN + 9 * S)}
+    np.testing.assert_allclose(told[True], RIGHT, atol=1e-9)
+    np.testing.assert_allclose(told[False], NEARER, atol=1e-9)
+
+
+@pytest.mark.parametrize("own", ["r1", "r3"])
+def test_a_place_by_sight_is_that_of_the_pair_whatever_the_order_of_names(own: str) -> None:
+    one = met(own)
+    watch(one, mutual=True)
+    (place,) = one.team.beliefs[pair_of(own, "r2")].places
+    assert place.by == "sight" and place.fix is not None
+    for T_a_b in (place.T_a_b, place.fix.T_map_mate):
+        assert se2.difference(T_a_b, RIGHT if own < "r2" else se2.inverse(RIGHT))[0] < 0.5
+
+
+def test_where_a_teammate_is_on_a_map_that_is_not_here_says_nothing_of_the_one_that_is() -> None:
+    one = met()
+    place = one.team.beliefs["r1", "r2"].places.add(NEARER, "maps", 0)
+    watch(one, epoch=one.team.maps["r2"].epoch + 1)
+    assert place is not None and place.own is not None and (place.own.seen, place.own.not_there) == (0, 0)
+
+
+def test_what_was_seen_of_a_teammate_on_its_old_map_says_nothing_of_its_new_one() -> None:
+    one = met()
+    witness, _ = watch(one)
+    epoch, revision = one.team.maps["r2"].version
+    one.team.take_map("r2", KnownMap((epoch + 1, revision), one.team.maps["r2"].local))  # through a third robot
+    place = one.team.beliefs["r1", "r2"].places.add(NEARER, "maps", 0)
+    witness.look(one.team, BEGIN + 9 * S)
+    assert place is not None and place.own is not None and (place.own.seen, place.own.not_there) == (0, 0)
+
+
+def test_only_reports_of_the_time_of_a_scan_count_and_each_place_once() -> None:
+    encounters, stamp_ns = Encounters(MutualDetectionConfig()), BEGIN + S // 10
+    encounters.on_scan(sweep(OWN[0], [MATE[0][:2]]), OWN[0], BEGIN)
+    assert encounters.on_report(TeammatePose("r2", BEGIN + S, MATE[0], 1)) is None
+    assert encounters.on_report(TeammatePose("r2", stamp_ns, MATE[0], 1)) is not None
+    assert encounters.on_report(TeammatePose("r2", stamp_ns, MATE[0], 1)) is None  # nobody has moved since
+    assert encounters.on_report(TeammatePose("r2", stamp_ns, MATE[-1], 1)) is not None
+    assert len(encounters.moments("r2", 1)) == 2
+    assert encounters.on_report(TeammatePose("r2", stamp_ns, MATE[0], 2)) is not None  # in another map
+    assert len(encounters.moments("r2", 2)) == 1 and encounters.moments("r2", 1) == []

@@ -35,3 +35,14 @@ def test_what_arrived_is_taken_with_the_wake() -> None:
     inbox.put(Incoming(b"x", "r2", "control"))
     inbox.wake()
     assert [one.payload for one in inbox.take(0.0) if isinstance(one, Incoming)] == [b"x"]
+
+
+def test_what_was_taken_makes_room_and_what_is_beyond_the_bound_is_counted() -> None:
+    inbox = Inbox(max_bytes=10)
+    for _ in range(5):
+        inbox.put(Incoming(b"12345678", "r2", "bulk"))
+        assert len(inbox.take(0.0)) == 1
+    assert not inbox.refused
+    for _ in range(2):
+        inbox.put(Incoming(b"12345678", "r2", "bulk"))
+    assert len(inbox.take(0.0)) == 1 and inbox.refused == {"bulk": 1}

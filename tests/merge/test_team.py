@@ -315,3 +315,43 @@ def test_nobody_is_bent_by_a_solution_with_one_who_was_unmerged():
     without = mapper.placement({("r1", "r2"): EDGES["r1", "r2"]})
     assert not without.bends and list(without.T_team_map) == ["r1", "r2"]
     assert without.T_team_map["r2"] == pytest.approx(T_team_map["r2"], abs=0.02)
+
+
+def test_a_map_that_moved_in_its_frame_is_drawn_where_it_is_now():
+    mapper = mapper_of()
+    mapper.team_map()
+    x_m, y_m = MAPS["r2"].origin_m
+    moved = OccupancyGrid(MAPS["r2"].cells, 0.05, (x_m + 0.5, y_m))
+    mapper.set_map("r2", moved)
+    assert fingerprint(mapper.team_map()) == fingerprint(mapper_of({**MAPS, "r2": moved}).team_map())
+
+
+def solution(shift_m: float) -> BentTeam:
+    """Return a joint solution that moves r2 sideways from where alignments place it."""
+    bends = {}
+    for x, T in mapper_of(anchor="r1").team_map().T_team_map.items():
+        T_team_key = se2.compose(se2.transform(0.0, shift_m if x == "r2" else 0.0, 0.0), se2.compose(T, KEYS))
+        bends[x] = Bend(KEYS, T_team_key)
+    T_a_b = {pair: found.T_a_b for pair, found in EDGES.items()}
+    stamps = dict.fromkeys(MAPS, SCANNED.stamps_ns)
+    return BentTeam(bends=bends, joined=frozenset(MAPS), T_a_b=T_a_b, stamps_ns=stamps)
+
+
+def test_another_joint_solution_and_a_map_that_has_grown_are_drawn_as_from_nothing():
+    mapper, grown = scanned(), MAPS["r2"].cells.copy()
+    grown[60:70, 60:70] = 100
+    first, second = solution(0.0), solution(0.1)
+    for bent, cells in ((first, MAPS["r2"].cells), (second, MAPS["r2"].cells), (second, grown)):
+        new = scanned()
+        for one in (mapper, new):
+            one.set_map("r2", OccupancyGrid(cells, 0.05, MAPS["r2"].origin_m), SCANNED)
+            one.bent = bent
+        assert fingerprint(mapper.team_map()) == fingerprint(new.team_map())
+
+
+def test_another_joint_solution_is_judged_anew():
+    mapper = scanned()
+    mapper.bent = solution(0.0)
+    assert list(mapper.team_map().T_team_map) == ["r1", "r2", "r3"]
+    mapper.bent = solution(0.8)
+    assert "contradicted" in mapper.team_map().dropped["r1", "r2"]

@@ -367,4 +367,10 @@ MUTANTS = (
         "if len(saved) == 1 and prior is None else None",
         "a place in a map of one room that somebody told is taken back by the next search",
     ),
+    Mutant(
+        "agent/pairs/sighted.py",
+        " and is_due and not place.is_refuted:",
+        " and is_due:",
+        "maps are laid together over and over where nobody was",
+    ),
 )

@@ -248,3 +248,12 @@ def test_where_searches_are_random_a_teammates_search_is_not_waited_for(method: 
     team.grow("r1", 400, 2)
     team.grow("r2", 400, 2)
     assert (team.due(20.0) is None) == waits
+
+
+def test_every_try_of_a_pair_is_independent_of_the_last(monkeypatch: pytest.MonkeyPatch) -> None:
+    seeds = []
+    monkeypatch.setattr(runner, "align", lambda *_, config, **__: seeds.append(config.seed) or NOT_THERE)
+    shell, job = SimpleNamespace(agent=robot("r1", 1), _matcher=None), Floors("r1", "r2").job(0.0)
+    for attempt in range(3):
+        runner.Runner._align(shell, replace(job, attempt=attempt))  # type: ignore[arg-type]
+    assert len(set(seeds)) == 3

@@ -38,3 +38,9 @@ def test_the_same_maps_are_laid_together_anew_where_the_place_is_corrected() -> 
     assert due(team, 1.0) is not None
     place.correct(np.array([2.5, 0.0, 0.0]))
     assert due(team, 7.0) is not None
+
+
+def test_maps_are_not_laid_together_where_their_robots_looked_and_nobody_was() -> None:
+    team, place = met()
+    place.told["r2"] = -9.0
+    assert due(team, 1.0) is None

@@ -213,3 +213,12 @@ def test_late_ends_of_an_exchange_do_not_echo_for_ever():
     team.publish("a")
     team.run(30)
     assert sum(node.bytes_sent["control"] for node in team.nodes.values()) < 60_000
+
+
+def test_an_exchange_ends_at_once_where_the_model_says_that_the_link_is_gone():
+    team = Team("ab", link=LinkConditions(rate_bps=20_000))
+    team.nodes["a"].publish(big_map(400), 0)
+    team._record("a")
+    assert team.run_until(lambda: bool(team.of(ExchangeStarted, "a")))
+    effects = team.nodes["a"].set_link_quality("b", 0.0, team.now_ns)
+    assert [(e.peer, e.reason) for e in effects if isinstance(e, ExchangeFailed)] == [("b", "link lost")]

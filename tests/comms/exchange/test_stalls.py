@@ -179,6 +179,25 @@ def test_a_manifest_that_brings_nothing_keeps_no_map_from_being_taken_elsewhere(
     assert "a" in b.store.maps
 
 
+def test_an_exchange_in_which_messages_bring_nothing_ends():
+    team = Team("ab")
+    assert team.run_until(lambda: bool(team.of(ExchangeDone, "b")))
+    b = team.nodes["b"]
+    del team.nodes["a"]  # it is here, and says no more than what follows
+    begun_ns = team.now_ns
+    b.on_message(encode(Open("a", 3, 7, [("x", 50, 9)], []), b.team_tag), team.now_ns, "a")
+    offer = encode(Manifest("a", 7, "x", 50, 0, 9, 0.05, 0, [], [], [0], [0], [0]), b.team_tag)
+
+    def failed() -> list[tuple[int, str]]:
+        return [(t, e.reason) for t, who, e in team.events if who == "b" and isinstance(e, ExchangeFailed)]
+
+    while not failed() and team.now_ns < begun_ns + 60 * SECOND:
+        b.on_message(offer, team.now_ns, "a")
+        team.step()
+    ((ended_ns, reason),) = failed()
+    assert reason == "no progress" and ended_ns - begun_ns <= 4 * PATIENCE_NS + SECOND
+
+
 def test_every_exchange_that_began_has_one_end_and_none_ends_that_did_not_begin():
     team = Team("abc", link=LinkConditions(loss=0.3), reliable=False)
     for k in range(60):

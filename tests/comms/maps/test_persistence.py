@@ -1,7 +1,9 @@
 from __future__ import annotations
 
-from mrslam.comms import restore_store, store_state
-from tests.comms.team import Team, fingerprint
+from dataclasses import replace
+
+from mrslam.comms import CommsNode, restore_store, store_state
+from tests.comms.team import QUICK, Team, big_map, fingerprint
 
 
 def test_what_a_lost_life_published_after_its_last_saving_does_not_stay_with_teammates():
@@ -28,3 +30,23 @@ def test_what_a_lost_life_published_after_its_last_saving_does_not_stay_with_tea
             assert held[0] == held[1]
             team.publish("a")
             assert team.run_until_agreed(20)
+
+
+def test_a_map_begun_after_a_restart_has_no_number_that_the_lost_life_may_have_used():
+    lost, again = CommsNode("a", "team", 5, QUICK), CommsNode("a", "team", 9, QUICK)
+    lost.publish(big_map(200), 0)
+    restore_store(again.store, store_state(lost.store), 1000)
+    assert again.store.own_epoch == 5  # the map goes on
+    again.begin_map()
+    assert again.store.own_epoch == 9  # 6 may be another map's
+
+
+def test_a_saved_map_that_a_robot_is_given_is_not_replaced_by_one_it_once_had_from_a_teammate():
+    team = Team("ab", config=replace(QUICK, window_tiles=64))
+    team.truth["office@monday", 77, 1] = fingerprint(team.nodes["a"].give_saved("office@monday", big_map(200), 77))
+    held = team.nodes["b"].store
+    assert team.run_until(lambda: held.version("office@monday") == (77, 1))
+    again = CommsNode("b", "team", 9, QUICK)
+    again.give_saved("office@monday", big_map(200, seed=1), 66)
+    restore_store(again.store, store_state(held), 1000)
+    assert again.store.version("office@monday") == (66, 1)

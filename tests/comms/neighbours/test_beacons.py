@@ -93,3 +93,10 @@ def test_the_pace_keeps_its_lattice_whenever_ticks_come():
             times.append(now_ns)
     assert len(times) == 20
     assert clock.seq == 20
+
+
+def test_where_the_calm_ends_the_next_beacon_does_not_wait_for_the_calm_pace():
+    clock = BeaconClock(CommsConfig(beacon_period_s=0.5, beacon_calm_factor=4.0))
+    clock.next(0, calm=True)
+    assert not clock.is_due(SECOND, calm=True)
+    assert not clock.is_due(SECOND // 4, calm=False) and clock.is_due(SECOND // 2, calm=False)

@@ -114,3 +114,13 @@ def test_what_a_beacon_reports_is_bounded_and_all_get_their_turn():
         assert len(report) == 5
         told |= {peer for peer, _ in report}
     assert len(told) == 23
+
+
+def test_a_neighbour_that_says_no_more_what_it_hears_of_me_counts_as_deaf():
+    config = CommsConfig(beacon_period_s=0.5, beacon_window=16, link_smoothing=1.0)
+    monitor, qualities = LinkMonitor(config), []
+    for k in range(200):
+        nlq = 1.0 if k < 20 else None
+        monitor.hear("b", HeardBeacon(k, k * PERIOD, PERIOD, nlq), k * PERIOD + MS)
+        qualities.append(monitor.update(k * PERIOD + MS)["b"])
+    assert qualities[20] == 1.0 and qualities[-1] == 0.0

@@ -12,6 +12,7 @@ from mrslam.comms import (
     DuplicateId,
     ExchangeDone,
     ExchangeStarted,
+    LinkChanged,
     PeerGone,
     PeerSeen,
     Send,
@@ -20,6 +21,7 @@ from mrslam.comms import (
     TeammatePose,
 )
 from mrslam.comms.wire.frames import team_tag
+from mrslam.comms.wire.messages import Bye, encode
 from mrslam.spatial import InputError
 from tests.comms.team import QUICK, SECOND, Team, big_map
 
@@ -215,3 +217,56 @@ def test_more_claims_than_a_beacon_holds_come_with_the_next():
     team.nodes["a"].add_claims([("b", np.array([float(k), 0.0, 0.0]), 1.0) for k in range(11)])
     team.run(2)
     assert [claim.T_peer_robot[0] for claim in team.of(TeammateClaim, "b")] == list(range(11))
+
+
+def beacon_at(node: CommsNode, now_ns: int) -> bytes:
+    """Return the beacon that a node sends at this time."""
+    (payload,) = [e.payload for e in node.on_tick(now_ns) if isinstance(e, Send) and e.lane == "beacon"]
+    return payload
+
+
+def test_a_beacon_that_comes_late_or_twice_tells_nothing():
+    a, b = CommsNode("a", "team", 1, QUICK), CommsNode("b", "team", 1, QUICK)
+    beacons = []
+    for k in range(3):
+        now_ns = 10 * k * SECOND
+        a.set_own_pose(np.array([float(k), 0.0, 0.0]), now_ns)
+        a.add_claims([("b", np.array([float(k), 0.0, 0.0]), 1.0)])
+        beacons.append(beacon_at(a, now_ns))
+    heard = [effect for k in (0, 2, 1, 2) for effect in b.on_message(beacons[k], 30 * SECOND, "a")]
+    assert [e.T_map_base[0] for e in heard if isinstance(e, TeammatePose)] == [0.0, 2.0]
+    assert [e.T_peer_robot[0] for e in heard if isinstance(e, TeammateClaim)] == [0.0, 2.0]
+
+
+@pytest.mark.parametrize("has_token", [True, False])
+def test_a_silent_robot_is_gone_unless_its_token_is_up(has_token: bool):
+    a, b = CommsNode("a", "team", 1, QUICK), CommsNode("b", "team", 1, QUICK)
+    if has_token:
+        b.on_peer_joined("a", 0)
+    b.on_message(beacon_at(a, 0), 0, "a")
+    effects = b.on_tick(round(QUICK.peer_timeout_s * SECOND) + 1)
+    assert [e.peer for e in effects if isinstance(e, PeerGone)] == ([] if has_token else ["a"])
+
+
+@pytest.mark.parametrize(("boot", "is_gone"), [(1, False), (2, True)])
+def test_the_goodbye_of_an_earlier_life_that_comes_late_parts_nobody(boot: int, is_gone: bool):
+    b = CommsNode("b", "team", 1, QUICK)
+    b.on_message(beacon_at(CommsNode("a", "team", 2, QUICK), 0), 0, "a")
+    effects = b.on_message(encode(Bye("a", boot), TAG), SECOND, "a")
+    assert bool([e for e in effects if isinstance(e, PeerGone)]) == is_gone
+
+
+def test_a_link_quality_given_before_the_robot_is_in_sight_holds_from_then_on():
+    a, b = CommsNode("a", "team", 1, QUICK), CommsNode("b", "team", 1, QUICK)
+    assert b.set_link_quality("a", 0.9, 0) == []
+    effects = b.on_message(beacon_at(a, 0), 0, "a")
+    assert [(e.peer, e.quality, e.state) for e in effects if isinstance(e, LinkChanged)] == [("a", 0.9, 1)]
+
+
+def test_where_a_teammate_is_says_in_which_of_its_maps():
+    a, b = CommsNode("a", "team", 1, QUICK), CommsNode("b", "team", 1, QUICK)
+    a.publish(big_map(200), 0)
+    a.begin_map()
+    a.set_own_pose(np.zeros(3), 0)
+    (pose,) = [e for e in b.on_message(beacon_at(a, 0), 0, "a") if isinstance(e, TeammatePose)]
+    assert pose.epoch == a.store.own_epoch == 2

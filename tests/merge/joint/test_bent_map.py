@@ -54,3 +54,15 @@ def test_maps_of_other_lattices_and_empty_ones_are_drawn():
     for one in (grid, shifted, OccupancyGrid(grid.cells, 0.1, grid.origin_m), grid):
         assert same(bend.bent(one, held), bend.bent(one))
     assert bend.bent(OccupancyGrid(np.full((50, 50), -1, dtype=np.int8), 0.05), held).cells.size == 0
+
+
+def test_a_room_that_was_moved_far_leaves_nothing_where_it_was_drawn():
+    grid, held = building(3), BentMap()
+    middle_m = np.add(grid.origin_m, np.array(grid.shape[::-1]) * grid.resolution_m / 2.0)
+    for moved_m in (6.0, 0.0):
+
+        def displacement(points: np.ndarray, moved_m: float = moved_m) -> np.ndarray:
+            near = np.hypot(*(points - middle_m).T) < 2.0
+            return np.where(near[:, None], (moved_m, 0.0), 0.0)
+
+        assert same(held.draw(grid, displacement), BentMap().draw(grid, displacement))

@@ -57,3 +57,8 @@ def test_it_judges_pairs_that_were_joined_from_their_present_alignment_alone() -
     assert not begun.judges("a", "b", {("a", "b"): T_A_B + 0.1})
     assert not begun.judges("a", "b", {}) and not solution().judges("a", "b", {("a", "b"): T_A_B})
     assert solution().judges("a", "b", {}) and not solution().judges("a", "c", {})
+
+
+def test_a_robot_whose_map_was_removed_leaves_no_tie_behind() -> None:
+    bent = solution().without("b")
+    assert list(bent.bends) == ["a"] and bent.ties == () and bent.joined == {"a"}
