@@ -272,4 +272,16 @@ MUTANTS = (
         "between two matches a tracked robot stands still",
     ),
     Mutant("rbpf/localise/fit.py", "return self.value < LOST", "return False", "a tracked robot is never lost"),
+    Mutant(
+        "rbpf/localise/localiser.py",
+        "            or odometry.slip > DISBELIEVED\n",
+        "",
+        "between two matches a tracked robot whose wheels slip is far from where it thinks it is",
+    ),
+    Mutant(
+        "rbpf/localise/localiser.py",
+        "self._covariance + walls, motion)",
+        "self._covariance, motion)",
+        "a tracked pose claims to be better known than the map's own walls",
+    ),
 )
