@@ -314,12 +314,6 @@ MUTANTS = (
         "ways to waypoints lead through what stands in the way and is not in the map",
     ),
     Mutant(
-        "sim_driver/drivers/waypoints.py",
-        "if distance < self._config.arrive_m and elapsed >= self._stamps_ns[-1]:",
-        "if distance < self._config.arrive_m:",
-        "a recorded trajectory that begins with a stop is over before it began",
-    ),
-    Mutant(
         "sim_driver/drivers/plan.py",
         "points = points[np.hypot(*(points - mate).T) > 2.0 * config.robot_radius_m]",
         "pass",
@@ -336,5 +330,65 @@ MUTANTS = (
         "            self._attempts.clear()\n",
         "",
         "frontiers that were given up get no second chance",
+    ),
+    Mutant(
+        "sim_driver/run/run_virtual.py",
+        " + BOOTS_APART * start.life",
+        "",
+        "after a robot lost all it knew teammates keep its old map and take the new one for older",
+    ),
+    Mutant(
+        "sim_driver/run/run_virtual.py",
+        "            port.take()\n",
+        "            pass\n",
+        "a robot that comes back maps what its laser saw while its computer was down",
+    ),
+    Mutant(
+        "sim_driver/run/run_virtual.py",
+        "            body.skip_to(start.now_ns)\n",
+        "",
+        "a recorded robot that comes back plays its log from the beginning, all at once",
+    ),
+    Mutant(
+        "sim_driver/simulation/simulation.py",
+        "[:2])) - distance_m)",
+        "[:2])))",
+        "a kidnapped robot is put down as near as can be, whatever the mission says",
+    ),
+    Mutant(
+        "sim_driver/run/run_virtual.py",
+        "while self._waiting and self._waiting[0].at_s * 1e9 <= now_ns:",
+        "while self._waiting:",
+        "robots are kidnapped at the mission's begin",
+    ),
+    Mutant(
+        "sim_driver/simulation/simulated.py",
+        "if self._grid_ns is None or now_ns - self._grid_ns >= PLAN_NS:",
+        "if self._grid_ns is None:",
+        "a simulated robot plans on its first map for ever",
+    ),
+    Mutant(
+        "sim_driver/simulation/simulated.py",
+        "pose = agent.T_team_base",
+        "pose = agent.T_map_base",
+        "a robot whose map is bent by its team's drives beside the paths that it plans",
+    ),
+    Mutant(
+        "sim_driver/evaluate/trajectories.py",
+        "near = np.abs(stamps[nearest] - estimate[0]) <= NEAR_NS",
+        "near = np.abs(stamps[nearest] - estimate[0]) <= 50 * NEAR_NS",
+        "poses are compared with where the reference was a second before",
+    ),
+    Mutant(
+        "sim_driver/evaluate/trajectories.py",
+        "first, second = first[exact], second[exact]",
+        "pass",
+        "drift over one second includes that across gaps without scans",
+    ),
+    Mutant(
+        "sim_driver/drivers/explore.py",
+        "if self._blacklist and self._forgiven < self._config.blacklist_forgiven:",
+        "if False:",
+        "frontiers behind a teammate that stood in the door are given up for good",
     ),
 )
