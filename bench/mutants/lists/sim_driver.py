@@ -284,12 +284,6 @@ MUTANTS = (
         "the spread of errors over relations is their mean",
     ),
     Mutant(
-        "sim_driver/evaluate/trajectories.py",
-        "return rising - rising[0] + round(1e9 * began_s)",
-        "return rising - rising[0]",
-        "a recorded robot that began late is shown and played from the mission's begin",
-    ),
-    Mutant(
         "sim_driver/drivers/waypoints.py",
         "        if self._recovery.is_stuck(now_ns, T_map_base):\n",
         "        if False:\n",
@@ -363,12 +357,6 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/simulation/simulated.py",
-        "if self._grid_ns is None or now_ns - self._grid_ns >= PLAN_NS:",
-        "if self._grid_ns is None:",
-        "a simulated robot plans on its first map for ever",
-    ),
-    Mutant(
-        "sim_driver/simulation/simulated.py",
         "pose = agent.T_team_base",
         "pose = agent.T_map_base",
         "a robot whose map is bent by its team's drives beside the paths that it plans",
@@ -390,5 +378,53 @@ MUTANTS = (
         "if self._blacklist and self._forgiven < self._config.blacklist_forgiven:",
         "if False:",
         "frontiers behind a teammate that stood in the door are given up for good",
+    ),
+    Mutant(
+        "sim_driver/cli/maps/map_results.py",
+        "            poses[i] = se2.compose(poses[i - 1], se2.between(T_odom_before, T_odom_now))\n",
+        "            pass\n",
+        "trajectories of a log stand still over scans of no use",
+    ),
+    Mutant(
+        "sim_driver/cli/runs/bag.py",
+        'f"map_{_team_frame(folder) or name}"',
+        "frame",
+        "a recording shows a team map that is in a saved map's frame in the robot's own",
+    ),
+    Mutant(
+        "sim_driver/report/map_data.py",
+        "who = np.argmin(stack, axis=0)",
+        "who = np.argmax(stack, axis=0)",
+        "the report's map says of every place that the other robot saw it first",
+    ),
+    Mutant(
+        "sim_driver/report/map_data.py",
+        '"uri": png_uri(image[::-1])',
+        '"uri": png_uri(image)',
+        "the report's map is upside down below the robots' ways",
+    ),
+    Mutant(
+        "sim_driver/cli/maps/map_results.py",
+        "            poses[i] = se2.compose(poses[i - 1], se2.between(T_odom_before, T_odom_now))\n",
+        "            pass\n",
+        "trajectories of a log stand still over scans of no use",
+    ),
+    Mutant(
+        "sim_driver/cli/runs/bag.py",
+        'f"map_{_team_frame(folder) or name}"',
+        "frame",
+        "a recording shows a team map that is in a saved map's frame in the robot's own",
+    ),
+    Mutant(
+        "sim_driver/report/map_data.py",
+        "who = np.argmin(stack, axis=0)",
+        "who = np.argmax(stack, axis=0)",
+        "the report's map says of every place that the other robot saw it first",
+    ),
+    Mutant(
+        "sim_driver/report/map_data.py",
+        '"uri": png_uri(image[::-1])',
+        '"uri": png_uri(image)',
+        "the report's map is upside down below the robots' ways",
     ),
 )
