@@ -403,28 +403,4 @@ MUTANTS = (
         '"uri": png_uri(image)',
         "the report's map is upside down below the robots' ways",
     ),
-    Mutant(
-        "sim_driver/cli/maps/map_results.py",
-        "            poses[i] = se2.compose(poses[i - 1], se2.between(T_odom_before, T_odom_now))\n",
-        "            pass\n",
-        "trajectories of a log stand still over scans of no use",
-    ),
-    Mutant(
-        "sim_driver/cli/runs/bag.py",
-        'f"map_{_team_frame(folder) or name}"',
-        "frame",
-        "a recording shows a team map that is in a saved map's frame in the robot's own",
-    ),
-    Mutant(
-        "sim_driver/report/map_data.py",
-        "who = np.argmin(stack, axis=0)",
-        "who = np.argmax(stack, axis=0)",
-        "the report's map says of every place that the other robot saw it first",
-    ),
-    Mutant(
-        "sim_driver/report/map_data.py",
-        '"uri": png_uri(image[::-1])',
-        '"uri": png_uri(image)',
-        "the report's map is upside down below the robots' ways",
-    ),
 )
