@@ -32,7 +32,7 @@ from mrslam.spatial.poses import between, compose
 from mrslam.spatial.runtime.crew import Crew, Pending
 from mrslam.spatial.se2 import Transform
 
-LAYOUT = 20
+LAYOUT = 21
 """Version of what :meth:`Mapper.state` returns; raised whenever its content changes."""
 SETTLE_SCANS = 10
 """The back end's result is collected after this many scans at the latest: a robot that stopped gets it, too."""

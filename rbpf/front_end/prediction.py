@@ -222,14 +222,15 @@ class Predictor:
         """Return everything that a resumed predictor needs."""
         return {
             "velocity": self.velocity, "errors": self.errors, "odometry": self.odometry.state(),
-            "odom_before": self._odom_before, "interval_s": self._interval_s,
+            "odom_before": self._odom_before, "interval_s": self._interval_s, "pause_s": self._pause_s,
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
         """Become the predictor that was saved."""
         self.velocity, self.errors = state["velocity"], state["errors"]
         self.odometry.restore(state["odometry"])
-        self._odom_before, self._interval_s = state["odom_before"], state["interval_s"]
+        self._odom_before = state["odom_before"]
+        self._interval_s, self._pause_s = state["interval_s"], state["pause_s"]
 
 
 def _are_apart(one: Transform, two: Transform) -> bool:

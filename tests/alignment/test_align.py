@@ -53,7 +53,9 @@ def test_both_orders_give_inverse_answers(pair):
     assert one.evidence == other.evidence.swapped()
     assert one.confidence == other.confidence
     # The covariance of the inverse is the covariance moved through the inverse.
-    assert math.isclose(one.covariance[2, 2], other.covariance[2, 2])
+    back = other.T_a_b
+    J = np.stack([(se2.inverse(back + e) - se2.inverse(back - e)) / 2e-6 for e in 1e-6 * np.eye(3)], axis=1)
+    np.testing.assert_allclose(one.covariance, J @ other.covariance @ J.T, rtol=1e-5, atol=1e-12)
 
 
 def test_same_input_same_output(pair):
@@ -92,6 +94,14 @@ def test_other_building_is_rejected_in_words_with_numbers(pair):
     assert isinstance(found, Rejection)
     assert "overlap" in found.reason and any(ch.isdigit() for ch in found.reason)
     assert found.confidence < 0.5
+
+
+def test_a_rejection_shows_each_maps_own_evidence_in_both_orders(pair):
+    a, b = pair[0], House(7).part(slice(0, 400), slice(170, 520), T_A)
+    as_they_are = AlignmentConfig(strain=0.0)
+    one, other = align(a, b, config=as_they_are), align(b, a, config=as_they_are)
+    assert isinstance(one, Rejection) and isinstance(other, Rejection)
+    assert one.evidence.a != one.evidence.b and one.evidence == other.evidence.swapped()
 
 
 def test_parts_without_overlap_are_rejected(house):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -61,6 +63,15 @@ def test_a_body_half_covered_by_another_is_not_measured() -> None:
     bodies = find_bodies(sweep(T_world_base, [place, nearer]), RADIUS_M)
     off = np.hypot(*(bodies[:, None] - there[None]).transpose(2, 0, 1)).min(axis=0)
     assert off[1] < 0.08 and off[0] > 0.3
+
+
+def test_a_body_is_found_in_the_robots_frame_however_its_laser_is_mounted() -> None:
+    T_world_base, place = seen_from(0, 2.5)
+    scan = sweep(T_world_base, [place])
+    T_base_laser = se2.transform(0.4, -0.3, 0.8)
+    there = se2.apply(se2.inverse(T_world_base), place)
+    bodies = find_bodies(replace(scan, T_base_laser=T_base_laser), RADIUS_M)
+    assert np.hypot(*(bodies - se2.apply(T_base_laser, there)).T).min() < 0.08
 
 
 def test_no_beams_no_bodies() -> None:

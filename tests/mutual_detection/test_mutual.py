@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -48,3 +50,30 @@ def test_a_person_beside_does_not_disturb() -> None:
     seen = [moment(a, b, FRAMES, [p[:2]], seed=k) for k, (a, b, p) in enumerate(zip(OWN, MATE, person, strict=True))]
     fix = mutual_fix(seen)
     assert fix is not None and se2.difference(fix.T_map_mate, RIGHT)[1] < 0.05
+
+
+def test_it_is_less_sure_of_a_map_whose_origin_is_far_from_where_the_robots_met() -> None:
+    frames = (FRAMES[0], se2.transform(70.0, 4.0, -2.0))
+    seen = [moment(a, b, frames, seed=k) for k, (a, b) in enumerate(zip(OWN, MATE, strict=True))]
+    fix = mutual_fix(seen)
+    assert fix is not None
+    apart = fix.T_map_mate - se2.between(*frames)
+    apart[2] = se2.wrap(apart[2])
+    assert apart @ np.linalg.solve(fix.covariance, apart) < 16.0
+    lever_m, turn_rad = 62.0, np.sqrt(fix.covariance[2, 2])
+    assert np.sqrt(np.trace(fix.covariance[:2, :2])) == pytest.approx(lever_m * turn_rad, rel=0.1)
+
+
+def test_of_two_transforms_that_bodies_suggest_the_one_that_most_moments_agree_on_is_taken() -> None:
+    others = se2.compose(RIGHT, np.array([3.0, -1.0, 0.5]))  # by two people who walk along, seen from the 5th moment on
+    seen = [
+        replace(
+            one,
+            bodies_m=np.array([one.place_m(T) for T in ((others, RIGHT) if k >= 4 else (RIGHT,))]),
+            mate_bodies_m=np.array([one.mate_place_m(T) for T in ((others, RIGHT) if k >= 4 else (RIGHT,))]),
+        )
+        for k, one in enumerate(moments())
+    ]
+    fix = mutual_fix(seen)
+    assert fix is not None and fix.moments == 9
+    np.testing.assert_allclose(fix.T_map_mate, RIGHT, atol=1e-9)

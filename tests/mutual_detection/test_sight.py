@@ -59,6 +59,34 @@ def test_all_else_says_nothing(scan: Scan) -> None:
     assert verdict(scan) == UNSEEN
 
 
+def turned(first_rad: float, last_rad: float, mounted_rad: float = 0.0, range_max_m: float = 12.0) -> Scan:
+    """Return a scan of a laser that sees nothing at all between two directions."""
+    angles = np.linspace(first_rad, last_rad, 401)
+    return Scan(
+        stamp_ns=0, ranges_m=np.full(401, np.inf, dtype=np.float32), angle_min_rad=angles[0],
+        angle_increment_rad=angles[1] - angles[0], range_max_m=range_max_m,
+        T_base_laser=np.array([0.0, 0.0, mounted_rad]),
+    )  # fmt: skip
+
+
+def test_a_laser_looks_where_its_mounting_turns_it() -> None:
+    left = np.array([0.0, 3.0])
+    assert verdict(turned(-1.0, 1.0, np.pi / 2), left) == NOT_THERE
+    assert verdict(turned(-1.0, 1.0, np.pi / 2)) == UNSEEN  # ahead of the robot, beside its laser's view
+
+
+def test_the_view_of_a_laser_need_not_be_straight_ahead() -> None:
+    in_the_middle, at_its_edge = (3.0 * np.array([np.cos(a), np.sin(a)]) for a in (1.0, 0.1))
+    assert verdict(turned(0.0, 2.0), in_the_middle) == NOT_THERE
+    assert verdict(turned(0.0, 2.0), at_its_edge) == UNSEEN
+
+
+def test_nothing_is_known_of_places_at_the_end_of_a_lasers_range() -> None:
+    assert verdict(turned(-1.0, 1.0, range_max_m=5.6)) == NOT_THERE
+    assert verdict(turned(-1.0, 1.0, range_max_m=5.6), np.array([5.4, 0.0])) == UNSEEN
+    assert verdict(turned(-1.0, 1.0, range_max_m=2.0)) == UNSEEN
+
+
 def test_places_at_the_robot_and_far_away_are_not_looked_at() -> None:
     assert verdict(scan_of(), np.array([0.4, 0.0])) == UNSEEN
     assert verdict(scan_of(wall_m=11.0), np.array([7.0, 0.0])) == UNSEEN

@@ -158,3 +158,10 @@ def test_config_bounds() -> None:
         MapperConfig(particles=0)
     with pytest.raises(InputError, match=r"rbpf\.neff_fraction"):
         MapperConfig(neff_fraction=1.5)
+
+
+def test_a_robot_that_stands_makes_keyframes_by_time_where_that_is_asked_for() -> None:
+    for every_s, keyframes in ((0.0, 1), (1.0, 3)):
+        mapper = Mapper(replace(SMALL, temporal_update_s=every_s), seed=1)
+        feed(mapper, np.zeros((25, 3)))  # ten a second
+        assert mapper.stats.processed == keyframes

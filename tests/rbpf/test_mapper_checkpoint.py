@@ -34,6 +34,15 @@ def test_resuming_is_the_same_to_the_byte(tmp_path: Path, data_dir: Path) -> Non
     assert (tmp_path / "a.ckpt").read_bytes() == (tmp_path / "b.ckpt").read_bytes()
 
 
+def test_what_is_read_is_all_that_was_written(tmp_path: Path) -> None:
+    mapper = Mapper(SMALL, seed=1)
+    feed(mapper, drive(60))
+    for name in ("a", "b"):
+        save_checkpoint(mapper, tmp_path / name)
+        mapper = load_checkpoint(tmp_path / name)
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
+
+
 def test_damaged_checkpoints_are_refused(tmp_path: Path) -> None:
     mapper = Mapper(SMALL, seed=1)
     feed(mapper, drive(20))

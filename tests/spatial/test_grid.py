@@ -72,3 +72,10 @@ def test_cropping_keeps_every_known_cell_in_its_place(cells, margin):
 
 def test_cropping_nothing_known_gives_nothing():
     assert OccupancyGrid(np.full((4, 4), UNKNOWN, dtype=np.int8), 0.05).cropped(2).shape == (0, 0)
+
+
+@pytest.mark.parametrize(
+    ("origin_m", "is_on"), [((0.1, -0.15), True), ((0.12, -0.15), False), ((0.1, -0.13), False), ((0.0, 0.0), True)]
+)
+def test_origins_on_the_lattice_are_whole_cells_in_both_directions(origin_m, is_on):
+    assert OccupancyGrid(np.zeros((2, 3), dtype=np.int8), 0.05, origin_m).on_lattice is is_on

@@ -113,3 +113,9 @@ def test_a_keyframe_begins_where_the_one_before_ends(seed: int, keyframes: int) 
     scans = some(seed, keyframes)
     assert len(scans) == keyframes
     assert sum(len(scans.of(k)) for k in range(keyframes)) == scans.points.shape[0]
+
+
+def test_points_in_another_order_are_the_same_scan() -> None:
+    points = np.array([[2.0, 0.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]])  # two in one direction
+    one, other = (KeyScans.of_points([way], [[0.0, 0.0]]) for way in (points, points[::-1]))
+    assert one.equals(other) and len(one.of(0)) == 4

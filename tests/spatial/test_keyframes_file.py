@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mrslam.spatial import InputError, Keyframes, KeyScans
-from mrslam.spatial.files.keyframes import NAMES, read_keyframes, write_keyframes
+from mrslam.spatial.files.keyframes import NAMES, read_keyframes, read_scanned_keyframes, write_keyframes
 
 RNG = np.random.default_rng(0)
 KEYFRAMES = Keyframes(np.arange(4) * 1_000_000_000, RNG.normal(size=(4, 3)))
@@ -50,3 +50,11 @@ def test_what_is_no_archive_is_named(tmp_path, content):
     path.write_bytes(content)
     with pytest.raises(InputError, match=r"keyframes\.npz: not a readable"):
         read_keyframes(path)
+
+
+def test_keyframes_without_scans_are_left_out_where_scans_are_asked_for(tmp_path):
+    keyframes = Keyframes(np.arange(3), np.arange(9.0).reshape(3, 3))
+    write_keyframes(tmp_path / "k.npz", keyframes, KeyScans.blank(2))
+    scanned, scans = read_scanned_keyframes(tmp_path / "k.npz")
+    assert scanned.stamps_ns.tolist() == [0, 1] and len(scans) == 2
+    np.testing.assert_array_equal(scanned.T_map_base, keyframes.T_map_base[:2])

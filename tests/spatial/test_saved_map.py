@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from mrslam.spatial import InputError, Keyframes, KeyScans, OccupancyGrid, read_map
-from mrslam.spatial.files.saved_map import SavedMap, Session, read_saved_map, write_saved_map
+from mrslam.spatial.files.saved_map import SavedMap, Session, of_one_session, read_saved_map, write_saved_map
 
 
 def example() -> SavedMap:
@@ -131,3 +131,11 @@ def test_a_file_of_a_newer_program_says_so(file: Path) -> None:
 )  # fmt: skip
 def test_a_manifest_that_makes_no_sense_is_damage(change: dict[str, object], file: Path) -> None:
     assert "damaged" in said(repacked(file, manifest(file, **change)))
+
+
+def test_a_session_knows_how_far_its_robot_drove() -> None:
+    poses = np.array([[0.0, 0.0, 0.0], [3.0, 4.0, 1.0], [3.0, 4.0, 2.0], [3.0, 3.0, 2.0]])
+    keyframes = Keyframes(np.arange(4), poses)
+    saved = of_one_session("r1", OccupancyGrid(np.zeros((2, 2), np.int8), 0.05), keyframes, KeyScans.blank(4))
+    (session,) = saved.sessions
+    assert (session.keyframes, session.way_m) == (4, 6.0)

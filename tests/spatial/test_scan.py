@@ -98,6 +98,7 @@ def test_with_ranges_keeps_everything_else():
         ({"range_min_m": -1.0}, "0 <= range_min_m"),
         ({"range_min_m": 11.0}, "range_min_m < range_max_m"),
         ({"ranges_m": np.ones(700)}, "more than a full turn"),
+        ({"ranges_m": np.ones(700), "angle_increment_rad": -0.01}, "more than a full turn"),
         ({"ranges_m": np.ones(100), "beam_interval_s": 0.1}, "no sweep of 0 to 1 s"),
         ({"beam_interval_s": -1e-4}, "no sweep of 0 to 1 s"),
         ({"beam_interval_s": np.nan}, "beam_interval_s must be finite"),

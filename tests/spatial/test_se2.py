@@ -117,3 +117,9 @@ def test_fit_rigid_is_the_least_squares_fit():
 def test_the_identity_cannot_be_written_to():
     with pytest.raises(ValueError, match="read-only"):
         se2.IDENTITY[0] = 1.0
+
+
+def test_a_covariance_turns_with_its_frame():
+    points = np.random.default_rng(0).multivariate_normal(np.zeros(3), np.diag([4.0, 1.0, 0.1]), 50)
+    turned = np.column_stack([se2.apply([0.0, 0.0, 0.3], points[:, :2]), points[:, 2]])
+    np.testing.assert_allclose(se2.turned_covariance(np.cov(points.T), 0.3), np.cov(turned.T))

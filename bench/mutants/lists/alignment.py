@@ -191,4 +191,22 @@ MUTANTS = (
         "1.0",
         "in half of a large building nobody is ever localised",
     ),
+    Mutant(
+        "alignment/align.py",
+        "    C = J @ outcome.covariance @ J.T\n",
+        "    C = outcome.covariance\n",
+        "where the second map is the larger one, a merge is sure in the wrong directions",
+    ),
+    Mutant(
+        "alignment/align.py",
+        "evidence = None if outcome.evidence is None else outcome.evidence.swapped()",
+        "evidence = outcome.evidence",
+        "where the second map is the larger one, a rejection shows each map's evidence as the other's",
+    ),
+    Mutant(
+        "alignment/verification/refine.py",
+        "J[0, 2], J[1, 2] = -(T_a_b[1] - pivot[1]), T_a_b[0] - pivot[0]",
+        "J[0, 2], J[1, 2] = T_a_b[1] - pivot[1], T_a_b[0] - pivot[0]",
+        "a merge of maps far to one side of their origin is sure where it is not",
+    ),
 )

@@ -154,4 +154,40 @@ MUTANTS = (
         "            if row < 0 or col < 0 or row >= height or col >= width:",
         "a path point just outside a map frees no ghost inside",
     ),
+    Mutant(
+        "mutual_detection/sight.py",
+        "not room_m < away_m <= scan.range_max_m - room_m",
+        "not room_m < away_m",
+        "a teammate beyond the laser's range is taken for one that is not there, and a right merge is refuted",
+    ),
+    Mutant(
+        "mutual_detection/sight.py",
+        "at = se2.apply(se2.inverse(scan.T_base_laser), place_m)",
+        "at = place_m",
+        "a laser that is turned on its robot looks for teammates in the wrong direction",
+    ),
+    Mutant(
+        "mutual_detection/sight.py",
+        "bearing - middle)",
+        "bearing)",
+        "a laser that looks to one side does not know which floor it sees",
+    ),
+    Mutant(
+        "mutual_detection/bodies.py",
+        "se2.apply(scan.T_base_laser, np.array(found).reshape(-1, 2))",
+        "np.array(found).reshape(-1, 2)",
+        "a laser that is not in the middle sees teammates beside where they are",
+    ),
+    Mutant(
+        "mutual_detection/mutual.py",
+        "lever = T_map_mate[:2] - middle",
+        "lever = 0.0 * middle",
+        "robots that meet far from where a map began are far too sure of where it lies",
+    ),
+    Mutant(
+        "mutual_detection/mutual.py",
+        "(best is None or fix.moments > best.moments)",
+        "best is None",
+        "of what bodies suggest the first is believed, though more moments agree on another",
+    ),
 )

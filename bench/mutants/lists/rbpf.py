@@ -278,4 +278,58 @@ MUTANTS = (
         "between two matches a tracked robot stands still",
     ),
     Mutant("rbpf/localise/fit.py", "return self.value < LOST", "return False", "a tracked robot is never lost"),
+    Mutant(
+        "rbpf/localise/localiser.py",
+        "            or odometry.slip > DISBELIEVED\n",
+        "",
+        "between two matches a tracked robot whose wheels slip is far from where it thinks it is",
+    ),
+    Mutant(
+        "rbpf/localise/localiser.py",
+        "self._covariance + walls, motion)",
+        "self._covariance, motion)",
+        "a tracked pose claims to be better known than the map's own walls",
+    ),
+    Mutant(
+        "rbpf/front_end/motion.py",
+        "            or waited\n",
+        "",
+        "rbpf.temporal_update_s does nothing: a robot that stands draws no keyframes",
+    ),
+    Mutant(
+        "rbpf/front_end/prediction.py",
+        "            if refuted:\n                self.odometry.refute()\n",
+        "",
+        "odometry is believed on though scans fit where it excludes them",
+    ),
+    Mutant(
+        "rbpf/front_end/prediction.py",
+        "if not 0.0 < elapsed_s <= STEADY_S:",
+        "if not 0.0 < elapsed_s:",
+        "the first scan after a gap is bent as if the robot had moved on as before",
+    ),
+    Mutant(
+        "rbpf/front_end/prediction.py",
+        'self._interval_s, self._pause_s = state["interval_s"], state["pause_s"]',
+        'self._interval_s = state["interval_s"]',
+        "a robot that resumes after a pause takes its way meanwhile for a jump of the wheels",
+    ),
+    Mutant(
+        "rbpf/filter/back_end.py",
+        "self.particles_most = self.loops.histories_most = most\n",
+        "self.particles_most = most\n",
+        "a robot short of memory follows as many histories as before",
+    ),
+    Mutant(
+        "rbpf/filter/back_end.py",
+        'self.particles_most = self.loops.histories_most = state["particles_most"]',
+        'self.particles_most = state["particles_most"]',
+        "a robot short of memory that resumes follows as many histories as its settings say",
+    ),
+    Mutant(
+        "rbpf/front_end/prediction.py",
+        '        self._odom_before = state["odom_before"]\n',
+        "",
+        "a resumed robot takes the first step of its wheels for a jump",
+    ),
 )

@@ -171,4 +171,40 @@ MUTANTS = (
         "return _grid(path, cells, resolution, (0.0, 0.0)), se2.transform(x, y, 0.0)",
         "the yaw of a map file is not heeded",
     ),
+    Mutant(
+        "spatial/se2.py",
+        "turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])",
+        "turn = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])",
+        "in a chosen frame that is turned, the pose is sure in the wrong direction",
+    ),
+    Mutant(
+        "spatial/grid.py",
+        "return abs(dx) < 1e-3 and abs(dy) < 1e-3",
+        "return abs(dx) < 1e-3",
+        "a map whose rows are off the lattice is taken for one of its cells",
+    ),
+    Mutant(
+        "spatial/files/saved_map.py",
+        "round(float(steps.sum()), 2)",
+        "0.0",
+        "saved maps say that nobody drove",
+    ),
+    Mutant(
+        "spatial/files/keyframes.py",
+        "return Keyframes(keyframes.stamps_ns[: len(scans)], keyframes.T_map_base[: len(scans)]), scans",
+        "return keyframes, scans",
+        "maps with keyframes of which some have no scan cannot be merged or saved",
+    ),
+    Mutant(
+        "spatial/key_scans.py",
+        "polar[np.lexsort((polar[:, 1], polar[:, 0]))]",
+        'polar[np.argsort(polar[:, 0], kind="stable")]',
+        "one scan has two fingerprints, by the order of its points",
+    ),
+    Mutant(
+        "spatial/scan.py",
+        "if abs(self.angle_increment_rad) * max(",
+        "if self.angle_increment_rad * max(",
+        "a clockwise laser with a wrong step draws its surroundings several times over",
+    ),
 )

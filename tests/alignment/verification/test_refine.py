@@ -65,3 +65,5 @@ def test_the_covariance_of_a_frame_far_from_the_walls_grows_by_the_lever():
     near, far = (covariance(H, np.zeros(2), np.array([x, 0.0, 0.0]), 0.075) for x in (0.0, 50.0))
     assert far[1, 1] == pytest.approx(near[1, 1] + 50.0**2 * near[2, 2]) and far[0, 0] == pytest.approx(near[0, 0])
     assert far[1, 2] == pytest.approx(50.0 * near[2, 2])
+    beside = covariance(H, np.zeros(2), np.array([0.0, 50.0, 0.0]), 0.075)
+    assert beside[0, 2] == pytest.approx(-50.0 * near[2, 2]) and beside[1, 2] == pytest.approx(0.0, abs=1e-9)

@@ -61,3 +61,13 @@ def test_a_loop_that_closed_does_away_with_doubt_about_blind_way() -> None:
     back, _, _ = there_and_back(close_loops=True)
     sure = back.add(keyframe(np.zeros(3), drive(24)[-1], np.random.default_rng(7))).health
     assert doubtful < 0.5 < sure
+
+
+def test_fewer_particles_are_fewer_histories_too_and_stay_so_when_it_resumes() -> None:
+    config = MapperConfig(particles=6, threads=1)
+    back, again = (BackEnd(config, 1, Crew(1), Stopwatch()) for _ in range(2))
+    assert back.loops.histories_most == 6
+    back.use_particles(2)
+    again.restore(back.state())
+    for one in (back, again):
+        assert (one.particles_most, one.loops.histories_most) == (2, 2)

@@ -137,3 +137,30 @@ def test_a_slow_laser_makes_no_pauses() -> None:
         predictor.learn(np.array([0.5, 0.0, 0.0]), np.array([0.5, 0.0, 0.0]), seen())
     predictor.wait(7.0)
     assert predictor.predict(None).motion[0] == pytest.approx(0.5)
+
+
+def test_odometry_that_excluded_where_a_scan_fits_is_believed_less() -> None:
+    slips = []
+    for refuted in (False, True):
+        predictor = Predictor(0.1)
+        for _ in range(5):
+            predictor.learn(np.array([0.05, 0.0, 0.0]), np.array([0.05, 0.0, 0.0]), seen(), refuted=refuted)
+        slips.append(predictor.odometry.slip)
+    assert slips[1] > slips[0] + 0.2
+
+
+def test_speed_is_not_known_between_scans_far_apart_nor_where_it_is_impossible() -> None:
+    predictor = Predictor(0.1)
+    predictor.velocity = np.array([0.2, 0.0, 0.1])
+    assert predictor.speed(None, 0.1).tolist() == pytest.approx([2.0, 0.0, 1.0])
+    for elapsed_s in (0.0, -0.1, 0.6, 0.01):
+        assert not predictor.speed(None, elapsed_s).any()
+
+
+def test_a_robot_that_resumes_after_a_pause_knows_of_it() -> None:
+    predictor, again = Predictor(0.1), Predictor(0.1)
+    for elapsed_s in (0.1, 0.1, 60.0):
+        predictor.wait(elapsed_s)
+    again.restore(predictor.state())
+    far = np.array([9.0, 0.0, 0.2])  # no jump: it had a minute to get there
+    assert predictor.dead_reckoned(far)[0] == again.dead_reckoned(far)[0] == 9.0

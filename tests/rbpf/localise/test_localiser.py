@@ -105,6 +105,20 @@ def test_without_odometry_every_scan_is_matched() -> None:
     assert off_m < 0.075 and localiser.stats.processed == 60
 
 
+def test_with_wheels_that_slip_most_of_the_way_every_scan_is_matched() -> None:
+    straight = START + 0.02 * np.arange(12)[:, None] * np.array([1.0, 0.0, 0.0])
+    for noise, is_each in ((0.8, True), (0.1, False)):
+        localiser = begun(house(), MapperConfig(threads=1, odometry_noise=noise))
+        drive(localiser, house(), straight)
+        assert (localiser.stats.processed == 12) == is_each
+
+
+def test_no_pose_is_known_better_than_the_walls_of_its_map() -> None:
+    localiser, poses = begun(house()), way(30)
+    drive(localiser, house(), poses)
+    assert (np.diag(localiser.covariance)[:2] > 0.05**2 / 12.0).all()
+
+
 def test_one_drive_gives_the_same_poses_twice() -> None:
     first, second = (drive(begun(house()), house(), way(40)) for _ in range(2))
     assert first.tobytes() == second.tobytes()

@@ -5,7 +5,8 @@ from mrslam.sim_driver.drivers import DRIVERS, DriverConfig, Explorer, IdleDrive
 from mrslam.sim_driver.drivers.costmap import make_costmap
 from mrslam.sim_driver.drivers.follow import slow_for_obstacles, steer
 from mrslam.sim_driver.drivers.goals import find_goals
-from mrslam.sim_driver.drivers.plan import path_between
+from mrslam.sim_driver.drivers.plan import path_between, seen_obstacles
+from mrslam.sim_driver.drivers.recovery import Recovery
 from mrslam.sim_driver.worlds import World, load_world
 from mrslam.sim_driver.worlds.canvas import Canvas
 from mrslam.spatial import InputError, OccupancyGrid, Scan, se2
@@ -235,3 +236,75 @@ def test_a_robot_that_sees_nothing_left_looks_around_before_it_stops():
     commands = [driver.command(round(t * 1e8), np.array([1.5, 1.5, 0.0]), grid, {}) for t in range(100)]
     assert commands[0][1] != 0.0 and commands[0][0] == 0.0
     assert driver.finished and commands[-1] == (0.0, 0.0)
+
+
+def wall_ahead(away_m):
+    """A scan of a piece of wall of 1 m across the way, and of nothing else nearer than 5 m."""
+    ranges = np.full(720, 5.0)
+    angles = np.linspace(-np.pi, np.pi, 720, endpoint=False)
+    hit = (np.abs(angles) < 1.5) & (away_m * np.abs(np.tan(angles)) < 0.5)
+    ranges[hit] = away_m / np.cos(angles[hit])
+    return scan_of(ranges)
+
+
+def test_a_robot_that_is_held_on_its_way_to_a_waypoint_backs_off():
+    driver = WaypointDriver([[5.0, 0.0]])
+    commands = [driver.command(i * S // 10, np.zeros(3), None, {}) for i in range(80)]
+    assert commands[0][0] > 0.0 and min(v for v, _ in commands) < 0.0
+
+
+@pytest.mark.parametrize(
+    "driver",
+    [WaypointDriver([[5.0, 0.0]]), TrajectoryDriver([0, 10 * S], [[0.0, 0.0, 0.0], [5.0, 0.0, 0.0]])],
+    ids=["waypoints", "trajectory"],
+)
+def test_on_given_ways_too_a_robot_stops_before_what_it_sees(driver):
+    free, blocked = (driver.command(0, np.zeros(3), None, {}, wall_ahead(m)) for m in (4.0, 0.2))
+    assert free[0] > 0.2 and blocked[0] == 0.0
+
+
+def test_the_way_to_a_waypoint_leads_around_what_the_map_does_not_show():
+    hall = OccupancyGrid(np.zeros((120, 160), dtype=np.int8), 0.05)
+
+    def first_turn(away_m):
+        driver, start = WaypointDriver([[7.0, 3.0]]), np.array([1.0, 3.0, 0.0])
+        return abs(driver.command(0, start, hall, {}, wall_ahead(away_m))[1])
+
+    assert first_turn(4.0) < 0.3 and first_turn(1.6) > 0.8
+
+
+def test_teammates_that_are_seen_are_no_obstacles_for_plans_for_they_move_on():
+    config, T_map_base = DriverConfig(), np.array([2.0, 1.0, np.pi / 2])
+    for mates, count in ((np.empty((0, 2)), 1), (np.array([[2.0, 2.1]]), 0), (np.array([[2.0, 1.2]]), 1)):
+        ranges = np.full(360, 5.0)
+        ranges[180] = 1.0  # at (2, 2)
+        seen = seen_obstacles(scan_of(ranges), T_map_base, mates, config)
+        assert np.allclose(seen, np.full((count, 2), 2.0), atol=1e-6) and len(seen) == count
+
+
+def test_a_recorded_robot_that_stood_at_first_is_followed_to_the_end():
+    driver = TrajectoryDriver([0, 4 * S, 10 * S], [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
+    track = roll(driver, 30)
+    assert driver.finished and track[-1][0] > 1.7
+
+
+def test_a_robot_that_got_free_and_drove_on_has_all_its_tries_again():
+    recovery = Recovery(DriverConfig(), np.random.default_rng(0))
+    for _ in range(2):
+        recovery.start(0)
+    assert not recovery.is_stuck(5 * S, np.zeros(3))
+    assert not recovery.is_stuck(6 * S, np.array([0.2, 0.0, 0.0])) and recovery.in_a_row == 2
+    assert not recovery.is_stuck(7 * S, np.array([1.0, 0.0, 0.0])) and recovery.in_a_row == 0
+
+
+def test_frontiers_that_were_given_up_get_a_whole_second_chance():
+    cells = np.full((80, 80), -1, dtype=np.int8)
+    cells[20:60, 20:60] = 0
+
+    def seconds(forgiven):
+        driver = Explorer(DriverConfig(progress_timeout_s=5.0, finish_after_s=2.0, blacklist_forgiven=forgiven))
+        track = roll(driver, 300, OccupancyGrid(cells, 0.05), (2.0, 2.0, 0.0))
+        assert driver.finished
+        return len(track) / 10
+
+    assert seconds(1) - seconds(0) > 3.0  # it stands there, which counts threefold, and plans every 1.5 s

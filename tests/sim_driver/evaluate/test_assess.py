@@ -113,6 +113,18 @@ def test_traffic_and_exchanges_are_those_of_the_events(folder: Path) -> None:
     assert mission["false_merges"] == mission["missed_merges"] == 0
 
 
+def test_of_the_teams_maps_the_best_and_the_worst_are_told(folder: Path) -> None:
+    assessment, team = assess(folder), json.loads((folder / "metrics.json").read_text())["team"]
+    covered, precise = (
+        [robot["map"][key] for robot in assessment["robots"].values()]
+        for key in ("coverage_team", "occupied_precision")
+    )
+    assert covered[0] != covered[1] and precise[0] != precise[1]
+    mission = assessment["mission"]
+    assert (mission["coverage_worst"], mission["coverage_best"]) == (min(covered), max(covered))
+    assert (team["coverage"], team["occupied_precision"]) == (max(covered), min(precise))
+
+
 def test_a_wrong_merge_is_judged_false(folder: Path, tmp_path: Path) -> None:
     assessment = assess(with_wrong_merge(folder, tmp_path / "wrong", "r2", 0, 2.0))
     (pair,) = assessment["pairs"]
@@ -190,6 +202,9 @@ def test_relations_are_counted(folder: Path, tmp_path: Path, capsys: pytest.Capt
     relations.write_text("".join(f"{t1:.3f} {t2:.3f} 0 0 0 0 0 0\n" for t1, t2 in pairs))
     row = assess(folder, References(relations=relations))["robots"]["r1"]["relations"]
     assert (row["count"], row["given"]) == (2, 3)
+    poses = [pose(one) for one in rows(folder / "r1" / "trajectory.tum")]
+    apart_m = [np.linalg.norm((np.linalg.inv(poses[i]) @ poses[j])[:2, 2]) for i, j in ((0, 5), (1, 7))]
+    assert (row["mean_m"], row["std_m"]) == pytest.approx((np.mean(apart_m), np.std(apart_m)), abs=2e-4)
     eval_run(folder, relations, [], None, as_json=False)
     printed = capsys.readouterr().out
     assert "relations used" in printed and "relations given" in printed

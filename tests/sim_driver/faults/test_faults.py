@@ -13,9 +13,11 @@ from mrslam.agent import Sensed
 from mrslam.comms import LinkConditions, MemoryNetwork, Send
 from mrslam.sim_driver.faults import FaultConfig
 from mrslam.sim_driver.faults.links import CUT, CorruptingTransport, faulty_conditions
-from mrslam.sim_driver.faults.robot import FaultyDisk
+from mrslam.sim_driver.faults.robot import FaultyDisk, MortalRobot
 from mrslam.sim_driver.faults.senses import FaultySenses
-from mrslam.sim_driver.run.run_virtual import VirtualTeam, run_in_virtual_time
+from mrslam.sim_driver.missions.mission import make_mission
+from mrslam.sim_driver.run.run_virtual import Kidnapper, VirtualTeam, run_in_virtual_time
+from mrslam.sim_driver.simulation.simulation import Simulation
 from mrslam.spatial import InputError, Scan
 from tests.sim_driver.faults.small import events, quiet, small
 
@@ -128,6 +130,55 @@ def test_a_crashed_robot_stands_still_and_is_missed(tmp_path: Path) -> None:
     assert np.hypot(*(places[15.0] - places[6.5])[:2]) < 0.01 < np.hypot(*(places[5.9] - places[3.0])[:2])
     lost = [event["t"] for event in events(tmp_path, "r2") if event["event"] == "peer_gone"]
     assert len(lost) == 1 and 6.0 < lost[0] < 16.0
+
+
+def come_back(team: VirtualTeam) -> MortalRobot:
+    """Let the first robot die at 2 s and come back at 5 s; nothing else happens."""
+    robot = team.robots[0]
+    assert isinstance(robot, MortalRobot) and robot.alive
+    robot.flush(2 * S)
+    assert not robot.alive
+    if team.simulation is not None:
+        team.simulation.advance(5 * S)
+    robot.flush(5 * S)
+    assert robot.alive
+    return robot
+
+
+def test_a_robot_that_comes_back_counts_its_maps_on_and_saw_nothing_meanwhile(tmp_path: Path) -> None:
+    team = VirtualTeam(small(tmp_path, {"kind": "amnesia", "robot": "r1", "at_s": 2.0, "for_s": 3.0}), tmp_path)
+    before = team.robots[0].runner.agent.node.boot_id  # teammates take the higher one's maps for the newer
+    assert come_back(team).runner.agent.node.boot_id > before
+    assert team.simulation is not None and team.simulation.take("r1") == [] != team.simulation.take("r2")
+
+
+def test_a_recorded_robot_that_comes_back_has_missed_what_its_log_held_meanwhile(tmp_path: Path) -> None:
+    lines = [f"FLASER 2 1.0 2.0 0 0 0 0 0 0 {k}.0 host {k}.0\n" for k in range(10, 20)]
+    (tmp_path / "a.clf").write_text("".join(lines))
+    tables = {
+        "mission": {"shell": "virtual"},
+        "robots": [{"id": "r1", "log": str(tmp_path / "a.clf")}],
+        "rbpf": {"particles": 3, "threads": 1},
+        "faults": [{"kind": "crash", "robot": "r1", "at_s": 2.0, "for_s": 3.0}],
+    }
+    robot = come_back(VirtualTeam(make_mission(tables, tmp_path / "log.toml"), tmp_path))
+    assert robot.runner.body.next_ns == 5 * S
+
+
+@pytest.mark.parametrize("distance_m", [1.5, 6.0])
+def test_a_robot_is_carried_off_when_it_is_time_about_so_far_and_its_wheels_say_nothing(
+    tmp_path: Path, distance_m: float
+) -> None:
+    mission = small(tmp_path, {"kind": "kidnapped", "robot": "r1", "at_s": 4.0, "amount": distance_m})
+    kidnapper, simulation = Kidnapper(mission), Simulation(mission)
+    robot = simulation.fleet.robots["r1"]
+    before, by_wheels = robot.T_world_base.copy(), robot.T_odom_base.copy()
+    kidnapper.inject_fault(simulation, 4 * S - 1)
+    assert np.array_equal(robot.T_world_base, before)
+    for now_ns in (4 * S, 5 * S):  # once
+        kidnapper.inject_fault(simulation, now_ns)
+        assert np.hypot(*(robot.T_world_base - before)[:2]) == pytest.approx(distance_m, abs=1.0)
+    assert np.array_equal(robot.T_odom_base, by_wheels)
 
 
 def test_two_robots_with_one_id_are_told_and_the_newcomer_stops(tmp_path: Path) -> None:

@@ -93,6 +93,18 @@ def test_ways_and_frames_are_read_back(run: Path, tmp_path: Path) -> None:
     assert sorted(moving) == ["laser_r1"] * 3 + ["laser_r2"] * 3
 
 
+def test_a_team_map_in_the_frame_of_a_saved_map_is_written_in_it(run: Path, tmp_path: Path) -> None:
+    path = run / "r1" / "robot.json"
+    chosen = {"map": "hall@monday", "T_frame_map": [1.0, 0.0, 0.0]}
+    path.write_text(json.dumps({**json.loads(path.read_text()), "chosen_frame": chosen}))
+    bag_run(run, tmp_path / "run.mcap")
+    found = messages(tmp_path / "run.mcap")
+    frames = {topic: of[0][1].header.frame_id for topic, of in found.items() if topic.endswith("map")}
+    assert frames == {
+        "/r1/map": "map_r1", "/r1/team_map": "map_hall@monday", "/r2/map": "map_r2", "/r2/team_map": "map_r2"
+    }  # fmt: skip
+
+
 def test_scans_are_read_back_by_the_feed(run: Path, tmp_path: Path) -> None:
     bag_run(run, tmp_path / "run.mcap")
     feed = open_feed(tmp_path / "run.mcap")

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import re
 import shutil
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -90,6 +92,20 @@ def test_curves_end_where_the_assessment_does(merged: Path) -> None:
         )
     assert told["traffic"]["curve"][-1][1] == told["traffic"]["exchanges"] > 0
     assert told["map"]["joined_s"]["r1"] is not None and told["map"]["joined_s"]["r2"] is not None
+
+
+def test_the_map_shows_what_is_where_when_it_was_seen_first_and_by_whom(merged: Path) -> None:
+    shown = page_data(RunResults.read(merged))["map"]
+    png = base64.b64decode(shown["uri"].partition(",")[2])
+    image = cv2.imdecode(np.frombuffer(png, dtype=np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
+    assert image.shape == (shown["height"], shown["width"], 3)
+    for k, robot in enumerate(("r1", "r2"), start=1):
+        path = np.array(shown["paths"][robot])
+        what, level, who = image[path[:, 2].astype(int), path[:, 1].astype(int)].T
+        assert (what > 0).mean() > 0.97  # it drove on floor that is known
+        assert who[0] == k and level[0] <= 10  # where it began it was first, within its first 1.6 s
+        seen_s = level / shown["levels"] * 40.0
+        assert (seen_s <= path[:, 0] + 2.0).mean() > 0.97  # places are seen before a robot is there
 
 
 def test_the_page_needs_nothing_else_and_is_the_same_each_time(merged: Path, tmp_path: Path) -> None:
