@@ -12,7 +12,7 @@ from mrslam.spatial.files.state_file import MISFIT, pack, read_state, write_stat
 
 KIND = "mrslam-mapper"
 """First word of the file."""
-VERSION = 4
+VERSION = 3
 """Of the file's content besides the mapper's state, which has a layout of its own; raised when it changes."""
 
 
