@@ -53,6 +53,8 @@ class Recovery:
     def _has_recovered(self, scene: Scene, case: Case, agent: Agent) -> bool:
         robot_id, since_s = case.fault.robot, scene.now_s - case.fault.end_s
         own = agent.node.store.version(robot_id)
+        if case.target is not None and own[0] != case.target[0]:
+            case.target = None  # that map is gone: the robot came back from a checkpoint before it, or began another
         if case.target is None and own > (0, 0) and (own > case.before or since_s > NEWS_S):
             case.target = own
         if case.target is None or agent.self_doubt.doubtful:

@@ -150,6 +150,27 @@ def test_a_map_must_show_what_its_robot_has_seen() -> None:
     assert doubted(LocalMap(silent.map, silent.keyframes)) is None  # of a robot that sends no scans nobody can say
 
 
+def test_a_mirrored_map_is_found_out_where_most_of_it_looks_the_same() -> None:
+    """Three walls of four lie where others are when mirrored."""
+    cells = np.full((200, 200), -1, dtype=np.int8)
+    cells[60:140, 40:160] = 0
+    cells[[59, 140], 39:161] = cells[59:141, [39, 160]] = 100
+    cells[59:141, 120] = 100  # two metres from one wall, and not from the other
+    x, y = np.linspace(-2.9, 0.9, 15), np.linspace(-1.9, 1.9, 15)
+    seen = [np.stack([x, np.full(15, side * 2.025)], axis=1) for side in (-1.0, 1.0)]
+    seen += [np.stack([np.full(15, at), y], axis=1) for at in (-3.025, 1.025)]
+    way = np.stack([np.linspace(-1.5, 0.5, 20), np.zeros(20), np.zeros(20)], axis=1)
+    scans = KeyScans.of_points([np.concatenate(seen) - pose[:2] for pose in way], np.zeros((20, 2)))
+
+    def told_as(shown: np.ndarray) -> LocalMap:
+        grid = OccupancyGrid(np.ascontiguousarray(shown), 0.05, (-5.0, -5.0))
+        return LocalMap(TiledMap.from_grid(grid), Keyframes(np.arange(20), way), scans)
+
+    assert doubted(told_as(cells)) is None
+    reason = doubted(told_as(cells[:, ::-1]))
+    assert reason == "only 77 % of what its scans hit is wall in its own map"
+
+
 def test_what_was_seen_a_few_cells_beside_a_wall_is_not_that_wall() -> None:
     cells = np.zeros((60, 60), dtype=np.int8)
     cells[30] = 100

@@ -386,6 +386,12 @@ MUTANTS = (
     ),
     Mutant(
         "agent/map_check.py",
+        "ON_WALLS = 0.8",
+        "ON_WALLS = 0.5",
+        "a mirrored map is believed in a building that is much the same mirrored",
+    ),
+    Mutant(
+        "agent/map_check.py",
         "NEAR_CELLS = 2.9",
         "NEAR_CELLS = 60.0",
         "any map is what its robot saw",
