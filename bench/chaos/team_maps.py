@@ -8,6 +8,7 @@ from collections.abc import Iterator, Set
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.chaos.doubt import BLINDS
 from bench.chaos.scene import SPOILS, Report, Scene
 from bench.chaos.schedule import REST_S
 from mrslam.agent import Agent
@@ -53,7 +54,7 @@ class TeamMaps:
                 self._judge(scene, robot_id, agent)
 
     def _judge(self, scene: Scene, robot_id: str, agent: Agent) -> None:
-        T_world_team, team = scene.frame(agent, robot_id), agent.team_map()
+        T_world_team, team = _frame(scene, agent), agent.team_map()
         mates = team.T_team_map.keys() - {robot_id}
         if T_world_team is None or any(scene.suffers(mate, "liar", *SPOILS) for mate in mates):
             return
@@ -100,10 +101,20 @@ class TeamMaps:
             if T_world_member is not None:
                 grid = agent.node.store.maps[member].map.to_grid()
                 shown |= values_at(grid, se2.apply(se2.inverse(T_world_member), floor)) == 0
-        T_world_team = scene.frame(agent, agent.robot_id)
+        T_world_team = _frame(scene, agent)
         assert T_world_team is not None
         known = values_at(team.grid, se2.apply(se2.inverse(T_world_team), floor)) == 0
         return float(known.mean()), float((known & shown).sum() / max(shown.sum(), 1))
+
+
+def _frame(scene: Scene, agent: Agent) -> Transform | None:
+    """Return ``T_world_map`` of a robot's own map, by where it is now if it ever drove blind: that is where its map is
+    right, and the little it had mapped before is off by what its wheels were wrong.
+    """  # noqa: D205
+    T_world_map = scene.frame(agent, agent.robot_id)
+    if T_world_map is None or not scene.suffers(agent.robot_id, *BLINDS):
+        return T_world_map
+    return se2.compose(scene.T_world_base[agent.robot_id], se2.inverse(agent.mapper.T_map_base))
 
 
 def _sigmas_m(agent: Agent, mates: Set[str]) -> Iterator[float]:
