@@ -113,7 +113,7 @@ class Watch:
         poses = team.simulation.fleet.T_world_base()
         agents = {r.runner.agent.robot_id: r.runner.agent for r in team.robots if isinstance(r, VirtualRobot)}
         for robot_id, agent in agents.items():
-            self.frames.look(robot_id, agent, poses[robot_id])
+            self.frames.look(robot_id, agent, poses[robot_id], now_ns)
         if now_ns % EVERY_NS:
             return
         self.right.clear()

@@ -41,7 +41,7 @@ class Invariants:
         scene = self._scene(team, now_ns)
         self._knowledge.step(scene)
         for robot_id, agent in scene.agents.items():
-            self._frames.look(robot_id, agent, scene.T_world_base[robot_id])
+            self._frames.look(robot_id, agent, scene.T_world_base[robot_id], now_ns)
         for one in self._others:
             one.step(scene)
 

@@ -82,7 +82,8 @@ class Places:
             self._repeats.judge(scene, own[0], other[0], off_m <= FALSE_MERGE_M and off_deg <= FALSE_MERGE_DEG)
             return
         moved = se2.compose(se2.compose(own[1], T_own_other), se2.inverse(other[1]))
-        if off_m > FALSE_MERGE_M + _strayed_m(scene, own) + _strayed_m(scene, other) or off_deg > FALSE_MERGE_DEG:
+        strayed_m = scene.strayed_m(agent, own[0]) + scene.strayed_m(agent, other[0])
+        if off_m > FALSE_MERGE_M + strayed_m or off_deg > FALSE_MERGE_DEG:
             is_alike = scene.judge.occupied_precision(scene.judge.world, moved) >= ALIKE
             if is_alike and not (at_end and _could_know(scene, agent, own, other, moved)):
                 return
@@ -90,19 +91,6 @@ class Places:
         self._report.figures["off"].append(
             [own[0], other[0], round(scene.now_s, 1), round(off_m, 3), round(off_deg, 2)]
         )
-
-
-def _strayed_m(scene: Scene, robot: tuple[str, Transform]) -> float:
-    """Return how far a robot, id and true frame, is from where it believes to be, metres; 0 where it is gone.
-
-    One that drove blind by its wheels has a map that is off by as much from there on, and others fit it there. How far
-    it may be is judged on its own (:class:`~bench.chaos.doubt.Silence`).
-    """
-    robot_id, T_world_map = robot
-    agent = scene.agents.get(robot_id)
-    if agent is None or agent.node.store.own_epoch != agent.node.store.version(robot_id)[0]:
-        return 0.0
-    return se2.difference(se2.compose(T_world_map, agent.mapper.T_map_base), scene.T_world_base[robot_id])[0]
 
 
 def _could_know(

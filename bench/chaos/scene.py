@@ -13,6 +13,7 @@ from mrslam.sim_driver.faults import FaultConfig
 from mrslam.sim_driver.faults.robot import MortalRobot
 from mrslam.sim_driver.missions.mission import Mission
 from mrslam.sim_driver.run.run_virtual import VirtualTeam
+from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
 
 Robot = MortalRobot | VirtualRobot
@@ -40,9 +41,14 @@ class Report:
 
 
 class Frames:
-    """Where in the world the frame of each map is: where its robot was at its first scan."""
+    """Where in the world the frame of each map is: where its robot was at its first scan.
+
+    A robot that drove blind by its wheels has a map that is off by what they were wrong from there on: its frame by its
+    last scan (:meth:`by_last_scan`) is another one, in which what it sees now is true.
+    """
 
     def __init__(self) -> None:
+        self._by_last_scan: dict[tuple[str, int], Transform] = {}
         self._of: defaultdict[str, dict[int, Transform]] = defaultdict(dict)
         self._mapper: dict[str, object] = {}
         self._begun: dict[str, Transform] = {}  # of maps that were not published yet
@@ -52,8 +58,8 @@ class Frames:
         """A robot came up: with the map of its checkpoint where it ``goes_on``, else with none."""
         self._mapper[robot_id] = agent.mapper if goes_on else None
 
-    def look(self, robot_id: str, agent: Agent, T_world_base: Transform) -> None:
-        """Note where a new map begins, and under which label it is published."""
+    def look(self, robot_id: str, agent: Agent, T_world_base: Transform, now_ns: int) -> None:
+        """Note where a new map begins, and under which label it is published; and where it is by a scan of now."""
         known = self._of[robot_id]
         if agent.mapper is not self._mapper.get(robot_id) and agent.mapper.stats.processed:
             self._mapper[robot_id] = agent.mapper
@@ -67,6 +73,14 @@ class Frames:
             elif (before := self._epoch.get(robot_id)) in known:
                 known[epoch] = known[before]  # the same map under a new label
         self._epoch[robot_id] = epoch
+        is_new = agent.scan is not None and agent.scan.stamp_ns == now_ns
+        if is_new and epoch == agent.node.store.own_epoch and not agent.self_doubt.doubtful:
+            T_base_map = se2.inverse(agent.mapper.T_map_base)
+            self._by_last_scan[robot_id, epoch] = se2.compose(T_world_base, T_base_map)
+
+    def by_last_scan(self, robot_id: str, epoch: int) -> Transform | None:
+        """Return ``T_world_map`` by the last scan that a robot took on this map without doubts, None where none is."""
+        return self._by_last_scan.get((robot_id, epoch))
 
     def of(self, robot_id: str, epoch: int) -> Transform | None:
         """Return ``T_world_map`` of this map of a robot, None where it is not known."""
@@ -109,6 +123,15 @@ class Scene:
     def frame(self, holder: Agent, robot_id: str) -> Transform | None:
         """Return ``T_world_map`` of the map of a robot that ``holder`` has, None where there is none."""
         return self.frames.of(robot_id, holder.node.store.version(robot_id)[0])
+
+    def strayed_m(self, holder: Agent, robot_id: str) -> float:
+        """Return how far what a robot sees now is from where its map had it when it began; ``holder`` has the map."""
+        epoch = holder.node.store.version(robot_id)[0]
+        first, last = self.frames.of(robot_id, epoch), self.frames.by_last_scan(robot_id, epoch)
+        if first is None or last is None:
+            return 0.0
+        here = self.T_world_base[robot_id]
+        return se2.difference(here, se2.compose(first, se2.compose(se2.inverse(last), here)))[0]
 
     def faults(self, robot_id: str | None = None) -> Iterator[FaultConfig]:
         """Yield the faults of one robot, or of all, but for the rest at the end."""

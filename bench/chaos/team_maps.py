@@ -108,13 +108,13 @@ class TeamMaps:
 
 
 def _frame(scene: Scene, agent: Agent) -> Transform | None:
-    """Return ``T_world_map`` of a robot's own map, by where it is now if it ever drove blind: that is where its map is
-    right, and the little it had mapped before is off by what its wheels were wrong.
-    """  # noqa: D205
-    T_world_map = scene.frame(agent, agent.robot_id)
-    if T_world_map is None or not scene.suffers(agent.robot_id, *BLINDS):
+    """Return ``T_world_map`` of a robot's own map, by its last scan if it ever drove blind."""
+    robot_id = agent.robot_id
+    T_world_map = scene.frame(agent, robot_id)
+    if T_world_map is None or not scene.suffers(robot_id, *BLINDS):
         return T_world_map
-    return se2.compose(scene.T_world_base[agent.robot_id], se2.inverse(agent.mapper.T_map_base))
+    by_last_scan = scene.frames.by_last_scan(robot_id, agent.node.store.version(robot_id)[0])
+    return T_world_map if by_last_scan is None else by_last_scan
 
 
 def _sigmas_m(agent: Agent, mates: Set[str]) -> Iterator[float]:
