@@ -546,4 +546,10 @@ MUTANTS = (
         "if is_file(beside):",
         "a team map that is given as a saved map is bent by the keyframes of one robot's own map",
     ),
+    Mutant(
+        "agent/shells/process.py",
+        "while not (stop() or self.runner.agent.node.must_stop):",
+        "while not stop():",
+        "two processes with one robot's name go on side by side, and their maps replace each other",
+    ),
 )

@@ -302,4 +302,22 @@ MUTANTS = (
         "base.proof is not None:",
         "teammates refuse a map that comes through others since its robot has another key",
     ),
+    Mutant(
+        "comms/security/certificates.py",
+        "now - datetime.timedelta(days=1)",
+        "now",
+        "new keys do not work on a robot whose clock is behind, until it catches up",
+    ),
+    Mutant(
+        "comms/maps/snapshots.py",
+        "    return Tile(now, tile.cells)\n",
+        "    return tile\n",
+        "where a map fell back to an older state, teammates keep the newer cells for good",
+    ),
+    Mutant(
+        "comms/maps/store.py",
+        " or local_map.map.resolution_m != before.map.resolution_m\n",
+        "\n",
+        "a map of another resolution is taken for the next version of the last one",
+    ),
 )
