@@ -57,9 +57,9 @@ class EventLog:
     def write(self, event: Event) -> None:
         """Append one event: ``t`` (mission seconds), ``robot``, ``event`` and its own fields."""
         line = {"t": round(event.t_ns / 1e9, 3), "robot": self._robot_id, "event": event.kind, **event.fields}
-        raw = json.dumps(line, allow_nan=False).encode() + b"\n"
+        raw = (b"\n" if self._torn else b"") + json.dumps(line, allow_nan=False).encode() + b"\n"
         try:
-            written = self._file.write(b"\n" + raw if self._torn else raw)
+            written = self._file.write(raw)
             self._torn = written is not None and written < len(raw)
         except OSError as error:
             if self.lost == 0:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import replace
 from pathlib import Path
@@ -128,6 +129,15 @@ def test_what_does_not_fit_is_refused(tmp_path: Path) -> None:
         resume(other, tmp_path / "state")
 
 
+def test_a_robot_with_another_number_of_processors_goes_on(tmp_path: Path) -> None:
+    one = robot("r1", 1)
+    live([one], 0, 5)
+    write(freeze(one), tmp_path / "state")
+    again = Agent("r1", replace(one.settings, rbpf=replace(one.settings.rbpf, threads=one.settings.rbpf.threads + 1)))
+    resume(again, tmp_path / "state")
+    assert again.mapper.stats.scans == 5
+
+
 def test_a_checkpoint_of_another_version_is_refused_in_one_line(tmp_path: Path) -> None:
     """The version is in the file's head, so that nothing of an older layout is even looked at."""
     write_state(tmp_path / "state", KIND, VERSION - 1, pack({"robot": "r1"}))
@@ -190,6 +200,42 @@ def test_a_keeper_saves_the_end(tmp_path: Path) -> None:
     keeper.look(one, S, 0)
     live([one], 5, 30)
     keeper.close(one)
+    again = robot("r1", 2)
+    resume(again, keeper.path)
+    assert again.mapper.stats.scans == 30
+
+
+class SlowDisk(Inline):
+    """Writes when it is asked to, or waited for."""
+
+    def __init__(self) -> None:
+        self.jobs: list[tuple[Future[Any], Callable[[], Any]]] = []
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        self.jobs.append((future, lambda: fn(*args, **kwargs)))
+        return future
+
+    def write(self) -> None:
+        while self.jobs:
+            future, job = self.jobs.pop(0)
+            future.set_result(job())
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        if wait:
+            self.write()
+
+
+def test_a_slow_disk_has_one_save_at_a_time_and_the_end_is_what_stays(tmp_path: Path) -> None:
+    one, disk = robot("r1", 1), SlowDisk()
+    live([one], 0, 5)
+    keeper = Keeper(tmp_path / "state", 5.0, disk)
+    for t in range(0, 40, 2):
+        keeper.look(one, t * S, t * S)
+    assert len(disk.jobs) == 1
+    live([one], 5, 30)
+    keeper.close(one)
+    disk.write()  # what the thread still has to do
     again = robot("r1", 2)
     resume(again, keeper.path)
     assert again.mapper.stats.scans == 30

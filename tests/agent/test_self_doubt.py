@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 from mrslam.agent.map_check import _on_walls, contradicts_itself
 from mrslam.agent.self_doubt import SelfDoubt, fits_map
-from mrslam.spatial import Keyframes, KeyScans, LocalMap, OccupancyGrid, Scan, TiledMap
+from mrslam.spatial import Keyframes, KeyScans, LocalMap, OccupancyGrid, Scan, TiledMap, se2
 
 S = 1_000_000_000
 
@@ -72,21 +73,33 @@ def test_a_young_robot_and_one_in_the_dark_do_not_tear() -> None:
     assert [doubt.look(1.0, 0.2, never, t) for t in range(10)] == [None] * 10
 
 
-def test_a_scan_fits_the_map_where_it_was_taken_and_not_elsewhere() -> None:
+def room(T_base_laser: ArrayLike = (0.0, 0.0, 0.0)) -> tuple[Scan, OccupancyGrid]:
+    """A room's map, and what a laser in its middle, heading along x, sees of it."""
     cells = np.zeros((120, 160), dtype=np.int8)
     cells[[0, 1, -2, -1]] = cells[:, [0, 1, -2, -1]] = 100
     cells[40:44, 90:100] = 100
-    grid = OccupancyGrid(cells, 0.05, (-4.0, -3.0))
     angles = np.linspace(-np.pi, np.pi, 180, endpoint=False)
     with np.errstate(divide="ignore"):
         ranges = np.minimum(np.abs(3.95 / np.cos(angles)), np.abs(2.95 / np.sin(angles)))
     scan = Scan(
         stamp_ns=0, ranges_m=ranges.astype(np.float32), angle_min_rad=-np.pi, angle_increment_rad=2 * np.pi / 180,
-        range_max_m=20.0,
+        range_max_m=20.0, T_base_laser=np.array(T_base_laser),
     )  # fmt: skip
+    return scan, OccupancyGrid(cells, 0.05, (-4.0, -3.0))
+
+
+def test_a_scan_fits_the_map_where_it_was_taken_and_not_elsewhere() -> None:
+    scan, grid = room()
     assert fits_map(scan, np.zeros(3), grid)
     assert fits_map(scan, np.array([1.0, 0.5, 0.6]), grid) is False
     assert fits_map(scan, np.array([30.0, 0.0, 0.0]), grid) is None
+
+
+def test_a_scan_fits_by_the_lasers_place_on_the_robot() -> None:
+    T_base_laser = np.array([0.4, -0.2, np.pi / 2])
+    scan, grid = room(T_base_laser)
+    assert fits_map(scan, se2.inverse(T_base_laser), grid)
+    assert fits_map(scan, np.zeros(3), grid) is False
 
 
 def told(turn: float) -> LocalMap:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from mrslam.spatial import InputError, Keyframes, KeyScans, OccupancyGrid, read_map
+from mrslam.spatial.files import saved_map
 from mrslam.spatial.files.saved_map import SavedMap, Session, of_one_session, read_saved_map, write_saved_map
 
 
@@ -100,6 +101,13 @@ def test_no_flipped_byte_goes_unnoticed(file: Path) -> None:
 
 def test_a_part_that_was_exchanged_is_named(file: Path) -> None:
     assert "map.pgm in it is not what was written" in said(repacked(file, {"map.pgm": b"P5 1 1 255 \xfe"}))
+
+
+def test_a_part_larger_than_any_map_is_refused_before_it_is_unpacked(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(saved_map, "PART_MOST_BYTES", 10_000)
+    assert "map.pgm in it is larger than any map" in said(repacked(file, {"map.pgm": bytes(10_001)}))
 
 
 def test_a_part_that_is_missing_is_named(file: Path) -> None:

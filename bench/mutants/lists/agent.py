@@ -528,4 +528,34 @@ MUTANTS = (
         "seed=settings.seed, strain",
         "with a random method a chance fit confirms itself",
     ),
+    Mutant(
+        "agent/self_doubt.py",
+        "se2.compose(T_map_base, scan.T_base_laser), ends",
+        "T_map_base, ends",
+        "a robot whose laser is not in its middle never believes again where it is, once its view has changed at once",
+    ),
+    Mutant(
+        "agent/shells/overload.py",
+        "is_late = age_s > LATE_S or lost > self._lost",
+        "is_late = age_s > LATE_S",
+        "a robot with a fast laser loses scans and keeps all particles",
+    ),
+    Mutant(
+        "agent/shells/outputs.py",
+        "    shutil.rmtree(folder / TEAM_FOLDER, ignore_errors=True)\n",
+        "",
+        "trajectories of robots of an earlier run stay in the folder and are taken for this one's",
+    ),
+    Mutant(
+        "agent/shells/saved_files.py",
+        "if file.name == MAP_FILE and is_file(beside):",
+        "if is_file(beside):",
+        "a team map that is given as a saved map is bent by the keyframes of one robot's own map",
+    ),
+    Mutant(
+        "agent/shells/process.py",
+        "while not (stop() or self.runner.agent.node.must_stop):",
+        "while not stop():",
+        "two processes with one robot's name go on side by side, and their maps replace each other",
+    ),
 )

@@ -284,4 +284,40 @@ MUTANTS = (
         "elif False:",
         "one robot that repeats itself holds an exchange open for ever",
     ),
+    Mutant(
+        "comms/transport/sensors.py",
+        "        T_base_laser=np.array(message.T_base_laser),\n",
+        "",
+        "scans of drivers are mapped as if the laser stood in the robot's middle and looked ahead",
+    ),
+    Mutant(
+        "comms/maps/seal.py",
+        "if {robot, name} & set(self.revocations.names):",
+        "if robot in self.revocations.names:",
+        "saved maps that a revoked robot signed are taken",
+    ),
+    Mutant(
+        "comms/maps/manifests.py",
+        "base.proof is not None and base.proof.certificate == certificate:",
+        "base.proof is not None:",
+        "teammates refuse a map that comes through others since its robot has another key",
+    ),
+    Mutant(
+        "comms/security/certificates.py",
+        "now - datetime.timedelta(days=1)",
+        "now",
+        "new keys do not work on a robot whose clock is behind, until it catches up",
+    ),
+    Mutant(
+        "comms/maps/snapshots.py",
+        "    return Tile(now, tile.cells)\n",
+        "    return tile\n",
+        "where a map fell back to an older state, teammates keep the newer cells for good",
+    ),
+    Mutant(
+        "comms/maps/store.py",
+        " or local_map.map.resolution_m != before.map.resolution_m\n",
+        "\n",
+        "a map of another resolution is taken for the next version of the last one",
+    ),
 )

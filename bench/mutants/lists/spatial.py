@@ -207,4 +207,16 @@ MUTANTS = (
         "if self.angle_increment_rad * max(",
         "a clockwise laser with a wrong step draws its surroundings several times over",
     ),
+    Mutant(
+        "spatial/files/saved_map.py",
+        "            if large:\n",
+        "            if False:\n",
+        "a small file that unpacks to all memory ends the program",
+    ),
+    Mutant(
+        "spatial/matching/sliding.py",
+        "(drift.expected - found.pose) @ along",
+        "(found.pose - drift.expected) @ along",
+        "along bare corridors loops are closed twice as far off as the search began",
+    ),
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import json
+import resource
 from pathlib import Path
 from typing import Any
 
@@ -52,3 +53,27 @@ def test_what_cannot_be_written_is_told_and_the_rest_is_there(
     write_robot(Agent("r1", Settings()), tmp_path, {})
     assert "team_map.png cannot be written (No space left on device)" in caplog.text
     assert {path.name for path in tmp_path.iterdir()} >= {"robot.json", "map.yaml", "team_map.yaml", "trajectory.tum"}
+
+
+def test_an_event_that_a_full_disk_cuts_off_just_before_its_end_does_not_spoil_the_next(tmp_path: Path) -> None:
+    """The disk is full one byte too early, after a line that was cut off before."""
+    path = tmp_path / "events.jsonl"
+    path.write_text('{"t": 1.0, "rob')
+    events = EventLog(tmp_path, "r1")
+    line = '{"t": 2.0, "robot": "r1", "event": "merged"}'
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size + 1 + len(line), limits[1]))
+    try:
+        events.write(Event(2_000_000_000, "merged"))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    events.write(Event(3_000_000_000, "merged"))
+    events.close()
+    assert path.read_text().splitlines() == ['{"t": 1.0, "rob', line, line.replace("2.0", "3.0")]
+
+
+def test_trajectories_of_an_earlier_run_do_not_stay(tmp_path: Path) -> None:
+    (tmp_path / "team").mkdir()
+    (tmp_path / "team" / "ghost.tum").write_text("0 0 0 0 0 0 0 1\n")
+    write_robot(Agent("r1", Settings()), tmp_path, {})
+    assert not (tmp_path / "team").exists()

@@ -100,3 +100,10 @@ def test_the_mapper_of_a_robot_that_is_late_really_has_fewer_particles(tmp_path:
     told = [event for event in events if event["event"] == "overloaded"]
     assert [(event["particles"], event["of"]) for event in told] == [(15, 30)]
     assert told[0]["scan_age_s"] > LATE_S
+
+
+def test_scans_that_are_lost_count_as_late_for_those_of_a_fast_laser_are_never_old() -> None:
+    load = Overload(30)
+    assert [load.look(0.05, 7, 0.025 * k) for k in range(400)] == [None] * 400  # all lost before, as at the start
+    changes = [load.look(0.05, 8 + k, 10.0 + 0.025 * k) for k in range(100)]
+    assert [count for count in changes if count is not None] == [15]

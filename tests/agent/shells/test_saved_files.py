@@ -44,6 +44,13 @@ def test_a_saved_map_comes_with_its_keyframes(tmp_path: Path) -> None:
     assert known.grid.known_area_m2() == pytest.approx(room().known_area_m2())
 
 
+def test_a_team_map_has_nothing_of_the_keyframes_of_its_robots_own_map(tmp_path: Path) -> None:
+    folder = saved(tmp_path / "office")
+    write_map(folder / "team_map.yaml", room())
+    ((name, known),) = read_saved_maps(folder / "team_map.yaml").items()
+    assert name == "team_map@office" and not len(known.trail)
+
+
 def test_a_run_is_a_saved_map_a_robot(tmp_path: Path) -> None:
     for robot in ("r1", "r2"):
         saved(tmp_path / "monday" / robot, is_robot=True)

@@ -98,8 +98,9 @@ def test_a_program_that_does_not_know_saved_maps_is_offered_none(fields: list[ob
     assert sum(isinstance(one, m.Manifest) for one in sent) == offered
 
 
-def test_a_map_beyond_the_bounds_of_teammates_is_kept_to_oneself() -> None:
-    node = CommsNode("a", "team", 1, replace(WIDE, max_tiles=10))
+@pytest.mark.parametrize("bound", [{"max_tiles": 10}, {"max_keyframes": 499}])
+def test_a_map_beyond_the_bounds_of_teammates_is_kept_to_oneself(bound: dict[str, int]) -> None:
+    node = CommsNode("a", "team", 1, replace(WIDE, **bound))
     local = big_map(seed=5)
     assert node.give_saved(OFFICE, local, 77) is local and not node.store.saved_digest()
 

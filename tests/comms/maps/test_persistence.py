@@ -2,7 +2,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from mrslam.comms import CommsNode, restore_store, store_state
+from mrslam.comms.maps.snapshots import published
+from mrslam.spatial import LocalMap, Tile, TiledMap
 from tests.comms.team import QUICK, Team, big_map, fingerprint
 
 
@@ -50,3 +54,20 @@ def test_a_saved_map_that_a_robot_is_given_is_not_replaced_by_one_it_once_had_fr
     again.give_saved("office@monday", big_map(200, seed=1), 66)
     restore_store(again.store, store_state(held), 1000)
     assert again.store.version("office@monday") == (66, 1)
+
+
+def test_what_is_published_of_an_older_state_is_sent_where_it_differs():
+    """A map may fall back: its tiles bear older revisions then, and teammates hold what they were since."""
+    before, gone, same = (np.full((64, 64), value, dtype=np.int8) for value in (0, 50, 100))
+    held = published(LocalMap(TiledMap(0.05, {(0, 0): Tile(3, gone), (0, 1): Tile(3, same)}, 3)), None, 5)
+    back = published(LocalMap(TiledMap(0.05, {(0, 0): Tile(2, before), (0, 1): Tile(2, same)}, 4)), held, 5)
+    assert {index: tile.revision for index, tile in back.map.tiles.items()} == {(0, 0): 4, (0, 1): 3}
+
+
+def test_a_map_of_another_resolution_is_another_map():
+    node = CommsNode("a", "team", 5, QUICK)
+    node.publish(big_map(200), 0)
+    coarse = TiledMap(0.1, big_map(200, seed=1).map.tiles, 2)
+    node.publish(LocalMap(coarse), 0)
+    assert node.store.version("a") == (6, 2)
+    assert node.store.maps["a"].map.tiles.keys() == coarse.tiles.keys()

@@ -7,8 +7,11 @@ import numpy as np
 import pytest
 
 from mrslam.comms import ExchangeDone, MapSeal, load_keys, make_team_keys, own_keys, restore_store, store_state
+from mrslam.comms.maps.manifests import make_manifest
 from mrslam.comms.maps.seal import PURPOSE
 from mrslam.comms.maps.snapshots import Snapshot, published
+from mrslam.comms.maps.staged_maps import StagedMaps
+from mrslam.comms.maps.store import MapStore
 from mrslam.comms.wire import messages as m
 from mrslam.comms.wire.frames import WireError
 from mrslam.spatial import InputError, Keyframes, LocalMap, Tile, TiledMap
@@ -212,3 +215,21 @@ def test_a_key_folder_tells_whose_it_is(keys, tmp_path):
     assert loaded.key == keys / "b" / "key.pem"
     with pytest.raises(InputError, match="not a robot's key folder"):
         own_keys(tmp_path)
+
+
+def test_a_map_is_passed_on_with_its_robots_new_certificate(tmp_path):
+    folder = team_keys(tmp_path, "abc")
+    first = published(big_map(200), None, 5)
+    second = published(big_map(200, seed=1, revision=2), first, 5)
+    first = replace(first, proof=seal(folder, "a").sign("a", first))
+    (folder / "a" / "key.pem").unlink()  # the robot got another key, and goes on with its map
+    make_team_keys(folder, "team", ["a"])
+    second = replace(second, proof=seal(folder, "a").sign("a", second))
+    giver, taker = (MapStore(name, 1, QUICK) for name in "bc")
+    giver.remember("a", first)
+    giver.put("a", second)
+    taker.use_seal(seal(folder, "c"))
+    taker.put("a", first)
+    manifest = make_manifest(giver, "b", 1, "a", first.version, None)
+    assert manifest.base == 1
+    StagedMaps(taker, QUICK).check_proof(manifest)

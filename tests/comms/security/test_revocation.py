@@ -11,6 +11,7 @@ from cryptography import x509
 
 from mrslam.comms import CommsConfig, ExchangeDone, MapUpdated, PeerGone, TeamView, load_keys, make_team_keys, own_keys
 from mrslam.comms import revoke_robots as revoke
+from mrslam.comms.maps.snapshots import published
 from mrslam.comms.security.revocation import FILE, Revocations
 from mrslam.comms.wire.frames import WireError
 from mrslam.comms.zenoh import ZenohWatcher
@@ -181,3 +182,15 @@ def meets_until_its_end(folder, a: Robot, listen: list[str], peer: str, life_s: 
     finally:
         watcher.close()
         robot.stop()
+
+
+def test_a_saved_map_signed_by_a_revoked_robot_is_refused(tmp_path):
+    team_keys(tmp_path, "ab")
+    snapshot = published(big_map(200), None, 5)
+    proof = seal(tmp_path, "a").sign("map@office", snapshot)
+    judge = seal(tmp_path, "b")
+    judge.check("map@office", snapshot.version, proof)
+    revoke(tmp_path, "team", ["a"])
+    judge.revocations.refresh()
+    with pytest.raises(WireError, match="revoked"):
+        judge.check("map@office", snapshot.version, proof)

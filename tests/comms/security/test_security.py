@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import datetime
 import json
 import stat
 
@@ -132,3 +133,10 @@ def test_routers_pass_on_for_all(tmp_path):
     finally:
         for end in ends:
             end.close()
+
+
+def test_a_new_certificate_is_good_on_a_robot_whose_clock_is_behind(keys):
+    certificate = x509.load_pem_x509_certificate((keys / "a" / "certificate.pem").read_bytes())
+    authority = x509.load_pem_x509_certificate((keys / "a" / "ca.pem").read_bytes())
+    hours_ago = datetime.datetime.now(datetime.UTC) - datetime.timedelta(hours=12)
+    assert max(certificate.not_valid_before_utc, authority.not_valid_before_utc) < hours_ago

@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from mrslam.spatial.hits.store import TileStore
+from mrslam.spatial.hits.views import Tiles
 from mrslam.spatial.matching.gauss_newton import match
 from mrslam.spatial.matching.sliding import Drift, slid
 
@@ -24,12 +25,17 @@ def corridor(recesses: tuple[float, ...], half_m: float) -> NDArray[np.float64]:
     return np.concatenate([upper, lower])
 
 
-def compared(recesses: tuple[float, ...], off_m: float, sigma_m: float) -> tuple[float, float]:
-    """Slide a scan of a corridor that is ``off_m`` from its place; return where it ends, and the information there."""
+def drawn(recesses: tuple[float, ...]) -> Tiles:
+    """Return the map of a corridor."""
     store = TileStore(1, 0.05)
     store.cover(np.full(2, -15.0), np.full(2, 15.0))
     store.draw(0, np.zeros((1, 2)), np.zeros((1, 3)), [corridor(recesses, 8.0)], 0.1)
-    tiles, points = store.tiles(0), corridor(recesses, 4.0)
+    return store.tiles(0)
+
+
+def compared(recesses: tuple[float, ...], off_m: float, sigma_m: float) -> tuple[float, float]:
+    """Slide a scan of a corridor that is ``off_m`` from its place; return where it ends, and the information there."""
+    tiles, points = drawn(recesses), corridor(recesses, 4.0)
     expected, prior = np.array([off_m, 0.0, 0.0]), np.diag([sigma_m**-2, sigma_m**-2, 2500.0])
     found = match(tiles, points, expected, expected, prior, SIGMA_M, 12)
     found, along = slid(tiles, points, found, Drift(expected, sigma_m, prior, 2.0), SIGMA_M)
@@ -54,3 +60,13 @@ def test_bare_walls_say_nothing_along_them() -> None:
     at_m, information = compared((), 0.6, 0.2)
     assert abs(at_m - 0.6) < 0.15
     assert information < 1.0
+
+
+def test_along_bare_walls_a_scan_goes_back_to_where_it_is_expected() -> None:
+    tiles = drawn(())
+    expected, prior = np.zeros(3), np.diag([0.2**-2, 0.2**-2, 2500.0])
+    start = np.array([0.6, 0.0, 0.0])  # where a search that knows no drift may have put it
+    found = match(tiles, corridor((), 4.0), start, start, np.diag([1.0, 1.0, 1.0]), SIGMA_M, 12)
+    assert found.pose[0] == pytest.approx(0.6, abs=0.2)
+    found, _ = slid(tiles, corridor((), 4.0), found, Drift(expected, 0.2, prior, 2.0), SIGMA_M)
+    assert abs(found.pose[0]) < 0.15

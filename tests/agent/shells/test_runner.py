@@ -1,0 +1,70 @@
+"""What both shells do for a robot: carry its messages, report what happens, and save it."""
+
+from __future__ import annotations
+
+import json
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from mrslam.agent import Agent, Inline, Keeper, Runner, Settings, VirtualRobot
+from mrslam.comms import CommsConfig, MemoryNetwork
+
+S = 1_000_000_000
+SETTINGS = Settings(comms=CommsConfig(link_source="model", exchange_timeout_s=1.0))
+
+
+class Quiet:
+    """A laser that sees nothing."""
+
+    next_ns, finished = None, False
+
+    def sense(self, now_ns: int) -> None:
+        return None
+
+    def act(self, agent: Agent, now_ns: int) -> None:
+        """Nothing to drive."""
+
+
+class Links:
+    """A radio model by which the robots hear each other."""
+
+    def qualities(self, now_ns: int) -> dict[str, float]:
+        return {"r1": 1.0, "r2": 1.0}
+
+
+def test_robots_meet_by_the_radio_model_and_see_who_is_gone(tmp_path: Path) -> None:
+    network, now_ns = MemoryNetwork(), 0
+    robots = {
+        name: Runner(Agent(name, SETTINGS), Quiet(), network.attach(name), tmp_path / name, Links())
+        for name in ("r1", "r2")
+    }
+
+    def live(until_ns: int, *names: str) -> None:
+        nonlocal now_ns
+        while now_ns < until_ns:
+            now_ns += S // 10
+            network.advance(now_ns)
+            for name in names:
+                robots[name].receive(0.0, lambda at_ns=now_ns: at_ns)
+                robots[name].tick(now_ns)
+
+    def told(kind: str) -> list[dict[str, object]]:
+        lines = (tmp_path / "r1" / "events.jsonl").read_text().splitlines()
+        return [event for event in map(json.loads, lines) if event["event"] == kind]
+
+    live(5 * S, "r1", "r2")
+    assert told("exchange_done")
+    network.crash("r2")
+    live(now_ns + 5 * S, "r1")
+    (gone,) = told("peer_gone")
+    assert "its process or its link is gone" in str(gone["reason"])  # said by the network, not by silence
+
+
+def test_a_robot_in_virtual_time_saves_itself(tmp_path: Path) -> None:
+    keeper = Keeper(tmp_path / "state", 1.0, Inline())
+    agent = Agent("r1", SETTINGS)
+    robot = VirtualRobot(Runner(agent, Quiet(), MemoryNetwork().attach("r1"), tmp_path / "out", keeper=keeper))
+    with ThreadPoolExecutor(1) as worker:
+        for k in range(4):
+            robot.step(k * S, worker)
+    assert keeper.saved_ns is not None and keeper.path.exists()
