@@ -134,6 +134,13 @@ def test_alignments_correct_known_poses_within_their_doubt_and_never_beat_them()
     assert found.edges == ()
 
 
+def test_known_poses_stand_though_the_maps_contradict_each_other():
+    graph, poses = graph_of({"a": 5, "b": 5})
+    graph.set_known_poses(poses)
+    placement = graph.place(conflict=lambda *_: "walls on free space")
+    assert list(placement.T_team_map) == ["a", "b"] and placement.dropped == {}
+
+
 def test_known_poses_in_an_anchors_frame():
     graph, poses = graph_of({"a": 5, "b": 5})
     graph.set_known_poses(poses)

@@ -209,4 +209,46 @@ MUTANTS = (
         "J[0, 2], J[1, 2] = T_a_b[1] - pivot[1], T_a_b[0] - pivot[0]",
         "a merge of maps far to one side of their origin is sure where it is not",
     ),
+    Mutant(
+        "alignment/verification/reasons.py",
+        "usual = STRICTER + (1.0 - STRICTER) * min(",
+        "usual = 1.0 + (1.0 - STRICTER) * min(",
+        "two corners with a few metres of wall are merged though walls of one stand where the other is free",
+    ),
+    Mutant(
+        "alignment/verification/reasons.py",
+        "lead + LEAD_PER_M * max(0.0, PLENTY_M - evidence.score_m))",
+        "lead)",
+        "of several places where a few metres of wall fit, one is believed on a small lead",
+    ),
+    Mutant(
+        "alignment/verification/reasons.py",
+        "config.min_margin + config.margin_per_contradiction * max(0.0, evidence.contradicted_per_m - CLEAN)",
+        "config.min_margin",
+        "alignment.margin_per_contradiction does nothing: contradicted fits are merged on a small lead",
+    ),
+    Mutant(
+        "alignment/verification/reasons.py",
+        " * min(evidence.walls / MANY_WALLS, 1.0)",
+        "",
+        "long corridors with hardly another wall are merged though they contradict each other",
+    ),
+    Mutant(
+        "alignment/verification/reasons.py",
+        "        Test(across / matched, config.min_crosswise, 0.05, slides),\n",
+        "",
+        "long corridors that slide along each other are merged where a door frame or two agree",
+    ),
+    Mutant(
+        "alignment/verification/reasons.py",
+        "        Test(across, config.min_crosswise_wall_m, 0.5, slides),\n",
+        "",
+        "small maps that slide along each other are merged",
+    ),
+    Mutant(
+        "alignment/verification/reasons.py",
+        "        Test(evidence.walls, config.min_walls, 2.0,",
+        "        Test(evidence.walls, 0, 2.0,",
+        "any corner is merged with any other",
+    ),
 )

@@ -417,4 +417,52 @@ MUTANTS = (
         "",
         "walls stay in the team map where a wrong joint solution had drawn them",
     ),
+    Mutant(
+        CONSISTENCY,
+        "    bent = config.loop_tolerance_share * max((node.diameter_m for node in nodes), default=0.0)",
+        "    bent = 0.0",
+        "right alignments of large maps, which are bent, are dropped",
+    ),
+    Mutant(
+        CONSISTENCY,
+        "    grows = math.sqrt(max(hops, 3) / 3.0)",
+        "    grows = 1.0",
+        "right alignments of large teams are dropped: long loops must close as well as triangles",
+    ),
+    Mutant(
+        CONSISTENCY,
+        "    limit_m += limit_rad * _lever_m(pairs, nodes, fixed)\n",
+        "",
+        "a known pose with a heading that is slightly off keeps a map far from its origin out of the team map",
+    ),
+    Mutant(
+        CONSISTENCY,
+        "    one, two = se2.apply(T_1, centre_m), se2.apply(T_2, centre_m)",
+        "    one, two = T_1[:2], T_2[:2]",
+        "an alignment that lays a map metres off is believed where the map's origin is far away",
+    ),
+    Mutant(
+        "merge/graph/nodes.py",
+        "part.shape[::-1]",
+        "part.shape",
+        "loops of maps that are longer than wide are judged beside them",
+    ),
+    Mutant(
+        SOLVE,
+        "edge.covariance + FLOOR)",
+        "edge.covariance)",
+        "an alignment that claims to be exact ends the program",
+    ),
+    Mutant(
+        SOLVE,
+        "config.covariance_scale * edge.covariance",
+        "edge.covariance",
+        "merge.covariance_scale does nothing: gaps of loops fall on one alignment",
+    ),
+    Mutant(
+        "merge/graph/tree.py",
+        "    loose = [pair for pair in between if ROOT not in pair]",
+        "    loose = list(between)",
+        "maps with known starting poses that contradict each other are taken out of the team map",
+    ),
 )

@@ -403,4 +403,46 @@ MUTANTS = (
         '"uri": png_uri(image)',
         "the report's map is upside down below the robots' ways",
     ),
+    Mutant(
+        "sim_driver/replay/recording.py",
+        '                    T_base_laser=table["T_base_laser"],\n',
+        "",
+        "a replay maps as if the laser sat on the robot's centre",
+    ),
+    Mutant(
+        "sim_driver/replay/recording.py",
+        "stamp_ns=stamp_ns,",
+        "stamp_ns=t_ns,",
+        "a replay of scans that came late maps them as if they were taken when they came",
+    ),
+    Mutant(
+        "sim_driver/worlds/__init__.py",
+        "    cells = is_wall[::-1].astype",
+        "    cells = is_wall.astype",
+        "worlds of bitmaps are upside down: starts and waypoints are in other rooms than drawn",
+    ),
+    Mutant(
+        "sim_driver/worlds/__init__.py",
+        "is_wall = grey < DARK_BELOW if opaque is None else (grey < DARK_BELOW) & opaque",
+        "is_wall = grey < DARK_BELOW",
+        "a plan drawn on a transparent background is one solid wall",
+    ),
+    Mutant(
+        "sim_driver/worlds/radio.py",
+        "        return np.where(is_turned[:, None], b, a), np.where(is_turned[:, None], a, b)",
+        "        return a, b",
+        "where the line between two robots grazes a corner, one hears the other better than it is heard",
+    ),
+    Mutant(
+        "sim_driver/feeds/inspect.py",
+        "np.abs(se2.wrap(np.diff(poses[:, 2]))).sum()",
+        "np.abs(np.diff(poses[:, 2])).sum()",
+        "mrslam inspect says that a robot which drove west turned many times round",
+    ),
+    Mutant(
+        "sim_driver/feeds/inspect.py",
+        "max(LONG_GAP_S, 5 * typical)",
+        "LONG_GAP_S",
+        "mrslam inspect finds a long gap after every scan of a slow laser",
+    ),
 )

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -46,3 +47,45 @@ def test_only_a_fit_that_lacks_nothing_but_the_lead_is_ambiguous() -> None:
     evidence = Evidence(a=walls, b=walls, walls=9, crosswise_m=9.0, score_m=50.0, margin=0.2)
     judged = reasons.tests(evidence, AlignmentConfig())
     assert [asked.is_lead for asked in judged if asked.slack < 0] == [True]
+
+
+def fit(matched_m: float = 30.0, against: float = 0.0, deep: float = 0.0, **others: Any) -> Evidence:
+    """Return a fit that shows all but what is given; contradictions are metres for each metre that agrees."""
+    walls = WallEvidence(matched_m=matched_m, contradicted_m=against * matched_m, deep_m=deep * matched_m)
+    sound = {"walls": 9, "crosswise_m": 6.0, "residual": 0.15, "score_m": 25.0, "margin": 0.9}
+    return Evidence(a=walls, b=walls, **{**sound, **others})
+
+
+@pytest.mark.parametrize(
+    ("lacks", "said"),
+    [
+        ({"score_m": 4.9}, "too little wall in common"),
+        ({"walls": 2}, "only 2 separate walls agree"),
+        ({"against": 0.27}, "lie where the other map is free"),
+        ({"deep": 0.12}, "lie clearly where the other map is free"),
+        ({"matched_m": 15.0, "crosswise_m": 0.39}, "can slide along each other"),
+        ({"crosswise_m": 0.5}, "can slide along each other"),
+        ({"margin": 0.57}, "ambiguous"),
+    ],
+)
+def test_whatever_a_fit_lacks_refuses_it_alone(lacks: dict[str, Any], said: str) -> None:
+    assert failed(fit()) == []
+    (why,) = failed(fit(**lacks))
+    assert said in why
+
+
+@pytest.mark.parametrize(
+    ("enough", "too_little"),
+    [
+        ({"against": 0.2}, {"matched_m": 10.0}),  # small fits are chance: a contradiction weighs more
+        ({"against": 0.2, "margin": 0.7}, {"margin": 0.65}),  # contradicted fits need more of a lead
+        ({"score_m": 9.0, "margin": 0.7}, {"score_m": 5.5}),  # and so do small ones
+        ({"against": 0.28, "matched_m": 75.0, "walls": 10}, {"matched_m": 40.0}),  # much wall that agrees forgives more
+        ({"deep": 0.13, "matched_m": 75.0, "walls": 10}, {"walls": 5}),  # on many walls
+    ],
+)
+def test_how_much_is_asked_depends_on_how_much_else_speaks_for_a_fit(
+    enough: dict[str, Any], too_little: dict[str, Any]
+) -> None:
+    assert failed(fit(**enough)) == []
+    assert len(failed(fit(**{**enough, **too_little}))) == 1

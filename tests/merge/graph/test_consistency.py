@@ -1,9 +1,14 @@
 import itertools
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from mrslam.merge import MergeConfig
 from mrslam.merge.graph.consistency import drop_broken_loops, drop_broken_triangles
+from mrslam.merge.graph.edges import pair_of
+from mrslam.merge.graph.nodes import Node
+from mrslam.merge.graph.tree import ROOT
 from tests.merge.graph.teams import edges_of, team
 
 CONFIG = MergeConfig()
@@ -74,3 +79,34 @@ def test_edges_of_the_known_poses_never_go():
     edges = edges_of(poses, itertools.combinations(sorted(poses), 2), [0.1, 0.9, 0.9], wrong=[("r1", "r2")])
     _, dropped = drop_broken_triangles(nodes, edges, CONFIG, "r0")
     assert list(dropped) == [("r1", "r2")]
+
+
+def test_a_loop_may_miss_by_more_the_longer_it_is_and_the_larger_its_maps_are():
+    poses, nodes = team(12, seed=4)
+    for count, size_m, closes in ((3, 10.0, False), (3, 50.0, True), (12, 10.0, True)):
+        edges = edges_of(poses, [pair_of(f"r{i}", f"r{(i + 1) % count}") for i in range(count)])
+        off = edges["r0", "r1"]
+        edges["r0", "r1"] = replace(off, T_a_b=off.T_a_b + np.array([1.0, 0.0, 0.0]))
+        sized = {x: replace(node, diameter_m=size_m) for x, node in nodes.items()}
+        assert (drop_broken_loops(sized, edges, CONFIG, None)[1] == {}) == closes, (count, size_m)
+
+
+def test_a_loop_is_judged_where_its_maps_content_is_not_at_their_origins():
+    poses, nodes = team(3)
+    edges = edges_of(poses, itertools.combinations(sorted(poses), 2))
+    off = edges["r1", "r2"]
+    edges["r1", "r2"] = replace(off, T_a_b=off.T_a_b + np.array([0.0, 0.0, 0.05]))  # within the tolerance of headings
+    for far_m, closes in ((0.0, True), (40.0, False)):
+        there = {x: replace(node, centre_m=np.array([far_m, 0.0])) for x, node in nodes.items()}
+        assert (drop_broken_triangles(there, edges, CONFIG, None)[1] == {}) == closes
+
+
+@pytest.mark.parametrize(("off_rad", "closes"), [(0.05, True), (0.08, False)])
+def test_a_known_heading_may_be_a_little_off_however_far_its_maps_content_is_from_its_origin(off_rad, closes):
+    poses, nodes = team(2)
+    poses[ROOT], nodes[ROOT] = np.zeros(3), Node(area_m2=0.0, centre_m=np.zeros(2), diameter_m=0.0)
+    nodes["r1"] = replace(nodes["r1"], centre_m=np.array([200.0, 0.0]))  # 0.05 rad are 10 m there
+    edges = edges_of(poses, [(ROOT, "r0"), (ROOT, "r1"), ("r0", "r1")])
+    known = edges[ROOT, "r1"]
+    edges[ROOT, "r1"] = replace(known, T_a_b=known.T_a_b + np.array([0.0, 0.0, off_rad]))
+    assert (drop_broken_triangles(nodes, edges, CONFIG, ROOT)[1] == {}) == closes

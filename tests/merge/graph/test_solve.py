@@ -1,4 +1,5 @@
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -55,6 +56,26 @@ def test_one_outlier_is_resisted():
     edges["r1", "r2"] = make_edge("r1", "r2", alignment(wrong, 0.5, 0.05, 0.005))
     found = jointly(first_guess(edges), edges.values(), "r0", MergeConfig())
     assert error(found, poses) < 0.05
+
+
+def test_an_alignment_that_claims_to_be_exact_is_taken_for_one_of_a_centimetre():
+    poses, edges = noisy_team(3, 5, 0.02, 0.002)
+    pair = next(iter(edges))
+    edges[pair] = replace(edges[pair], covariance=np.zeros((3, 3)))
+    found = jointly(first_guess(edges), edges.values(), "r0", MergeConfig())
+    assert error(found, poses) < 0.1
+    off_m, _ = se2.difference(se2.between(found[pair[0]], found[pair[1]]), edges[pair].T_a_b)
+    assert 0.0 < off_m < 0.01
+
+
+@pytest.mark.parametrize(("scale", "is_shared"), [(1.0, False), (100.0, True)])
+def test_where_covariances_are_believed_less_the_gap_of_a_loop_is_shared_and_not_one_alignments_fault(scale, is_shared):
+    _, edges = noisy_team(3, 6, 0.0, 0.0)
+    wrong = edges["r0", "r2"]
+    edges["r0", "r2"] = replace(wrong, T_a_b=wrong.T_a_b + np.array([1.0, 0.0, 0.0]))
+    found = jointly(first_guess(edges), edges.values(), "r0", MergeConfig(covariance_scale=scale))
+    off_m = [se2.difference(se2.between(found[edge.a], found[edge.b]), edge.T_a_b)[0] for edge in edges.values()]
+    assert max(off_m) < 0.6 if is_shared else max(off_m) > 0.9
 
 
 def test_the_order_of_edges_does_not_change_a_bit():

@@ -54,12 +54,52 @@ def test_one_lie_of_the_wheels_is_no_veer() -> None:
     assert abs(predictor.odometry.veer) < 1e-6
 
 
+def test_a_slip_in_the_first_metre_is_no_veer_of_the_wheels() -> None:
+    predictor = Predictor(0.1)
+    predictor.learn(np.array([0.6, 0.0, 0.0]), np.array([0.6, 0.0, 0.45]), seen())  # what is learnt first weighs most
+    assert predictor.predict(np.array([0.1, 0.0, 0.0])).motion == pytest.approx([0.1, 0.0, 0.0])
+
+
+def test_turns_that_are_told_too_small_are_no_veer_on_the_straight() -> None:
+    predictor = Predictor(0.1)
+    for _ in range(60):  # in circles
+        predictor.learn(np.array([0.12, 0.0, 0.12]), np.array([0.12, 0.0, 0.1]), seen())
+    turned = predictor.odometry.corrected(np.array([0.0, 0.0, 0.1]))[2]
+    assert turned > 0.11 and predictor.odometry.corrected(np.array([0.12, 0.0, 0.0]))[2] == 0.0
+
+
+@pytest.mark.parametrize("told_rad", [-0.05, 0.0])
+def test_wheels_that_turned_the_other_way_or_not_at_all_say_nothing_of_their_scale(told_rad: float) -> None:
+    predictor, turned = Predictor(0.1), np.array([0.0, 0.0, 0.05])
+    for _ in range(40):
+        predictor.learn(turned, np.array([0.0, 0.0, told_rad]), seen())
+    assert predictor.odometry.corrected(turned) == pytest.approx(turned)
+
+
+@pytest.mark.parametrize("told_share", [0.1, 10.0])
+def test_wheels_that_count_next_to_nothing_or_much_too_much_are_not_put_right_by_as_much(told_share: float) -> None:
+    predictor, driven = Predictor(0.1), np.array([0.1, 0.0, 0.0])
+    for _ in range(300):
+        predictor.learn(driven, told_share * driven, seen())
+    assert predictor.odometry.corrected(driven)[0] == pytest.approx(0.15 if told_share < 1.0 else 0.1 / 1.5, rel=0.02)
+
+
 def test_nothing_is_learnt_along_a_direction_that_is_not_seen() -> None:
     predictor = Predictor(0.1)
     for _ in range(300):
         predictor.learn(np.array([0.01, 0.0, 0.0]), np.array([0.1, 0.0, 0.0]), seen(blind=1.0))
     motion, _, _, slip = predictor.predict(np.array([0.1, 0.0, 0.0]))
     assert motion[0] == pytest.approx(0.1) and slip == pytest.approx(0.1)
+    for _ in range(300):
+        predictor.learn(np.array([0.1, 0.0, 0.0]), np.array([0.08, 0.0, 0.0]), seen())
+    assert predictor.predict(np.array([0.08, 0.0, 0.0])).motion[0] == pytest.approx(0.1, rel=0.03)  # it is again
+
+
+def test_matches_that_nobody_believes_do_not_make_wheels_dead() -> None:
+    predictor, stood = Predictor(0.1), np.zeros(3)
+    for _ in range(20):  # a crowd walks past a robot that stands
+        predictor.learn(np.array([0.1, 0.0, 0.0]), stood, seen()._replace(inliers=0.2))
+    assert predictor.says_it_stands(stood)
 
 
 def test_odometry_that_is_always_wrong_gives_way_to_steady_motion() -> None:
@@ -105,6 +145,9 @@ def test_wheels_that_stand_while_the_robot_drives_are_not_heard_until_they_turn(
         predictor.learn(driven, stood, seen())
     assert not predictor.says_it_stands(stood)
     assert predictor.predict(stood).motion == pytest.approx(driven) and predictor.alternatives(stood, stood) == []
+    for _ in range(10):  # a rest tells nothing of wheels that do not count
+        predictor.learn(stood, stood, seen())
+    assert not predictor.says_it_stands(stood)
     restored = Predictor(0.1)
     restored.restore(predictor.state())
     assert not restored.says_it_stands(stood)

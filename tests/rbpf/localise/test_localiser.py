@@ -159,8 +159,9 @@ def test_a_robot_that_is_carried_off_with_its_laser_off_knows_it_at_once() -> No
     localiser, poses = begun(house()), way(60)
     drive(localiser, house(), poses)
     rng = np.random.default_rng(3)
-    localiser.update(scan(house(), np.array([12.0, 1.5, 2.0]), 200, rng), wheels(poses)[-1])
-    assert localiser.is_carried
+    for k in (200, 215):
+        localiser.update(scan(house(), np.array([12.0, 1.5, 2.0]), k, rng), wheels(poses)[-1])
+        assert localiser.is_carried  # and remembers it
 
 
 def test_the_covariance_holds_the_error_and_grows_where_nothing_is_seen() -> None:
@@ -173,6 +174,30 @@ def test_the_covariance_holds_the_error_and_grows_where_nothing_is_seen() -> Non
     odom = se2.compose(wheels(poses)[-1], np.array([0.19, 0.0, 0.0]))
     localiser.update(scan(house(), poses[-1], 100, np.random.default_rng(0)), odom)  # carried on by odometry
     assert np.trace(localiser.covariance) > np.trace(before)
+
+
+def test_along_a_corridor_whose_ends_it_does_not_see_it_knows_less_and_less_where_it_is() -> None:
+    cells = np.full((40, 720), 0, dtype=np.int8)  # 36 m long, 2 m wide; the laser reaches 12 m
+    cells[:2], cells[-2:], cells[:, :2], cells[:, -2:] = 100, 100, 100, 100
+    corridor, config = OccupancyGrid(cells, 0.05), MapperConfig(threads=1)
+    localiser, rng = Localiser(FixedMap(corridor, config.resolution_m), config), np.random.default_rng(0)
+    poses = np.array([14.0, 1.0, 0.0]) + np.arange(60)[:, None] * np.array([0.12, 0.0, 0.0])
+    odom, sigma_m = wheels(poses), []
+    assert localiser.begin(scan(corridor, poses[0], 0, rng), odom[0], poses[0])
+    for k in range(1, 60):
+        localiser.update(scan(corridor, poses[k], k, rng), odom[k])
+        sigma_m.append(np.sqrt(np.diag(localiser.covariance)[:2]))
+    (begin_x, begin_y), (end_x, end_y) = sigma_m[9], sigma_m[-1]
+    assert end_x > 1.2 * begin_x and max(begin_y, end_y) < 0.04
+
+
+def test_a_scan_says_as_much_as_its_independent_beams_whatever_number_it_has() -> None:
+    turned = []
+    for beams in (10.0, 40.0):
+        localiser = begun(house(), MapperConfig(threads=1, evidence_beams=beams))
+        assert localiser.begin(scan(house(), START, 0, np.random.default_rng(0)), None, START)
+        turned.append(localiser.covariance[2, 2])
+    assert turned[0] == pytest.approx(4.0 * turned[1], rel=0.05)
 
 
 @pytest.mark.parametrize("ranges_m", [np.full(BEAMS, np.inf, dtype=np.float32)])

@@ -44,6 +44,13 @@ def test_a_robot_that_never_moves_and_counted_stamps(tmp_path):
     assert "odd        the odometry never moves" in describe(facts)
 
 
+def test_turns_are_counted_the_short_way_and_a_slow_laser_has_no_gaps(tmp_path):
+    odom = [(0.1 * i, 0.0, (-1) ** i * (np.pi - 0.01)) for i in range(9)]  # about half a turn, to and fro
+    facts = inspect(write(tmp_path, *[flaser([1.0] * 10, odom=at, stamp=3.0 * i) for i, at in enumerate(odom)]))
+    assert facts["turned_deg"] == pytest.approx(np.degrees(8 * 0.02), abs=1.0)
+    assert facts["gaps"] == 0 and facts["longest_gap_s"] == 3.0
+
+
 def test_a_log_without_odometry(tmp_path):
     with Recorder(tmp_path / "run.bag", "bag") as out:
         out.scan(NS, [1.0, 2.0, 3.0])

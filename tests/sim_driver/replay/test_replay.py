@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import json
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from mrslam.agent import Sensed
 from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.sim_driver.replay import read_recording
 from mrslam.sim_driver.replay.again import mission_of, replay_mission
+from mrslam.sim_driver.replay.recording import write_recording
 from mrslam.sim_driver.run.run import run_mission
-from mrslam.spatial import InputError
+from mrslam.spatial import InputError, Scan
 
 TABLES = {
     "mission": {"seed": 2, "duration_s": 40.0, "shell": "virtual"},
@@ -69,6 +72,22 @@ def test_scans_come_back_as_they_were(recorded: Path) -> None:
     assert [one.t_ns for one in sensed[:3]] == [0, 100_000_000, 200_000_000]
     assert len(sensed) == 400
     assert np.isfinite(sensed[0].scan.ranges_m).any() and sensed[0].T_odom_base is not None
+
+
+def test_a_recording_keeps_stamps_odometry_laser_and_where_that_is_mounted(tmp_path: Path) -> None:
+    scan = Scan(
+        stamp_ns=7, ranges_m=np.array([1.0, np.inf, np.nan], dtype=np.float32), angle_min_rad=-1.0,
+        angle_increment_rad=0.01, range_max_m=5.6, range_min_m=0.02, T_base_laser=np.array([0.05, -0.1, 0.2]),
+        beam_interval_s=1e-4,
+    )  # fmt: skip
+    sensed = [Sensed(5, scan, None), Sensed(9, replace(scan, stamp_ns=11), np.array([1.0, 2.0, 3.0]))]
+    write_recording(tmp_path / "scans.npz", sensed)
+    back = read_recording(tmp_path / "scans.npz")
+    assert [(one.t_ns, one.T_odom_base is None) for one in back] == [(5, True), (9, False)]
+    np.testing.assert_array_equal(back[1].T_odom_base, [1.0, 2.0, 3.0])
+    for then, now in zip(sensed, back, strict=True):
+        for name in (field.name for field in fields(Scan)):
+            np.testing.assert_array_equal(getattr(now.scan, name), getattr(then.scan, name), err_msg=name)
 
 
 def test_a_damaged_recording_is_named(recorded: Path, tmp_path: Path) -> None:

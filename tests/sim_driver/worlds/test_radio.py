@@ -76,6 +76,15 @@ def test_links_are_the_same_both_ways_and_for_one_seed():
     assert differ > 30
 
 
+def test_lines_that_graze_corners_are_the_same_both_ways_too():
+    world, rng = load_world("office"), np.random.default_rng(2)
+    rows, cols = np.nonzero(world.reachable)
+    some = rng.integers(len(rows), size=8000)
+    places = (np.stack([cols[some], rows[some]], axis=1) + 0.5) * world.resolution_m
+    radio, pairs = Radio(world, CLEAR), np.arange(8000).reshape(-1, 2)
+    assert radio.qualities(places, pairs) == radio.qualities(places, pairs[:, ::-1])
+
+
 def test_all_links_at_once_are_those_asked_one_by_one():
     world, rng = load_world("office"), np.random.default_rng(2)
     radio = Radio(world, seed=4)

@@ -123,7 +123,7 @@ def test_clearance_is_zero_in_walls_and_outside():
 
 def test_starts_are_inside_the_building(tmp_path):
     image = np.full((120, 160), 255, dtype=np.uint8)
-    cv2.rectangle(image, (40, 30), (110, 90), 0, 2)
+    cv2.rectangle(image, (40, 20), (110, 70), 0, 2)
     cv2.imwrite(str(tmp_path / "plan.png"), image)
     world = load_world(tmp_path / "plan.png", 0.1)
     assert world.size_m == pytest.approx((16.0, 12.0))
@@ -131,7 +131,15 @@ def test_starts_are_inside_the_building(tmp_path):
     for _ in range(20):
         x, y, _ = world.free_start(rng)
         assert 4 < x < 11.1
-        assert 3 < 12 - y < 9.1  # rows of images go down
+        assert 2 < 12 - y < 7.1  # rows of images go down
+
+
+def test_what_is_transparent_in_a_plan_is_floor_whatever_colour_it_hides(tmp_path):
+    image = np.zeros((40, 60, 4), dtype=np.uint8)
+    image[20, 10:50, 3] = 255  # a black wall on a background of transparent black
+    cv2.imwrite(str(tmp_path / "plan.png"), image)
+    is_wall = load_world(tmp_path / "plan.png", 0.1).is_wall
+    assert is_wall[19, 10:50].all() and not is_wall[1:19, 1:-1].any() and not is_wall[20:-1, 1:-1].any()
 
 
 def test_map_server_yaml_keeps_its_frame(tmp_path):
