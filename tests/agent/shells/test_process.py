@@ -27,7 +27,7 @@ from mrslam.rbpf import Mapper
 from mrslam.spatial import Scan
 
 S = 1_000_000_000
-DEADLINE_S = 20.0
+DEADLINE_S = 60.0
 SETTINGS = Settings(rbpf=replace(Settings().rbpf, particles=16, threads=1))
 
 
