@@ -63,7 +63,7 @@ class Masking:
 
 
 def _is_known(scene: Scene, agent: Agent, mate: str) -> bool:
-    """Return whether a robot hears where a teammate is, and its map is where it truly lies.
+    """Return whether a robot hears where a teammate truly is, and its map is where it truly lies.
 
     In a house that looks alike it may not be.
     """
@@ -72,4 +72,7 @@ def _is_known(scene: Scene, agent: Agent, mate: str) -> bool:
     own, there = scene.frame(agent, agent.robot_id), scene.frame(agent, mate)
     if mate == agent.robot_id or own is None or there is None:
         return False
-    return se2.difference(agent.T_team_map[mate], se2.between(own, there))[0] <= FALSE_MERGE_M
+    if se2.difference(agent.T_team_map[mate], se2.between(own, there))[0] > FALSE_MERGE_M:
+        return False
+    told = se2.compose(there, scene.agents[mate].mapper.T_map_base)  # wheels may have leapt while it was blind
+    return se2.difference(told, scene.T_world_base[mate])[0] <= FALSE_MERGE_M
