@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bench.chaos.doubt import BLINDS
 from bench.chaos.merging import LOOKS_ALIKE, alike
-from bench.chaos.scene import Report, Scene
+from bench.chaos.scene import BLINDS, Report, Scene
 from mrslam.agent import Agent
 from mrslam.sim_driver.faults import FaultConfig
-from mrslam.spatial import se2
 
 NOTICED_S = 5.0
 """Within this the robot doubts, or is right again. Measured: 0.1 s, its first scan, in most missions; 0.8 s at most."""
@@ -56,7 +54,7 @@ class CarriedOff:
             return
         if T_world_map is None or agent.scan is None or agent.scan.stamp_ns != scene.now_ns:
             return
-        off_m, _ = se2.difference(se2.compose(T_world_map, agent.mapper.T_map_base), scene.T_world_base[agent.robot_id])
+        off_m = scene.off_m(agent.robot_id, T_world_map)
         if off_m < RIGHT_M:
             case.noticed_s = scene.now_s - case.fault.at_s
 

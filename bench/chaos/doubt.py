@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections import defaultdict
 
-from bench.chaos.scene import SPOILS, Report, Scene
+from bench.chaos.scene import BLINDS, SPOILS, Report, Scene
 from mrslam.agent import Agent
-from mrslam.spatial import se2
 
 POSE_M = 1.0
 """A robot whose laser works and that does not doubt is no farther than this from where it believes to be, metres.
 Measured: 0.4 at most."""
 LOOKS_AGAIN_S = 3.0
 """So long after its laser worked again a robot may believe what its wheels said meanwhile."""
-BLINDS = ("laser_stuck", "laser_garbage")
-"""Faults during which only the wheels tell where a robot is."""
 
 
 class Silence:
@@ -46,7 +43,7 @@ class Silence:
         is_of_this_map = agent.node.store.own_epoch == agent.node.store.version(robot_id)[0]
         if T_world_map is None or not is_new or not is_of_this_map:
             return
-        off_m, _ = se2.difference(se2.compose(T_world_map, agent.mapper.T_map_base), scene.T_world_base[robot_id])
+        off_m = scene.off_m(robot_id, T_world_map)
         if off_m > POSE_M >= self._off_m[robot_id]:
             self._report.say(f"{robot_id} is sure, and {off_m:.1f} m from where it believes to be")
         self._off_m[robot_id] = max(self._off_m[robot_id], off_m)

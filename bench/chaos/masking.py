@@ -74,5 +74,4 @@ def _is_known(scene: Scene, agent: Agent, mate: str) -> bool:
         return False
     if se2.difference(agent.T_team_map[mate], se2.between(own, there))[0] > FALSE_MERGE_M:
         return False
-    told = se2.compose(there, scene.agents[mate].mapper.T_map_base)  # wheels may have leapt while it was blind
-    return se2.difference(told, scene.T_world_base[mate])[0] <= FALSE_MERGE_M
+    return scene.off_m(mate, there) <= FALSE_MERGE_M  # wheels may have leapt while it was blind

@@ -19,6 +19,8 @@ from mrslam.spatial.se2 import Transform
 Robot = MortalRobot | VirtualRobot
 SPOILS = ("kidnapped",)
 """Faults after which a robot's own map may be wrong, and with it the place of its frame."""
+BLINDS = ("laser_stuck", "laser_garbage")
+"""Faults during which only the wheels tell where a robot is."""
 HEARD = 0.8
 """Least share of messages that arrive between robots that hear each other: well above the missions' threshold of 0.5,
 for their links are measured over eight beacons."""
@@ -124,14 +126,26 @@ class Scene:
         """Return ``T_world_map`` of the map of a robot that ``holder`` has, None where there is none."""
         return self.frames.of(robot_id, holder.node.store.version(robot_id)[0])
 
+    def frame_now(self, holder: Agent, robot_id: str) -> Transform | None:
+        """Return the same by the robot's last scan if it ever drove blind: what it has mapped since is true there."""
+        T_world_map, epoch = self.frame(holder, robot_id), holder.node.store.version(robot_id)[0]
+        if T_world_map is None or not self.suffers(robot_id, *BLINDS):
+            return T_world_map
+        by_last_scan = self.frames.by_last_scan(robot_id, epoch)
+        return T_world_map if by_last_scan is None else by_last_scan
+
     def strayed_m(self, holder: Agent, robot_id: str) -> float:
         """Return how far what a robot sees now is from where its map had it when it began; ``holder`` has the map."""
-        epoch = holder.node.store.version(robot_id)[0]
-        first, last = self.frames.of(robot_id, epoch), self.frames.by_last_scan(robot_id, epoch)
-        if first is None or last is None:
+        begun, now = self.frame(holder, robot_id), self.frame_now(holder, robot_id)
+        if begun is None or now is None:
             return 0.0
         here = self.T_world_base[robot_id]
-        return se2.difference(here, se2.compose(first, se2.compose(se2.inverse(last), here)))[0]
+        return se2.difference(here, se2.compose(begun, se2.compose(se2.inverse(now), here)))[0]
+
+    def off_m(self, robot_id: str, T_world_map: Transform) -> float:
+        """Return how far a robot is from where it believes to be, metres; ``T_world_map`` : of its own map."""
+        believed = se2.compose(T_world_map, self.agents[robot_id].mapper.T_map_base)
+        return se2.difference(believed, self.T_world_base[robot_id])[0]
 
     def faults(self, robot_id: str | None = None) -> Iterator[FaultConfig]:
         """Yield the faults of one robot, or of all, but for the rest at the end."""

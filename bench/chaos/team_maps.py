@@ -8,7 +8,6 @@ from collections.abc import Iterator, Set
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.chaos.doubt import BLINDS
 from bench.chaos.scene import SPOILS, Report, Scene
 from bench.chaos.schedule import REST_S
 from mrslam.agent import Agent
@@ -54,7 +53,7 @@ class TeamMaps:
                 self._judge(scene, robot_id, agent)
 
     def _judge(self, scene: Scene, robot_id: str, agent: Agent) -> None:
-        T_world_team, team = _frame(scene, agent), agent.team_map()
+        T_world_team, team = scene.frame_now(agent, robot_id), agent.team_map()
         mates = team.T_team_map.keys() - {robot_id}
         if T_world_team is None or any(scene.suffers(mate, "liar", *SPOILS) for mate in mates):
             return
@@ -101,20 +100,10 @@ class TeamMaps:
             if T_world_member is not None:
                 grid = agent.node.store.maps[member].map.to_grid()
                 shown |= values_at(grid, se2.apply(se2.inverse(T_world_member), floor)) == 0
-        T_world_team = _frame(scene, agent)
+        T_world_team = scene.frame_now(agent, agent.robot_id)
         assert T_world_team is not None
         known = values_at(team.grid, se2.apply(se2.inverse(T_world_team), floor)) == 0
         return float(known.mean()), float((known & shown).sum() / max(shown.sum(), 1))
-
-
-def _frame(scene: Scene, agent: Agent) -> Transform | None:
-    """Return ``T_world_map`` of a robot's own map, by its last scan if it ever drove blind."""
-    robot_id = agent.robot_id
-    T_world_map = scene.frame(agent, robot_id)
-    if T_world_map is None or not scene.suffers(robot_id, *BLINDS):
-        return T_world_map
-    by_last_scan = scene.frames.by_last_scan(robot_id, agent.node.store.version(robot_id)[0])
-    return T_world_map if by_last_scan is None else by_last_scan
 
 
 def _sigmas_m(agent: Agent, mates: Set[str]) -> Iterator[float]:

@@ -84,7 +84,7 @@ class ScanGate:
         knows: Callable[[], bool],
         before_m: NDArray[np.float32] | None,
     ) -> str | None:
-        """Return why a scan that was not seen before shows no place; ``before_m (B,)`` : another scan's ranges."""
+        """Return why a scan shows no place, None where it does; ``before_m (B,)`` : ranges of another one."""
         if np.abs(scan.T_base_laser[:2]).max() > ORIGIN_MOST_M:
             return f"a laser more than {ORIGIN_MOST_M:g} m from the base"
         if points.shape[0] < points_least:
