@@ -39,9 +39,16 @@ class TeamMaps:
     def __init__(self, report: Report) -> None:
         self._report = report
         self._ways: defaultdict[str, list[NDArray[np.float64]]] = defaultdict(list)
+        self._epochs: dict[str, int] = {}
+        self._begun: dict[str, int] = {}
+        """By robot: how many of its ways' places are older than the map that it has now."""
 
     def step(self, scene: Scene) -> None:
-        """Note where robots are while lasers see them."""
+        """Note where robots are while lasers see them, and when they begin another map."""
+        for robot_id, agent in scene.agents.items():
+            epoch = agent.node.store.own_epoch
+            if self._epochs.setdefault(robot_id, epoch) != epoch:
+                self._epochs[robot_id], self._begun[robot_id] = epoch, len(self._ways[robot_id])
         if scene.now_s < REST_S:
             for robot_id, pose in scene.T_world_base.items():
                 self._ways[robot_id].append(pose[:2])
@@ -63,7 +70,7 @@ class TeamMaps:
         floor = scene.judge.world.centres(scene.judge.reachable)
         coverage, kept = self._floor(scene, agent, floor)
         floor_m2 = len(floor) * scene.judge.world.resolution_m**2
-        ghosts = scene.judge.ghosts(team.grid, T_world_team, self._where(mates), GHOST_M)
+        ghosts = scene.judge.ghosts(team.grid, T_world_team, self._where_mapped(mates), GHOST_M)
         self._report.figures["team map"].append(
             [robot_id, len(mates), round(precision, 4), round(coverage, 4), round(kept, 4), ghosts, round(unsure_m, 3)]
         )
@@ -79,6 +86,14 @@ class TeamMaps:
     def _where(self, robot_ids: Set[str]) -> NDArray[np.float64]:
         """Return places ``(N, 2)`` of the world where these robots were."""
         return np.array([place for robot in sorted(robot_ids) for place in self._ways[robot]]).reshape(-1, 2)
+
+    def _where_mapped(self, robot_ids: Set[str]) -> NDArray[np.float64]:
+        """Return places ``(N, 2)`` of the world where these robots were since their maps began.
+
+        Where a robot was before it gave a map up, nobody knows any more: what others saw of it there stays.
+        """
+        ways = [self._ways[robot][self._begun.get(robot, 0) :] for robot in sorted(robot_ids)]
+        return np.array([place for way in ways for place in way]).reshape(-1, 2)
 
     def _precision(
         self, scene: Scene, grid: OccupancyGrid, T_world_team: Transform, strangers: Set[str], unsure_m: float = 0.0

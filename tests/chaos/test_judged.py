@@ -136,6 +136,16 @@ def test_a_robot_that_a_map_has_no_place_for_stands_in_it_rightly() -> None:
     assert maps._precision(scene, grid, se2.IDENTITY, set()) < 1.0
 
 
+def test_a_way_before_a_robot_gave_its_map_up_says_nothing_of_ghosts() -> None:
+    maps = TeamMaps(Report())
+    for k, epoch in enumerate((1, 1, 1, 2, 2)):
+        agent = SimpleNamespace(node=SimpleNamespace(store=SimpleNamespace(own_epoch=epoch)))
+        place = se2.transform(float(k), 0.0, 0.0)
+        maps.step(SimpleNamespace(agents={"r1": agent}, now_s=0.1 * k, T_world_base={"r1": place, "r2": place}))
+    assert maps._where_mapped({"r1"})[:, 0].tolist() == [3.0, 4.0]
+    assert maps._where_mapped({"r2"})[:, 0].tolist() == maps._where({"r1"})[:, 0].tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
+
+
 def test_walls_may_be_as_far_off_as_a_robot_says_that_it_is_unsure() -> None:
     cells = np.zeros((60, 60), dtype=np.int8)
     cells[30] = 100

@@ -320,4 +320,28 @@ MUTANTS = (
         "\n",
         "a map of another resolution is taken for the next version of the last one",
     ),
+    Mutant(
+        "comms/transport/outbox.py",
+        "                self._bytes -= len(payload)\n",
+        "",
+        "a robot falls silent for good after its first 16 MB",
+    ),
+    Mutant(
+        "comms/transport/outbox.py",
+        "self._closed or self._bytes + len(payload) > self._max_bytes",
+        "self._closed",
+        "messages of a link that was cut pile up in memory",
+    ),
+    Mutant(
+        "comms/transport/outbox.py",
+        "except Exception as error:",
+        "except ValueError as error:",
+        "one message that cannot be sent ends all sending",
+    ),
+    Mutant(
+        "comms/node.py",
+        " and keyframes <= self.config.max_keyframes",
+        "",
+        "a saved map whose keyframes no teammate keeps is offered for ever",
+    ),
 )
