@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -19,12 +18,10 @@ from mrslam.alignment import Alignment, Rejection, align
 from mrslam.comms import Incoming, PeerJoined, PeerLeft, Transport
 from mrslam.merge import LocalMatcher, join
 from mrslam.merge.joint.align_bent import Scanned, align_bent
-from mrslam.spatial.runtime.heap import give_back, trim
+from mrslam.spatial.runtime.heap import give_back_now_and_then, trim
 
 TRIM_NS = 60_000_000_000
 """Mission time between two releases of free memory to the system, nanoseconds: rare, for each takes milliseconds."""
-GIVE_BACK_S = 30.0
-"""Least time between two jobs after which libraries' code is given back, seconds: each takes up to 50 ms of CPU."""
 
 
 class LinkSource(Protocol):
@@ -55,7 +52,6 @@ class Runner:
         self.keeper = keeper
         self.events = EventLog(folder, agent.robot_id)
         self._next_trim_ns = 0
-        self._next_give_back_s = 0.0
         self._matcher = LocalMatcher()
 
     def receive(self, timeout_s: float, now_ns: Callable[[], int]) -> None:
@@ -108,9 +104,7 @@ class Runner:
     def work(self, job: Job) -> Outcome:
         """Do a job by the agent's settings; slow. One job is done at a time."""
         outcome = join(job.trails, job.T_team_map, self._matcher) if isinstance(job, JoinJob) else self._align(job)
-        if time.monotonic() >= self._next_give_back_s:
-            give_back()
-            self._next_give_back_s = time.monotonic() + GIVE_BACK_S
+        give_back_now_and_then()
         return outcome
 
     def _align(self, job: AlignJob) -> Alignment | Rejection:

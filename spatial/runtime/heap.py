@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 import re
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -18,6 +19,9 @@ UNWRITTEN_CODE = re.compile(
     r"^(\w+)-(\w+) r-xp .* /.*\n(?:[A-Z]\w+:.*\n)*?Anonymous: +0 kB\n(?:[A-Z]\w+:.*\n)*?Swap: +0 kB", re.MULTILINE
 )
 """Files mapped to be run of which no page was written: such a page is no longer the file's."""
+EVERY_S = 30.0
+"""Least time between two releases of code by :func:`give_back_now_and_then`, seconds: each takes up to 50 ms of CPU, and
+the longer the more a process has loaded and holds."""
 DONTNEED = 4
 """Linux's ``MADV_DONTNEED``: pages of a file are read again from there when they are needed after all."""
 
@@ -44,6 +48,21 @@ def give_back() -> bool:
         for begin, end in _code():
             _ADVISE(ctypes.c_void_p(begin), ctypes.c_size_t(end - begin), DONTNEED)
     return trim()
+
+
+class _Last:
+    """When this process gave back last, in seconds of the system's clock: its robots share its memory."""
+
+    at_s = float("-inf")
+
+
+def give_back_now_and_then() -> bool:
+    """Do :func:`give_back` if this process has not done so for ``EVERY_S``; return whether it was done."""
+    if time.monotonic() - _Last.at_s < EVERY_S:
+        return False
+    _Last.at_s = time.monotonic()
+    give_back()
+    return True
 
 
 def _code() -> Iterator[tuple[int, int]]:

@@ -7,7 +7,7 @@ import pytest
 from numba import njit
 
 from mrslam.spatial.runtime import heap
-from mrslam.spatial.runtime.heap import give_back
+from mrslam.spatial.runtime.heap import give_back, give_back_now_and_then
 
 
 def resident_kb() -> int:
@@ -36,3 +36,13 @@ def test_code_goes_and_comes_back_when_it_is_needed() -> None:
     give_back()
     assert resident_kb() < before - 10_000
     assert add(1.5, 2.0) == 3.5  # compiled for other types: the compiler is read again
+
+
+def test_robots_of_one_process_give_back_once_for_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    now_s, given = 100.0, []
+    monkeypatch.setattr(heap._Last, "at_s", float("-inf"))
+    monkeypatch.setattr(heap.time, "monotonic", lambda: now_s)
+    monkeypatch.setattr(heap, "give_back", lambda: given.append(now_s))
+    for now_s in (100.0, 100.0, 129.0, 130.0, 131.0):
+        give_back_now_and_then()
+    assert given == [100.0, 130.0]
