@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Set
+from collections.abc import Iterator, Sequence, Set
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,11 +66,12 @@ class TeamMaps:
             return
         strangers = self._ways.keys() - team.T_team_map.keys()
         unsure_m = min(SIGMAS * max(_sigmas_m(agent, mates), default=0.0), UNSURE_MOST_M)
-        precision = self._precision(scene, team.grid, T_world_team, strangers, unsure_m)
+        or_at = _other_frames(scene, agent)
+        precision = self._precision(scene, team.grid, T_world_team, strangers, unsure_m, or_at)
         floor = scene.judge.world.centres(scene.judge.reachable)
-        coverage, kept = self._floor(scene, agent, floor)
+        coverage, kept = self._floor(scene, agent, floor, or_at)
         floor_m2 = len(floor) * scene.judge.world.resolution_m**2
-        ghosts = scene.judge.ghosts(team.grid, T_world_team, self._where_mapped(mates), GHOST_M)
+        ghosts = scene.judge.ghosts(team.grid, T_world_team, self._where_mapped(mates), GHOST_M, or_at)
         self._report.figures["team map"].append(
             [robot_id, len(mates), round(precision, 4), round(coverage, 4), round(kept, 4), ghosts, round(unsure_m, 3)]
         )
@@ -96,18 +97,26 @@ class TeamMaps:
         return np.array([place for way in ways for place in way]).reshape(-1, 2)
 
     def _precision(
-        self, scene: Scene, grid: OccupancyGrid, T_world_team: Transform, strangers: Set[str], unsure_m: float = 0.0
+        self,
+        scene: Scene,
+        grid: OccupancyGrid,
+        T_world_team: Transform,
+        strangers: Set[str],
+        unsure_m: float = 0.0,
+        or_at: Sequence[Transform] = (),
     ) -> float:
         """Return the share of a team map's walls that are true, 0..1, but for robots that it has no place for.
 
         Where they are is not known to it, so they are masked by nobody, and stand in its map as any obstacle does.
         """
         walls = int(grid.is_occupied.sum())
-        wrong = round(walls * (1.0 - scene.judge.occupied_precision(grid, T_world_team, unsure_m)))
-        bodies = scene.judge.ghosts(grid, T_world_team, self._where(strangers), GHOST_M)
+        wrong = round(walls * (1.0 - scene.judge.occupied_precision(grid, T_world_team, unsure_m, or_at)))
+        bodies = scene.judge.ghosts(grid, T_world_team, self._where(strangers), GHOST_M, or_at)
         return 1.0 - (wrong - bodies) / max(walls - bodies, 1)
 
-    def _floor(self, scene: Scene, agent: Agent, floor: NDArray[np.float64]) -> tuple[float, float]:
+    def _floor(
+        self, scene: Scene, agent: Agent, floor: NDArray[np.float64], or_at: Sequence[Transform]
+    ) -> tuple[float, float]:
         """Return which share of the floor ``(N, 2)`` a team map shows, and of what the maps in it show, 0..1 each."""
         team, shown = agent.team_map(), np.zeros(len(floor), dtype=np.bool_)
         for member in team.T_team_map:
@@ -117,8 +126,24 @@ class TeamMaps:
                 shown |= values_at(grid, se2.apply(se2.inverse(T_world_member), floor)) == 0
         T_world_team = scene.frame_now(agent, agent.robot_id)
         assert T_world_team is not None
-        known = values_at(team.grid, se2.apply(se2.inverse(T_world_team), floor)) == 0
+        frames = (T_world_team, *or_at)
+        known = np.any([values_at(team.grid, se2.apply(se2.inverse(T), floor)) == 0 for T in frames], axis=0)
         return float(known.mean()), float((known & shown).sum() / max(shown.sum(), 1))
+
+
+def _other_frames(scene: Scene, agent: Agent) -> list[Transform]:
+    """Return other frames ``T_world_team`` in which parts of a team map are true, one or two for each that drove blind.
+
+    Its map is off by what its wheels were wrong, from there on, and the others are laid on what it mapped before or
+    after. How far off it may be is judged by :mod:`bench.chaos.doubt`.
+    """
+    T_world_team, frames = scene.frame_now(agent, agent.robot_id), []
+    for member in agent.team_map().T_team_map if T_world_team is not None else ():
+        begun, now = scene.frame(agent, member), scene.frame_now(agent, member)
+        if T_world_team is not None and begun is not None and now is not None and begun is not now:
+            strayed = se2.compose(now, se2.inverse(begun))
+            frames += [se2.compose(one, T_world_team) for one in (strayed, se2.inverse(strayed))]
+    return frames
 
 
 def _sigmas_m(agent: Agent, mates: Set[str]) -> Iterator[float]:

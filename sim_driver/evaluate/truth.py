@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -65,12 +66,20 @@ class Judge:
         floor = se2.apply(se2.inverse(T_world_map), self._floor)
         return float(np.mean(values_at(grid, floor) == 0)) if len(floor) else 0.0
 
-    def occupied_precision(self, grid: OccupancyGrid, T_world_map: Transform, unsure_m: float = 0.0) -> float:
-        """Return the share of the map's walls within two cells and ``unsure_m`` of a true wall; 1 where it has none."""
-        walls = se2.apply(T_world_map, grid.centres(grid.is_occupied))
-        if len(walls) == 0:
-            return 1.0
-        return float(np.mean(self._wall_m(walls) <= _near_m(grid) + unsure_m))
+    def occupied_precision(
+        self, grid: OccupancyGrid, T_world_map: Transform, unsure_m: float = 0.0, or_at: Sequence[Transform] = ()
+    ) -> float:
+        """Return the share of the map's walls within two cells and ``unsure_m`` of a true wall; 1 where it has none.
+
+        ``or_at`` : other frames of the map in which a wall may be true as well.
+        """
+        wall_m = self._walls_m(grid, (T_world_map, *or_at))
+        return float(np.mean(wall_m <= _near_m(grid) + unsure_m)) if len(wall_m) else 1.0
+
+    def _walls_m(self, grid: OccupancyGrid, frames: Sequence[Transform]) -> NDArray[np.float64]:
+        """Return how far each wall cell of a map is from the nearest true wall in any of its frames, metres."""
+        walls = grid.centres(grid.is_occupied)
+        return np.min([self._wall_m(se2.apply(T_world_map, walls)) for T_world_map in frames], axis=0)
 
     def occupied_recall(self, grid: OccupancyGrid, T_world_map: Transform) -> float | None:
         """Return the share of the true walls beside known floor that the map has within two cells; None without floor.
@@ -106,15 +115,22 @@ class Judge:
         is_shown = values_at(to[0], se2.apply(se2.inverse(to[1]), walls)) == 0
         return float(np.count_nonzero(is_floor & is_shown)) * shown[0].resolution_m
 
-    def ghosts(self, grid: OccupancyGrid, T_world_map: Transform, paths: NDArray[np.float64], radius_m: float) -> int:
+    def ghosts(
+        self,
+        grid: OccupancyGrid,
+        T_world_map: Transform,
+        paths: NDArray[np.float64],
+        radius_m: float,
+        or_at: Sequence[Transform] = (),
+    ) -> int:
         """Return how many wall cells of the map stand where teammates drove, away from true walls.
 
-        ``paths`` are ``(N, 2)`` points of the world where teammates were.
+        ``paths`` are ``(N, 2)`` points of the world where teammates were. ``or_at`` : see :meth:`occupied_precision`.
         """
         walls = se2.apply(T_world_map, grid.centres(grid.is_occupied))
         if len(walls) == 0 or len(paths) == 0:
             return 0
-        lone = walls[self._wall_m(walls) > _near_m(grid)]
+        lone = walls[self._walls_m(grid, (T_world_map, *or_at)) > _near_m(grid)]
         if len(lone) == 0:
             return 0
         return int(np.count_nonzero(cKDTree(paths).query(lone)[0] <= radius_m))

@@ -15,8 +15,9 @@ from bench.chaos.invariants import Invariants
 from bench.chaos.knowledge import Knowledge
 from bench.chaos.merging import UNMERGED_MOST, alike
 from bench.chaos.scene import Report, Scene
-from bench.chaos.team_maps import PRECISION, TeamMaps
+from bench.chaos.team_maps import PRECISION, TeamMaps, _other_frames
 from mrslam.agent import Agent
+from mrslam.merge.grids.warp import warp
 from mrslam.sim_driver.evaluate.truth import Judge
 from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.sim_driver.run.run_virtual import VirtualTeam, run_in_virtual_time
@@ -154,6 +155,31 @@ def test_walls_may_be_as_far_off_as_a_robot_says_that_it_is_unsure() -> None:
     off = se2.transform(0.0, 0.15, 0.0)
     assert maps._precision(scene, grid, off, set()) < PRECISION
     assert maps._precision(scene, grid, off, set(), unsure_m=0.06) == 1.0
+
+
+def test_walls_of_a_robot_that_drove_blind_are_true_in_one_of_its_frames() -> None:
+    world = load_world("arena2", None)
+    judge, (_, width) = Judge(world.grid, world.reachable), world.grid.shape
+    begun, now = se2.IDENTITY, se2.transform(0.3, 0.2, 0.02)
+    cells = np.where(np.arange(width) < width // 2, world.grid.cells, 0)  # seen before
+    after = warp(world.grid, se2.between(now, begun), world.grid.resolution_m)
+    rows, cols = np.nonzero(after.is_occupied)  # seen since, drawn where the robot believes to be
+    rows, cols = rows + after.cell0[0] - world.grid.cell0[0], cols + after.cell0[1] - world.grid.cell0[1]
+    later = (cols > width // 2) & (cols < width) & (rows >= 0) & (rows < cells.shape[0])
+    cells[rows[later], cols[later]] = 100
+    grid = replace(world.grid, cells=cells.astype(np.int8))
+    store = SimpleNamespace(version=lambda name: (1, 1))
+    agent = SimpleNamespace(
+        robot_id="r1", node=SimpleNamespace(store=store), team_map=lambda: SimpleNamespace(T_team_map={"r1": begun})
+    )
+    scene = SimpleNamespace(judge=judge, frame=lambda holder, name: begun, frame_now=lambda holder, name: now)
+    or_at = _other_frames(scene, agent)
+    maps, path = TeamMaps(Report()), world.grid.centres(world.reachable)
+    assert maps._precision(scene, grid, now, set()) < PRECISION < 0.99
+    assert maps._precision(scene, grid, now, set(), 0.0, or_at) > 0.99
+    assert judge.ghosts(grid, now, path, 0.2) > 100 > judge.ghosts(grid, now, path, 0.2, or_at)
+    scene.frame_now = scene.frame
+    assert _other_frames(scene, agent) == []
 
 
 @pytest.mark.parametrize(("name", "low", "high"), [("symmetric-house", 0.9, 1.0), ("arena2", 0.0, 0.6)])
