@@ -153,6 +153,7 @@ class Team:
                 self.layout.T_team_map,
                 self._confirmed,
                 self.hints.awaited(self.beliefs),
+                self.hints.telling,
                 now_ns,
             )
         )

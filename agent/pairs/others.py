@@ -35,17 +35,26 @@ def is_predicted(pair: Pair, T_a_b: Transform, T_team_map: Mapping[str, Transfor
 
 
 def is_left_to_others(
-    own_id: str, pair: Pair, beliefs: Mapping[Pair, PairBelief], placed: Collection[str], now_ns: int
+    own_id: str,
+    pair: Pair,
+    beliefs: Mapping[Pair, PairBelief],
+    placed: Collection[str],
+    telling: Collection[str],
+    now_ns: int,
 ) -> bool:
     """Return whether two others are left to find their pair themselves for now.
 
-    A base station, which has no map of its own, leaves nothing to others.
+    ``telling`` : robots in sight that search for the pairs of their own maps: they hold what is held here, so a search
+    here would find what they find, and they tell it. A base station, which has no map of its own, leaves nothing to
+    others.
     """
     if own_id in pair or beliefs[pair].found is not None:
         return False
     own = [beliefs.get(pair_of(own_id, name)) for name in pair]
     if any(belief is None for belief in own):
         return False
+    if any(name in telling for name in pair):
+        return True
     if all(name in placed for name in pair):
         return now_ns - max(belief.accepted_at_ns or 0 for belief in own if belief is not None) < LOOP_NS
     return any(b is not None and b.alignment is None and b.attempts < TRIES_ENOUGH for b in own)

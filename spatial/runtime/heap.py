@@ -20,8 +20,8 @@ UNWRITTEN_CODE = re.compile(
 )
 """Files mapped to be run of which no page was written: such a page is no longer the file's."""
 EVERY_S = 30.0
-"""Least time between two releases of code by :func:`give_back_now_and_then`, seconds: each takes up to 50 ms of CPU, and
-the longer the more a process has loaded and holds."""
+"""Least time between two releases by :func:`give_back_now_and_then`, seconds: each takes 50 ms of CPU, and more where
+a process holds much."""
 DONTNEED = 4
 """Linux's ``MADV_DONTNEED``: pages of a file are read again from there when they are needed after all."""
 

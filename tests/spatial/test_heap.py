@@ -39,10 +39,9 @@ def test_code_goes_and_comes_back_when_it_is_needed() -> None:
 
 
 def test_robots_of_one_process_give_back_once_for_all(monkeypatch: pytest.MonkeyPatch) -> None:
-    now_s, given = 100.0, []
+    clock, given = iter((100.0, 100.0, 101.0, 129.0, 130.0, 130.0, 131.0)), []
     monkeypatch.setattr(heap._Last, "at_s", float("-inf"))
-    monkeypatch.setattr(heap.time, "monotonic", lambda: now_s)
-    monkeypatch.setattr(heap, "give_back", lambda: given.append(now_s))
-    for now_s in (100.0, 100.0, 129.0, 130.0, 131.0):
-        give_back_now_and_then()
-    assert given == [100.0, 130.0]
+    monkeypatch.setattr(heap.time, "monotonic", lambda: next(clock))
+    monkeypatch.setattr(heap, "give_back", lambda: given.append(True))
+    assert [give_back_now_and_then() for _ in range(5)] == [True, False, False, True, False]
+    assert len(given) == 2
