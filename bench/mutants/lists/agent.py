@@ -620,7 +620,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/checkpoint.py",
-        "WITHOUT_EFFECT = (\"threads\",)",
+        'WITHOUT_EFFECT = ("threads",)',
         "WITHOUT_EFFECT: tuple[str, ...] = ()",
         "a robot's state cannot be taken to a computer with another number of processors",
     ),

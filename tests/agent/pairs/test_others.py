@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import pytest
+
 from mrslam.agent.pairs.belief import PairBelief
-from mrslam.agent.pairs.others import LOOP_NS, TRIES_ENOUGH, is_left_to_others
+from mrslam.agent.pairs.others import LOOP_NS, TELLING_TIMES, TRIES_ENOUGH, is_left_to_others
 from tests.agent.pairs.floors import found
 
 OTHERS, OWN = ("r1", "r3"), (("r1", "r2"), ("r2", "r3"))
@@ -33,6 +35,19 @@ def test_the_loop_of_two_that_are_placed_is_awaited_for_a_while() -> None:
         belief.accepted_at_ns = at_ns
     assert is_left_to_others("r2", OTHERS, known, {"r1", "r2", "r3"}, set(), 6 + LOOP_NS)
     assert not is_left_to_others("r2", OTHERS, known, {"r1", "r2", "r3"}, set(), 7 + LOOP_NS)
+
+
+@pytest.mark.parametrize(("telling", "is_left"), [({"r1"}, True), ({"r3"}, True), ({"r4"}, False)])
+def test_the_pair_of_two_others_is_left_to_one_in_sight_that_tells_what_it_finds(
+    telling: set[str], is_left: bool
+) -> None:
+    assert is_left_to_others("r2", OTHERS, beliefs(TRIES_ENOUGH), {"r2"}, telling, 0) == is_left
+    assert not is_left_to_others("r2", OTHERS, beliefs(TELLING_TIMES * TRIES_ENOUGH), {"r2"}, telling, 0)
+    later_ns = LOOP_NS + 1
+    assert is_left_to_others("r2", OTHERS, beliefs(0), {"r1", "r2", "r3"}, telling, later_ns) == is_left
+    assert not is_left_to_others("r2", OTHERS, beliefs(0), {"r1", "r2", "r3"}, telling, TELLING_TIMES * later_ns)
+    assert not is_left_to_others("r2", OWN[0], beliefs(TRIES_ENOUGH), {"r2"}, telling, 0)
+    assert not is_left_to_others("base", OTHERS, beliefs(TRIES_ENOUGH), set(), telling, 0)
 
 
 def test_a_pair_found_is_confirmed_here_and_a_base_station_leaves_nothing_to_others() -> None:
