@@ -153,7 +153,6 @@ class Team:
                 self.layout.T_team_map,
                 self._confirmed,
                 self.hints.awaited(self.beliefs),
-                self.hints.telling,
                 now_ns,
             )
         )

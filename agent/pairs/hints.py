@@ -122,13 +122,8 @@ class Hints:
         return {
             (a, b)
             for (a, b), belief in beliefs.items()
-            if b == self.own_id and a in self.telling and belief.found is None
+            if b == self.own_id and a in self.searching and a not in self._failed and belief.found is None
         }
-
-    @property
-    def telling(self) -> set[str]:
-        """Teammates in sight that tell what they find of their own pairs, without those whose last hint failed."""
-        return self.searching - self._failed.keys()
 
     def forget(self, robot_id: str) -> None:
         """Forget what concerns a robot that began another map."""

@@ -20,9 +20,6 @@ TRIES_ENOUGH = 6
 hint at what they find. Measured over 114 merges of missions with faults: nine in ten came by the 6th try."""
 LOOP_NS = 90_000_000_000
 """Time that two placed robots have to hint at the loop that their pair closes, nanoseconds: nothing is placed by it."""
-TELLING_TIMES = 3
-"""How many times as long a pair is left to two others while one of them is in sight: it holds what is held here, so a
-search here would find what it finds and tells. Not for good: older programs tell nothing."""
 
 
 def tied_enough(own_id: str, beliefs: Mapping[Pair, PairBelief], placed: Collection[str]) -> set[str]:
@@ -38,24 +35,17 @@ def is_predicted(pair: Pair, T_a_b: Transform, T_team_map: Mapping[str, Transfor
 
 
 def is_left_to_others(
-    own_id: str,
-    pair: Pair,
-    beliefs: Mapping[Pair, PairBelief],
-    placed: Collection[str],
-    telling: Collection[str],
-    now_ns: int,
+    own_id: str, pair: Pair, beliefs: Mapping[Pair, PairBelief], placed: Collection[str], now_ns: int
 ) -> bool:
     """Return whether two others are left to find their pair themselves for now.
 
-    ``telling`` : robots in sight that search for the pairs of their own maps. A base station, which has no map of its
-    own, leaves nothing to others.
+    A base station, which has no map of its own, leaves nothing to others.
     """
     if own_id in pair or beliefs[pair].found is not None:
         return False
     own = [beliefs.get(pair_of(own_id, name)) for name in pair]
     if any(belief is None for belief in own):
         return False
-    patience = TELLING_TIMES if any(name in telling for name in pair) else 1
     if all(name in placed for name in pair):
-        return now_ns - max(belief.accepted_at_ns or 0 for belief in own if belief is not None) < patience * LOOP_NS
-    return any(b is not None and b.alignment is None and b.attempts < patience * TRIES_ENOUGH for b in own)
+        return now_ns - max(belief.accepted_at_ns or 0 for belief in own if belief is not None) < LOOP_NS
+    return any(b is not None and b.alignment is None and b.attempts < TRIES_ENOUGH for b in own)

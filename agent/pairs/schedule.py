@@ -66,17 +66,15 @@ class Schedule:
         T_team_map: Mapping[str, Transform],
         confirmed: Collection[Pair],
         awaited: Collection[Pair],
-        telling: Collection[str],
         now_ns: int,
     ) -> AlignJob | None:
         """Return the pair most worth aligning: the own map's first, then untried ones, then the longest waiting.
 
         ``confirmed`` : merged pairs whose alignment the joint solution confirms; it follows their maps itself.
-        ``awaited`` : pairs that a teammate searches for, which are searched for here with patience; ``telling`` :
-        teammates that tell what they find of their own pairs.
+        ``awaited`` : pairs that a teammate searches for, which are searched for here with patience.
         """
         if self.config.align_method != EXHAUSTIVE:  # a second search is independent evidence then
-            awaited = telling = ()
+            awaited = ()
         tied = tied_enough(self.own_id, beliefs, T_team_map)
         due = [
             (self._rank(pair, belief), pair)
@@ -84,7 +82,7 @@ class Schedule:
             if self._is_due(pair, belief, (maps[pair[0]], maps[pair[1]]), tied, pair in confirmed, now_ns)
             and not (pair in awaited and self._may_wait(belief, now_ns))
             and not (belief.alignment is None and tied.issuperset(pair))
-            and not is_left_to_others(self.own_id, pair, beliefs, T_team_map, telling, now_ns)
+            and not is_left_to_others(self.own_id, pair, beliefs, T_team_map, now_ns)
         ]
         if not due:
             return None

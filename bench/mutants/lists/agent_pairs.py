@@ -135,6 +135,12 @@ MUTANTS = (
     ),
     Mutant(
         HINTS,
+        "b == self.own_id and a in self.searching and a not in self._failed",
+        "b == self.own_id and a in self.searching",
+        "a robot relies on the searches of a teammate whose hints are wrong",
+    ),
+    Mutant(
+        HINTS,
         "            self._failed[job.hinted_by] = self._failed.get(job.hinted_by, 0) + 1\n",
         "            pass\n",
         "a liar's hints are tried without end",
@@ -231,8 +237,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/schedule.py",
-        "awaited = telling = ()",
-        "telling = ()",
+        "            awaited = ()\n",
+        "            pass\n",
         "with a random method a pair waits for a teammate's search, which is no evidence",
     ),
     Mutant(
@@ -366,23 +372,5 @@ MUTANTS = (
         " and is_due and not place.is_refuted:",
         " and is_due:",
         "maps are laid together over and over where nobody was",
-    ),
-    Mutant(
-        "agent/pairs/others.py",
-        "TELLING_TIMES if any(name in telling for name in pair) else 1",
-        "1",
-        "every robot searches for the pairs of all others, though those do so themselves and tell",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "return self.searching - self._failed.keys()",
-        "return self.searching",
-        "a robot whose hints are wrong keeps others from looking themselves",
-    ),
-    Mutant(
-        "agent/pairs/schedule.py",
-        "awaited = telling = ()",
-        "awaited = ()",
-        "with a random method nobody gathers evidence of its own on two others",
     ),
 )

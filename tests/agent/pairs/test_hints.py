@@ -12,7 +12,6 @@ from mrslam.agent.config import AgentConfig, Settings
 from mrslam.agent.effects import AlignJob
 from mrslam.agent.pairs.belief import PairBelief
 from mrslam.agent.pairs.hints import MOST_FAILED, MOST_HINTS, REPEAT_NS, TIMES, Hints
-from mrslam.agent.pairs.others import TRIES_ENOUGH
 from mrslam.agent.pairs.schedule import PATIENCE_S
 from mrslam.agent.shells import runner
 from mrslam.alignment import Prior, Rejection
@@ -207,27 +206,6 @@ def test_a_pair_that_a_teammate_searches_for_is_searched_for_here_with_patience(
         team.grow("r2", 400, 2)
     assert alone.due(20.0) is not None and served.due(20.0) is None
     assert served.due(PATIENCE_S + 1.0) is not None
-
-
-@pytest.mark.parametrize(("method", "is_left"), [("auto", True), ("random-walk", False)])
-def test_two_others_are_not_searched_for_while_one_of_them_is_in_sight_and_proves_right(
-    method: str, is_left: bool
-) -> None:
-    settings = Settings(agent=AgentConfig(align_method=method))
-    alone, served, misled = (Floors("r2", "r1", "r3", settings=settings) for _ in range(3))
-    for team in (served, misled):
-        team.hints.meet("r1", searches=True)
-    misled.hints._failed["r1"] = 1
-    searched = {}
-    for name, team in (("alone", alone), ("served", served), ("misled", misled)):
-        for pair in (("r1", "r2"), ("r2", "r3")):
-            team.beliefs[pair].attempts = TRIES_ENOUGH
-        pairs = set()
-        while (job := team.next_job(0)) is not None:
-            pairs.add((job.a, job.b))
-            team.end(job, NOT_THERE, 0.0)
-        searched[name] = ("r1", "r3") in pairs
-    assert searched == {"alone": True, "served": not is_left, "misled": True}
 
 
 @pytest.mark.parametrize("both_are_tied", [False, True])
