@@ -3,6 +3,7 @@
 from bench.mutants.lists import (
     agent,
     agent_pairs,
+    agent_shells,
     alignment,
     chaos,
     comms,
@@ -24,6 +25,7 @@ MUTANTS: tuple[Mutant, ...] = (
     *comms.MUTANTS,
     *agent.MUTANTS,
     *agent_pairs.MUTANTS,
+    *agent_shells.MUTANTS,
     *sim_driver.MUTANTS,
     *ros.MUTANTS,
     *chaos.MUTANTS,
