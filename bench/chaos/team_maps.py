@@ -66,12 +66,12 @@ class TeamMaps:
             return
         strangers = self._ways.keys() - team.T_team_map.keys()
         unsure_m = min(SIGMAS * max(_sigmas_m(agent, mates), default=0.0), UNSURE_MOST_M)
-        or_at = _other_frames(scene, agent)
+        or_at = _other_frames(scene, agent, T_world_team)
         precision = self._precision(scene, team.grid, T_world_team, strangers, unsure_m, or_at)
         floor = scene.judge.world.centres(scene.judge.reachable)
-        coverage, kept = self._floor(scene, agent, floor, or_at)
+        coverage, kept = self._floor(scene, agent, floor, (T_world_team, *or_at))
         floor_m2 = len(floor) * scene.judge.world.resolution_m**2
-        ghosts = scene.judge.ghosts(team.grid, T_world_team, self._where_mapped(mates), GHOST_M, or_at)
+        ghosts = scene.judge.ghosts(team.grid, T_world_team, self._where(mates, of_this_map=True), GHOST_M, or_at)
         self._report.figures["team map"].append(
             [robot_id, len(mates), round(precision, 4), round(coverage, 4), round(kept, 4), ghosts, round(unsure_m, 3)]
         )
@@ -84,16 +84,12 @@ class TeamMaps:
         if coverage < min(COVERAGE, COVERED_M2 / floor_m2) and not scene.suffers(robot_id):
             self._report.say(f"the team map of {robot_id} shows {100 * coverage:.0f} % of the floor")
 
-    def _where(self, robot_ids: Set[str]) -> NDArray[np.float64]:
-        """Return places ``(N, 2)`` of the world where these robots were."""
-        return np.array([place for robot in sorted(robot_ids) for place in self._ways[robot]]).reshape(-1, 2)
-
-    def _where_mapped(self, robot_ids: Set[str]) -> NDArray[np.float64]:
-        """Return places ``(N, 2)`` of the world where these robots were since their maps began.
+    def _where(self, robot_ids: Set[str], *, of_this_map: bool = False) -> NDArray[np.float64]:
+        """Return places ``(N, 2)`` of the world where these robots were; ``of_this_map`` : since their maps began.
 
         Where a robot was before it gave a map up, nobody knows any more: what others saw of it there stays.
         """
-        ways = [self._ways[robot][self._begun.get(robot, 0) :] for robot in sorted(robot_ids)]
+        ways = [self._ways[robot][self._begun.get(robot, 0) if of_this_map else 0 :] for robot in sorted(robot_ids)]
         return np.array([place for way in ways for place in way]).reshape(-1, 2)
 
     def _precision(
@@ -115,32 +111,32 @@ class TeamMaps:
         return 1.0 - (wrong - bodies) / max(walls - bodies, 1)
 
     def _floor(
-        self, scene: Scene, agent: Agent, floor: NDArray[np.float64], or_at: Sequence[Transform]
+        self, scene: Scene, agent: Agent, floor: NDArray[np.float64], frames: Sequence[Transform]
     ) -> tuple[float, float]:
-        """Return which share of the floor ``(N, 2)`` a team map shows, and of what the maps in it show, 0..1 each."""
+        """Return which share of the floor ``(N, 2)`` a team map shows, and of what the maps in it show, 0..1 each.
+
+        ``frames`` : where the team map's frame is in the world; floor counts that is shown in one of them.
+        """
         team, shown = agent.team_map(), np.zeros(len(floor), dtype=np.bool_)
         for member in team.T_team_map:
             T_world_member = scene.frame(agent, member)
             if T_world_member is not None:
                 grid = agent.node.store.maps[member].map.to_grid()
                 shown |= values_at(grid, se2.apply(se2.inverse(T_world_member), floor)) == 0
-        T_world_team = scene.frame_now(agent, agent.robot_id)
-        assert T_world_team is not None
-        frames = (T_world_team, *or_at)
         known = np.any([values_at(team.grid, se2.apply(se2.inverse(T), floor)) == 0 for T in frames], axis=0)
         return float(known.mean()), float((known & shown).sum() / max(shown.sum(), 1))
 
 
-def _other_frames(scene: Scene, agent: Agent) -> list[Transform]:
-    """Return other frames ``T_world_team`` in which parts of a team map are true, one or two for each that drove blind.
+def _other_frames(scene: Scene, agent: Agent, T_world_team: Transform) -> list[Transform]:
+    """Return other frames ``T_world_team`` in which parts of a team map are true, two for each that drove blind.
 
     Its map is off by what its wheels were wrong, from there on, and the others are laid on what it mapped before or
     after. How far off it may be is judged by :mod:`bench.chaos.doubt`.
     """
-    T_world_team, frames = scene.frame_now(agent, agent.robot_id), []
-    for member in agent.team_map().T_team_map if T_world_team is not None else ():
+    frames: list[Transform] = []
+    for member in agent.team_map().T_team_map:
         begun, now = scene.frame(agent, member), scene.frame_now(agent, member)
-        if T_world_team is not None and begun is not None and now is not None and begun is not now:
+        if begun is not None and now is not None and begun is not now:
             strayed = se2.compose(now, se2.inverse(begun))
             frames += [se2.compose(one, T_world_team) for one in (strayed, se2.inverse(strayed))]
     return frames

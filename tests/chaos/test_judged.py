@@ -143,8 +143,12 @@ def test_a_way_before_a_robot_gave_its_map_up_says_nothing_of_ghosts() -> None:
         agent = SimpleNamespace(node=SimpleNamespace(store=SimpleNamespace(own_epoch=epoch)))
         place = se2.transform(float(k), 0.0, 0.0)
         maps.step(SimpleNamespace(agents={"r1": agent}, now_s=0.1 * k, T_world_base={"r1": place, "r2": place}))
-    assert maps._where_mapped({"r1"})[:, 0].tolist() == [3.0, 4.0]
-    assert maps._where_mapped({"r2"})[:, 0].tolist() == maps._where({"r1"})[:, 0].tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
+    assert maps._where({"r1"}, of_this_map=True)[:, 0].tolist() == [3.0, 4.0]
+    assert (
+        maps._where({"r2"}, of_this_map=True)[:, 0].tolist()
+        == maps._where({"r1"})[:, 0].tolist()
+        == [0.0, 1.0, 2.0, 3.0, 4.0]
+    )
 
 
 def test_walls_may_be_as_far_off_as_a_robot_says_that_it_is_unsure() -> None:
@@ -173,13 +177,13 @@ def test_walls_of_a_robot_that_drove_blind_are_true_in_one_of_its_frames() -> No
         robot_id="r1", node=SimpleNamespace(store=store), team_map=lambda: SimpleNamespace(T_team_map={"r1": begun})
     )
     scene = SimpleNamespace(judge=judge, frame=lambda holder, name: begun, frame_now=lambda holder, name: now)
-    or_at = _other_frames(scene, agent)
+    or_at = _other_frames(scene, agent, now)
     maps, path = TeamMaps(Report()), world.grid.centres(world.reachable)
     assert maps._precision(scene, grid, now, set()) < PRECISION < 0.99
     assert maps._precision(scene, grid, now, set(), 0.0, or_at) > 0.99
     assert judge.ghosts(grid, now, path, 0.2) > 100 > judge.ghosts(grid, now, path, 0.2, or_at)
     scene.frame_now = scene.frame
-    assert _other_frames(scene, agent) == []
+    assert _other_frames(scene, agent, now) == []
 
 
 @pytest.mark.parametrize(("name", "low", "high"), [("symmetric-house", 0.9, 1.0), ("arena2", 0.0, 0.6)])
