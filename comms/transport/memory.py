@@ -106,8 +106,9 @@ class MemoryNetwork:
                 self._announce_leave(end.robot_id, 0)
 
     def _announce_leave(self, robot_id: str, after_ns: int) -> None:
-        for other in self._ends:
-            self._push(self.now_ns + after_ns, other, None, PeerLeft(robot_id))
+        for name, other in self._ends.items():
+            said_ns = self._last_ns.get((robot_id, other.robot_id), 0)  # its goodbye comes first
+            self._push(max(self.now_ns + after_ns, said_ns), name, None, PeerLeft(robot_id))
 
     def carry(self, end: MemoryTransport, effect: Send) -> None:
         """Put a message on its way."""

@@ -344,4 +344,10 @@ MUTANTS = (
         "",
         "a saved map whose keyframes no teammate keeps is offered for ever",
     ),
+    Mutant(
+        "comms/transport/memory.py",
+        "self._push(max(self.now_ns + after_ns, said_ns), name, None, PeerLeft(robot_id))",
+        "self._push(self.now_ns + after_ns, name, None, PeerLeft(robot_id))",
+        "simulated robots that say goodbye are told as lost",
+    ),
 )

@@ -13,6 +13,7 @@ from mrslam.comms import (
     ExchangeDone,
     ExchangeStarted,
     LinkChanged,
+    LinkConditions,
     PeerGone,
     PeerSeen,
     Send,
@@ -149,6 +150,17 @@ def test_where_a_teammate_is_arrives_with_its_age_not_its_clock():
     count = len(team.of(TeammatePose, "b"))
     team.run(3)
     assert len(team.of(TeammatePose, "b")) == count  # the same pose is told once
+
+
+def test_a_goodbye_is_not_taken_for_a_loss():
+    team = Team("ab", link=LinkConditions(delay_s=0.2, jitter_s=0.2))
+    team.run(2)
+    for effect in team.nodes["a"].leave():
+        team.ends["a"].send(effect)
+    team.ends["a"].close()
+    del team.nodes["a"]
+    team.run(2)
+    assert [event.reason for event in team.of(PeerGone, "b")] == ["left"]
 
 
 def test_who_is_here_and_who_is_gone():
