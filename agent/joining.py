@@ -8,6 +8,7 @@ from mrslam.agent.effects import JoinJob
 from mrslam.agent.known_map import KnownMap
 from mrslam.alignment import StabilityCheck
 from mrslam.merge import Pair, Placement
+from mrslam.merge.joint.bent_team import is_the_same
 from mrslam.merge.joint.join import Tie
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
@@ -32,7 +33,7 @@ class Joining:
 
     def __init__(self) -> None:
         self._keys: dict[str, tuple[int, int]] = {}
-        self._T_a_b: dict[Pair, bytes] = {}
+        self._T_a_b: dict[Pair, Transform] = {}
         self._last_ns: int | None = None
         self._seen: dict[str, tuple[int, int]] = {}
         self._seen_ns = 0
@@ -42,7 +43,8 @@ class Joining:
     ) -> JoinJob | None:
         """Return the maps to join, where more than one is placed and something is new; else None.
 
-        A changed alignment does not wait for maps to grow, for until then they are not compared for contradictions.
+        A new alignment, or one that moved, does not wait for maps to grow: until then they are not compared for
+        contradictions.
         """
         frame = placement.anchor
         known = {name: maps[name] for name in placement.T_rigid if name in maps and len(maps[name].trail)}
@@ -51,10 +53,11 @@ class Joining:
         keys = {name: (one.epoch, len(one.trail)) for name, one in known.items()}
         if keys != self._seen:
             self._seen, self._seen_ns = keys, now_ns
-        believed = {pair: T.tobytes() for pair, T in T_a_b.items()}
-        if not self._is_due(keys, now_ns, is_changed=believed != self._T_a_b):
+        pairs = self._T_a_b.keys() | T_a_b.keys()
+        is_changed = not all(is_the_same(self._T_a_b.get(pair), T_a_b.get(pair)) for pair in pairs)
+        if not self._is_due(keys, now_ns, is_changed=is_changed):
             return None
-        self._keys, self._T_a_b, self._last_ns = keys, believed, now_ns
+        self._keys, self._T_a_b, self._last_ns = keys, dict(T_a_b), now_ns
         return JoinJob(
             frame=frame, trails={name: one.trail for name, one in known.items()},
             T_team_map={name: placement.T_rigid[name] for name in known}, T_a_b=dict(T_a_b),

@@ -145,7 +145,7 @@ def test_alignments_that_change_in_quick_succession_are_joined_together() -> Non
     team = team_of()
     align(team)
     joined(team)
-    align(team, se2.compose(T_A_B, se2.transform(0.05, 0.0, 0.0)), t_s=13)
+    align(team, se2.compose(T_A_B, se2.transform(0.2, 0.0, 0.0)), t_s=13)
     assert not isinstance(team.next_job(14 * S), JoinJob)
     assert isinstance(team.next_job(16 * S), JoinJob)
 

@@ -68,8 +68,17 @@ def test_a_third_map_and_one_begun_anew_are_joined_after_the_least_time() -> Non
 
 
 def test_another_alignment_waits_for_others_that_may_follow_but_not_for_keyframes() -> None:
-    assert not is_due(begun(), 3.5, a=200, b=200, T_a_b=T_A_B + 0.01)
-    assert is_due(begun(), 4.5, a=200, b=200, T_a_b=T_A_B + 0.01)
+    assert not is_due(begun(), 3.5, a=200, b=200, T_a_b=T_A_B + 0.2)
+    assert is_due(begun(), 4.5, a=200, b=200, T_a_b=T_A_B + 0.2)
+
+
+@pytest.mark.parametrize("off", [(0.12, 0.0, 0.0), (0.0, -0.12, 0.0), (0.0, 0.0, 0.006)])
+def test_an_alignment_that_was_refined_is_joined_again_once_it_has_moved(off: tuple[float, float, float]) -> None:
+    joining = begun()
+    for step in range(1, 6):
+        is_far = step == 5  # 0.096 m or 0.0048 rad after the fourth step
+        T = T_A_B + step / 5 * np.array(off)
+        assert is_due(joining, 10.0 * step, a=200, b=200, T_a_b=T) == is_far
 
 
 def test_one_map_alone_is_not_joined() -> None:

@@ -206,7 +206,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/joining.py",
-        "        if not self._is_due(keys, now_ns, is_changed=believed != self._T_a_b):",
+        "        if not self._is_due(keys, now_ns, is_changed=is_changed):",
         "        if not self._is_due(keys, now_ns, is_changed=False):",
         "a new merge waits to be joined and judged",
     ),

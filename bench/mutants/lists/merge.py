@@ -465,4 +465,16 @@ MUTANTS = (
         "    loose = list(between)",
         "maps with known starting poses that contradict each other are taken out of the team map",
     ),
+    Mutant(
+        "merge/joint/bent_team.py",
+        "    return REFINED.is_near(used, now)",
+        "    return bool((used == now).all())",
+        "each time an alignment is found again, all maps are joined and drawn anew",
+    ),
+    Mutant(
+        "merge/joint/bent_team.py",
+        "    return REFINED.is_near(used, now)",
+        "    return True",
+        "an alignment that moved is judged by a solution that began elsewhere",
+    ),
 )

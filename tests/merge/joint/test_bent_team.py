@@ -53,7 +53,7 @@ def test_a_robot_without_any_of_its_keyframes_is_no_part_of_the_solution() -> No
 
 def test_it_judges_pairs_that_were_joined_from_their_present_alignment_alone() -> None:
     begun = replace(solution(), T_a_b={("a", "b"): T_A_B})
-    assert begun.judges("a", "b", {("a", "b"): T_A_B.copy()})
+    assert begun.judges("a", "b", {("a", "b"): T_A_B + 0.004})  # refined
     assert not begun.judges("a", "b", {("a", "b"): T_A_B + 0.1})
     assert not begun.judges("a", "b", {}) and not solution().judges("a", "b", {("a", "b"): T_A_B})
     assert solution().judges("a", "b", {}) and not solution().judges("a", "c", {})
