@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -18,7 +19,10 @@ USUAL_MEMORY = 0.05
 SCANS_LEAST = round(1 / USUAL_MEMORY)
 """Scans after which the usual match score is known."""
 TORN = 0.5
-"""A scan whose match score is below this share of the usual one was taken elsewhere."""
+"""A scan whose match score is below this share of the usual one was taken elsewhere, where the robot hardly moved."""
+MOVED_M, MOVED_RAD = 0.3, 0.3
+"""A robot that moved by more than this between two scans sees less of what it saw before, metres and radians: round a
+corner, or through a door, half of it."""
 FITTING_LEAST = 5
 """Scans in a row that must fit the last published map: one may do so by chance."""
 KNOWN_LEAST = 0.3
@@ -49,11 +53,20 @@ class SelfDoubt:
     _doubted_ns: int = 0
     _looked_ns: int | None = None
 
-    def look(self, health: float, match_score: float, fits: Callable[[], bool | None], now_ns: int) -> str | None:
+    def look(
+        self,
+        health: float,
+        match_score: float,
+        fits: Callable[[], bool | None],
+        now_ns: int,
+        motion: Transform | None = None,
+    ) -> str | None:
         """Return "doubtful", "recovered" or "given_up" at the scan where the state changes, else None.
 
         ``match_score`` : share of the scan that fits the scans before, 0..1. ``fits()`` returns whether it fits the map
         last published, None where that has too few known cells; it is called only when the view changed suddenly.
+        ``motion (3,)`` : of the robot since the scan looked at before, None where it is not known to have moved; a view
+        that changed with the robot did not change suddenly.
         A resumed robot has driven on since it was saved, so its view may well have changed: its pose by odometry is
         doubted unless that map confirms it, for odometry may have been reset, or the robot carried.
         """
@@ -62,7 +75,8 @@ class SelfDoubt:
         waited_ns = 0 if self._looked_ns is None else max(now_ns - self._looked_ns, 0)
         self._looked_ns = now_ns
         if not self.doubtful:
-            torn = match_score < TORN * self._usual and (not fits() if is_back else self._seen > SCANS_LEAST)
+            is_other = match_score < TORN * self._usual
+            torn = is_other and (not fits() if is_back else self._seen > SCANS_LEAST and not _has_moved(motion))
             self._usual += USUAL_MEMORY * (match_score - self._usual)
             if not torn and health >= self.min_health:
                 return None
@@ -91,6 +105,10 @@ class SelfDoubt:
             if self._fitting < FITTING_LEAST:
                 return False
         return health >= self.min_health + CERTAIN
+
+
+def _has_moved(motion: Transform | None) -> bool:
+    return motion is not None and (math.hypot(motion[0], motion[1]) > MOVED_M or abs(motion[2]) > MOVED_RAD)
 
 
 def fits_map(scan: Scan, T_map_base: Transform, grid: OccupancyGrid) -> bool | None:

@@ -125,6 +125,22 @@ def elsewhere(k: int) -> Scan:
     return replace(scan(k), ranges_m=(0.3 * scan(k).ranges_m + 0.4).astype(np.float32))
 
 
+def told_elsewhere(step: np.ndarray | None) -> list[str]:
+    """Return what a robot says of its doubt that sees another room after a step by its wheels, None without wheels."""
+    one, told = robot("r1", 1), list[str]()
+    for k in range(110):
+        wheels = None if step is None else odometry(k) + (step if k >= 70 else 0.0)
+        effects = one.on_scan(scan(k) if k < 70 else elsewhere(k), wheels, k * S // 10)
+        told += [kind for kind in kinds(effects) if kind in DOUBT]
+    return told
+
+
+def test_a_robot_that_has_driven_into_another_room_since_its_last_scan_knows_where_it_is() -> None:
+    assert told_elsewhere(np.array([1.0, 0.0, 0.0])) == []
+    assert "given_up" in told_elsewhere(np.zeros(3))
+    assert "given_up" in told_elsewhere(None)
+
+
 def test_a_doubtful_robot_publishes_neither_map_nor_place_and_begins_a_new_map_at_last() -> None:
     one, two = pair()
     version, place = one.node.store.version("r1"), two.team.maps["r1"].version

@@ -47,6 +47,21 @@ def test_a_view_that_changes_at_once_is_doubted_until_the_old_map_fits_again() -
     assert told == [None] * 7 + ["recovered"]
 
 
+@pytest.mark.parametrize(
+    ("motion", "told"),
+    [
+        ((0.29, 0.0, 0.0), "doubtful"), ((0.0, 0.0, -0.29), "doubtful"),
+        ((0.0, -0.31, 0.0), None), ((0.0, 0.0, 0.31), None), ((0.0, 0.0, -0.31), None),
+    ],
+)  # fmt: skip
+def test_a_view_that_changes_as_the_robot_moves_is_not_doubted(
+    motion: tuple[float, float, float], told: str | None
+) -> None:
+    doubt = SelfDoubt(0.4, 100 * S)
+    assert [doubt.look(1.0, 0.9, never, t * S) for t in range(30)] == [None] * 30
+    assert doubt.look(1.0, 0.3, never, 30 * S, np.array(motion)) == told
+
+
 @pytest.mark.parametrize(("fits", "told"), [(True, None), (None, "doubtful"), (False, "doubtful")])
 def test_a_robot_that_comes_back_where_it_has_driven_on_believes_its_wheels_only_if_its_map_confirms_them(
     fits: bool | None, told: str | None
