@@ -504,4 +504,22 @@ MUTANTS = (
         "WITHOUT_EFFECT: tuple[str, ...] = ()",
         "a robot's state cannot be taken to a computer with another number of processors",
     ),
+    Mutant(
+        DOUBT,
+        " and not _has_moved(motion))",
+        ")",
+        "robots with a scan each metre doubt themselves at doors, and give good maps up",
+    ),
+    Mutant(
+        CORE,
+        "return se2.between(T_odom_before, self._T_odom_base)",
+        "return None",
+        "robots with a scan each metre doubt themselves whatever their wheels say",
+    ),
+    Mutant(
+        DOUBT,
+        "MOVED_M, MOVED_RAD = 0.3, 0.3",
+        "MOVED_M, MOVED_RAD = 0.0, 0.0",
+        "robots that are carried off while they drive do not notice",
+    ),
 )
