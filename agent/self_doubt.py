@@ -19,10 +19,11 @@ USUAL_MEMORY = 0.05
 SCANS_LEAST = round(1 / USUAL_MEMORY)
 """Scans after which the usual match score is known."""
 TORN = 0.5
-"""A scan whose match score is below this share of the usual one was taken elsewhere, where the robot hardly moved."""
-MOVED_M, MOVED_RAD = 0.3, 0.3
-"""A robot that moved by more than this between two scans sees less of what it saw before, metres and radians: round a
-corner, or through a door, half of it."""
+"""A scan whose match score is below this share of the usual one was taken elsewhere, if the robot hardly moved."""
+MOVED_M, MOVED_RAD, LOST = 0.3, 0.3, 0.25
+"""A robot that moved by more than this between two scans, metres and radians, sees less of what it saw before: round a
+corner, or through a door, half of it. It was taken elsewhere only if its map contradicts it, or less than ``LOST`` of
+the usual match score is left, which says nothing of where it is."""
 FITTING_LEAST = 5
 """Scans in a row that must fit the last published map: one may do so by chance."""
 KNOWN_LEAST = 0.3
@@ -65,8 +66,8 @@ class SelfDoubt:
 
         ``match_score`` : share of the scan that fits the scans before, 0..1. ``fits()`` returns whether it fits the map
         last published, None where that has too few known cells; it is called only when the view changed suddenly.
-        ``motion (3,)`` : of the robot since the scan looked at before, None where it is not known to have moved; a view
-        that changed with the robot did not change suddenly.
+        ``motion (3,)`` : of the robot since the scan looked at before, None where it is not known to have moved: a view
+        changes with the robot.
         A resumed robot has driven on since it was saved, so its view may well have changed: its pose by odometry is
         doubted unless that map confirms it, for odometry may have been reset, or the robot carried.
         """
@@ -75,8 +76,9 @@ class SelfDoubt:
         waited_ns = 0 if self._looked_ns is None else max(now_ns - self._looked_ns, 0)
         self._looked_ns = now_ns
         if not self.doubtful:
-            is_other = match_score < TORN * self._usual
-            torn = is_other and (not fits() if is_back else self._seen > SCANS_LEAST and not _has_moved(motion))
+            torn = match_score < TORN * self._usual and (not fits() if is_back else self._seen > SCANS_LEAST)
+            if torn and _has_moved(motion) and match_score >= LOST * self._usual:
+                torn = fits() is False
             self._usual += USUAL_MEMORY * (match_score - self._usual)
             if not torn and health >= self.min_health:
                 return None
