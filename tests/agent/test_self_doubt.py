@@ -48,18 +48,23 @@ def test_a_view_that_changes_at_once_is_doubted_until_the_old_map_fits_again() -
 
 
 @pytest.mark.parametrize(
-    ("motion", "told"),
+    ("motion", "is_far"),
     [
-        ((0.29, 0.0, 0.0), "doubtful"), ((0.0, 0.0, -0.29), "doubtful"),
-        ((0.0, -0.31, 0.0), None), ((0.0, 0.0, 0.31), None), ((0.0, 0.0, -0.31), None),
+        ((0.29, 0.0, 0.0), False), ((0.0, 0.0, -0.29), False),
+        ((0.0, -0.31, 0.0), True), ((0.0, 0.0, 0.31), True), ((0.0, 0.0, -0.31), True),
     ],
 )  # fmt: skip
-def test_a_view_that_changes_as_the_robot_moves_is_not_doubted(
-    motion: tuple[float, float, float], told: str | None
+def test_a_view_that_changes_as_the_robot_moves_is_doubted_only_where_its_map_contradicts_it(
+    motion: tuple[float, float, float], is_far: bool
 ) -> None:
-    doubt = SelfDoubt(0.4, 100 * S)
-    assert [doubt.look(1.0, 0.9, never, t * S) for t in range(30)] == [None] * 30
-    assert doubt.look(1.0, 0.3, never, 30 * S, np.array(motion)) == told
+    def told(fits: bool | None, score: float = 0.3) -> str | None:
+        doubt = SelfDoubt(0.4, 100 * S)
+        assert [doubt.look(1.0, 0.9, never, t * S) for t in range(30)] == [None] * 30
+        return doubt.look(1.0, score, lambda: fits, 30 * S, np.array(motion))
+
+    assert told(False) == "doubtful"
+    assert told(None) == told(True) == (None if is_far else "doubtful")
+    assert told(None, score=0.2) == "doubtful"  # too little is left to say where it is
 
 
 @pytest.mark.parametrize(("fits", "told"), [(True, None), (None, "doubtful"), (False, "doubtful")])

@@ -506,9 +506,27 @@ MUTANTS = (
     ),
     Mutant(
         DOUBT,
-        " and not _has_moved(motion))",
-        ")",
+        "                torn = fits() is False\n",
+        "                pass\n",
         "robots with a scan each metre doubt themselves at doors, and give good maps up",
+    ),
+    Mutant(
+        DOUBT,
+        "                torn = fits() is False\n",
+        "                torn = False\n",
+        "robots that are carried off while they drive do not notice",
+    ),
+    Mutant(
+        DOUBT,
+        " and match_score >= LOST * self._usual:",
+        ":",
+        "robots that lost their heading on new ground go on as if they knew it",
+    ),
+    Mutant(
+        DOUBT,
+        "MOVED_M, MOVED_RAD, LOST = 0.3, 0.3, 0.25",
+        "MOVED_M, MOVED_RAD, LOST = 0.0, 0.0, 0.25",
+        "robots that hardly moved believe whatever they see",
     ),
     Mutant(
         CORE,
@@ -517,9 +535,9 @@ MUTANTS = (
         "robots with a scan each metre doubt themselves whatever their wheels say",
     ),
     Mutant(
-        DOUBT,
-        "MOVED_M, MOVED_RAD = 0.3, 0.3",
-        "MOVED_M, MOVED_RAD = 0.0, 0.0",
-        "robots that are carried off while they drive do not notice",
+        CORE,
+        "return se2.between(T_map_before, T_map_base)",
+        "return None",
+        "robots without wheels and with a scan each metre doubt themselves at doors",
     ),
 )
