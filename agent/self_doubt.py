@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from mrslam.rbpf import has_stood
 from mrslam.spatial import OccupancyGrid, Scan, se2
 from mrslam.spatial.se2 import Transform
 
@@ -20,10 +20,10 @@ SCANS_LEAST = round(1 / USUAL_MEMORY)
 """Scans after which the usual match score is known."""
 TORN = 0.5
 """A scan whose match score is below this share of the usual one was taken elsewhere, if the robot hardly moved."""
-MOVED_M, MOVED_RAD, LOST = 0.3, 0.3, 0.25
-"""A robot that moved by more than this between two scans, metres and radians, sees less of what it saw before: round a
-corner, or through a door, half of it. It was taken elsewhere only if its map contradicts it, or less than ``LOST`` of
-the usual match score is left, which says nothing of where it is."""
+LOST = 0.25
+"""A robot that moved between two scans sees less of what it saw before: round a corner, or through a door, half of it.
+It was taken elsewhere only if its map contradicts it, or less than this share of the usual match score is left, which
+says nothing of where it is."""
 FITTING_LEAST = 5
 """Scans in a row that must fit the last published map: one may do so by chance."""
 KNOWN_LEAST = 0.3
@@ -77,7 +77,7 @@ class SelfDoubt:
         self._looked_ns = now_ns
         if not self.doubtful:
             torn = match_score < TORN * self._usual and (not fits() if is_back else self._seen > SCANS_LEAST)
-            if torn and _has_moved(motion) and match_score >= LOST * self._usual:
+            if torn and motion is not None and not has_stood(motion) and match_score >= LOST * self._usual:
                 torn = fits() is False
             self._usual += USUAL_MEMORY * (match_score - self._usual)
             if not torn and health >= self.min_health:
@@ -107,10 +107,6 @@ class SelfDoubt:
             if self._fitting < FITTING_LEAST:
                 return False
         return health >= self.min_health + CERTAIN
-
-
-def _has_moved(motion: Transform | None) -> bool:
-    return motion is not None and (math.hypot(motion[0], motion[1]) > MOVED_M or abs(motion[2]) > MOVED_RAD)
 
 
 def fits_map(scan: Scan, T_map_base: Transform, grid: OccupancyGrid) -> bool | None:

@@ -2,6 +2,7 @@
 
 from mrslam.rbpf.checkpoint import load_checkpoint, save_checkpoint
 from mrslam.rbpf.config import MapperConfig
+from mrslam.rbpf.front_end.front_end import has_stood
 from mrslam.rbpf.localise.fixed_map import FixedMap
 from mrslam.rbpf.localise.localiser import Localiser
 from mrslam.rbpf.mapper import Mapper
@@ -17,6 +18,7 @@ __all__ = [
     "Stats",
     "UpdateInfo",
     "hand_over_quickly",
+    "has_stood",
     "load_checkpoint",
     "save_checkpoint",
     "warm_up",

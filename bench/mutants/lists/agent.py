@@ -524,8 +524,8 @@ MUTANTS = (
     ),
     Mutant(
         DOUBT,
-        "MOVED_M, MOVED_RAD, LOST = 0.3, 0.3, 0.25",
-        "MOVED_M, MOVED_RAD, LOST = 0.0, 0.0, 0.25",
+        " and not has_stood(motion)",
+        "",
         "robots that hardly moved believe whatever they see",
     ),
     Mutant(
