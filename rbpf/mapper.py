@@ -32,8 +32,10 @@ from mrslam.spatial.poses import between, compose
 from mrslam.spatial.runtime.crew import Crew, Pending
 from mrslam.spatial.se2 import Transform
 
-LAYOUT = 21
+LAYOUT = 22
 """Version of what :meth:`Mapper.state` returns; raised whenever its content changes."""
+STALE = "after a pause it fits nothing where odometry leads"
+"""Why the first scan after a pause may be left out: drivers that stood still deliver old odometry with a new scan."""
 SETTLE_SCANS = 10
 """The back end's result is collected after this many scans at the latest: a robot that stopped gets it, too."""
 
@@ -73,8 +75,10 @@ class Mapper:
         watch.lap("points")
         if reading.waits:
             return self._carry_on(reading)
-        self._dead_reckoned = se2.IDENTITY
         reading = self._after_pause(reading)
+        if reading.reason is not None:
+            return self._drop(reading)
+        self._dead_reckoned = se2.IDENTITY
         step = self._front.step(
             reading.sample, reading.points, reading.odom_motion, reading.elapsed_s, scan.T_base_laser[:2],
             is_confirmed=reading.is_confirmed,
@@ -98,18 +102,19 @@ class Mapper:
         )  # fmt: skip
 
     def _after_pause(self, reading: Reading) -> Reading:
-        """Return the first reading after a pause with the motion that the map shows."""
+        """Return the first reading after a pause with the motion that the map shows; refused where it shows none."""
         odom_motion, predictor = reading.odom_motion, self._front.predictor
         if odom_motion is None or has_stood(odom_motion) or not predictor.is_pause(reading.elapsed_s):
             return reading  # one that stood, and sees another place, was carried
         particles = self._back.filter
         T_map_before = compose(particles.ends[particles.best], self._motion.T_key_base)
         expected = compose(T_map_before, predictor.dead_reckoned(odom_motion))
-        place = look_around(particles.store.tiles(particles.best), reading.sample, expected, self.config.sigma_m)
-        if place is None:
-            return reading
-        if is_elsewhere(expected, place):
-            odom_motion = between(T_map_before, place)
+        looked = look_around(particles.store.tiles(particles.best), reading.sample, expected, self.config.sigma_m)
+        if looked.place is None:
+            is_left_out = looked.is_contradicted and self._intake.put_back()
+            return replace(reading, reason=STALE) if is_left_out else reading
+        if is_elsewhere(expected, looked.place):
+            odom_motion = between(T_map_before, looked.place)
         return replace(reading, odom_motion=odom_motion, is_confirmed=True)
 
     def _drop(self, reading: Reading) -> UpdateInfo:

@@ -56,6 +56,8 @@ class Intake:
         self._gathering = Gathering()
         self._stamp_ns: int | None = None  # of the newest scan that was used
         self._T_odom_base: Transform | None = None  # at that scan
+        self._before: tuple[int | None, Transform | None] = (None, None)  # both, of the scan used before it
+        self._has_put_back = False  # since the last scan that was matched
 
     def take(self, scan: Scan, T_odom_base: Transform | None) -> Reading:
         """Return a scan as points, with the motion that odometry ``(3,)``, if there is some, says led to it."""
@@ -82,6 +84,7 @@ class Intake:
             self._gathering.drop()
         if reason is None and not waits:
             elapsed_s = 0.0 if self._stamp_ns is None else (scan.stamp_ns - self._stamp_ns) / 1e9
+            self._before = (self._stamp_ns, self._T_odom_base)
             self._stamp_ns, self._T_odom_base = scan.stamp_ns, T_odom_base
             if scan.beam_interval_s > 0.0:
                 self._sight.straighten(points, scan, self._front.predictor.speed(odom_motion, elapsed_s))
@@ -90,6 +93,17 @@ class Intake:
             scan=scan, points=points, sample=sample, odom_motion=odom_motion, elapsed_s=elapsed_s, reason=reason,
             waits=waits,
         )  # fmt: skip
+
+    def put_back(self) -> bool:
+        """Leave the newest scan out, once: the motion to the next is told from the one used before.
+
+        Return whether it was; of two in a row the second is used.
+        """
+        if self._has_put_back:
+            return False
+        self._stamp_ns, self._T_odom_base = self._before
+        self._has_put_back = True
+        return True
 
     def _gathers(self, T_odom_base: Transform | None) -> bool:
         """Return whether scans are matched several at a time: they are sparse, and odometry says how they follow."""
@@ -107,6 +121,7 @@ class Intake:
 
     def matched(self, reading: Reading, T_local_base: Transform) -> None:
         """Remember where a reading was matched, ``(3,)`` in the rolling map: sparse ones make one keyframe."""
+        self._has_put_back = False
         if self._gathering.is_sparse:
             self._gathering.remember(T_local_base, reading.points)
 
@@ -136,6 +151,7 @@ class Intake:
             "gathering": self._gathering.state(),
             "stamp_ns": self._stamp_ns,
             "T_odom_base": self._T_odom_base,
+            "has_put_back": self._has_put_back,
         }
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -143,3 +159,4 @@ class Intake:
         self._gate.restore(state["gate"])
         self._gathering.restore(state["gathering"])
         self._stamp_ns, self._T_odom_base = state["stamp_ns"], state["T_odom_base"]
+        self._has_put_back = state["has_put_back"]
