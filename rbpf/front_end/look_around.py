@@ -41,7 +41,7 @@ class Looked(NamedTuple):
     """What a robot's map says of the place where odometry leads."""
 
     place: Transform | None
-    """``(3,)``, where the scan surely fits: there, or near by; None where the map shows too little, or no such place."""
+    """``(3,)``, where the scan surely fits, there or near by; None where the map shows no such place."""
     is_contradicted: bool
     """Whether the map shows what is to be seen there, it is something else, and nothing near by fits."""
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from mrslam.rbpf import Mapper, MapperConfig
+from mrslam.rbpf import Mapper, MapperConfig, UpdateInfo
+from mrslam.rbpf.mapper import STALE
 from mrslam.spatial import Scan, se2
 from tests.rbpf.rooms import SMALL, drive, errors, feed, make_scan
 
@@ -20,6 +23,36 @@ def test_after_a_long_pause_the_robot_is_where_the_wheels_say() -> None:
     assert mapper.stats.dropped == 1  # the first, of which the map shows nothing where the wheels say
     away, turned = errors(mapper, np.concatenate([before, after[1:]]))
     assert away < 0.08 and turned < 0.03
+
+
+BEFORE = drive(60)[-1]
+
+
+def turned(mapper: Mapper, k: int, told: float, truth: float) -> UpdateInfo:
+    """Feed scan ``k`` after a pause in which the robot turned by ``truth`` rad; the wheels say ``told``."""
+    pose, odometry = (se2.compose(BEFORE, np.array([0.0, 0.0, turn])) for turn in (truth, told))
+    return mapper.update(make_scan(pose, (90 + k) * 10**8, rng=np.random.default_rng(k)), odometry)
+
+
+def test_old_odometry_with_the_first_scan_after_a_pause_turns_no_map() -> None:
+    mapper = Mapper(SMALL, seed=1)
+    feed(mapper, drive(60))
+    infos = [turned(mapper, k, told, 1.4 + 0.05 * k) for k, told in enumerate([0.4, 1.45, 1.5, 1.55])]
+    assert [info.reason for info in infos] == [STALE, None, None, None]
+    assert mapper.stats.dropped == 1
+    assert np.abs(se2.between(infos[-1].T_map_base, se2.compose(BEFORE, np.array([0.0, 0.0, 1.55])))).max() < 0.05
+    assert mapper.health > 0.8
+
+
+def test_no_two_scans_in_a_row_are_left_out_after_a_pause_nor_by_a_robot_that_resumes() -> None:
+    mapper, resumed = Mapper(SMALL, seed=1), Mapper(SMALL, seed=1)
+    feed(mapper, drive(60))
+    assert turned(mapper, 0, 0.4, 1.4).reason == STALE
+    resumed.restore(mapper.state())
+    assert [turned(robot, 1, 0.4, 1.4).reason for robot in (mapper, resumed)] == [None, None]
+    scan = make_scan(BEFORE, 130 * 10**8)
+    nowhere = replace(scan, ranges_m=0.3 * scan.ranges_m)
+    assert mapper.update(nowhere, se2.compose(BEFORE, np.array([0.0, 0.0, 1.4]))).reason == STALE  # after another pause
 
 
 def test_a_robot_that_stood_while_the_wheels_leapt_is_where_it_was() -> None:

@@ -20,9 +20,45 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/mapper.py",
-        "if is_elsewhere(expected, place):",
+        "if is_elsewhere(expected, looked.place):",
         "if False:",
         "odometry that jumped in a pause is believed",
+    ),
+    Mutant(
+        "rbpf/mapper.py",
+        "is_left_out = looked.is_contradicted and self._intake.put_back()",
+        "is_left_out = False",
+        "old odometry with the first scan after a pause turns the map",
+    ),
+    Mutant(
+        "rbpf/front_end/intake.py",
+        "        if self._has_put_back:\n",
+        "        if False:\n",
+        "after a pause a robot that was carried leaves out all scans",
+    ),
+    Mutant(
+        "rbpf/front_end/intake.py",
+        "        self._stamp_ns, self._T_odom_base = self._before\n",
+        "",
+        "the motion to a scan that is left out after a pause is lost",
+    ),
+    Mutant(
+        "rbpf/front_end/intake.py",
+        "        self._has_put_back = False\n        if self._gathering",
+        "        if self._gathering",
+        "only after the first pause of its life a robot leaves a scan out",
+    ),
+    Mutant(
+        "rbpf/front_end/intake.py",
+        '        self._has_put_back = state["has_put_back"]\n',
+        "",
+        "a robot that resumes leaves a second scan out after a pause",
+    ),
+    Mutant(
+        "rbpf/front_end/look_around.py",
+        "is_shown and is_refuted and not is_sure",
+        "is_refuted and not is_sure",
+        "a robot leaves scans out on ground that its map does not show",
     ),
     Mutant(
         "rbpf/front_end/front_end.py",
