@@ -28,7 +28,7 @@ def run(logs: tuple[str | None, str | None] = (None, None), **changed: Any) -> A
     robots = [SimpleNamespace(id=name, log=log) for name, log in zip(ways, logs, strict=True)]
     truth = SimpleNamespace(relations=None)
     made = {
-        "mission": SimpleNamespace(robots=robots, truth=truth, world=None), "robots": dict.fromkeys(ways, {}),
+        "mission": SimpleNamespace(robots=robots, truth=truth, world=None), "robots": {name: {} for name in ways},
         "trajectory": ways.__getitem__, "T_world_map": {}, "T_world_way": {}, "map": lambda robot: None,
     }  # fmt: skip
     return SimpleNamespace(**{**made, **changed})

@@ -77,3 +77,15 @@ def test_an_exchange_is_one_for_both_its_robots_and_bytes_are_those_of_both() ->
         "a": "r1", "b": "r2", "exchanges": 5, "bytes_sent": 120, "bytes_full_lz4": 6, "bytes_full_raw": 14,
     }  # fmt: skip
     assert link_totals(robots, "r2", "r3")["exchanges"] == 0
+
+
+def test_what_another_robot_left_is_not_taken_for_its_own(folder: Path) -> None:
+    robot = {
+        "id": "r2", "mode": "mapper", "known_area_m2": 1.0, "team_area_m2": 1.0, "placed": {}, "pairs": [], "links": [],
+    }  # fmt: skip
+    path = folder / "r1" / "robot.json"
+    path.write_text(json.dumps(robot))
+    run = read(folder)
+    assert run.robots_lost == ["r1"] and run.damage == [f"{path}: is r2's, not r1's"]
+    path.write_text(json.dumps({**robot, "id": "r1"}))
+    assert read(folder).robots_lost == []

@@ -28,6 +28,15 @@ def test_two_cells_away_is_near_a_wall_and_three_are_not() -> None:
         assert (judge.ghosts(room(col), np.zeros(3), drive, 0.2) == 0) == bool(is_near)
 
 
+def test_of_a_thick_wall_a_map_need_show_the_face_only() -> None:
+    world, found = room(10), room(10)
+    world.cells[:, 10:] = 100  # half a metre thick
+    found.cells[:, 11:] = -1
+    assert Judge(world, world.cells == 0).occupied_recall(found, np.zeros(3)) == 1.0
+    found.cells[:8, 10] = 0
+    assert Judge(world, world.cells == 0).occupied_recall(found, np.zeros(3)) == pytest.approx(0.7, abs=0.06)
+
+
 def test_a_wall_at_the_worlds_edge_is_near_on_its_far_side_too() -> None:
     world = room(19)
     judge = Judge(world, world.cells == 0)
