@@ -127,7 +127,7 @@ class ClusterSearch:
                 # Only with all members together is there wall enough: the evidence goes to the two that share most.
                 a, b = ranked[0]
                 own = moved(fit, se2.inverse(main.T_team_map[a]))
-                self.pairs.keep(a, b, seen_from(own, se2.inverse(other.T_team_map[b])))
+                self.pairs.keep(a, b, seen_from(own, other.T_team_map[b]))
         return [other for other, _ in fits]
 
     def _ranked(
