@@ -1,8 +1,10 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from mrslam.merge import TeamMap, TeamMapper
-from mrslam.merge.draw import FREE_TINT, INK, PALETTE, PAPER, WALL_SHADE, colours, draw_team
+from mrslam.merge import Bend, TeamMap, TeamMapper
+from mrslam.merge.draw import FREE_TINT, INK, PALETTE, PAPER, WALL_SHADE, colours, draw_team, laid, overlaid
 from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, UNKNOWN, OccupancyGrid, se2
 from tests.merge.plans import alignment
 
@@ -135,3 +137,25 @@ def test_large_maps_are_drawn_in_bands_as_in_one(team_map, monkeypatch):
 
 def test_the_same_team_gives_the_same_picture(team_map):
     assert draw_team(team_map, LAYERS).tobytes() == draw_team(team_map, dict(reversed(LAYERS.items()))).tobytes()
+
+
+def test_bent_maps_are_laid_bent_and_the_overlay_shows_them_as_they_were(team_map):
+    keys = np.stack([np.linspace(1.5, 4.0, 11), np.full(11, 1.0), np.zeros(11)], axis=1)
+    bend = Bend(keys, keys + np.linspace(0.0, 0.5, 11)[:, None] * np.array([0.0, 1.0, 0.0]))
+    bent = replace(team_map, bends={"r2": bend}, T_team_map={**team_map.T_team_map, "r2": bend.T_team_map_now})
+
+    def walls_m(shown: TeamMap) -> tuple[float, float]:
+        layer = laid(shown, LAYERS)["r2"]
+        y = layer.centres(layer.is_occupied)[:, 1]
+        return float(y.min()), float(y.max())
+
+    overlay = overlaid(bent, LAYERS)
+    assert walls_m(bent)[0] < 0.2 and walls_m(bent)[1] > 0.4
+    assert walls_m(overlay) == pytest.approx((0.05, 0.15))
+    assert overlay.grid.is_occupied.sum() == team_map.grid.is_occupied.sum()
+
+
+def test_the_legend_says_who_is_not_placed(team_map):
+    assert list(team_map.unplaced) == ["r3"]
+    told, all_placed = (draw_team(one, LAYERS) for one in (team_map, replace(team_map, unplaced={})))
+    assert told.shape != all_placed.shape or (told != all_placed).any()
