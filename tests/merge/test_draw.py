@@ -150,7 +150,7 @@ def test_bent_maps_are_laid_bent_and_the_overlay_shows_them_as_they_were(team_ma
         return float(y.min()), float(y.max())
 
     overlay = overlaid(bent, LAYERS)
-    assert walls_m(bent)[0] < 0.2 and walls_m(bent)[1] > 0.4
+    assert walls_m(bent)[0] < 0.3 and walls_m(bent)[1] > 0.4
     assert walls_m(overlay) == pytest.approx((0.05, 0.15))
     assert overlay.grid.is_occupied.sum() == team_map.grid.is_occupied.sum()
 
