@@ -61,10 +61,12 @@ def test_a_list_counts_only_with_the_authoritys_signature_and_never_goes_back(tm
     assert mine.refresh() == frozenset()
     revoke(tmp_path, "team", ["d"])
     assert mine.refresh() == {"d"} and mine.names == {"c", "d"}
+    assert json.loads((tmp_path / "a" / FILE).read_text())["revoked"] == ["c", "d"]
     (tmp_path / "a" / FILE).write_text(first)  # an older one, put back
     assert mine.refresh() == frozenset() and mine.names == {"c", "d"}
     assert "older" in caplog.text
-    for damage in ({"revoked": ["b", "c"]}, {"number": 99}, {"signature": "00"}, {"signature": None}, {"team": 5}):
+    later = {"number": 99, "revoked": ["b", "c"]}  # newer than what is known, and nobody's word
+    for damage in (later, {"number": 99}, later | {"signature": "00"}, later | {"signature": None}, {"team": 5}):
         content = json.loads(first) | damage
         (tmp_path / "a" / FILE).write_text(json.dumps(content) + " " * len(str(damage)))
         assert mine.refresh() == frozenset()
@@ -72,6 +74,18 @@ def test_a_list_counts_only_with_the_authoritys_signature_and_never_goes_back(tm
     assert mine.refresh() == frozenset() and mine.names == {"c", "d"}
     (tmp_path / "a" / FILE).unlink()
     assert mine.refresh() == frozenset() and mine.names == {"c", "d"}
+
+
+def test_who_was_revoked_once_stays_so_though_a_later_list_leaves_it_out(tmp_path):
+    team_keys(tmp_path, "abcd")
+    mine = Revocations(tmp_path / "a", "team")
+    revoke(tmp_path, "team", ["c"])
+    assert mine.refresh() == {"c"}
+    (tmp_path / "ca" / FILE).unlink()
+    for _ in range(2):  # the authority's own list was lost, and is made anew
+        revoke(tmp_path, "team", ["d"])
+    assert json.loads((tmp_path / "a" / FILE).read_text())["number"] == 2
+    assert mine.refresh() == {"d"} and mine.names == {"c", "d"}
 
 
 def test_who_is_revoked_cannot_start_nor_get_new_keys_and_is_of_no_roster(tmp_path):
