@@ -8,10 +8,12 @@ from bench.mutants.lists import (
     chaos,
     comms,
     merge,
+    merge_many,
     mutual_detection,
     rbpf,
     ros,
     sim_driver,
+    sim_driver_results,
     spatial,
 )
 from bench.mutants.mutant import Mutant
@@ -22,11 +24,13 @@ MUTANTS: tuple[Mutant, ...] = (
     *alignment.MUTANTS,
     *mutual_detection.MUTANTS,
     *merge.MUTANTS,
+    *merge_many.MUTANTS,
     *comms.MUTANTS,
     *agent.MUTANTS,
     *agent_pairs.MUTANTS,
     *agent_shells.MUTANTS,
     *sim_driver.MUTANTS,
+    *sim_driver_results.MUTANTS,
     *ros.MUTANTS,
     *chaos.MUTANTS,
 )

@@ -350,4 +350,28 @@ MUTANTS = (
         "self._push(self.now_ns + after_ns, name, None, PeerLeft(robot_id))",
         "simulated robots that say goodbye are told as lost",
     ),
+    Mutant(
+        "comms/security/revocation.py",
+        "        if number < self._number:",
+        "        if False:",
+        "an old revocation list is put back",
+    ),
+    Mutant(
+        "comms/security/revocation.py",
+        "        self._number, self.names = number, self.names | names",
+        "        self._number, self.names = number, names",
+        "a robot that was taken off the list is heard again",
+    ),
+    Mutant(
+        "comms/security/revocation.py",
+        '        public_key.verify(bytes.fromhex(content["signature"]), _statement(team, number, names), ALGORITHM)\n',
+        "",
+        "anybody may revoke robots",
+    ),
+    Mutant(
+        "comms/security/revocation.py",
+        "    number, revoked = known[0] + 1, sorted(known[1] | added)",
+        "    number, revoked = known[0] + 1, sorted(added)",
+        "a second revocation takes the first back",
+    ),
 )

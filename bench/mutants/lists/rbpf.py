@@ -428,4 +428,22 @@ MUTANTS = (
         "self.is_carried = step.is_carried",
         "a robot that was carried off in a saved map forgets it with the next scan",
     ),
+    Mutant(
+        "rbpf/filter/straight_walls.py",
+        "    if alike_m[first] < max(WALLS_LEAST_M, WALLS_SHARE * length.sum()):",
+        "    if False:",
+        "any clutter has a main direction",
+    ),
+    Mutant(
+        "rbpf/filter/straight_walls.py",
+        "    return angle - RIGHT * np.round(angle / RIGHT)",
+        "    return angle",
+        "walls at right angles are not parallel",
+    ),
+    Mutant(
+        "rbpf/filter/straight_walls.py",
+        "max(small / (b - a), NOISE_M * NOISE_M) / large",
+        "NOISE_M * NOISE_M / large",
+        "bumpy walls count as exact",
+    ),
 )

@@ -72,3 +72,11 @@ def test_short_round_and_undecided_walls_tell_nothing() -> None:
     undecided = np.concatenate([line((3, 10.0 * k), 20.0 * k, 4.0) for k in range(4)])
     for points in (np.zeros((0, 5)), line((2, -1), 90.0, 2.0), circle, undecided):
         assert main_direction(walls_of(points)) is None
+
+
+def test_a_bumpy_wall_tells_its_direction_less_exactly_than_a_smooth_one() -> None:
+    bumpy, smooth = line((1, -3), 90.0, 6.0), line((1, -3), 90.0, 6.0)
+    bumpy[:, 0] += 0.02 * (-1.0) ** np.arange(len(bumpy))
+    ((_, of_bumpy, _),) = walls_of(bumpy)
+    ((_, of_smooth, _),) = walls_of(smooth)
+    assert of_bumpy == pytest.approx(4.0 * of_smooth, rel=0.05)  # 0.02 m for the 0.01 m that any wall is given

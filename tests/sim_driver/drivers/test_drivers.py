@@ -282,6 +282,14 @@ def test_teammates_that_are_seen_are_no_obstacles_for_plans_for_they_move_on():
         assert np.allclose(seen, np.full((count, 2), 2.0), atol=1e-6) and len(seen) == count
 
 
+def test_a_way_leads_around_a_teammate_rather_than_through_it():
+    grid = OccupancyGrid(np.zeros((80, 80), dtype=np.int8), 0.1)
+    teammates = (None, np.full((1, 2), 4.0))
+    free, crowded = (make_costmap(grid, DriverConfig(), teammates=mates).weight for mates in teammates)
+    there = crowded > free + 5.0
+    assert there[crowded.shape[0] // 2, crowded.shape[1] // 2] and 0.01 < there.mean() < 0.1
+
+
 def test_a_recorded_robot_that_stood_at_first_is_followed_to_the_end():
     driver = TrajectoryDriver([0, 4 * S, 10 * S], [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
     track = roll(driver, 30)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -65,6 +66,15 @@ def test_what_needs_a_new_drive_is_refused(recorded: Path, tmp_path: Path) -> No
         replay_mission(recorded, ["radio.power_dbm=10"])
     with pytest.raises(InputError, match="not a run's folder"):
         replay_mission(tmp_path)
+
+
+def test_a_run_with_faults_is_not_played_again(recorded: Path, tmp_path: Path) -> None:
+    shutil.copytree(recorded, tmp_path / "faulty")
+    path = tmp_path / "faulty" / "config.json"
+    faults = [{"kind": "crash", "robot": "r1", "at_s": 5.0, "for_s": 3.0}]
+    path.write_text(json.dumps({**json.loads(path.read_text()), "faults": faults}))
+    with pytest.raises(InputError, match=r"had \[\[faults\]\]; .* cannot be played again"):
+        replay_mission(tmp_path / "faulty")
 
 
 def test_scans_come_back_as_they_were(recorded: Path) -> None:
