@@ -29,8 +29,8 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/evaluate/judges.py",
-        '        (run.T_world_map, "simulated truth"),\n        (_placed_by_reference(run, references), "reference trajectories"),',
-        '        (_placed_by_reference(run, references), "reference trajectories"),\n        (run.T_world_map, "simulated truth"),',
+        "found = _by_place(known, a, b, T_a_b)",
+        "found = _by_place(known[::-1], a, b, T_a_b)",
         "a reference is preferred to the truth",
     ),
     Mutant(
