@@ -85,6 +85,37 @@ def test_a_clean_departure_is_seen(pair):
     b.send(Send("a", b"late", "control"))
 
 
+def test_a_robot_is_gone_when_the_last_session_under_its_name_is_gone():
+    """One that starts again is here before the network has noticed that its first process died."""
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    a, *twins = (ZenohTransport("a", "team", listen=[endpoint]),
+                 *(ZenohTransport("b", "team", connect=[endpoint]) for _ in range(2)))  # fmt: skip
+    try:
+        for twin in twins:
+            twin.send(Send("a", b"here", "control"))
+        heard = collect(a, 3)
+        assert sorted(type(item).__name__ for item in heard) == ["Incoming", "Incoming", "PeerJoined"]
+        twins[0].close()
+        time.sleep(0.5)
+        twins[1].send(Send("a", b"still here", "control"))
+        assert [item.payload for item in collect(a, 1)] == [b"still here"]
+        twins[1].close()
+        assert collect(a, 1) == [PeerLeft("b")]
+    finally:
+        for one in (a, *twins):
+            one.close()
+
+
+def test_what_comes_on_no_lane_is_not_delivered(pair):
+    a, b = pair
+    assert collect(a, 1) == [PeerJoined("b")]
+    collect(b, 1)
+    a._session.put("mrslam/team/a/to/b/strange", b"x")
+    a.send(Send("b", b"yours", "control"))
+    assert [i.payload for i in collect(b, 1)] == [b"yours"]
+    assert b.poll(0.5) == []
+
+
 def test_another_team_on_the_same_network_is_invisible(pair):
     _, b = pair
     collect(b, 1)
