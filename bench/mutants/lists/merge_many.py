@@ -95,20 +95,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/graph/consistency.py",
-        "    grows = math.sqrt(max(hops, 3) / 3.0)",
-        "    grows = 1.0",
-        "long loops of good alignments are broken",
-    ),
-    Mutant(
-        "merge/graph/consistency.py",
         "            if not loop.closes and fixed not in pair:",
         "            if not loop.closes:",
         "a known pose is dropped",
-    ),
-    Mutant(
-        "merge/graph/consistency.py",
-        "    limit_m += limit_rad * _lever_m(pairs, nodes, fixed)\n",
-        "",
-        "known poses far from their map are refused",
     ),
 )
