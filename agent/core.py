@@ -198,7 +198,8 @@ class Agent(Robot):
         if is_look_due:
             effects += self._witness.look(self.team, now_ns)
         if self._reports.are_due(self.team.maps, self.T_team_map, now_ns):
-            effects.append(Event(now_ns, "known", known_fields(self.known_area_m2(), self.team_map())))
+            team_m2 = self.team.known_area_m2()
+            effects.append(Event(now_ns, "known", known_fields(self.known_area_m2(), team_m2, self.T_team_map)))
         return effects + self.team.revoke(now_ns) + self._look_at_saved(now_ns)
 
     def _look_at_saved(self, now_ns: int) -> list[Effect]:

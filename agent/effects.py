@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any
 
@@ -12,7 +12,7 @@ from mrslam import comms
 from mrslam.agent.known_map import KnownMap
 from mrslam.alignment import Alignment, Prior, Rejection
 from mrslam.comms import Send
-from mrslam.merge import BentTeam, JointMap, Pair, TeamMap, Trail
+from mrslam.merge import BentTeam, JointMap, Pair, Trail
 from mrslam.rbpf import UpdateInfo
 from mrslam.spatial import LocalMap, OccupancyGrid
 from mrslam.spatial.se2 import Transform
@@ -126,10 +126,9 @@ def mapped_fields(info: UpdateInfo) -> dict[str, Any]:
     }
 
 
-def known_fields(own_m2: float, team: TeamMap) -> dict[str, Any]:
+def known_fields(own_m2: float, team_m2: float, placed: Collection[str]) -> dict[str, Any]:
     """Return the fields of the event "known": how large the maps are, and whose are placed."""
-    team_m2 = team.grid.known_area_m2()
-    return {"own_m2": round(own_m2, 2), "team_m2": round(team_m2, 2), "placed": sorted(team.T_team_map)}
+    return {"own_m2": round(own_m2, 2), "team_m2": round(team_m2, 2), "placed": sorted(placed)}
 
 
 def joined_fields(bent: BentTeam) -> dict[str, Any]:

@@ -87,11 +87,17 @@ class Layout:
         self.placement, self._is_old = team, False
         return team
 
+    def draw_area_m2(self, alignments: Mapping[Pair, Alignment]) -> float:
+        """Return the known area of the team map, square metres; its places are the ones of the layout from now on."""
+        self._use_newer()
+        (self.placement, area_m2), self._is_old = self._mapper.team_area(alignments), False
+        return area_m2
+
     def _use_newer(self) -> None:
-        """Hand maps that changed since the last placement to the mapper: each takes its whole grid, assembled."""
+        """Hand maps that changed since the last placement to the mapper."""
         for robot_id in sorted(self._newer):
             known = self._maps[robot_id]
-            self._mapper.set_map(robot_id, known.grid, known.trail)
+            self._mapper.set_map(robot_id, known, known.trail)
         self._newer.clear()
 
     # -- where maps and robots are -------------------------------------------------------------------------------------

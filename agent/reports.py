@@ -1,4 +1,4 @@
-"""When the event "known" is due: reporting how much is known takes a drawn team map, which costs its change."""
+"""When the event "known" is due: reporting how much is known takes fused maps, which costs their change."""
 
 from __future__ import annotations
 

@@ -247,6 +247,12 @@ class Team:
             self._map = replace(team, grid=self.without_ghosts(team.grid), unplaced=unplaced)
         return self._map
 
+    def known_area_m2(self) -> float:
+        """Return the known area of the team map, square metres."""
+        if self._map is not None:
+            return self._map.grid.known_area_m2()
+        return self.layout.draw_area_m2(self._alignments())
+
     def _why(self, robot_id: str, reason: str) -> str:
         """Return why a robot is not placed, with its withdrawn alignments."""
         revoked = [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +19,20 @@ from mrslam.merge.joint.bent_map import BentMap
 from mrslam.merge.joint.bent_team import BentTeam
 from mrslam.merge.joint.trail import Trail
 from mrslam.merge.team_graph import Conflict, Placement, TeamGraph
-from mrslam.spatial import TILE_CELLS, UNKNOWN, InputError, OccupancyGrid, se2
-from mrslam.spatial.tiles import MOST_CELLS, TileIndex, box_cells
+from mrslam.spatial import TILE_CELLS, UNKNOWN, InputError, LocalMap, OccupancyGrid, se2
+from mrslam.spatial.tiles import MOST_CELLS, TileIndex, assembled, box_cells
+
+
+class MapInTiles(Protocol):
+    """A robot's map in tiles, which is made one grid where that is asked for."""
+
+    @property
+    def local(self) -> LocalMap:
+        """The map."""
+
+    @property
+    def grid(self) -> OccupancyGrid:
+        """The same as one grid, always the same one."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -49,7 +61,7 @@ class TeamMapper:
         self.graph = TeamGraph(self.config)
         self.bent = BentTeam()
         """How the maps are bent to fit each other, by the last joint solution."""
-        self._grids: dict[str, OccupancyGrid] = {}
+        self._maps: dict[str, OccupancyGrid | MapInTiles] = {}
         self._scanned: set[str] = set()
         """Robots whose maps came with keyframes' scans; only these can be joined and bent."""
         self._bent_grids: dict[str, tuple[OccupancyGrid, Bend, OccupancyGrid]] = {}
@@ -72,20 +84,26 @@ class TeamMapper:
         """Fusions of two tiles done so far."""
         return self._tree.fusions
 
-    def set_map(self, robot_id: str, grid: OccupancyGrid, trail: Trail | None = None) -> None:
-        """Set a robot's map, and its trail where it has one; a map with the same cells changes nothing."""
+    def set_map(self, robot_id: str, known: OccupancyGrid | MapInTiles, trail: Trail | None = None) -> None:
+        """Set a robot's map, and its trail where it has one; a map with the same cells changes nothing.
+
+        One in tiles is made a grid only where it is drawn or compared.
+        """
         (self._scanned.add if trail is not None and len(trail) else self._scanned.discard)(robot_id)
         if trail is not None:
             self.bent = self.bent.corrected(robot_id, trail)
-        held = self._grids.get(robot_id)
-        if held is not None and held.origin_m == grid.origin_m and np.array_equal(held.cells, grid.cells):
-            return
-        self._grids[robot_id] = grid
-        self.graph.set_map(robot_id, grid)
+        held = self._maps.get(robot_id)
+        if held is None or not _is_same(held, known):
+            self._maps[robot_id] = known
+            self.graph.set_map(robot_id, known if isinstance(known, OccupancyGrid) else known.local.map)
+
+    def _grid(self, robot_id: str) -> OccupancyGrid:
+        known = self._maps[robot_id]
+        return known if isinstance(known, OccupancyGrid) else known.grid
 
     def remove_map(self, robot_id: str) -> None:
         """Forget a robot's map."""
-        for held in (self._grids, self._bent_grids, self._bent_maps, self._judged_grids, self._layers):
+        for held in (self._maps, self._bent_grids, self._bent_maps, self._judged_grids, self._layers):
             held.pop(robot_id, None)
         self._scanned.discard(robot_id)
         self._contradictions.forget(robot_id)
@@ -114,6 +132,17 @@ class TeamMapper:
 
     def team_map(self, alignments: Mapping[Pair, AlignmentLike]) -> TeamMap:
         """Return the team map by these accepted alignments; only what changed since the last call is fused again."""
+        placement = self._fused(alignments)
+        return TeamMap(grid=_assembled(self._tree.cells, self._resolution(placement)), **vars(placement))
+
+    def team_area(self, alignments: Mapping[Pair, AlignmentLike]) -> tuple[Placement, float]:
+        """Return where the maps lie, and the known area of :meth:`team_map`, square metres, without assembling it."""
+        placement = self._fused(alignments)
+        known = sum(np.count_nonzero(tile != UNKNOWN) for tile in self._tree.cells.values())
+        return placement, float(known) * self._resolution(placement) ** 2
+
+    def _fused(self, alignments: Mapping[Pair, AlignmentLike]) -> Placement:
+        """Return the placement by these alignments, after the fused tiles were brought up to date with it."""
         placement = self.placement(alignments)
         resolution_m = self._resolution(placement)
         self._layers = {x: self._layers.get(x, Layer()) for x in placement.T_team_map}
@@ -122,14 +151,13 @@ class TeamMapper:
             T_team_map = placement.T_team_map[robot_id] if bend is None else bend.T_team_map
             layer.update(self._bent(robot_id, bend), T_team_map, resolution_m)
         self._tree.update(self._layers)
-        return TeamMap(grid=_assembled(self._tree.cells, resolution_m), **vars(placement))
+        return placement
 
     def _resolution(self, placement: Placement) -> float:
         if self.config.resolution_m is not None:
             return self.config.resolution_m
-        finest = [self._grids[x].resolution_m for x in placement.T_team_map] or [
-            g.resolution_m for g in self._grids.values()
-        ]
+        placed = [self._maps[x] for x in placement.T_team_map] or self._maps.values()
+        finest = [(x if isinstance(x, OccupancyGrid) else x.local.map).resolution_m for x in placed]
         return min(finest, default=0.05)
 
     def _conflict(self, alignments: Mapping[Pair, AlignmentLike]) -> Conflict:
@@ -148,7 +176,7 @@ class TeamMapper:
                 # Tied by their own scans: no alignments between them whose errors would add up, so 1.
                 (one, T_team_a), (two, T_team_b) = self._judged(a), self._judged(b)
                 return self._contradictions.against(a, b, (one, two), se2.between(T_team_a, T_team_b), 1)
-            return self._contradictions.against(a, b, (self._grids[a], self._grids[b]), T, hops)
+            return self._contradictions.against(a, b, (self._grid(a), self._grid(b)), T, hops)
 
         return conflict
 
@@ -161,7 +189,7 @@ class TeamMapper:
 
     def _bent(self, robot_id: str, bend: Bend | None) -> OccupancyGrid:
         """Return a robot's map as it is drawn into the team map: bent by ``bend``, or the published one."""
-        grid = self._grids[robot_id]
+        grid = self._grid(robot_id)
         if bend is None:
             return grid
         held = self._bent_grids.get(robot_id)
@@ -171,9 +199,17 @@ class TeamMapper:
         return held[2]
 
 
+def _is_same(one: OccupancyGrid | MapInTiles, two: OccupancyGrid | MapInTiles) -> bool:
+    """Return whether two maps are known to have the same cells."""
+    if isinstance(one, OccupancyGrid) or isinstance(two, OccupancyGrid):
+        if isinstance(one, OccupancyGrid) and isinstance(two, OccupancyGrid):
+            return one.origin_m == two.origin_m and np.array_equal(one.cells, two.cells)
+        return False
+    before, after = one.local.map, two.local.map
+    return before.resolution_m == after.resolution_m and before.tiles == after.tiles
+
+
 def _assembled(tiles: dict[TileIndex, NDArray[np.int8]], resolution_m: float) -> OccupancyGrid:
-    if not tiles:
-        return OccupancyGrid(np.empty((0, 0), dtype=np.int8), resolution_m)
     rows, cols = [i for i, _ in tiles], [j for _, j in tiles]
     if box_cells(tiles) > MOST_CELLS:
         height_m, width_m = (resolution_m * TILE_CELLS * (max(side) - min(side) + 1) for side in (rows, cols))
@@ -181,10 +217,4 @@ def _assembled(tiles: dict[TileIndex, NDArray[np.int8]], resolution_m: float) ->
             f"the team map would be {width_m:.0f} x {height_m:.0f} m of {resolution_m:g} m cells, more than memory "
             "holds: are known poses in metres? merge.resolution_m may be larger"
         )
-    i0, j0 = min(rows), min(cols)
-    shape = ((max(rows) - i0 + 1) * TILE_CELLS, (max(cols) - j0 + 1) * TILE_CELLS)
-    cells = np.full(shape, UNKNOWN, dtype=np.int8)
-    for (i, j), tile in tiles.items():
-        r, c = (i - i0) * TILE_CELLS, (j - j0) * TILE_CELLS
-        cells[r : r + TILE_CELLS, c : c + TILE_CELLS] = tile
-    return OccupancyGrid.at_cell(cells, resolution_m, i0 * TILE_CELLS, j0 * TILE_CELLS).cropped()
+    return assembled(tiles, resolution_m)

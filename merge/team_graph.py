@@ -15,7 +15,7 @@ from mrslam.merge.graph.nodes import Node, node_of
 from mrslam.merge.graph.solve import jointly
 from mrslam.merge.graph.tree import ROOT, chain, components, path, tree_of, weakest
 from mrslam.merge.joint.bend import Bend
-from mrslam.spatial import InputError, OccupancyGrid, se2
+from mrslam.spatial import InputError, OccupancyGrid, TiledMap, se2
 
 CERTAIN = 1e6
 """Confidence of a known starting pose: more than all alignments of a team together, each of which is at most 1."""
@@ -62,11 +62,11 @@ class TeamGraph:
         """The ids of all robots with a map, sorted."""
         return sorted(self._nodes)
 
-    def set_map(self, robot_id: str, grid: OccupancyGrid) -> None:
+    def set_map(self, robot_id: str, known: OccupancyGrid | TiledMap) -> None:
         """Take or replace a robot's map; only its area and extent are kept here."""
         if robot_id == ROOT:
             raise InputError("a robot's id must not be empty")
-        self._nodes[robot_id] = node_of(grid)
+        self._nodes[robot_id] = node_of(known)
 
     def remove_map(self, robot_id: str) -> None:
         """Forget a robot's map."""

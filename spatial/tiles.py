@@ -50,6 +50,20 @@ def box_cells(indices: Collection[TileIndex]) -> int:
     return (max(rows) - min(rows) + 1) * (max(cols) - min(cols) + 1) * TILE_CELLS**2
 
 
+def assembled(tiles: Mapping[TileIndex, NDArray[np.int8]], resolution_m: float) -> OccupancyGrid:
+    """Return the known part of tiles ``(64, 64)`` as one grid, its origin on the lattice; 0 x 0 where nothing is."""
+    if not tiles:
+        return OccupancyGrid(np.empty((0, 0), dtype=np.int8), resolution_m)
+    rows, cols = zip(*tiles, strict=True)
+    i0, j0 = min(rows), min(cols)
+    shape = ((max(rows) - i0 + 1) * TILE_CELLS, (max(cols) - j0 + 1) * TILE_CELLS)
+    cells = np.full(shape, UNKNOWN, dtype=np.int8)
+    for (i, j), tile in tiles.items():
+        r, c = (i - i0) * TILE_CELLS, (j - j0) * TILE_CELLS
+        cells[r : r + TILE_CELLS, c : c + TILE_CELLS] = tile
+    return OccupancyGrid.at_cell(cells, resolution_m, i0 * TILE_CELLS, j0 * TILE_CELLS).cropped()
+
+
 @dataclass(frozen=True, eq=False)
 class TiledMap:
     """An occupancy map without bounds."""
@@ -65,16 +79,32 @@ class TiledMap:
 
     def to_grid(self) -> OccupancyGrid:
         """Return the known part as one grid, its origin on the lattice; 0 x 0 where nothing is known."""
-        if not self.tiles:
-            return OccupancyGrid(np.empty((0, 0), dtype=np.int8), self.resolution_m)
-        rows, cols = [i for i, _ in self.tiles], [j for _, j in self.tiles]
-        i0, j0 = min(rows), min(cols)
-        shape = ((max(rows) - i0 + 1) * TILE_CELLS, (max(cols) - j0 + 1) * TILE_CELLS)
-        cells = np.full(shape, UNKNOWN, dtype=np.int8)
-        for (i, j), tile in self.tiles.items():
-            r, c = (i - i0) * TILE_CELLS, (j - j0) * TILE_CELLS
-            cells[r : r + TILE_CELLS, c : c + TILE_CELLS] = tile.cells
-        return OccupancyGrid.at_cell(cells, self.resolution_m, i0 * TILE_CELLS, j0 * TILE_CELLS).cropped()
+        return assembled({index: tile.cells for index, tile in self._known.items()}, self.resolution_m)
+
+    def known_box(self) -> tuple[int, int, int, int]:
+        """Return the lattice (row0, col0, row1, col1) of the least box that holds every known cell, ends excluded."""
+        if not self._known:
+            return 0, 0, 0, 0
+        (row0, row1), (col0, col1) = (self._known_ends(axis) for axis in (0, 1))
+        return row0, col0, row1, col1
+
+    def _known_ends(self, axis: int) -> tuple[int, int]:
+        """Return the first lattice row (axis 0) or column (1) with a known cell, and the one after the last."""
+        lines = [index[axis] for index in self._known]
+        first, last = (
+            [
+                line * TILE_CELLS + np.flatnonzero(tile.cells.max(axis=1 - axis) > UNKNOWN)
+                for index, tile in self._known.items()
+                if index[axis] == line
+            ]
+            for line in (min(lines), max(lines))
+        )
+        return int(min(known[0] for known in first)), int(max(known[-1] for known in last)) + 1
+
+    @cached_property
+    def _known(self) -> dict[TileIndex, Tile]:
+        """Tiles with a known cell: one that left the map is kept without."""
+        return {index: tile for index, tile in self.tiles.items() if tile.known_cells}
 
     @classmethod
     def from_grid(cls, grid: OccupancyGrid, revision: int = 1) -> TiledMap:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mrslam.spatial import OccupancyGrid
+from mrslam.spatial import OccupancyGrid, TiledMap
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -22,9 +22,13 @@ class Node:
     """Diagonal of the known cells' bounding box, metres."""
 
 
-def node_of(grid: OccupancyGrid) -> Node:
+def node_of(known: OccupancyGrid | TiledMap) -> Node:
     """Return area and extent of a map's known cells."""
-    part = grid.cropped()
-    size = np.array(part.shape[::-1]) * part.resolution_m
-    centre = np.asarray(part.origin_m) + size / 2.0
-    return Node(area_m2=part.known_area_m2(), centre_m=centre, diameter_m=float(np.hypot(*size)))
+    if isinstance(known, TiledMap):
+        row0, col0, row1, col1 = known.known_box()
+        origin_m, shape = np.array([col0, row0]) * known.resolution_m, (row1 - row0, col1 - col0)
+    else:
+        part = known.cropped()
+        origin_m, shape = np.asarray(part.origin_m), part.shape
+    size_m = np.array(shape[::-1]) * known.resolution_m
+    return Node(area_m2=known.known_area_m2(), centre_m=origin_m + size_m / 2.0, diameter_m=float(np.hypot(*size_m)))

@@ -7,7 +7,7 @@ import hashlib
 import numpy as np
 from numpy.typing import NDArray
 
-from mrslam.merge.grids.warp import Warp, window
+from mrslam.merge.grids.warp import Warp
 from mrslam.spatial import TILE_CELLS, UNKNOWN, OccupancyGrid, se2
 from mrslam.spatial.tiles import TileIndex
 
@@ -33,8 +33,7 @@ class Layer:
         if before is not None and before is grid:
             return
         wanted = set(self.tiles) if before is None else set[TileIndex]()
-        for part in changed_parts(before, grid):
-            wanted |= _touched(part, T_team_map, resolution_m)
+        wanted |= _touched(changed_squares(before, grid), T_team_map, resolution_m)
         warped = Warp(grid, T_team_map, resolution_m)
         for index in sorted(wanted):
             cells = warped.square(index[0] * TILE_CELLS, index[1] * TILE_CELLS, TILE_CELLS)
@@ -48,36 +47,46 @@ class Layer:
         self._grid, self._T_team_map, self._resolution_m = grid, np.array(T_team_map), resolution_m
 
 
-def _touched(part: OccupancyGrid, T_team_map: se2.Transform, resolution_m: float) -> set[TileIndex]:
-    """Return the tiles that a part of a map can reach, with a margin for walls drawn between cells."""
-    row0, col0, height, width = window(part, T_team_map, resolution_m)
-    margin = 2 + int(np.ceil(3 * part.resolution_m / resolution_m))
-    rows = range((row0 - margin) // TILE_CELLS, (row0 + height + margin) // TILE_CELLS + 1)
-    cols = range((col0 - margin) // TILE_CELLS, (col0 + width + margin) // TILE_CELLS + 1)
-    return {(i, j) for i in rows for j in cols}
+def _touched(squares_m: NDArray[np.float64], T_team_map: se2.Transform, resolution_m: float) -> set[TileIndex]:
+    """Return the tiles that squares ``(N, 3)`` of a map can reach, with a margin for walls drawn between cells."""
+    edge_m = squares_m[:, None, 2:]
+    corners_m = squares_m[:, None, :2] + edge_m * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
+    points = se2.apply(T_team_map, corners_m) / resolution_m
+    margin = 3 + np.ceil(3 * edge_m[:, 0] / TILE_CELLS / resolution_m)
+    first = ((np.floor(points.min(axis=1)) - margin) // TILE_CELLS).astype(int)
+    last = ((np.ceil(points.max(axis=1)) + margin) // TILE_CELLS).astype(int)
+    return {
+        (i, j)
+        for (j0, i0), (j1, i1) in zip(first.tolist(), last.tolist(), strict=True)
+        for i in range(i0, i1 + 1)
+        for j in range(j0, j1 + 1)
+    }
 
 
-def changed_parts(before: OccupancyGrid | None, after: OccupancyGrid) -> list[OccupancyGrid]:
-    """Return blocks of 64 x 64 cells that hold all cells that differ; both maps where their lattices differ."""
-    grids = [after] if before is None else [before, after]
-    grids = [grid for grid in grids if grid.cells.size]
-    if before is not None and not same_lattice(before, after):
-        return grids
+def changed_squares(before: OccupancyGrid | None, after: OccupancyGrid) -> NDArray[np.float64]:
+    """Return squares ``(N, 3)`` that hold all cells that differ: x, y of the lower left corner and edge, metres.
+
+    Where the lattices differ, or there is no map before, that is all that is known of either.
+    """
+    if before is None or same_lattice(before, after):
+        return _squares(before, after)
+    return np.concatenate([_squares(None, before), _squares(None, after)])
+
+
+def _squares(before: OccupancyGrid | None, after: OccupancyGrid) -> NDArray[np.float64]:
+    """Return the blocks of 64 x 64 cells, as squares, that differ between maps of one lattice."""
+    grids = [grid for grid in (before, after) if grid is not None and grid.cells.size]
     if not grids:
-        return []
-    row0, col0 = (min(grid.cell0[axis] for grid in grids) // TILE_CELLS * TILE_CELLS for axis in (0, 1))
-    row1, col1 = (max(grid.cell0[axis] + grid.shape[axis] for grid in grids) for axis in (0, 1))
-    shape = (-(-(row1 - row0) // TILE_CELLS) * TILE_CELLS, -(-(col1 - col0) // TILE_CELLS) * TILE_CELLS)
-    canvas = [on_canvas(grid, shape, row0, col0) for grid in grids]
+        return np.empty((0, 3))
+    first = np.min([grid.cell0 for grid in grids], axis=0) // TILE_CELLS
+    last = (np.max([np.add(grid.cell0, grid.shape) for grid in grids], axis=0) - 1) // TILE_CELLS
+    canvas = [on_canvas(grid, *((last - first + 1) * TILE_CELLS), *(first * TILE_CELLS)) for grid in grids]
     differs = canvas[0] != (canvas[1] if len(canvas) == 2 else UNKNOWN)
-    blocks = any_by_block(differs, TILE_CELLS)
-    offset = np.asarray(after.origin_m) - np.array(after.cell0[::-1]) * after.resolution_m
-    parts = []
-    for i, j in np.argwhere(blocks):
-        corner = np.array([col0 + j * TILE_CELLS, row0 + i * TILE_CELLS]) * after.resolution_m + offset
-        cells = canvas[-1][i * TILE_CELLS : (i + 1) * TILE_CELLS, j * TILE_CELLS : (j + 1) * TILE_CELLS]
-        parts.append(OccupancyGrid(cells, after.resolution_m, (float(corner[0]), float(corner[1]))))
-    return parts
+    blocks = np.argwhere(any_by_block(differs, TILE_CELLS))
+    offset_m = np.asarray(after.origin_m) - np.array(after.cell0[::-1]) * after.resolution_m
+    edge_m = TILE_CELLS * after.resolution_m
+    corners_m = (blocks + first)[:, ::-1] * edge_m + offset_m
+    return np.concatenate([corners_m, np.full((len(blocks), 1), edge_m)], axis=1)
 
 
 def same_lattice(one: OccupancyGrid, two: OccupancyGrid) -> bool:
@@ -97,9 +106,9 @@ def any_by_block(mask: NDArray[np.bool_], edge: int) -> NDArray[np.bool_]:
     return np.asarray(by_rows.reshape(rows, cols, edge).any(axis=2))
 
 
-def on_canvas(grid: OccupancyGrid, shape: tuple[int, int], row0: int, col0: int) -> NDArray[np.int8]:
-    """Return a map's cells ``shape`` from the lattice's cell (row0, col0) on; unknown where the map has none."""
-    canvas = np.full(shape, UNKNOWN, dtype=np.int8)
+def on_canvas(grid: OccupancyGrid, height: int, width: int, row0: int, col0: int) -> NDArray[np.int8]:
+    """Return a map's cells ``(height, width)`` from the lattice's cell (row0, col0) on; unknown where it has none."""
+    canvas = np.full((height, width), UNKNOWN, dtype=np.int8)
     r, c = grid.cell0[0] - row0, grid.cell0[1] - col0
     canvas[r : r + grid.shape[0], c : c + grid.shape[1]] = grid.cells
     return canvas

@@ -8,8 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-OCCUPIED = 65
-"""Equals ``mrslam.spatial.OCCUPIED_MIN``."""
+OCCUPIED, UNKNOWN = 65, -1
+"""Equal ``mrslam.spatial.OCCUPIED_MIN`` and ``UNKNOWN``."""
 EDGE = 32
 """Edge of the blocks, cells; displacement is bilinear within a block, between its corners."""
 
@@ -29,18 +29,24 @@ def displaced(field: NDArray[np.float32], x: float, y: float) -> tuple[float, fl
 
 @njit(cache=True, nogil=True)
 def bend_blocks(
-    cells: NDArray[np.int8], field: NDArray[np.float32], todo: NDArray[np.bool_], out: NDArray[np.int8]
+    cells: NDArray[np.int8],
+    field: NDArray[np.float32],
+    is_stale: NDArray[np.bool_],
+    is_near: NDArray[np.bool_],
+    out: NDArray[np.int8],
 ) -> None:  # pragma: no cover - compiled
-    """Write the blocks ``todo (R, C)`` of ``out (32 R, 32 C)``: ``cells``, of the same shape, moved by ``field``.
+    """Write the blocks ``is_stale (R, C)`` of ``out (32 R, 32 C)``: ``cells``, of the same shape, moved by ``field``.
 
     ``field`` : ``(R + 1, C + 1, 2)``, displacement (x, y) of the blocks' corners in cells. Every cell gets the value
     at the point that is moved to it; walls are then moved once more, forward, and joined to their neighbours, so that
-    none is lost where the map is compressed or stretched.
+    none is lost where the map is compressed or stretched. Blocks that are not ``is_near (R, C)`` become unknown.
     """
     reach = int(math.ceil(np.max(np.abs(field)))) + 2
-    for i in range(todo.shape[0]):
-        for j in range(todo.shape[1]):
-            if todo[i, j]:
+    for i in range(is_stale.shape[0]):
+        for j in range(is_stale.shape[1]):
+            if is_stale[i, j]:
+                out[i * EDGE : (i + 1) * EDGE, j * EDGE : (j + 1) * EDGE] = UNKNOWN
+            if is_stale[i, j] and is_near[i, j]:
                 _fetch_block(cells, field, i, j, out)
                 _push_walls(cells, field, (i, j, reach), out)
 

@@ -359,7 +359,7 @@ MUTANTS = (
     ),
     Mutant(
         "merge/team.py",
-        "held.origin_m == grid.origin_m and ",
+        "one.origin_m == two.origin_m and ",
         "",
         "a map that moved in its frame is drawn where it was",
     ),
@@ -413,7 +413,7 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/bent_map.py",
-        "            most_cells = max(most_cells, float(np.abs(last.field).max()))\n",
+        "        most_cells = max(most_cells, float(np.abs(last.field).max()))\n",
         "",
         "walls stay in the team map where a wrong joint solution had drawn them",
     ),
@@ -443,8 +443,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/graph/nodes.py",
-        "part.shape[::-1]",
-        "part.shape",
+        "np.array(shape[::-1])",
+        "np.array(shape)",
         "loops of maps that are longer than wide are judged beside them",
     ),
     Mutant(

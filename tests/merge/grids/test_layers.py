@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mrslam.merge import warp
-from mrslam.merge.grids.layers import Layer, changed_parts
+from mrslam.merge.grids.layers import Layer, changed_squares
 from mrslam.spatial import TILE_CELLS, UNKNOWN, OccupancyGrid, se2
 from tests.merge.plans import building
 
@@ -83,16 +83,15 @@ def test_growing_shrinking_moving_and_vanishing():
         assert layer.versions == anew.versions
 
 
-def test_changed_parts_hold_every_cell_that_differs():
+def test_changed_squares_hold_every_cell_that_differs():
     rng = np.random.default_rng(0)
     for _ in range(20):
         before = OccupancyGrid.at_cell(rng.choice(np.array([-1, 0, 100], dtype=np.int8), (90, 130)), 0.05, -30, 17)
         after = with_patch(before, int(rng.integers(0, 80)), int(rng.integers(0, 120)), 50)
         after = OccupancyGrid.at_cell(np.pad(after.cells, ((3, 0), (0, 9)), constant_values=-1), 0.05, -33, 17)
-        covered = set()
-        for one in changed_parts(before, after):
-            assert one.on_lattice
-            covered |= {(one.cell0[0] + r, one.cell0[1] + c) for r, c in np.ndindex(one.shape)}
+        squares = np.rint(changed_squares(before, after) / 0.05).astype(int)
+        assert (squares[:, 2] == TILE_CELLS).all()
+        covered = {(y + r, x + c) for x, y, edge in squares.tolist() for r, c in np.ndindex(edge, edge)}
         old, new = cells_of(before), cells_of(after)
         assert {cell for cell in old | new if old.get(cell) != new.get(cell)} <= covered
-    assert changed_parts(before, before) == []
+    assert len(changed_squares(before, before)) == 0
