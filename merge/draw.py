@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mrslam.merge.draw_kernels import add_layer, paint
-from mrslam.merge.grids.warp import warp
+from mrslam.merge.grids.layers import Layer
+from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.merge.team import TeamMap
 from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, UNKNOWN, OccupancyGrid, se2
+from mrslam.spatial.tiles import assembled
 
 PALETTE = (
     (31, 119, 180),
@@ -110,7 +112,9 @@ def laid(team_map: TeamMap, layers: Mapping[str, OccupancyGrid]) -> dict[str, Oc
             bend, layer = team_map.bends.get(robot_id), layers[robot_id]
             if bend is not None:
                 layer, T_team_map = bend.bent(layer), bend.T_team_map
-            out[robot_id] = warp(layer, T_team_map, team_map.grid.resolution_m)
+            drawn = Layer()
+            drawn.update(TiledGrid.of(layer), T_team_map, team_map.grid.resolution_m)
+            out[robot_id] = assembled(drawn.tiles, team_map.grid.resolution_m)
     return out
 
 

@@ -14,6 +14,7 @@ from mrslam.merge.contradictions import Contradictions
 from mrslam.merge.graph.edges import AlignmentLike, Pair, make_edge
 from mrslam.merge.grids.fusion_tree import FusionTree
 from mrslam.merge.grids.layers import Layer
+from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.merge.joint.bend import Bend
 from mrslam.merge.joint.bent_map import BentMap
 from mrslam.merge.joint.bent_team import BentTeam
@@ -64,7 +65,9 @@ class TeamMapper:
         self._maps: dict[str, OccupancyGrid | MapInTiles] = {}
         self._scanned: set[str] = set()
         """Robots whose maps came with keyframes' scans; only these can be joined and bent."""
-        self._bent_grids: dict[str, tuple[OccupancyGrid, Bend, OccupancyGrid]] = {}
+        self._tiled_maps: dict[str, TiledGrid] = {}
+        """By robot: its map in tiles (a cache)."""
+        self._bent: dict[str, tuple[TiledGrid, Bend, TiledGrid]] = {}
         """By robot: its map, a bend, and the map bent by it (a cache)."""
         self._bent_maps: dict[str, BentMap] = {}
         """By robot: its map as it was drawn bent last, of which only what changed is drawn again."""
@@ -95,6 +98,7 @@ class TeamMapper:
         held = self._maps.get(robot_id)
         if held is None or not _is_same(held, known):
             self._maps[robot_id] = known
+            self._tiled_maps.pop(robot_id, None)
             self.graph.set_map(robot_id, known if isinstance(known, OccupancyGrid) else known.local.map)
 
     def _grid(self, robot_id: str) -> OccupancyGrid:
@@ -103,7 +107,7 @@ class TeamMapper:
 
     def remove_map(self, robot_id: str) -> None:
         """Forget a robot's map."""
-        for held in (self._maps, self._bent_grids, self._bent_maps, self._judged_grids, self._layers):
+        for held in (self._maps, self._tiled_maps, self._bent, self._bent_maps, self._judged_grids, self._layers):
             held.pop(robot_id, None)
         self._scanned.discard(robot_id)
         self._contradictions.forget(robot_id)
@@ -149,7 +153,7 @@ class TeamMapper:
         for robot_id, layer in self._layers.items():
             bend = placement.bends.get(robot_id)
             T_team_map = placement.T_team_map[robot_id] if bend is None else bend.T_team_map
-            layer.update(self._bent(robot_id, bend), T_team_map, resolution_m)
+            layer.update(self._drawn(robot_id, bend), T_team_map, resolution_m)
         self._tree.update(self._layers)
         return placement
 
@@ -184,18 +188,22 @@ class TeamMapper:
         """Return a robot's bent map as it was when the joint solution came, and where it lay: judged once for each."""
         bend, held = self.bent.bends[robot_id], self._judged_grids.get(robot_id)
         if held is None or held[0] is not bend.T_team_key:
-            held = self._judged_grids[robot_id] = (bend.T_team_key, self._bent(robot_id, bend), bend.T_team_map)
+            held = self._judged_grids[robot_id] = (bend.T_team_key, self._drawn(robot_id, bend).grid, bend.T_team_map)
         return held[1:]
 
-    def _bent(self, robot_id: str, bend: Bend | None) -> OccupancyGrid:
+    def _drawn(self, robot_id: str, bend: Bend | None) -> TiledGrid:
         """Return a robot's map as it is drawn into the team map: bent by ``bend``, or the published one."""
-        grid = self._grid(robot_id)
+        tiled = self._tiled_maps.get(robot_id)
+        if tiled is None:
+            known = self._maps[robot_id]
+            tiled = TiledGrid.of(known if isinstance(known, OccupancyGrid) else known.local.map)
+            self._tiled_maps[robot_id] = tiled
         if bend is None:
-            return grid
-        held = self._bent_grids.get(robot_id)
-        if held is None or held[0] is not grid or held[1] is not bend:
+            return tiled
+        held = self._bent.get(robot_id)
+        if held is None or held[0] is not tiled or held[1] is not bend:
             last = self._bent_maps.setdefault(robot_id, BentMap())
-            held = self._bent_grids[robot_id] = (grid, bend, bend.bent(grid, last))
+            held = self._bent[robot_id] = (tiled, bend, last.draw(tiled, bend.displacement))
         return held[2]
 
 

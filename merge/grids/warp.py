@@ -7,11 +7,15 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.merge.grids.warp_kernels import warp_window
-from mrslam.spatial import UNKNOWN, InputError, OccupancyGrid, se2
+from mrslam.spatial import InputError, OccupancyGrid, se2
 
 MAX_CELLS = 20_000 * 20_000
 """Larger grids are refused: 1 x 1 km at 5 cm, 400 MB."""
+MARGIN_CELLS = 6
+"""Cells around a square's place in the source that it may show: walls are drawn from there, and thin ones are told from
+thick ones by their neighbours."""
 
 
 def warp(grid: OccupancyGrid, T_target_grid: ArrayLike, resolution_m: float | None = None) -> OccupancyGrid:
@@ -35,21 +39,25 @@ def warp(grid: OccupancyGrid, T_target_grid: ArrayLike, resolution_m: float | No
             f"a map of {height} x {width} cells of {resolution_m} m is too large: use a coarser resolution"
         )
     out = np.empty((height, width), dtype=np.int8)
-    warp_window(
-        grid.cells, to_source(grid, T_target_grid, resolution_m), resolution_m / grid.resolution_m, row0, col0, out
-    )
+    inverse = to_source(grid.origin_m, grid.resolution_m, T_target_grid, resolution_m)
+    warp_window(grid.cells, inverse, resolution_m / grid.resolution_m, row0, col0, out)
     return OccupancyGrid.at_cell(out, resolution_m, row0, col0).cropped()
 
 
-def to_source(grid: OccupancyGrid, T_target_grid: NDArray[np.float64], resolution_m: float) -> NDArray[np.float64]:
-    """Return the ``(2, 3)`` map from target points to source points, both in cells, x first."""
+def to_source(
+    origin_m: tuple[float, float], source_m: float, T_target_grid: NDArray[np.float64], resolution_m: float
+) -> NDArray[np.float64]:
+    """Return the ``(2, 3)`` map from target points to source points, both in cells, x first.
+
+    ``origin_m`` : corner of the source's cell (0, 0), metres; ``source_m``, ``resolution_m`` : edges of both's cells.
+    """
     x, y, theta = T_target_grid
     cos, sin = _exact(math.cos(theta)), _exact(math.sin(theta))
-    scale = resolution_m / grid.resolution_m
-    left, bottom = (-cos * x - sin * y - grid.origin_m[0]), (sin * x - cos * y - grid.origin_m[1])
+    scale = resolution_m / source_m
+    left, bottom = (-cos * x - sin * y - origin_m[0]), (sin * x - cos * y - origin_m[1])
     affine = [
-        [cos * scale, sin * scale, left / grid.resolution_m],
-        [-sin * scale, cos * scale, bottom / grid.resolution_m],
+        [cos * scale, sin * scale, left / source_m],
+        [-sin * scale, cos * scale, bottom / source_m],
     ]
     # Rounding noise would decide between two cells where a point is on their border: lattice to lattice is thus exact.
     return np.array([[round(value, 9) for value in row] for row in affine])
@@ -70,12 +78,12 @@ def window(grid: OccupancyGrid, T_target_grid: NDArray[np.float64], resolution_m
 
 
 class Warp:
-    """A grid to be rewritten in the target's lattice square by square: the squares of :func:`warp`'s result."""
+    """A map to be rewritten in the target's lattice square by square: the squares of :func:`warp`'s result."""
 
-    def __init__(self, grid: OccupancyGrid, T_target_grid: NDArray[np.float64], resolution_m: float) -> None:
-        """Place the grid at ``T_target_grid (3,)``, in cells of ``resolution_m``."""
-        self._cells, self._ratio = grid.cells, resolution_m / grid.resolution_m
-        self._to_source = to_source(grid, T_target_grid, resolution_m)
+    def __init__(self, tiled: TiledGrid, T_target_grid: NDArray[np.float64], resolution_m: float) -> None:
+        """Place the map at ``T_target_grid (3,)``, in cells of ``resolution_m``."""
+        self._tiled, self._ratio = tiled, resolution_m / tiled.resolution_m
+        self._to_source = to_source(tiled.offset_m, tiled.resolution_m, T_target_grid, resolution_m)
         steps = np.rint(self._to_source[:, 2])
         lattice = np.column_stack([np.eye(2), steps])
         self._shift = (int(steps[1]), int(steps[0])) if np.array_equal(self._to_source, lattice) else None
@@ -83,12 +91,13 @@ class Warp:
 
     def square(self, row0: int, col0: int, edge: int) -> NDArray[np.int8]:
         """Return ``(edge, edge) int8`` from the target's lattice cell (row0, col0) on."""
-        out = np.full((edge, edge), UNKNOWN, dtype=np.int8)
-        if self._shift is None:
-            if self._cells.size:
-                warp_window(self._cells, self._to_source, self._ratio, row0, col0, out)
-            return out
-        row, col = row0 + self._shift[0], col0 + self._shift[1]
-        part = self._cells[max(row, 0) : max(row + edge, 0), max(col, 0) : max(col + edge, 0)]
-        out[max(-row, 0) :, max(-col, 0) :][: part.shape[0], : part.shape[1]] = part
+        if self._shift is not None:
+            return self._tiled.window(row0 + self._shift[0], col0 + self._shift[1], edge, edge)
+        corners = np.array([[col0, row0], [col0 + edge, row0], [col0, row0 + edge], [col0 + edge, row0 + edge]])
+        reached = corners @ self._to_source[:, :2].T + self._to_source[:, 2]
+        col, row = (int(v) for v in np.floor(reached.min(axis=0)) - MARGIN_CELLS)
+        width, height = (int(v) for v in np.ceil(reached.max(axis=0)) + MARGIN_CELLS - (col, row))
+        inverse = self._to_source - np.array([[0.0, 0.0, col], [0.0, 0.0, row]])
+        out = np.empty((edge, edge), dtype=np.int8)
+        warp_window(self._tiled.window(row, col, height, width), inverse, self._ratio, row0, col0, out)
         return out

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.merge.joint.bent_map import BentMap
 from mrslam.merge.joint.trail import rigid
 from mrslam.spatial import Keyframes, OccupancyGrid, se2
@@ -50,13 +51,9 @@ class Bend:
         unbent = se2.apply(self.T_team_map, self.T_map_key[:, :2])
         return float(np.hypot(*(self.T_team_key[:, :2] - unbent).T).max())
 
-    def bent(self, grid: OccupancyGrid, last: BentMap | None = None) -> OccupancyGrid:
-        """Return the map bent in its own frame, so that ``T_team_map`` places it where the corrected keyframes are.
-
-        ``last`` : the map as it was drawn last, to write only the blocks again that have changed; it is brought up to
-        date.
-        """
-        return (last or BentMap()).draw(grid, self.displacement)
+    def bent(self, grid: OccupancyGrid) -> OccupancyGrid:
+        """Return the map bent in its own frame, so that ``T_team_map`` places it where the corrected keyframes are."""
+        return BentMap().draw(TiledGrid.of(grid), self.displacement).grid
 
     def displacement(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the displacement ``(N, 2)`` of points ``(N, 2)``, both in the map's frame, metres."""

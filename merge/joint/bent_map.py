@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
-from mrslam.merge.grids.layers import any_by_block, on_canvas, same_lattice
-from mrslam.merge.joint.bend_kernels import bend_blocks
-from mrslam.spatial import UNKNOWN, OccupancyGrid
+from mrslam.merge.grids.tiled_grid import BLOCK_CELLS, NOTHING, PER_TILE, TiledGrid, any_by_block
+from mrslam.merge.joint.bend_kernels import bend_tiles
+from mrslam.spatial import TILE_CELLS, UNKNOWN
+from mrslam.spatial.tiles import TileIndex
 
-NODE_CELLS = 32
-"""Edge of the blocks, and distance of the nodes between which displacement is interpolated, cells: half a tile."""
 STEP_CELLS = 0.25
 """Displacements are whole multiples of this: a solution that differs by less leaves the map as it was."""
 REACH_CELLS = 2
@@ -24,18 +23,39 @@ REACH_CELLS = 2
 Displacement = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
-class _Drawing(NamedTuple):
-    """What was drawn last; blocks are those of the map frame's lattice."""
+class _Box(NamedTuple):
+    """The tiles of a map in the least box that holds them, with one unknown tile all round."""
 
-    grid: OccupancyGrid
-    block0: tuple[int, int]
-    """Block (row, column) of the first one here."""
-    cells: NDArray[np.int8]
-    """``(32 R, 32 C)`` as published."""
+    tile0: TileIndex
+    """The first of the box."""
+    pool: NDArray[np.int8]
+    """``(N, 64, 64)`` those that are known."""
+    slots: NDArray[np.int32]
+    """``(I, J)`` of each tile of the box in the pool, -1 where nothing is known."""
+
+    @property
+    def blocks(self) -> tuple[int, int]:
+        """Rows and columns of blocks in the box."""
+        return PER_TILE * self.slots.shape[0], PER_TILE * self.slots.shape[1]
+
+    def holds(self, other: _Box) -> bool:
+        """Return whether all of another box lies in this one."""
+        return all(
+            now <= was and was + was_size <= now + size
+            for now, was, size, was_size in zip(
+                self.tile0, other.tile0, self.slots.shape, other.slots.shape, strict=True
+            )
+        )
+
+
+class _Drawing(NamedTuple):
+    """What was drawn last."""
+
+    published: TiledGrid
+    box: _Box
     field: NDArray[np.float32]
     """``(R + 1, C + 1, 2)`` displacement (x, y) of the blocks' corners, cells; 0 where nothing known comes near."""
-    bent: NDArray[np.int8]
-    """``(32 R, 32 C)``."""
+    bent: TiledGrid
 
 
 class BentMap:
@@ -46,71 +66,105 @@ class BentMap:
         self.blocks_drawn = 0
         """Blocks written so far."""
 
-    def draw(self, grid: OccupancyGrid, displacement: Displacement) -> OccupancyGrid:
-        """Return the map bent in its own frame.
+    def draw(self, published: TiledGrid, displacement: Displacement) -> TiledGrid:
+        """Return the map bent in its own frame; tiles of which nothing has changed are the same objects as before.
 
-        ``displacement`` maps points ``(N, 2)`` of the map's frame to their displacements ``(N, 2)``, both in metres.
+        ``displacement`` maps points ``(N, 2)`` of the map's frame to their displacements ``(N, 2)``, both in metres. It
+        is asked at the corners of blocks, and interpolated between them.
         """
-        cropped = grid.cropped()
-        if cropped.cells.size == 0:
-            return cropped
-        block0, cells = _in_blocks(cropped)
-        offset_m = np.asarray(cropped.origin_m) - np.array(cropped.cell0[::-1]) * cropped.resolution_m
+        if not published.tiles:
+            return published
+        box = _boxed(published)
 
-        def at_corners(rows: NDArray[np.int64], cols: NDArray[np.int64]) -> NDArray[np.float64]:
-            corners = np.stack([cols + block0[1], rows + block0[0]], axis=-1) * NODE_CELLS
-            moved_m = displacement(corners * cropped.resolution_m + offset_m)
-            return STEP_CELLS * np.rint(moved_m / (cropped.resolution_m * STEP_CELLS))
+        def at_corners(corners: NDArray[np.int64]) -> NDArray[np.float64]:
+            cells = (corners + PER_TILE * np.array(box.tile0))[:, ::-1] * BLOCK_CELLS
+            moved_m = displacement(cells * published.resolution_m + np.asarray(published.offset_m))
+            return STEP_CELLS * np.rint(moved_m / (published.resolution_m * STEP_CELLS))
 
-        field, is_near = _field_near(any_by_block(cells != UNKNOWN, NODE_CELLS), at_corners)
-        is_stale, bent = self._before(cropped, block0, cells, field)
+        field, is_near = _field_near(_known_blocks(box), at_corners)
+        last = self._last
+        if last is not None and not (published.has_lattice_of(last.published) and box.holds(last.box)):
+            last = None
+        before = {} if last is None else last.bent.tiles
+        is_stale = np.ones(box.blocks, dtype=np.bool_) if last is None else _stale(published, box, field, last)
         self.blocks_drawn += int((is_stale & is_near).sum())
-        bend_blocks(cells, field, is_stale, is_near, bent)
-        self._last = _Drawing(cropped, block0, cells, field, bent)
-        origin_m = offset_m + np.array(block0[::-1]) * NODE_CELLS * cropped.resolution_m
-        return OccupancyGrid(bent, cropped.resolution_m, (float(origin_m[0]), float(origin_m[1]))).cropped()
+        bent = TiledGrid(_drawn(box, field, is_stale, is_near, before), published.resolution_m, published.offset_m)
+        self._last = _Drawing(published, box, field, bent)
+        return bent
 
-    def _before(
-        self, grid: OccupancyGrid, block0: tuple[int, int], cells: NDArray[np.int8], field: NDArray[np.float32]
-    ) -> tuple[NDArray[np.bool_], NDArray[np.int8]]:
-        """Return the blocks ``(R, C)`` that are not as they were drawn last, and all as they were, ``(32 R, 32 C)``."""
-        bent = np.full(cells.shape, UNKNOWN, dtype=np.int8)
-        shape = field.shape[0] - 1, field.shape[1] - 1
-        is_changed, most_cells = np.ones(shape, dtype=np.bool_), float(np.abs(field).max())
-        if (last := self._last) is None or not _continues(grid, block0, shape, last):
-            return is_changed, bent
-        rows, cols = (
-            slice(was - now, was - now + count - 1)
-            for was, now, count in zip(last.block0, block0, last.field.shape, strict=False)
-        )
-        inner = _cells(rows), _cells(cols)
-        moved = (field[rows.start : rows.stop + 1, cols.start : cols.stop + 1] != last.field).any(axis=2)
-        is_changed[rows, cols] = any_by_block(cells[inner] != last.cells, NODE_CELLS) | _of_corners(moved)
-        bent[inner] = last.bent
-        most_cells = max(most_cells, float(np.abs(last.field).max()))
-        return maximum_filter(is_changed, _reached(most_cells)), bent
+
+def _boxed(published: TiledGrid) -> _Box:
+    indices = np.array(list(published.tiles))
+    first, last = indices.min(axis=0) - 1, indices.max(axis=0) + 1
+    index = np.full(last - first + 1, -1, dtype=np.int32)
+    index[tuple((indices - first).T)] = np.arange(len(indices))
+    return _Box((int(first[0]), int(first[1])), np.stack(list(published.tiles.values())), index)
+
+
+def _known_blocks(box: _Box) -> NDArray[np.bool_]:
+    """Return which blocks ``(R, C)`` of a box have a known cell."""
+    is_known = np.zeros(box.blocks, dtype=np.bool_)
+    _by_tile(is_known)[box.slots >= 0] = any_by_block(box.pool != UNKNOWN)[box.slots[box.slots >= 0]]
+    return is_known
 
 
 def _field_near(
-    is_known: NDArray[np.bool_], at_corners: Callable[[NDArray[np.int64], NDArray[np.int64]], NDArray[np.float64]]
+    is_known: NDArray[np.bool_], at_corners: Callable[[NDArray[np.int64]], NDArray[np.float64]]
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
     """Return the displacement ``(R + 1, C + 1, 2)`` of blocks' corners in cells, and which blocks are near a known one.
 
     Only to those can something be moved, and of their corners alone is the displacement asked: most of a long
-    corridor's box is far from anything. ``at_corners`` maps rows and columns ``(N,)`` of corners to displacements ``(N, 2)``.
+    corridor's box is far from anything. ``at_corners`` maps corners ``(N, 2)`` (row, column) to theirs ``(N, 2)``.
     """
     field = np.zeros((is_known.shape[0] + 1, is_known.shape[1] + 1, 2), dtype=np.float32)
     asked = _corners(is_known)
-    field[asked] = at_corners(*np.nonzero(asked))
-    is_near = maximum_filter(is_known, _reached(float(np.abs(field).max())))
+    field[asked] = at_corners(np.argwhere(asked))
+    is_near = maximum_filter(is_known, _reached(field))
     asked = _corners(is_near) & ~asked
-    field[asked] = at_corners(*np.nonzero(asked))
+    field[asked] = at_corners(np.argwhere(asked))
     return field, is_near
 
 
-def _reached(cells: float) -> int:
-    """Return how many blocks in a row can be reached from the middle one by what is moved by so many cells."""
-    return 2 * math.ceil((cells + REACH_CELLS) / NODE_CELLS) + 1
+def _stale(published: TiledGrid, box: _Box, field: NDArray[np.float32], last: _Drawing) -> NDArray[np.bool_]:
+    """Return which blocks ``(R, C)`` may not be as they were drawn last."""
+    is_changed = np.ones(box.blocks, dtype=np.bool_)
+    row, col = (PER_TILE * (was - now) for was, now in zip(last.box.tile0, box.tile0, strict=True))
+    rows, cols = last.box.blocks
+    moved = (field[row : row + rows + 1, col : col + cols + 1] != last.field).any(axis=2)
+    is_changed[row : row + rows, col : col + cols] = _of_corners(moved)
+    changed = published.changed_blocks(last.published) - PER_TILE * np.array(box.tile0)
+    is_changed[tuple(changed.T)] = True
+    return np.asarray(maximum_filter(is_changed, max(_reached(field), _reached(last.field))))
+
+
+def _drawn(
+    box: _Box,
+    field: NDArray[np.float32],
+    is_stale: NDArray[np.bool_],
+    is_near: NDArray[np.bool_],
+    before: Mapping[TileIndex, NDArray[np.int8]],
+) -> dict[TileIndex, NDArray[np.int8]]:
+    """Return the bent tiles: those of ``before`` with their stale blocks drawn."""
+    was_drawn = np.zeros(box.slots.shape, dtype=np.bool_)
+    for i, j in before:
+        was_drawn[i - box.tile0[0], j - box.tile0[1]] = True
+    is_stale_tile, is_near_tile = (_by_tile(blocks).any(axis=(2, 3)) for blocks in (is_stale, is_near))
+    todo = np.argwhere(is_stale_tile & (is_near_tile | was_drawn))
+    indices: list[TileIndex] = [(i, j) for i, j in (todo + np.array(box.tile0)).tolist()]
+    out = np.array([before.get(index, NOTHING) for index in indices]).reshape(-1, TILE_CELLS, TILE_CELLS)
+    bend_tiles(box.pool, box.slots, field, todo, is_stale, is_near, out)
+    tiles = {**before}
+    for index, tile in zip(indices, out, strict=True):
+        if not (tile != UNKNOWN).any():
+            tiles.pop(index, None)
+        elif not np.array_equal(tile, before.get(index, NOTHING)):
+            tiles[index] = tile.copy()
+    return tiles
+
+
+def _reached(field: NDArray[np.float32]) -> int:
+    """Return how many blocks in a row can be reached from the middle one by what is moved by a field."""
+    return 2 * math.ceil((float(np.abs(field).max()) + REACH_CELLS) / BLOCK_CELLS) + 1
 
 
 def _corners(blocks: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -123,24 +177,7 @@ def _of_corners(corners: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return np.asarray(corners[:-1, :-1] | corners[1:, :-1] | corners[:-1, 1:] | corners[1:, 1:])
 
 
-def _cells(blocks: slice) -> slice:
-    return slice(NODE_CELLS * blocks.start, NODE_CELLS * blocks.stop)
-
-
-def _in_blocks(grid: OccupancyGrid) -> tuple[tuple[int, int], NDArray[np.int8]]:
-    """Return the lattice block of the first cell, and the cells in whole blocks with one unknown block all round."""
-    row0, col0 = (start // NODE_CELLS - 1 for start in grid.cell0)
-    top, left = grid.cell0[0] - row0 * NODE_CELLS, grid.cell0[1] - col0 * NODE_CELLS
-    height, width = (
-        (-(-(before + size) // NODE_CELLS) + 1) * NODE_CELLS
-        for before, size in zip((top, left), grid.shape, strict=True)
-    )
-    return (row0, col0), on_canvas(grid, height, width, row0 * NODE_CELLS, col0 * NODE_CELLS)
-
-
-def _continues(grid: OccupancyGrid, block0: tuple[int, int], shape: tuple[int, int], last: _Drawing) -> bool:
-    """Return whether a map has the lattice of the last one, and covers all of its blocks; else all is drawn again."""
-    return same_lattice(grid, last.grid) and all(
-        now <= was and was + corners - 1 <= now + count
-        for now, count, was, corners in zip(block0, shape, last.block0, last.field.shape, strict=False)
-    )
+def _by_tile(blocks: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return blocks ``(2 I, 2 J)`` as a view ``(I, J, 2, 2)``."""
+    rows, cols = blocks.shape[0] // PER_TILE, blocks.shape[1] // PER_TILE
+    return blocks.reshape(rows, PER_TILE, cols, PER_TILE).swapaxes(1, 2)

@@ -5,6 +5,7 @@ from mrslam.merge import fuse, warp
 from mrslam.merge.config import FUSIONS
 from mrslam.merge.grids.fusion_tree import FusionTree
 from mrslam.merge.grids.layers import Layer
+from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.spatial import TILE_CELLS, UNKNOWN, OccupancyGrid, se2
 from tests.merge.plans import building
 
@@ -23,7 +24,7 @@ def layers_of(grids, places):
     layers = {}
     for robot_id, grid in grids.items():
         layers[robot_id] = Layer()
-        layers[robot_id].update(grid, places[robot_id], 0.05)
+        layers[robot_id].update(TiledGrid.of(grid), places[robot_id], 0.05)
     return layers
 
 
@@ -55,7 +56,7 @@ def test_one_changed_map_fuses_only_its_branch_anew(team):
     everything = tree.fusions
     cells = grids["r03"].cells.copy()
     cells[10:14, 10:14] = 100
-    layers["r03"].update(OccupancyGrid(cells, 0.05), places["r03"], 0.05)
+    layers["r03"].update(TiledGrid.of(OccupancyGrid(cells, 0.05)), places["r03"], 0.05)
     made = tree.update(layers)
     assert 1 <= len(made) <= 4
     assert tree.fusions - everything == 3 * len(made)  # eight robots: three fusions from the leaf to the root

@@ -4,7 +4,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mrslam.merge import warp
-from mrslam.merge.grids.layers import Layer, changed_squares
+from mrslam.merge.grids.layers import Layer
+from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.spatial import TILE_CELLS, UNKNOWN, OccupancyGrid, se2
 from tests.merge.plans import building
 
@@ -41,12 +42,12 @@ def with_patch(grid: OccupancyGrid, row: int, col: int, value: int) -> Occupancy
 )
 def test_following_changes_gives_what_starting_anew_gives(x, y, theta, patches, resolution):
     T, grid, layer = se2.transform(x, y, theta), PLAN, Layer()
-    layer.update(grid, T, resolution)
+    layer.update(TiledGrid.of(grid), T, resolution)
     for row, col, value in patches:
         grid = with_patch(grid, row, col, value)
-        layer.update(grid, T, resolution)
+        layer.update(TiledGrid.of(grid), T, resolution)
     anew = Layer()
-    anew.update(grid, T, resolution)
+    anew.update(TiledGrid.of(grid), T, resolution)
     assert layer.tiles.keys() == anew.tiles.keys()
     assert layer.versions == anew.versions
     for index, tile in layer.tiles.items():
@@ -56,18 +57,18 @@ def test_following_changes_gives_what_starting_anew_gives(x, y, theta, patches, 
 @pytest.mark.parametrize("resolution", [0.05, 0.08])
 def test_tiles_are_the_warped_map(resolution):
     T, layer = se2.transform(1.0, -2.0, 0.7), Layer()
-    layer.update(PLAN, T, resolution)
+    layer.update(TiledGrid.of(PLAN), T, resolution)
     assert assembled(layer) == cells_of(warp(PLAN, T, resolution))
 
 
 def test_only_tiles_near_a_change_are_rewritten():
     T, layer = se2.transform(1.0, -2.0, 0.7), Layer()
-    layer.update(PLAN, T, 0.05)
+    layer.update(TiledGrid.of(PLAN), T, 0.05)
     everything = layer.warped
-    layer.update(with_patch(PLAN, 20, 30, 50), T, 0.05)
+    layer.update(TiledGrid.of(with_patch(PLAN, 20, 30, 50)), T, 0.05)
     assert 0 < layer.warped - everything <= 12 < everything
     held = layer.warped
-    layer.update(with_patch(PLAN, 20, 30, 50), T, 0.05)
+    layer.update(TiledGrid.of(with_patch(PLAN, 20, 30, 50)), T, 0.05)
     assert layer.warped == held
 
 
@@ -77,21 +78,7 @@ def test_growing_shrinking_moving_and_vanishing():
     empty = OccupancyGrid(np.empty((0, 0), dtype=np.int8), 0.05)
     shifted = OccupancyGrid(small.cells, 0.05, (0.02, 0.013))
     for grid, place in [(small, T), (PLAN, T), (small, T), (shifted, T), (small, se2.IDENTITY), (empty, T), (small, T)]:
-        layer.update(grid, place, 0.05)
+        layer.update(TiledGrid.of(grid), place, 0.05)
         anew = Layer()
-        anew.update(grid, place, 0.05)
+        anew.update(TiledGrid.of(grid), place, 0.05)
         assert layer.versions == anew.versions
-
-
-def test_changed_squares_hold_every_cell_that_differs():
-    rng = np.random.default_rng(0)
-    for _ in range(20):
-        before = OccupancyGrid.at_cell(rng.choice(np.array([-1, 0, 100], dtype=np.int8), (90, 130)), 0.05, -30, 17)
-        after = with_patch(before, int(rng.integers(0, 80)), int(rng.integers(0, 120)), 50)
-        after = OccupancyGrid.at_cell(np.pad(after.cells, ((3, 0), (0, 9)), constant_values=-1), 0.05, -33, 17)
-        squares = np.rint(changed_squares(before, after) / 0.05).astype(int)
-        assert (squares[:, 2] == TILE_CELLS).all()
-        covered = {(y + r, x + c) for x, y, edge in squares.tolist() for r, c in np.ndindex(edge, edge)}
-        old, new = cells_of(before), cells_of(after)
-        assert {cell for cell in old | new if old.get(cell) != new.get(cell)} <= covered
-    assert len(changed_squares(before, before)) == 0

@@ -8,6 +8,7 @@ from hypothesis.extra.numpy import arrays
 from scipy import ndimage
 
 from mrslam.merge import warp
+from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.merge.grids.wall_kernels import LINKS
 from mrslam.merge.grids.warp import Warp, to_source
 from mrslam.merge.grids.warp_kernels import warp_window
@@ -141,7 +142,7 @@ def test_a_tile_is_a_cut_of_the_whole(cells, x, y, theta):
     if min(whole.shape) < 6:
         return
     row0, col0 = whole.cell0
-    tile = Warp(grid, T, 0.05).square(row0 + 3, col0 + 5, 16)
+    tile = Warp(TiledGrid.of(grid), T, 0.05).square(row0 + 3, col0 + 5, 16)
     np.testing.assert_array_equal(tile[: whole.shape[0] - 3, : whole.shape[1] - 5], whole.cells[3:19, 5:21])
 
 
@@ -153,8 +154,8 @@ def test_a_tile_is_a_cut_of_the_whole(cells, x, y, theta):
 def test_cells_of_one_lattice_are_copied_as_they_would_be_drawn(cells, cell_x, cell_y, row0, col0):
     grid, T = OccupancyGrid.at_cell(cells, 0.05, 7, -4), se2.transform(0.05 * cell_x, 0.05 * cell_y, 0.0)
     drawn = np.full((16, 16), UNKNOWN, dtype=np.int8)
-    warp_window(grid.cells, to_source(grid, T, 0.05), 1.0, row0, col0, drawn)
-    np.testing.assert_array_equal(Warp(grid, T, 0.05).square(row0, col0, 16), drawn)
+    warp_window(grid.cells, to_source(grid.origin_m, 0.05, T, 0.05), 1.0, row0, col0, drawn)
+    np.testing.assert_array_equal(Warp(TiledGrid.of(grid), T, 0.05).square(row0, col0, 16), drawn)
 
 
 def test_single_cells_survive_any_angle():
@@ -236,7 +237,7 @@ def naive_warp(grid: OccupancyGrid, T: np.ndarray, row0: int, col0: int, shape: 
 def test_the_kernel_does_what_its_slow_twin_does(cells, x, y, theta):
     grid, T = OccupancyGrid(cells, 0.05, (0.012, -0.3)), se2.transform(x, y, theta)
     row0, col0 = (int(v) - 12 for v in np.floor(se2.apply(T, [0.33, 0.0]) / 0.05)[::-1])
-    found = Warp(grid, T, 0.05).square(row0, col0, 24)
+    found = Warp(TiledGrid.of(grid), T, 0.05).square(row0, col0, 24)
     wanted = naive_warp(grid, T, row0, col0, (24, 24))
     # Rounding decides points exactly between cells; the twin takes another way there.
     assert np.count_nonzero(found != wanted) <= 1

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mrslam.merge import Bend
-from mrslam.merge.joint.bend_kernels import bend_blocks, displaced
+from mrslam.merge.joint.bend_kernels import bend_tiles, displaced
 from mrslam.spatial import Keyframes, OccupancyGrid, se2
 from tests.merge.plans import building
 
@@ -94,7 +94,9 @@ def test_no_wall_is_lost_where_a_map_is_pressed_together():
     for row in range(64):
         cells = np.zeros((64, 64), dtype=np.int8)
         cells[row] = 100
-        out = np.zeros_like(cells)
-        bend_blocks(cells, field, *np.ones((2, 2, 2), dtype=np.bool_), out)
+        one, everywhere, out = np.zeros((1, 1), dtype=np.int32), np.ones((2, 2), dtype=np.bool_), cells[None].copy()
+        bend_tiles(cells[None], one, field, np.zeros((1, 2), dtype=np.int64), everywhere, everywhere, out)
         landed = int((row + 0.5) * 30 / 32)
-        assert (out[landed] == 100).all() and (np.delete(out, [landed - 1, landed, landed + 1], axis=0) < 65).all()
+        assert (out[0, landed] == 100).all() and (
+            np.delete(out[0], [landed - 1, landed, landed + 1], axis=0) < 65
+        ).all()

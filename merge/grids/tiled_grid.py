@@ -1,0 +1,97 @@
+"""A map as tiles of cells: what is drawn and compared costs what is known, and again only what has changed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrslam.spatial import TILE_CELLS, UNKNOWN, OccupancyGrid, TiledMap
+from mrslam.spatial.tiles import TileIndex, assembled
+
+BLOCK_CELLS = 32
+"""Edge of the blocks in which changes are told, cells."""
+PER_TILE = TILE_CELLS // BLOCK_CELLS
+NOTHING = np.full((TILE_CELLS, TILE_CELLS), UNKNOWN, dtype=np.int8)
+"""A tile of which nothing is known."""
+
+Tiles = Mapping[TileIndex, NDArray[np.int8]]
+"""``(64, 64) int8`` by tile, not to be written to; those without a known cell are left out."""
+
+
+@dataclass(frozen=True, eq=False)
+class TiledGrid:
+    """Tiles on a lattice that need not have a cell's corner at the frame's origin."""
+
+    tiles: Tiles
+    resolution_m: float
+    offset_m: tuple[float, float] = (0.0, 0.0)
+    """Lower left corner of lattice cell (0, 0), metres: less than a cell from the origin."""
+
+    @classmethod
+    def of(cls, known: OccupancyGrid | TiledMap) -> TiledGrid:
+        """Return a map as tiles."""
+        tiled = known if isinstance(known, TiledMap) else TiledMap.from_grid(known)
+        tiles = {index: tile.cells for index, tile in tiled.tiles.items() if tile.known_cells}
+        if isinstance(known, TiledMap):
+            return cls(tiles, known.resolution_m)
+        (x, y), (row0, col0), edge_m = known.origin_m, known.cell0, known.resolution_m
+        return cls(tiles, edge_m, (x - col0 * edge_m, y - row0 * edge_m))
+
+    @cached_property
+    def grid(self) -> OccupancyGrid:
+        """The same as one grid."""
+        grid = assembled(self.tiles, self.resolution_m)
+        origin_m = grid.origin_m[0] + self.offset_m[0], grid.origin_m[1] + self.offset_m[1]
+        return OccupancyGrid(grid.cells, self.resolution_m, origin_m)
+
+    def box(self) -> tuple[TileIndex, tuple[int, int]]:
+        """Return the index of the first tile of the least box that holds all, and its size in (rows, columns)."""
+        if not self.tiles:
+            return (0, 0), (0, 0)
+        indices = np.array(list(self.tiles))
+        first = indices.min(axis=0)
+        rows, cols = indices.max(axis=0) - first + 1
+        return (int(first[0]), int(first[1])), (int(rows), int(cols))
+
+    def has_lattice_of(self, other: TiledGrid) -> bool:
+        """Return whether both have cells of one size that lie on each other."""
+        if self.resolution_m != other.resolution_m:
+            return False
+        shift = np.subtract(self.offset_m, other.offset_m) / self.resolution_m
+        return bool(np.all(np.abs(shift - np.round(shift)) < 1e-6))
+
+    def changed_blocks(self, before: TiledGrid | None) -> NDArray[np.int64]:
+        """Return the lattice's blocks of 32 x 32 cells, (row, column) ``(N, 2)``, that differ from an earlier state.
+
+        It has the same lattice; without one, those that are known.
+        """
+        old = {} if before is None else before.tiles
+        indices = [index for index in self.tiles.keys() | old.keys() if self.tiles.get(index) is not old.get(index)]
+        now, then = (
+            np.array([tiles.get(index, NOTHING) for index in indices], dtype=np.int8).reshape(-1, *NOTHING.shape)
+            for tiles in (self.tiles, old)
+        )
+        changed = np.argwhere(any_by_block(now != then))
+        return np.array(indices, dtype=np.int64).reshape(-1, 2)[changed[:, 0]] * PER_TILE + changed[:, 1:]
+
+    def window(self, row0: int, col0: int, height: int, width: int) -> NDArray[np.int8]:
+        """Return the cells ``(height, width)`` from lattice cell (row0, col0) on."""
+        out = np.full((height, width), UNKNOWN, dtype=np.int8)
+        for i in range(row0 // TILE_CELLS, -(-(row0 + height) // TILE_CELLS)):
+            for j in range(col0 // TILE_CELLS, -(-(col0 + width) // TILE_CELLS)):
+                if (tile := self.tiles.get((i, j))) is not None:
+                    r, c = i * TILE_CELLS - row0, j * TILE_CELLS - col0
+                    part = tile[max(-r, 0) : height - r, max(-c, 0) : width - c]
+                    r, c = max(r, 0), max(c, 0)
+                    out[r : r + part.shape[0], c : c + part.shape[1]] = part
+        return out
+
+
+def any_by_block(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which blocks of tiles' cells ``(N, 64, 64)`` have one that is marked: ``(N, 2, 2)``."""
+    by_rows = mask.reshape(-1, PER_TILE, BLOCK_CELLS, TILE_CELLS).any(axis=2)  # first along what lies side by side
+    return np.asarray(by_rows.reshape(-1, PER_TILE, PER_TILE, BLOCK_CELLS).any(axis=3))
