@@ -97,11 +97,14 @@ def _painted(
     """Return the team map at one pixel a cell, first row on top; band by band, for colours take much room."""
     grid = team_map.grid
     warped = laid(team_map, layers)
-    picture = np.empty((*grid.shape, 3), dtype=np.uint8)
-    for row in range(0, grid.shape[0], BAND_ROWS):
-        rows = min(BAND_ROWS, grid.shape[0] - row)
-        picture[row : row + rows] = _painted_band(grid, row, rows, warped, hue)
-    return np.ascontiguousarray(picture[::-1])
+    height, width = grid.shape
+    picture = np.empty((height, width, 3), dtype=np.uint8)
+    memory = np.empty((2, min(BAND_ROWS, height), width, 4), dtype=np.float32)
+    for row in range(0, height, BAND_ROWS):
+        rows = min(BAND_ROWS, height - row)
+        band = _painted_band(grid, row, memory[:, :rows], warped, hue)
+        picture[height - row - rows : height - row] = band[::-1]
+    return picture
 
 
 def laid(team_map: TeamMap, layers: Mapping[str, OccupancyGrid]) -> dict[str, OccupancyGrid]:
@@ -144,20 +147,21 @@ def _draw_tie(picture: NDArray[np.uint8], pixels: NDArray[np.float64]) -> None:
 def _painted_band(
     grid: OccupancyGrid,
     row: int,
-    rows: int,
+    memory: NDArray[np.float32],
     warped: Mapping[str, OccupancyGrid],
     hue: Mapping[str, tuple[int, int, int]],
 ) -> NDArray[np.uint8]:
-    """Return some rows of the picture, lowest first."""
-    free, wall = (np.zeros((rows, grid.shape[1], 4), dtype=np.float32) for _ in range(2))
+    """Return some rows of the picture, lowest first; ``memory (2, rows, W, 4)`` is overwritten."""
+    memory[...] = 0.0
+    free, wall = memory
     for robot_id, layer in warped.items():
         row0, col0 = layer.cell0[0] - grid.cell0[0] - row, layer.cell0[1] - grid.cell0[1]
         colour = np.array(hue[robot_id], dtype=np.float32)
         add_layer(layer.cells, row0, col0, colour, FREE_MAX, OCCUPIED_MIN, free, wall)
-    picture = np.empty((rows, grid.shape[1], 3), dtype=np.uint8)
+    picture = np.empty((*free.shape[:2], 3), dtype=np.uint8)
     picture[...] = PAPER
     ink = np.array(INK, dtype=np.float32)
-    paint(grid.cells[row : row + rows], FREE_MAX, OCCUPIED_MIN, free, wall, ink, MIXES, picture)
+    paint(grid.cells[row : row + free.shape[0]], FREE_MAX, OCCUPIED_MIN, free, wall, ink, MIXES, picture)
     return picture
 
 

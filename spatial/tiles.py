@@ -52,16 +52,37 @@ def box_cells(indices: Collection[TileIndex]) -> int:
 
 def assembled(tiles: Mapping[TileIndex, NDArray[np.int8]], resolution_m: float) -> OccupancyGrid:
     """Return the known part of tiles ``(64, 64)`` as one grid, its origin on the lattice; 0 x 0 where nothing is."""
-    if not tiles:
-        return OccupancyGrid(np.empty((0, 0), dtype=np.int8), resolution_m)
-    rows, cols = zip(*tiles, strict=True)
-    i0, j0 = min(rows), min(cols)
-    shape = ((max(rows) - i0 + 1) * TILE_CELLS, (max(cols) - j0 + 1) * TILE_CELLS)
-    cells = np.full(shape, UNKNOWN, dtype=np.int8)
+    row0, col0, row1, col1 = known_box(tiles)
+    cells = np.full((row1 - row0, col1 - col0), UNKNOWN, dtype=np.int8)
     for (i, j), tile in tiles.items():
-        r, c = (i - i0) * TILE_CELLS, (j - j0) * TILE_CELLS
-        cells[r : r + TILE_CELLS, c : c + TILE_CELLS] = tile
-    return OccupancyGrid.at_cell(cells, resolution_m, i0 * TILE_CELLS, j0 * TILE_CELLS).cropped()
+        r, c = i * TILE_CELLS - row0, j * TILE_CELLS - col0
+        part = cells[max(r, 0) : max(r + TILE_CELLS, 0), max(c, 0) : max(c + TILE_CELLS, 0)]
+        part[...] = tile[max(-r, 0) :, max(-c, 0) :][: part.shape[0], : part.shape[1]]
+    return OccupancyGrid.at_cell(cells, resolution_m, row0, col0)
+
+
+def known_box(tiles: Mapping[TileIndex, NDArray[np.int8]]) -> tuple[int, int, int, int]:
+    """Return the lattice (row0, col0, row1, col1) of the least box that holds every known cell, ends excluded.
+
+    Of tiles ``(64, 64)`` those at the edges are looked at; only where nothing is known in them the next ones are.
+    """
+    (row0, row1), (col0, col1) = (_known_ends(tiles, axis) for axis in (0, 1))
+    return row0, col0, row1, col1
+
+
+def _known_ends(tiles: Mapping[TileIndex, NDArray[np.int8]], axis: int) -> tuple[int, int]:
+    """Return the first lattice row (axis 0) or column (1) with a known cell, and the one after the last."""
+    by_line: dict[int, list[NDArray[np.int8]]] = {}
+    for index, tile in tiles.items():
+        by_line.setdefault(index[axis], []).append(tile)
+
+    def known(line: int) -> NDArray[np.int64]:
+        return np.flatnonzero(np.max([tile.max(axis=1 - axis) for tile in by_line[line]], axis=0) > UNKNOWN)
+
+    lines = sorted(by_line)
+    first = next((line * TILE_CELLS + int(k[0]) for line in lines if (k := known(line)).size), 0)
+    last = next((line * TILE_CELLS + int(k[-1]) + 1 for line in reversed(lines) if (k := known(line)).size), 0)
+    return first, last
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,32 +100,15 @@ class TiledMap:
 
     def to_grid(self) -> OccupancyGrid:
         """Return the known part as one grid, its origin on the lattice; 0 x 0 where nothing is known."""
-        return assembled({index: tile.cells for index, tile in self._known.items()}, self.resolution_m)
+        return assembled(self._cells, self.resolution_m)
 
     def known_box(self) -> tuple[int, int, int, int]:
         """Return the lattice (row0, col0, row1, col1) of the least box that holds every known cell, ends excluded."""
-        if not self._known:
-            return 0, 0, 0, 0
-        (row0, row1), (col0, col1) = (self._known_ends(axis) for axis in (0, 1))
-        return row0, col0, row1, col1
+        return known_box(self._cells)
 
-    def _known_ends(self, axis: int) -> tuple[int, int]:
-        """Return the first lattice row (axis 0) or column (1) with a known cell, and the one after the last."""
-        lines = [index[axis] for index in self._known]
-        first, last = (
-            [
-                line * TILE_CELLS + np.flatnonzero(tile.cells.max(axis=1 - axis) > UNKNOWN)
-                for index, tile in self._known.items()
-                if index[axis] == line
-            ]
-            for line in (min(lines), max(lines))
-        )
-        return int(min(known[0] for known in first)), int(max(known[-1] for known in last)) + 1
-
-    @cached_property
-    def _known(self) -> dict[TileIndex, Tile]:
-        """Tiles with a known cell: one that left the map is kept without."""
-        return {index: tile for index, tile in self.tiles.items() if tile.known_cells}
+    @property
+    def _cells(self) -> dict[TileIndex, NDArray[np.int8]]:
+        return {index: tile.cells for index, tile in self.tiles.items()}
 
     @classmethod
     def from_grid(cls, grid: OccupancyGrid, revision: int = 1) -> TiledMap:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.merge.grids.warp_kernels import warp_window
-from mrslam.spatial import InputError, OccupancyGrid, se2
+from mrslam.spatial import UNKNOWN, InputError, OccupancyGrid, se2
 
 MAX_CELLS = 20_000 * 20_000
 """Larger grids are refused: 1 x 1 km at 5 cm, 400 MB."""
@@ -98,6 +98,8 @@ class Warp:
         col, row = (int(v) for v in np.floor(reached.min(axis=0)) - MARGIN_CELLS)
         width, height = (int(v) for v in np.ceil(reached.max(axis=0)) + MARGIN_CELLS - (col, row))
         inverse = self._to_source - np.array([[0.0, 0.0, col], [0.0, 0.0, row]])
-        out = np.empty((edge, edge), dtype=np.int8)
-        warp_window(self._tiled.window(row, col, height, width), inverse, self._ratio, row0, col0, out)
+        out = np.full((edge, edge), UNKNOWN, dtype=np.int8)
+        source = self._tiled.window(row, col, height, width)
+        if (source != UNKNOWN).any():
+            warp_window(source, inverse, self._ratio, row0, col0, out)
         return out

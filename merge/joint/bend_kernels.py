@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 OCCUPIED, UNKNOWN = 65, -1
 """Equal ``mrslam.spatial.OCCUPIED_MIN`` and ``UNKNOWN``."""
-TILE, EDGE = 64, 32
-"""Edge of tiles and of blocks, four in a tile, cells; displacement is bilinear within a block, between its corners."""
+TILE, EDGE, TILE_BITS = 64, 32, 6
+"""Edge of tiles (2^6) and of blocks, four in a tile, cells; displacement is bilinear within a
+block, between its corners."""
 
 
 @njit(cache=True, nogil=True)
@@ -33,39 +34,43 @@ def bend_tiles(
     slots: NDArray[np.int32],
     field: NDArray[np.float32],
     todo: NDArray[np.int64],
-    is_stale: NDArray[np.bool_],
-    is_near: NDArray[np.bool_],
+    is_drawn: NDArray[np.bool_],
     out: NDArray[np.int8],
 ) -> None:  # pragma: no cover - compiled
-    """Write what is stale of the tiles ``todo (M, 2)`` (row, column) of a bent map into ``out (M, 64, 64)``.
+    """Write the blocks ``is_drawn (2 I, 2 J)`` of the tiles ``todo (M, 2)`` (row, column) into ``out (M, 64, 64)``.
 
-    ``slots (I, J)`` : of each tile in ``pool (N, 64, 64)``, -1 where nothing is known.
+    ``slots (I, J)`` : of each tile of the published map in ``pool (N, 64, 64)``, -1 where nothing is known.
     ``field`` : ``(2 I + 1, 2 J + 1, 2)``, displacement (x, y) of the blocks' corners in cells. Every cell gets the
     value at the point that is moved to it; walls are then moved once more, forward, and joined to their neighbours, so
-    that none is lost where the map is compressed or stretched. Blocks ``(2 I, 2 J)`` that are stale, but not
-    ``is_near``, become unknown.
+    that none is lost where the map is compressed or stretched.
     """
-    reach = int(math.ceil(np.max(np.abs(field)))) + 2
+    drawn = np.full(slots.shape, -1, dtype=np.int32)
     for m in range(todo.shape[0]):
+        drawn[todo[m, 0], todo[m, 1]] = m
         for k in range(4):
             i, j = 2 * todo[m, 0] + k // 2, 2 * todo[m, 1] + k % 2
-            if not is_stale[i, j]:
-                continue
-            r, c = (k // 2) * EDGE, (k % 2) * EDGE
-            block = out[m, r : r + EDGE, c : c + EDGE]
-            block[:] = UNKNOWN
-            if is_near[i, j]:
-                _fetch_block(pool, slots, field, i, j, block)
-                _push_walls(pool, slots, field, (i, j, reach), block)
+            if is_drawn[i, j]:
+                r, c = (k // 2) * EDGE, (k % 2) * EDGE
+                _fetch_block(pool, slots, field, i, j, out[m, r : r + EDGE, c : c + EDGE])
+    reach = (int(math.ceil(np.max(np.abs(field)))) + 2 + TILE - 1) // TILE
+    for i in range(slots.shape[0]):
+        for j in range(slots.shape[1]):
+            near = drawn[max(i - reach, 0) : i + reach + 1, max(j - reach, 0) : j + reach + 1]
+            if slots[i, j] >= 0 and near.max() >= 0:
+                _push_walls(pool, slots, field, (i, j), drawn, is_drawn, out)
 
 
 @njit(cache=True, nogil=True)
 def _at(pool: NDArray[np.int8], slots: NDArray[np.int32], r: int, c: int) -> int:  # pragma: no cover - compiled
     """Return the value of a cell by its row and column from the first tile's on."""
-    if r < 0 or c < 0 or r >= slots.shape[0] * TILE or c >= slots.shape[1] * TILE:
-        return UNKNOWN
-    n = slots[r // TILE, c // TILE]
-    return UNKNOWN if n < 0 else pool[n, r % TILE, c % TILE]
+    slot = _slot(slots, r >> TILE_BITS, c >> TILE_BITS)
+    return UNKNOWN if slot < 0 else pool[slot, r & (TILE - 1), c & (TILE - 1)]
+
+
+@njit(cache=True, nogil=True)
+def _slot(slots: NDArray[np.int32], i: int, j: int) -> int:  # pragma: no cover - compiled
+    """Return where a tile is in the pool, -1 where it is unknown or beyond the map."""
+    return slots[i, j] if 0 <= i < slots.shape[0] and 0 <= j < slots.shape[1] else -1
 
 
 @njit(cache=True, nogil=True)
@@ -75,19 +80,36 @@ def _fetch_block(
     """Write block (i, j), ``out (32, 32)``, each cell from where it came.
 
     The displacement is inverted by one fixed-point step, with that of this block: enough, for it changes by a few per
-    cent. It is linear along a row.
+    cent.
     """
-    x00, x01, x10, x11 = field[i, j, 0], field[i, j + 1, 0], field[i + 1, j, 0], field[i + 1, j + 1, 0]
-    y00, y01, y10, y11 = field[i, j, 1], field[i, j + 1, 1], field[i + 1, j, 1], field[i + 1, j + 1, 1]
+    x, y = _terms(field[i : i + 2, j : j + 2, 0]), _terms(field[i : i + 2, j : j + 2, 1])
+    top, left = i * EDGE, j * EDGE
+    tile, tile_i, tile_j, is_known = pool[0], -1, -1, False  # the tile looked at last: most often the next cell's, too
     for r in range(EDGE):
         for c in range(EDGE):
             s, t = (c + 0.5) / EDGE, (r + 0.5) / EDGE
-            for _ in range(2):
-                dx = (1.0 - t) * ((1.0 - s) * x00 + s * x01) + t * ((1.0 - s) * x10 + s * x11)
-                dy = (1.0 - t) * ((1.0 - s) * y00 + s * y01) + t * ((1.0 - s) * y10 + s * y11)
-                s, t = (c + 0.5 - dx) / EDGE, (r + 0.5 - dy) / EDGE
-            y, x = i * EDGE + int(math.floor(r + 0.5 - dy)), j * EDGE + int(math.floor(c + 0.5 - dx))
-            out[r, c] = _at(pool, slots, y, x)
+            u, v = s - _moved(x, s, t) / EDGE, t - _moved(y, s, t) / EDGE
+            row = top + int(math.floor(r + 0.5 - _moved(y, u, v)))
+            col = left + int(math.floor(c + 0.5 - _moved(x, u, v)))
+            if row >> TILE_BITS != tile_i or col >> TILE_BITS != tile_j:
+                tile_i, tile_j = row >> TILE_BITS, col >> TILE_BITS
+                slot = _slot(slots, tile_i, tile_j)
+                is_known = slot >= 0
+                if is_known:
+                    tile = pool[slot]
+            out[r, c] = tile[np.uint64(row & (TILE - 1)), np.uint64(col & (TILE - 1))] if is_known else UNKNOWN
+
+
+@njit(cache=True, nogil=True)
+def _terms(corners: NDArray[np.float32]) -> tuple[float, float, float, float]:  # pragma: no cover - compiled
+    """Return a bilinear field's constant, its slopes along x and y, and its twist, by its corners ``(2, 2)``."""
+    a, b, c, d = float(corners[0, 0]), float(corners[0, 1]), float(corners[1, 0]), float(corners[1, 1])
+    return a, b - a, c - a, a - b - c + d
+
+
+@njit(cache=True, nogil=True)
+def _moved(terms: tuple[float, float, float, float], s: float, t: float) -> float:  # pragma: no cover - compiled
+    return terms[0] + s * terms[1] + t * (terms[2] + s * terms[3])
 
 
 @njit(cache=True, nogil=True)
@@ -95,51 +117,41 @@ def _push_walls(
     pool: NDArray[np.int8],
     slots: NDArray[np.int32],
     field: NDArray[np.float32],
-    block: tuple[int, int, int],
+    tile: tuple[int, int],
+    drawn: NDArray[np.int32],
+    is_drawn: NDArray[np.bool_],
     out: NDArray[np.int8],
 ) -> None:  # pragma: no cover - compiled
-    """Draw the wall cells that come to lie in a block, and what joins them to those above and to the right of them."""
-    i, j, reach = block
-    top, left = i * EDGE, j * EDGE
-    bottom, right = min(top + EDGE + reach, slots.shape[0] * TILE), min(left + EDGE + reach, slots.shape[1] * TILE)
-    for r in range(max(top - reach, 0), bottom):
-        c = max(left - reach, 0)
-        while c < right:
-            n = slots[r // TILE, c // TILE]
-            stop = min((c // TILE + 1) * TILE, right)
-            if n >= 0:
-                for at in range(c, stop):
-                    if pool[n, r % TILE, at % TILE] >= OCCUPIED:
-                        _push_wall(pool, slots, field, (r, at), (top, left), out)
-            c = stop
-
-
-@njit(cache=True, nogil=True)
-def _push_wall(
-    pool: NDArray[np.int8],
-    slots: NDArray[np.int32],
-    field: NDArray[np.float32],
-    cell: tuple[int, int],
-    corner: tuple[int, int],
-    out: NDArray[np.int8],
-) -> None:  # pragma: no cover - compiled
-    r, c = cell
-    value = _at(pool, slots, r, c)
-    dx, dy = displaced(field, c + 0.5, r + 0.5)
-    x, y = c + 0.5 + dx, r + 0.5 + dy
-    _put(out, corner, x, y, value)
-    for k in range(2):
-        m, n = (r, c + 1) if k == 0 else (r + 1, c)
-        other = _at(pool, slots, m, n)
-        if other >= OCCUPIED:
-            ex, ey = displaced(field, n + 0.5, m + 0.5)
-            _put(out, corner, 0.5 * (x + n + 0.5 + ex), 0.5 * (y + m + 0.5 + ey), min(value, other))
+    """Draw a tile's wall cells where they come to lie, and what joins them to those above and to the right of them."""
+    top, left = tile[0] * TILE, tile[1] * TILE
+    cells = pool[slots[tile]]
+    for r in range(TILE):
+        for c in range(TILE):
+            value = cells[r, c]
+            if value < OCCUPIED:
+                continue
+            row, col = top + r, left + c
+            dx, dy = displaced(field, col + 0.5, row + 0.5)
+            x, y = col + 0.5 + dx, row + 0.5 + dy
+            _put(drawn, is_drawn, out, x, y, value)
+            for k in range(2):
+                m, n = (row, col + 1) if k == 0 else (row + 1, col)
+                other = _at(pool, slots, m, n)
+                if other >= OCCUPIED:
+                    ex, ey = displaced(field, n + 0.5, m + 0.5)
+                    middle_x, middle_y = 0.5 * (x + n + 0.5 + ex), 0.5 * (y + m + 0.5 + ey)
+                    _put(drawn, is_drawn, out, middle_x, middle_y, min(value, other))
 
 
 @njit(cache=True, nogil=True)
 def _put(
-    out: NDArray[np.int8], corner: tuple[int, int], x: float, y: float, value: int
+    drawn: NDArray[np.int32], is_drawn: NDArray[np.bool_], out: NDArray[np.int8], x: float, y: float, value: int
 ) -> None:  # pragma: no cover - compiled
-    r, c = int(math.floor(y)) - corner[0], int(math.floor(x)) - corner[1]
-    if 0 <= r < EDGE and 0 <= c < EDGE and out[r, c] < value:
-        out[r, c] = value
+    """Raise the cell at a point to a value, if its block is drawn."""
+    r, c = int(math.floor(y)), int(math.floor(x))
+    if r < 0 or c < 0 or r // EDGE >= is_drawn.shape[0] or c // EDGE >= is_drawn.shape[1]:
+        return
+    m = drawn[r // TILE, c // TILE]
+    if m >= 0 and is_drawn[r // EDGE, c // EDGE]:
+        r, c = r % TILE, c % TILE
+        out[m, r, c] = max(out[m, r, c], value)

@@ -152,7 +152,9 @@ def _drawn(
     todo = np.argwhere(is_stale_tile & (is_near_tile | was_drawn))
     indices: list[TileIndex] = [(i, j) for i, j in (todo + np.array(box.tile0)).tolist()]
     out = np.array([before.get(index, NOTHING) for index in indices]).reshape(-1, TILE_CELLS, TILE_CELLS)
-    bend_tiles(box.pool, box.slots, field, todo, is_stale, is_near, out)
+    by_block = out.reshape(-1, PER_TILE, BLOCK_CELLS, PER_TILE, BLOCK_CELLS).swapaxes(2, 3)
+    by_block[_by_tile(is_stale)[tuple(todo.T)]] = UNKNOWN
+    bend_tiles(box.pool, box.slots, field, todo, is_stale & is_near, out)
     tiles = {**before}
     for index, tile in zip(indices, out, strict=True):
         if not (tile != UNKNOWN).any():

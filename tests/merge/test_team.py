@@ -1,4 +1,6 @@
 import itertools
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pytest
@@ -7,7 +9,7 @@ from hypothesis import strategies as st
 
 from mrslam.merge import Bend, MergeConfig, TeamMap, TeamMapper, Trail, fuse, warp
 from mrslam.merge.joint.bent_team import BentTeam
-from mrslam.spatial import UNKNOWN, KeyScans, OccupancyGrid, se2
+from mrslam.spatial import UNKNOWN, KeyScans, LocalMap, OccupancyGrid, TiledMap, se2
 from tests.merge.plans import alignment, building, part, truth
 
 PLAN = building(7)
@@ -355,3 +357,40 @@ def test_another_joint_solution_is_judged_anew():
     assert list(mapper.team_map().T_team_map) == ["r1", "r2", "r3"]
     mapper.bent = solution(0.8)
     assert "contradicted" in mapper.team_map().dropped["r1", "r2"]
+
+
+@dataclass(frozen=True, eq=False)
+class InTiles:
+    """A map in tiles."""
+
+    local: LocalMap
+
+    @cached_property
+    def grid(self) -> OccupancyGrid:
+        return self.local.map.to_grid()
+
+
+def test_maps_in_tiles_give_the_team_map_of_grids_as_they_grow_and_change():
+    """One grows on new ground, on ground that it knows, and by nothing; tiles that are as they were are one object."""
+    rng, before = np.random.default_rng(0), {name: TiledMap.from_grid(grid) for name, grid in MAPS.items()}
+    by_tiles, by_grids = TeamMapper("r1"), TeamMapper("r1")
+    for rows in (40, 80, 80, 160):
+        for name, grid in MAPS.items():
+            seen = np.full(grid.shape, UNKNOWN, dtype=np.int8)
+            seen[:rows] = grid.cells[:rows]
+            if rows == 160:
+                seen[rng.integers(0, 30, 50), rng.integers(0, 60, 50)] = 100
+            now = OccupancyGrid(seen, grid.resolution_m, grid.origin_m)
+            tiles = {
+                index: held if held is not None and np.array_equal(held.cells, tile.cells) else tile
+                for index, tile in TiledMap.from_grid(now).tiles.items()
+                for held in [before[name].tiles.get(index)]
+            }
+            before[name] = TiledMap(grid.resolution_m, tiles)
+            by_tiles.set_map(name, InTiles(LocalMap(before[name])))
+            by_grids.set_map(name, now)
+        one, two = by_tiles.team_map(EDGES), by_grids.team_map(EDGES)
+        assert list(one.T_team_map) == list(MAPS)
+        assert one.grid.origin_m == two.grid.origin_m and np.array_equal(one.grid.cells, two.grid.cells)
+        placement, area_m2 = by_tiles.team_area(EDGES)
+        assert area_m2 == pytest.approx(one.grid.known_area_m2()) and list(placement.T_team_map) == list(MAPS)

@@ -109,6 +109,18 @@ MUTANTS = (
         "a map that contradicts itself is believed",
     ),
     Mutant(
+        "agent/layout.py",
+        "(self.placement, area_m2), self._is_old = self._mapper.team_area(alignments), False",
+        "area_m2 = self._mapper.team_area(alignments)[1]",
+        "a report of how much is known does not bring places up to date",
+    ),
+    Mutant(
+        "agent/team.py",
+        "        return self.layout.draw_area_m2(self._alignments())",
+        "        return self.maps[self.robot_id].area_m2",
+        "the own map's area is reported as the team's",
+    ),
+    Mutant(
         TEAM,
         "replace(team, grid=self.without_ghosts(team.grid), unplaced=unplaced)",
         "replace(team, unplaced=unplaced)",

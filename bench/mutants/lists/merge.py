@@ -154,8 +154,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/grids/layers.py",
-        "        before = self._grid if same_place else None",
-        "        before = self._grid",
+        "        before = self._tiled if same_place else None",
+        "        before = self._tiled",
         "a map that is placed anew stays where it was in the team map",
     ),
     Mutant(
@@ -245,9 +245,57 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/bend_kernels.py",
-        "                _push_walls(cells, field, (i, j, reach), out)",
+        "                _push_walls(pool, slots, field, (i, j), drawn, is_drawn, out)",
         "                pass",
         "walls get holes where a map is bent",
+    ),
+    Mutant(
+        "merge/joint/bent_map.py",
+        "    changed = published.changed_blocks(last.published) - PER_TILE * np.array(box.tile0)\n",
+        "    changed = np.empty((0, 2), dtype=np.int64)\n",
+        "what a bent map has seen since is not drawn",
+    ),
+    Mutant(
+        "merge/joint/bent_map.py",
+        "    by_block[_by_tile(is_stale)[tuple(todo.T)]] = UNKNOWN\n",
+        "",
+        "a wall stays where the map was bent before",
+    ),
+    Mutant(
+        "merge/joint/bent_map.py",
+        "    field[asked] = at_corners(np.argwhere(asked))\n    return field, is_near",
+        "    return field, is_near",
+        "a map is torn at its rim where it is bent",
+    ),
+    Mutant(
+        "merge/grids/tiled_grid.py",
+        "return cls(tiles, edge_m, (x - col0 * edge_m, y - row0 * edge_m))",
+        "return cls(tiles, edge_m)",
+        "a map file whose origin is between cells is laid up to half a cell off",
+    ),
+    Mutant(
+        "merge/grids/tiled_grid.py",
+        "if tile.known_cells}",
+        "}",
+        "tiles that left a map take up room in the team map",
+    ),
+    Mutant(
+        "merge/team.py",
+        "before.tiles == after.tiles",
+        "before.tiles.keys() == after.tiles.keys()",
+        "what a robot sees on ground that it knows stays out of the team map",
+    ),
+    Mutant(
+        "merge/team.py",
+        "            self._tiled_maps.pop(robot_id, None)\n",
+        "",
+        "the team map shows maps as they were first",
+    ),
+    Mutant(
+        "merge/grids/warp.py",
+        "MARGIN_CELLS = 6",
+        "MARGIN_CELLS = 0",
+        "walls are torn at the edges of tiles",
     ),
     Mutant(
         "merge/joint/align_bent.py",
@@ -371,13 +419,13 @@ MUTANTS = (
     ),
     Mutant(
         "merge/team.py",
-        "held[0] is not grid or held[1] is not bend:",
-        "held[0] is not grid:",
+        "held[0] is not tiled or held[1] is not bend:",
+        "held[0] is not tiled:",
         "the team map stays as it was bent first",
     ),
     Mutant(
         "merge/team.py",
-        "held[0] is not grid or held[1] is not bend:",
+        "held[0] is not tiled or held[1] is not bend:",
         "held[1] is not bend:",
         "a bent map grows in the team map only as it is joined again",
     ),
@@ -413,8 +461,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/bent_map.py",
-        "        most_cells = max(most_cells, float(np.abs(last.field).max()))\n",
-        "",
+        "max(_reached(field), _reached(last.field))",
+        "_reached(field)",
         "walls stay in the team map where a wrong joint solution had drawn them",
     ),
     Mutant(

@@ -71,8 +71,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/draw.py",
-        "    return np.ascontiguousarray(picture[::-1])",
-        "    return np.ascontiguousarray(picture)",
+        "height - row] = band[::-1]",
+        "height - row] = band",
         "the picture stands on its head",
     ),
     Mutant(

@@ -71,6 +71,12 @@ MUTANTS = (
     ),
     Mutant(
         "spatial/tiles.py",
+        "for line in reversed(lines)",
+        "for line in lines",
+        "maps larger than a tile are cut off",
+    ),
+    Mutant(
+        "spatial/tiles.py",
         "r0, c0 = i * TILE_CELLS - row0, j * TILE_CELLS - col0",
         "r0, c0 = i * TILE_CELLS - row0, j * TILE_CELLS - col0 + 1",
         "a grid made into tiles is shifted by a cell",

@@ -94,8 +94,12 @@ def test_no_wall_is_lost_where_a_map_is_pressed_together():
     for row in range(64):
         cells = np.zeros((64, 64), dtype=np.int8)
         cells[row] = 100
-        one, everywhere, out = np.zeros((1, 1), dtype=np.int32), np.ones((2, 2), dtype=np.bool_), cells[None].copy()
-        bend_tiles(cells[None], one, field, np.zeros((1, 2), dtype=np.int64), everywhere, everywhere, out)
+        one, everywhere, out = (
+            np.zeros((1, 1), dtype=np.int32),
+            np.ones((2, 2), dtype=np.bool_),
+            np.zeros((1, 64, 64), dtype=np.int8),
+        )
+        bend_tiles(cells[None], one, field, np.zeros((1, 2), dtype=np.int64), everywhere, out)
         landed = int((row + 0.5) * 30 / 32)
         assert (out[0, landed] == 100).all() and (
             np.delete(out[0], [landed - 1, landed, landed + 1], axis=0) < 65
