@@ -36,7 +36,7 @@ def _beside(cells: NDArray[np.int8], r: int, c: int, fx: float, fy: float) -> in
 
 
 @njit(cache=True, nogil=True)
-def _sample(cells: NDArray[np.int8], sx: float, sy: float, draws_thin: bool) -> int:  # pragma: no cover - compiled
+def sample(cells: NDArray[np.int8], sx: float, sy: float, draws_thin: bool) -> int:  # pragma: no cover - compiled
     """Return the value at a point (x, y) of the source in cells; of thin walls, that of the neighbour beside them."""
     c, r = int(math.floor(sx)), int(math.floor(sy))
     if not (0 <= r < cells.shape[0] and 0 <= c < cells.shape[1]):
@@ -68,7 +68,7 @@ def _average(
         x = col + (k % samples + 0.5) / samples
         y = row + (k // samples + 0.5) / samples
         sx, sy = _to_source(inverse, x, y)
-        value = _sample(cells, sx, sy, draws_thin)
+        value = sample(cells, sx, sy, draws_thin)
         if value >= 0:
             known += 1
             total += value
@@ -89,7 +89,7 @@ def _sample_all(
             if 0 <= r < height and 0 <= c < width:
                 value = cells[np.uint64(r), np.uint64(c)]
                 if value >= OCCUPIED and draws_thin:
-                    value = _sample(cells, sx, sy, draws_thin)
+                    value = sample(cells, sx, sy, draws_thin)
             out[i, j] = value
 
 

@@ -8,11 +8,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-OCCUPIED, UNKNOWN = 65, -1
-"""Equal ``mrslam.spatial.OCCUPIED_MIN`` and ``UNKNOWN``."""
-TILE, EDGE, TILE_BITS = 64, 32, 6
-"""Edge of tiles (2^6) and of blocks, four in a tile, cells; displacement is bilinear within a
-block, between its corners."""
+from mrslam.merge.grids.wall_kernels import LINKS, OCCUPIED, is_thick, is_wall
+from mrslam.merge.grids.warp_kernels import sample
+
+UNKNOWN = -1
+"""Equals ``mrslam.spatial.UNKNOWN``."""
+TILE, EDGE = 64, 32
+"""Edge of tiles and of blocks, four in a tile, cells; displacement is bilinear within a block, between its corners."""
+REACH = 3
+"""Cells beyond those that are moved to a place that say how it is drawn there: how thick a wall is, what it joins."""
 
 
 @njit(cache=True, nogil=True)
@@ -41,63 +45,68 @@ def bend_tiles(
 
     ``slots (I, J)`` : of each tile of the published map in ``pool (N, 64, 64)``, -1 where nothing is known.
     ``field`` : ``(2 I + 1, 2 J + 1, 2)``, displacement (x, y) of the blocks' corners in cells. Every cell gets the
-    value at the point that is moved to it; walls are then moved once more, forward, and joined to their neighbours, so
-    that none is lost where the map is compressed or stretched.
+    value at the point that is moved to it, beside walls one cell thick; those are then moved forward, and joined to
+    their neighbours: they stay one cell thick, and unbroken where the map is compressed or stretched.
     """
-    drawn = np.full(slots.shape, -1, dtype=np.int32)
+    reach = int(math.ceil(np.max(np.abs(field)))) + REACH
+    cells = np.empty((TILE + 2 * reach, TILE + 2 * reach), dtype=np.int8)
     for m in range(todo.shape[0]):
-        drawn[todo[m, 0], todo[m, 1]] = m
+        row0, col0 = todo[m, 0] * TILE - reach, todo[m, 1] * TILE - reach
+        if not _gather(pool, slots, row0, col0, cells):
+            continue
         for k in range(4):
             i, j = 2 * todo[m, 0] + k // 2, 2 * todo[m, 1] + k % 2
             if is_drawn[i, j]:
                 r, c = (k // 2) * EDGE, (k % 2) * EDGE
-                _fetch_block(pool, slots, field, i, j, out[m, r : r + EDGE, c : c + EDGE])
-    reach = (int(math.ceil(np.max(np.abs(field)))) + 2 + TILE - 1) // TILE
-    for i in range(slots.shape[0]):
-        for j in range(slots.shape[1]):
-            near = drawn[max(i - reach, 0) : i + reach + 1, max(j - reach, 0) : j + reach + 1]
-            if slots[i, j] >= 0 and near.max() >= 0:
-                _push_walls(pool, slots, field, (i, j), drawn, is_drawn, out)
+                block = out[m, r : r + EDGE, c : c + EDGE]
+                _fetch_block(cells, field, (i, j), (reach + r, reach + c), block)
+                _push_walls(cells, field, (i, j), (row0, col0), reach, block)
 
 
 @njit(cache=True, nogil=True)
-def _at(pool: NDArray[np.int8], slots: NDArray[np.int32], r: int, c: int) -> int:  # pragma: no cover - compiled
-    """Return the value of a cell by its row and column from the first tile's on."""
-    slot = _slot(slots, r >> TILE_BITS, c >> TILE_BITS)
-    return UNKNOWN if slot < 0 else pool[slot, r & (TILE - 1), c & (TILE - 1)]
-
-
-@njit(cache=True, nogil=True)
-def _slot(slots: NDArray[np.int32], i: int, j: int) -> int:  # pragma: no cover - compiled
-    """Return where a tile is in the pool, -1 where it is unknown or beyond the map."""
-    return slots[i, j] if 0 <= i < slots.shape[0] and 0 <= j < slots.shape[1] else -1
+def _gather(
+    pool: NDArray[np.int8], slots: NDArray[np.int32], row0: int, col0: int, out: NDArray[np.int8]
+) -> bool:  # pragma: no cover - compiled
+    """Write the cells of the map from (row0, col0) on into ``out``; return whether any of its tiles is known."""
+    out[:] = UNKNOWN
+    found = False
+    for i in range(max(row0 // TILE, 0), min((row0 + out.shape[0] - 1) // TILE + 1, slots.shape[0])):
+        for j in range(max(col0 // TILE, 0), min((col0 + out.shape[1] - 1) // TILE + 1, slots.shape[1])):
+            if slots[i, j] >= 0:
+                found = True
+                top, left = max(i * TILE, row0), max(j * TILE, col0)
+                bottom, right = min((i + 1) * TILE, row0 + out.shape[0]), min((j + 1) * TILE, col0 + out.shape[1])
+                part = pool[slots[i, j], top - i * TILE : bottom - i * TILE, left - j * TILE : right - j * TILE]
+                out[top - row0 : bottom - row0, left - col0 : right - col0] = part
+    return found
 
 
 @njit(cache=True, nogil=True)
 def _fetch_block(
-    pool: NDArray[np.int8], slots: NDArray[np.int32], field: NDArray[np.float32], i: int, j: int, out: NDArray[np.int8]
+    cells: NDArray[np.int8],
+    field: NDArray[np.float32],
+    block: tuple[int, int],
+    corner: tuple[int, int],
+    out: NDArray[np.int8],
 ) -> None:  # pragma: no cover - compiled
-    """Write block (i, j), ``out (32, 32)``, each cell from where it came.
+    """Write a block, ``out (32, 32)``, whose own cells begin at ``corner`` of ``cells``, each from where it came.
 
     The displacement is inverted by one fixed-point step, with that of this block: enough, for it changes by a few per
     cent.
     """
+    i, j = block
     x, y = _terms(field[i : i + 2, j : j + 2, 0]), _terms(field[i : i + 2, j : j + 2, 1])
-    top, left = i * EDGE, j * EDGE
-    tile, tile_i, tile_j, is_known = pool[0], -1, -1, False  # the tile looked at last: most often the next cell's, too
     for r in range(EDGE):
         for c in range(EDGE):
             s, t = (c + 0.5) / EDGE, (r + 0.5) / EDGE
             u, v = s - _moved(x, s, t) / EDGE, t - _moved(y, s, t) / EDGE
-            row = top + int(math.floor(r + 0.5 - _moved(y, u, v)))
-            col = left + int(math.floor(c + 0.5 - _moved(x, u, v)))
-            if row >> TILE_BITS != tile_i or col >> TILE_BITS != tile_j:
-                tile_i, tile_j = row >> TILE_BITS, col >> TILE_BITS
-                slot = _slot(slots, tile_i, tile_j)
-                is_known = slot >= 0
-                if is_known:
-                    tile = pool[slot]
-            out[r, c] = tile[np.uint64(row & (TILE - 1)), np.uint64(col & (TILE - 1))] if is_known else UNKNOWN
+            from_x, from_y = corner[1] + c + 0.5 - _moved(x, u, v), corner[0] + r + 0.5 - _moved(y, u, v)
+            value = UNKNOWN
+            if 0.0 <= from_y < cells.shape[0] and 0.0 <= from_x < cells.shape[1]:
+                value = cells[np.uint64(from_y), np.uint64(from_x)]
+                if value >= OCCUPIED:
+                    value = sample(cells, from_x, from_y, True)
+            out[r, c] = value
 
 
 @njit(cache=True, nogil=True)
@@ -114,44 +123,46 @@ def _moved(terms: tuple[float, float, float, float], s: float, t: float) -> floa
 
 @njit(cache=True, nogil=True)
 def _push_walls(
-    pool: NDArray[np.int8],
-    slots: NDArray[np.int32],
+    cells: NDArray[np.int8],
     field: NDArray[np.float32],
-    tile: tuple[int, int],
-    drawn: NDArray[np.int32],
-    is_drawn: NDArray[np.bool_],
+    block: tuple[int, int],
+    cell0: tuple[int, int],
+    reach: int,
     out: NDArray[np.int8],
 ) -> None:  # pragma: no cover - compiled
-    """Draw a tile's wall cells where they come to lie, and what joins them to those above and to the right of them."""
-    top, left = tile[0] * TILE, tile[1] * TILE
-    cells = pool[slots[tile]]
-    for r in range(TILE):
-        for c in range(TILE):
+    """Draw the walls one cell thick that come to lie in a block, ``out (32, 32)``, and what joins them to others.
+
+    ``cell0`` : (row, column) of the first of ``cells`` in the map. Thicker walls are fetched.
+    """
+    top, left = block[0] * EDGE, block[1] * EDGE
+    first_row, first_col = max(top - reach - cell0[0], 1), max(left - reach - cell0[1], 1)
+    last_row = min(top + EDGE + reach - cell0[0], cells.shape[0] - 1)
+    last_col = min(left + EDGE + reach - cell0[1], cells.shape[1] - 1)
+    for r in range(first_row, last_row):
+        for c in range(first_col, last_col):
             value = cells[r, c]
             if value < OCCUPIED:
                 continue
-            row, col = top + r, left + c
+            thick = is_thick(cells, r, c)
+            row, col = cell0[0] + r, cell0[1] + c
             dx, dy = displaced(field, col + 0.5, row + 0.5)
-            x, y = col + 0.5 + dx, row + 0.5 + dy
-            _put(drawn, is_drawn, out, x, y, value)
-            for k in range(2):
-                m, n = (row, col + 1) if k == 0 else (row + 1, col)
-                other = _at(pool, slots, m, n)
-                if other >= OCCUPIED:
-                    ex, ey = displaced(field, n + 0.5, m + 0.5)
-                    middle_x, middle_y = 0.5 * (x + n + 0.5 + ex), 0.5 * (y + m + 0.5 + ey)
-                    _put(drawn, is_drawn, out, middle_x, middle_y, min(value, other))
+            x, y = col + 0.5 + dx - left, row + 0.5 + dy - top
+            if not thick:
+                _put(out, x, y, value)
+            for k in range(4):
+                dr, dc = LINKS[k]
+                other = cells[r + dr, c + dc]
+                if other < OCCUPIED or (thick and is_thick(cells, r + dr, c + dc)):
+                    continue
+                if dr != 0 and dc != 0 and (is_wall(cells, r + dr, c) or is_wall(cells, r, c + dc)):
+                    continue  # joined around the corner
+                ex, ey = displaced(field, col + dc + 0.5, row + dr + 0.5)
+                other_x, other_y = col + dc + 0.5 + ex - left, row + dr + 0.5 + ey - top
+                _put(out, 0.5 * (x + other_x), 0.5 * (y + other_y), min(value, other))
 
 
 @njit(cache=True, nogil=True)
-def _put(
-    drawn: NDArray[np.int32], is_drawn: NDArray[np.bool_], out: NDArray[np.int8], x: float, y: float, value: int
-) -> None:  # pragma: no cover - compiled
-    """Raise the cell at a point to a value, if its block is drawn."""
+def _put(out: NDArray[np.int8], x: float, y: float, value: int) -> None:  # pragma: no cover - compiled
     r, c = int(math.floor(y)), int(math.floor(x))
-    if r < 0 or c < 0 or r // EDGE >= is_drawn.shape[0] or c // EDGE >= is_drawn.shape[1]:
-        return
-    m = drawn[r // TILE, c // TILE]
-    if m >= 0 and is_drawn[r // EDGE, c // EDGE]:
-        r, c = r % TILE, c % TILE
-        out[m, r, c] = max(out[m, r, c], value)
+    if 0 <= r < out.shape[0] and 0 <= c < out.shape[1] and out[r, c] < value:
+        out[r, c] = value

@@ -11,14 +11,12 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
 from mrslam.merge.grids.tiled_grid import BLOCK_CELLS, NOTHING, PER_TILE, TiledGrid, any_by_block
-from mrslam.merge.joint.bend_kernels import bend_tiles
+from mrslam.merge.joint.bend_kernels import REACH, bend_tiles
 from mrslam.spatial import TILE_CELLS, UNKNOWN
 from mrslam.spatial.tiles import TileIndex
 
 STEP_CELLS = 0.25
 """Displacements are whole multiples of this: a solution that differs by less leaves the map as it was."""
-REACH_CELLS = 2
-"""A wall is joined to its neighbours, so that a block depends on cells this much further away than they are moved."""
 
 Displacement = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
@@ -166,7 +164,7 @@ def _drawn(
 
 def _reached(field: NDArray[np.float32]) -> int:
     """Return how many blocks in a row can be reached from the middle one by what is moved by a field."""
-    return 2 * math.ceil((float(np.abs(field).max()) + REACH_CELLS) / BLOCK_CELLS) + 1
+    return 2 * math.ceil((float(np.abs(field).max()) + REACH) / BLOCK_CELLS) + 1
 
 
 def _corners(blocks: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -44,6 +44,7 @@ CALLED_BY_OTHERS = {
         "grids.wall_kernels.draw_wall",
         "grids.wall_kernels.is_thick",
         "grids.wall_kernels.is_wall",
+        "grids.warp_kernels.sample",
         "joint.bend_kernels.displaced",
     )
 }

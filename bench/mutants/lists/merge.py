@@ -245,9 +245,15 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/bend_kernels.py",
-        "                _push_walls(pool, slots, field, (i, j), drawn, is_drawn, out)",
+        "                _push_walls(cells, field, (i, j), (row0, col0), reach, block)",
         "                pass",
         "walls get holes where a map is bent",
+    ),
+    Mutant(
+        "merge/joint/bend_kernels.py",
+        "                    value = sample(cells, from_x, from_y, True)\n",
+        "                    pass\n",
+        "walls grow thicker as maps are bent, and floor is lost",
     ),
     Mutant(
         "merge/joint/bent_map.py",
