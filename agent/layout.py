@@ -87,7 +87,7 @@ class Layout:
         self.placement, self._is_old = team, False
         return team
 
-    def draw_area_m2(self, alignments: Mapping[Pair, Alignment]) -> float:
+    def place_and_measure(self, alignments: Mapping[Pair, Alignment]) -> float:
         """Return the known area of the team map, square metres; its places are the ones of the layout from now on."""
         self._use_newer()
         (self.placement, area_m2), self._is_old = self._mapper.team_area(alignments), False

@@ -251,7 +251,7 @@ class Team:
         """Return the known area of the team map, square metres."""
         if self._map is not None:
             return self._map.grid.known_area_m2()
-        return self.layout.draw_area_m2(self._alignments())
+        return self.layout.place_and_measure(self._alignments())
 
     def _why(self, robot_id: str, reason: str) -> str:
         """Return why a robot is not placed, with its withdrawn alignments."""

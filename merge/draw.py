@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from mrslam.merge.draw_kernels import add_layer, paint
 from mrslam.merge.grids.layers import Layer
 from mrslam.merge.grids.tiled_grid import TiledGrid
+from mrslam.merge.joint.bent_map import BentMap
 from mrslam.merge.team import TeamMap
 from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, UNKNOWN, OccupancyGrid, se2
 from mrslam.spatial.tiles import assembled
@@ -112,11 +113,11 @@ def laid(team_map: TeamMap, layers: Mapping[str, OccupancyGrid]) -> dict[str, Oc
     out: dict[str, OccupancyGrid] = {}
     for robot_id, T_team_map in team_map.T_team_map.items():
         if robot_id in layers:
-            bend, layer = team_map.bends.get(robot_id), layers[robot_id]
+            bend, layer = team_map.bends.get(robot_id), TiledGrid.of(layers[robot_id])
             if bend is not None:
-                layer, T_team_map = bend.bent(layer), bend.T_team_map
+                layer, T_team_map = BentMap().draw(layer, bend.displacement), bend.T_team_map
             drawn = Layer()
-            drawn.update(TiledGrid.of(layer), T_team_map, team_map.grid.resolution_m)
+            drawn.update(layer, T_team_map, team_map.grid.resolution_m)
             out[robot_id] = assembled(drawn.tiles, team_map.grid.resolution_m)
     return out
 

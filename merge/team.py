@@ -90,7 +90,7 @@ class TeamMapper:
     def set_map(self, robot_id: str, known: OccupancyGrid | MapInTiles, trail: Trail | None = None) -> None:
         """Set a robot's map, and its trail where it has one; a map with the same cells changes nothing.
 
-        One in tiles is made a grid only where it is drawn or compared.
+        One in tiles is made a grid only where it is compared as it is.
         """
         (self._scanned.add if trail is not None and len(trail) else self._scanned.discard)(robot_id)
         if trail is not None:
@@ -211,7 +211,8 @@ def _is_same(one: OccupancyGrid | MapInTiles, two: OccupancyGrid | MapInTiles) -
     """Return whether two maps are known to have the same cells."""
     if isinstance(one, OccupancyGrid) or isinstance(two, OccupancyGrid):
         if isinstance(one, OccupancyGrid) and isinstance(two, OccupancyGrid):
-            return one.origin_m == two.origin_m and np.array_equal(one.cells, two.cells)
+            is_there = one.resolution_m == two.resolution_m and one.origin_m == two.origin_m
+            return is_there and np.array_equal(one.cells, two.cells)
         return False
     before, after = one.local.map, two.local.map
     return before.resolution_m == after.resolution_m and before.tiles == after.tiles

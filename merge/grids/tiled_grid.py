@@ -48,21 +48,12 @@ class TiledGrid:
         origin_m = grid.origin_m[0] + self.offset_m[0], grid.origin_m[1] + self.offset_m[1]
         return OccupancyGrid(grid.cells, self.resolution_m, origin_m)
 
-    def box(self) -> tuple[TileIndex, tuple[int, int]]:
-        """Return the index of the first tile of the least box that holds all, and its size in (rows, columns)."""
-        if not self.tiles:
-            return (0, 0), (0, 0)
-        indices = np.array(list(self.tiles))
-        first = indices.min(axis=0)
-        rows, cols = indices.max(axis=0) - first + 1
-        return (int(first[0]), int(first[1])), (int(rows), int(cols))
-
     def has_lattice_of(self, other: TiledGrid) -> bool:
-        """Return whether both have cells of one size that lie on each other."""
+        """Return whether tiles of one index lie on each other."""
         if self.resolution_m != other.resolution_m:
             return False
         shift = np.subtract(self.offset_m, other.offset_m) / self.resolution_m
-        return bool(np.all(np.abs(shift - np.round(shift)) < 1e-6))
+        return bool(np.all(np.abs(shift) < 1e-6))
 
     def changed_blocks(self, before: TiledGrid | None) -> NDArray[np.int64]:
         """Return the lattice's blocks of 32 x 32 cells, (row, column) ``(N, 2)``, that differ from an earlier state.

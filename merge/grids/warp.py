@@ -33,7 +33,7 @@ def warp(grid: OccupancyGrid, T_target_grid: ArrayLike, resolution_m: float | No
     grid = grid.cropped()
     if grid.cells.size == 0:
         return OccupancyGrid(np.empty((0, 0), dtype=np.int8), resolution_m)
-    row0, col0, height, width = window(grid, T_target_grid, resolution_m)
+    row0, col0, height, width = _window(grid, T_target_grid, resolution_m)
     if height * width > MAX_CELLS:
         raise InputError(
             f"a map of {height} x {width} cells of {resolution_m} m is too large: use a coarser resolution"
@@ -68,7 +68,7 @@ def _exact(value: float) -> float:
     return float(round(value)) if abs(value - round(value)) < 1e-12 else value
 
 
-def window(grid: OccupancyGrid, T_target_grid: NDArray[np.float64], resolution_m: float) -> tuple[int, int, int, int]:
+def _window(grid: OccupancyGrid, T_target_grid: NDArray[np.float64], resolution_m: float) -> tuple[int, int, int, int]:
     """Return (row0, col0, height, width) of the target lattice cells that the grid can reach."""
     height, width = grid.shape
     corners = np.array([[0, 0], [0, width], [height, 0], [height, width]], dtype=np.float64)[:, ::-1]
@@ -78,7 +78,7 @@ def window(grid: OccupancyGrid, T_target_grid: NDArray[np.float64], resolution_m
 
 
 class Warp:
-    """A map to be rewritten in the target's lattice square by square: the squares of :func:`warp`'s result."""
+    """A map to be rewritten in the target's lattice square by square, as :func:`warp` does it (but for ties)."""
 
     def __init__(self, tiled: TiledGrid, T_target_grid: NDArray[np.float64], resolution_m: float) -> None:
         """Place the map at ``T_target_grid (3,)``, in cells of ``resolution_m``."""

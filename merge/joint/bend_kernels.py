@@ -91,22 +91,19 @@ def _fetch_block(
 ) -> None:  # pragma: no cover - compiled
     """Write a block, ``out (32, 32)``, whose own cells begin at ``corner`` of ``cells``, each from where it came.
 
-    The displacement is inverted by one fixed-point step, with that of this block: enough, for it changes by a few per
-    cent.
+    The displacement is inverted by one fixed-point step, with that of this block, and not beyond its corners: enough,
+    for it changes by a few per cent.
     """
     i, j = block
     x, y = _terms(field[i : i + 2, j : j + 2, 0]), _terms(field[i : i + 2, j : j + 2, 1])
     for r in range(EDGE):
         for c in range(EDGE):
             s, t = (c + 0.5) / EDGE, (r + 0.5) / EDGE
-            u, v = s - _moved(x, s, t) / EDGE, t - _moved(y, s, t) / EDGE
+            u = min(max(s - _moved(x, s, t) / EDGE, 0.0), 1.0)
+            v = min(max(t - _moved(y, s, t) / EDGE, 0.0), 1.0)
             from_x, from_y = corner[1] + c + 0.5 - _moved(x, u, v), corner[0] + r + 0.5 - _moved(y, u, v)
-            value = UNKNOWN
-            if 0.0 <= from_y < cells.shape[0] and 0.0 <= from_x < cells.shape[1]:
-                value = cells[np.uint64(from_y), np.uint64(from_x)]
-                if value >= OCCUPIED:
-                    value = sample(cells, from_x, from_y, True)
-            out[r, c] = value
+            value = cells[np.uint64(from_y), np.uint64(from_x)]
+            out[r, c] = value if value < OCCUPIED else sample(cells, from_x, from_y, True)
 
 
 @njit(cache=True, nogil=True)

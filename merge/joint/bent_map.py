@@ -12,22 +12,25 @@ from scipy.ndimage import maximum_filter
 
 from mrslam.merge.grids.tiled_grid import BLOCK_CELLS, NOTHING, PER_TILE, TiledGrid, any_by_block
 from mrslam.merge.joint.bend_kernels import REACH, bend_tiles
-from mrslam.spatial import TILE_CELLS, UNKNOWN
+from mrslam.spatial import UNKNOWN
 from mrslam.spatial.tiles import TileIndex
 
 STEP_CELLS = 0.25
 """Displacements are whole multiples of this: a solution that differs by less leaves the map as it was."""
 
+RIM_TILES = 2
+"""Tiles around a map into which it may be bent, 6.4 m of 5 cm cells: what comes to lie beyond is left out."""
+
 Displacement = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
 class _Box(NamedTuple):
-    """The tiles of a map in the least box that holds them, with one unknown tile all round."""
+    """The tiles of a map, and a box around them with room for what is bent out of them."""
 
     tile0: TileIndex
     """The first of the box."""
     pool: NDArray[np.int8]
-    """``(N, 64, 64)`` those that are known."""
+    """``(N, 64, 64)`` the map's tiles."""
     slots: NDArray[np.int32]
     """``(I, J)`` of each tile of the box in the pool, -1 where nothing is known."""
 
@@ -36,24 +39,23 @@ class _Box(NamedTuple):
         """Rows and columns of blocks in the box."""
         return PER_TILE * self.slots.shape[0], PER_TILE * self.slots.shape[1]
 
-    def holds(self, other: _Box) -> bool:
-        """Return whether all of another box lies in this one."""
-        return all(
-            now <= was and was + was_size <= now + size
-            for now, was, size, was_size in zip(
-                self.tile0, other.tile0, self.slots.shape, other.slots.shape, strict=True
-            )
-        )
-
 
 class _Drawing(NamedTuple):
     """What was drawn last."""
 
     published: TiledGrid
-    box: _Box
+    tile0: TileIndex
+    """The first of the box."""
     field: NDArray[np.float32]
     """``(R + 1, C + 1, 2)`` displacement (x, y) of the blocks' corners, cells; 0 where nothing known comes near."""
     bent: TiledGrid
+
+    def lies_in(self, box: _Box) -> bool:
+        """Return whether all of its box lies in another one."""
+        return all(
+            now <= was and PER_TILE * was + corners - 1 <= PER_TILE * now + blocks
+            for now, was, blocks, corners in zip(box.tile0, self.tile0, box.blocks, self.field.shape, strict=False)
+        )
 
 
 class BentMap:
@@ -81,22 +83,22 @@ class BentMap:
 
         field, is_near = _field_near(_known_blocks(box), at_corners)
         last = self._last
-        if last is not None and not (published.has_lattice_of(last.published) and box.holds(last.box)):
+        if last is not None and not (published.has_lattice_of(last.published) and last.lies_in(box)):
             last = None
         before = {} if last is None else last.bent.tiles
         is_stale = np.ones(box.blocks, dtype=np.bool_) if last is None else _stale(published, box, field, last)
         self.blocks_drawn += int((is_stale & is_near).sum())
         bent = TiledGrid(_drawn(box, field, is_stale, is_near, before), published.resolution_m, published.offset_m)
-        self._last = _Drawing(published, box, field, bent)
+        self._last = _Drawing(published, box.tile0, field, bent)
         return bent
 
 
 def _boxed(published: TiledGrid) -> _Box:
     indices = np.array(list(published.tiles))
-    first, last = indices.min(axis=0) - 1, indices.max(axis=0) + 1
-    index = np.full(last - first + 1, -1, dtype=np.int32)
-    index[tuple((indices - first).T)] = np.arange(len(indices))
-    return _Box((int(first[0]), int(first[1])), np.stack(list(published.tiles.values())), index)
+    first, last = indices.min(axis=0) - RIM_TILES, indices.max(axis=0) + RIM_TILES
+    slots = np.full(last - first + 1, -1, dtype=np.int32)
+    slots[tuple((indices - first).T)] = np.arange(len(indices))
+    return _Box((int(first[0]), int(first[1])), np.stack(list(published.tiles.values())), slots)
 
 
 def _known_blocks(box: _Box) -> NDArray[np.bool_]:
@@ -126,8 +128,8 @@ def _field_near(
 def _stale(published: TiledGrid, box: _Box, field: NDArray[np.float32], last: _Drawing) -> NDArray[np.bool_]:
     """Return which blocks ``(R, C)`` may not be as they were drawn last."""
     is_changed = np.ones(box.blocks, dtype=np.bool_)
-    row, col = (PER_TILE * (was - now) for was, now in zip(last.box.tile0, box.tile0, strict=True))
-    rows, cols = last.box.blocks
+    row, col = (PER_TILE * (was - now) for was, now in zip(last.tile0, box.tile0, strict=True))
+    rows, cols = last.field.shape[0] - 1, last.field.shape[1] - 1
     moved = (field[row : row + rows + 1, col : col + cols + 1] != last.field).any(axis=2)
     is_changed[row : row + rows, col : col + cols] = _of_corners(moved)
     changed = published.changed_blocks(last.published) - PER_TILE * np.array(box.tile0)
@@ -147,9 +149,10 @@ def _drawn(
     for i, j in before:
         was_drawn[i - box.tile0[0], j - box.tile0[1]] = True
     is_stale_tile, is_near_tile = (_by_tile(blocks).any(axis=(2, 3)) for blocks in (is_stale, is_near))
-    todo = np.argwhere(is_stale_tile & (is_near_tile | was_drawn))
+    # As a kernel takes it: other layouts and types would be compiled anew, while a robot waits.
+    todo = np.ascontiguousarray(np.argwhere(is_stale_tile & (is_near_tile | was_drawn)))
     indices: list[TileIndex] = [(i, j) for i, j in (todo + np.array(box.tile0)).tolist()]
-    out = np.array([before.get(index, NOTHING) for index in indices]).reshape(-1, TILE_CELLS, TILE_CELLS)
+    out = np.array([before.get(index, NOTHING) for index in indices], dtype=np.int8).reshape(-1, *NOTHING.shape)
     by_block = out.reshape(-1, PER_TILE, BLOCK_CELLS, PER_TILE, BLOCK_CELLS).swapaxes(2, 3)
     by_block[_by_tile(is_stale)[tuple(todo.T)]] = UNKNOWN
     bend_tiles(box.pool, box.slots, field, todo, is_stale & is_near, out)

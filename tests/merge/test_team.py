@@ -394,3 +394,10 @@ def test_maps_in_tiles_give_the_team_map_of_grids_as_they_grow_and_change():
         assert one.grid.origin_m == two.grid.origin_m and np.array_equal(one.grid.cells, two.grid.cells)
         placement, area_m2 = by_tiles.team_area(EDGES)
         assert area_m2 == pytest.approx(one.grid.known_area_m2()) and list(placement.T_team_map) == list(MAPS)
+
+
+def test_a_map_of_other_cells_is_another_map():
+    mapper, cells = TeamMapper("r1"), np.zeros((20, 20), dtype=np.int8)
+    for resolution_m in (0.05, 0.1):
+        mapper.set_map("r1", OccupancyGrid(cells, resolution_m))
+        assert mapper.team_map({}).grid.known_area_m2() == pytest.approx((20 * resolution_m) ** 2)

@@ -116,7 +116,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/team.py",
-        "        return self.layout.draw_area_m2(self._alignments())",
+        "        return self.layout.place_and_measure(self._alignments())",
         "        return self.maps[self.robot_id].area_m2",
         "the own map's area is reported as the team's",
     ),

@@ -250,9 +250,39 @@ MUTANTS = (
         "walls get holes where a map is bent",
     ),
     Mutant(
+        "merge/joint/bent_map.py",
+        "is_stale_tile & (is_near_tile | was_drawn)",
+        "is_stale_tile & is_near_tile",
+        "what a bent map showed beside itself stays when it is gone",
+    ),
+    Mutant(
         "merge/joint/bend_kernels.py",
-        "                    value = sample(cells, from_x, from_y, True)\n",
-        "                    pass\n",
+        "            u = min(max(s - _moved(x, s, t) / EDGE, 0.0), 1.0)\n",
+        "            u = s - _moved(x, s, t) / EDGE\n",
+        "a bent map is drawn otherwise as it grows than from nothing",
+    ),
+    Mutant(
+        "merge/joint/bent_map.py",
+        "[before.get(index, NOTHING) for index in indices], dtype=np.int8)",
+        "[before.get(index, NOTHING) for index in indices])",
+        "a robot waits for a compiler where a solution moves nothing",
+    ),
+    Mutant(
+        "merge/joint/bent_map.py",
+        "        elif not np.array_equal(tile, before.get(index, NOTHING)):\n",
+        "        else:\n",
+        "all of a map is laid anew after every solution",
+    ),
+    Mutant(
+        "merge/grids/tiled_grid.py",
+        "        if self.resolution_m != other.resolution_m:\n            return False\n",
+        "",
+        "a map whose cells are of another size now is laid as before",
+    ),
+    Mutant(
+        "merge/joint/bend_kernels.py",
+        "value if value < OCCUPIED else sample(cells, from_x, from_y, True)",
+        "value",
         "walls grow thicker as maps are bent, and floor is lost",
     ),
     Mutant(
@@ -413,7 +443,7 @@ MUTANTS = (
     ),
     Mutant(
         "merge/team.py",
-        "one.origin_m == two.origin_m and ",
+        " and one.origin_m == two.origin_m",
         "",
         "a map that moved in its frame is drawn where it was",
     ),

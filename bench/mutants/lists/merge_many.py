@@ -65,7 +65,7 @@ MUTANTS = (
     ),
     Mutant(
         "merge/draw.py",
-        "                layer, T_team_map = bend.bent(layer), bend.T_team_map",
+        "                layer, T_team_map = BentMap().draw(layer, bend.displacement), bend.T_team_map",
         "                pass",
         "the picture shows bent maps rigid",
     ),

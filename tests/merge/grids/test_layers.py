@@ -77,7 +77,18 @@ def test_growing_shrinking_moving_and_vanishing():
     small = OccupancyGrid.at_cell(PLAN.cells[:50, :50], 0.05, 0, 0)
     empty = OccupancyGrid(np.empty((0, 0), dtype=np.int8), 0.05)
     shifted = OccupancyGrid(small.cells, 0.05, (0.02, 0.013))
-    for grid, place in [(small, T), (PLAN, T), (small, T), (shifted, T), (small, se2.IDENTITY), (empty, T), (small, T)]:
+    coarse = OccupancyGrid(small.cells, 0.1)
+    places = [
+        (small, T),
+        (PLAN, T),
+        (small, T),
+        (shifted, T),
+        (small, se2.IDENTITY),
+        (empty, T),
+        (small, T),
+        (coarse, T),
+    ]
+    for grid, place in places:
         layer.update(TiledGrid.of(grid), place, 0.05)
         anew = Layer()
         anew.update(TiledGrid.of(grid), place, 0.05)

@@ -57,3 +57,11 @@ def test_a_window_shows_what_the_map_shows_there_and_nothing_beyond():
             if row <= r < row + height and col <= c < col + width:
                 expected[r - row, c - col] = value
         assert np.array_equal(window, expected)
+
+
+def test_maps_a_cell_apart_are_not_of_one_lattice_though_their_cells_lie_on_each_other():
+    cells = np.zeros((5, 5), dtype=np.int8)
+    one, two = (TiledGrid.of(OccupancyGrid(cells, 0.05, (x, 0.0))) for x in (0.025, -0.025))
+    assert one.tiles.keys() == {(0, 0)} and not one.has_lattice_of(two)
+    assert one.has_lattice_of(TiledGrid.of(OccupancyGrid(cells, 0.05, (0.125, 3.0))))
+    assert not one.has_lattice_of(TiledGrid.of(OccupancyGrid(cells, 0.1, (0.025, 0.0))))

@@ -3,6 +3,7 @@ import pytest
 
 from mrslam.merge import Bend
 from mrslam.merge.grids.tiled_grid import TiledGrid
+from mrslam.merge.joint.bend_kernels import bend_tiles
 from mrslam.merge.joint.bent_map import BentMap
 from mrslam.spatial import OccupancyGrid
 from tests.merge.joint.test_bend import KEYS, wave
@@ -71,3 +72,71 @@ def test_a_room_that_was_moved_far_leaves_nothing_where_it_was_drawn():
             return np.where(near[:, None], (moved_m, 0.0), 0.0)
 
         assert same(*(one.draw(TiledGrid.of(grid), displacement).grid for one in (held, BentMap())))
+
+
+def test_what_was_drawn_of_a_room_that_is_gone_goes_too():
+    """It was bent into tiles where the map itself never was, and nothing else is near."""
+    grid, held = building(3), BentMap()
+    far = np.full((grid.shape[0], grid.shape[1] + 600), -1, dtype=np.int8)
+    far[:, 600:] = grid.cells
+    far[100:110, 100:110] = 100
+    with_room = OccupancyGrid(far.copy(), grid.resolution_m, grid.origin_m)
+    far[100:110, 100:110] = -1
+    far[0, 0] = 0  # the box stays
+    without = OccupancyGrid(far, grid.resolution_m, grid.origin_m)
+
+    def displacement(points: np.ndarray) -> np.ndarray:
+        return np.tile([0.0, 2.5], (len(points), 1))
+
+    first, second = (held.draw(TiledGrid.of(one), displacement) for one in (with_room, without))
+    assert first.tiles.keys() - second.tiles.keys()
+    assert same(second.grid, BentMap().draw(TiledGrid.of(without), displacement).grid)
+    assert all((tile >= 0).any() for tile in second.tiles.values())
+
+
+def test_tiles_of_which_nothing_has_changed_are_the_same_objects():
+    grid, bend, held = building(3), Bend(KEYS, wave(KEYS)), BentMap()
+    before = held.draw(TiledGrid.of(grid), bend.displacement)
+    grid.cells[100, 100] = 100 - max(int(grid.cells[100, 100]), 0)
+    after = held.draw(TiledGrid.of(grid), bend.displacement)
+    others = [index for index in before.tiles if before.tiles[index] is not after.tiles[index]]
+    assert 0 < len(others) <= 4 < len(before.tiles)
+
+
+def test_a_map_is_moved_whole_also_where_it_ends():
+    """Blocks beside it are reached by it, and moved as it is, half a block and more."""
+    cells = np.zeros((96, 128), dtype=np.int8)
+    for move_m in (0.9, -0.9):
+        grid = OccupancyGrid(cells, 0.05)
+        bent = BentMap().draw(TiledGrid.of(grid), lambda points, m=move_m: np.full((len(points), 2), m)).grid
+        assert np.array_equal(bent.cells, cells) and bent.origin_m == pytest.approx((move_m, move_m))
+
+
+def test_a_way_to_and_fro_bends_a_map_as_from_nothing_though_lanes_are_moved_against_each_other():
+    """Displacement changes by half a metre and more within a block where the next lane drifted elsewhere."""
+    rng, lanes = np.random.default_rng(3), 6
+    x = np.arange(0.0, 20.0, 0.5)
+    keys = np.concatenate(
+        [np.stack([x[:: 1 - 2 * (k % 2)], x * 0.0 + 3.0 * k, x * 0.0 + np.pi * (k % 2)], axis=1) for k in range(lanes)]
+    )
+    drift = np.cumsum(rng.normal(size=keys.shape), axis=0) / np.sqrt(len(keys)) * (2.0, 2.0, 0.02)
+    bend, held, res = Bend(keys, keys + drift), BentMap(), 0.025
+    cells = np.full((int((3 * lanes + 2) / res), int(24 / res)), -1, dtype=np.int8)
+    for k in range(lanes):
+        row, half = int((3 * k + 1) / res), int(1.2 / res)
+        cells[max(row - half, 0) : row + half] = 0
+        cells[max(row - half, 0) : row + half, rng.integers(0, cells.shape[1], 30)] = 100
+        cells[min(row + half, cells.shape[0] - 1)] = 100
+    for share in (0.3, 0.5, 0.7, 0.85, 1.0):
+        seen, rows = np.full_like(cells, -1), int(share * cells.shape[0])
+        seen[:rows] = cells[:rows]
+        seen[rng.integers(0, rows, 5), rng.integers(0, cells.shape[1], 5)] = 100
+        grid = OccupancyGrid.at_cell(seen, res, int(-1 / res), int(-2 / res))
+        assert same(drawn(bend, grid, held), bend.bent(grid))
+
+
+def test_one_kernel_is_compiled_also_where_nothing_is_drawn_again():
+    grid, bend, held = building(3), Bend(KEYS, wave(KEYS)), BentMap()
+    for _ in range(2):
+        drawn(bend, grid, held)
+    assert len(bend_tiles.signatures) == 1
