@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,26 +14,15 @@ from mrslam.merge.contradictions import Contradictions
 from mrslam.merge.graph.edges import AlignmentLike, Pair, make_edge
 from mrslam.merge.grids.fusion_tree import FusionTree
 from mrslam.merge.grids.layers import Layer
+from mrslam.merge.grids.published_map import PublishedMap, as_grid, as_it_is, is_same
 from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.merge.joint.bend import Bend
 from mrslam.merge.joint.bent_map import BentMap
 from mrslam.merge.joint.bent_team import BentTeam
 from mrslam.merge.joint.trail import Trail
 from mrslam.merge.team_graph import Conflict, Placement, TeamGraph
-from mrslam.spatial import TILE_CELLS, UNKNOWN, InputError, LocalMap, OccupancyGrid, se2
+from mrslam.spatial import TILE_CELLS, UNKNOWN, InputError, OccupancyGrid, se2
 from mrslam.spatial.tiles import MOST_CELLS, TileIndex, assembled, box_cells
-
-
-class MapInTiles(Protocol):
-    """A robot's map in tiles, which is made one grid where that is asked for."""
-
-    @property
-    def local(self) -> LocalMap:
-        """The map."""
-
-    @property
-    def grid(self) -> OccupancyGrid:
-        """The same as one grid, always the same one."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -62,7 +51,7 @@ class TeamMapper:
         self.graph = TeamGraph(self.config)
         self.bent = BentTeam()
         """How the maps are bent to fit each other, by the last joint solution."""
-        self._maps: dict[str, OccupancyGrid | MapInTiles] = {}
+        self._maps: dict[str, PublishedMap] = {}
         self._scanned: set[str] = set()
         """Robots whose maps came with keyframes' scans; only these can be joined and bent."""
         self._tiled_maps: dict[str, TiledGrid] = {}
@@ -87,7 +76,7 @@ class TeamMapper:
         """Fusions of two tiles done so far."""
         return self._tree.fusions
 
-    def set_map(self, robot_id: str, known: OccupancyGrid | MapInTiles, trail: Trail | None = None) -> None:
+    def set_map(self, robot_id: str, known: PublishedMap, trail: Trail | None = None) -> None:
         """Set a robot's map, and its trail where it has one; a map with the same cells changes nothing.
 
         One in tiles is made a grid only where it is compared as it is.
@@ -96,14 +85,10 @@ class TeamMapper:
         if trail is not None:
             self.bent = self.bent.corrected(robot_id, trail)
         held = self._maps.get(robot_id)
-        if held is None or not _is_same(held, known):
+        if held is None or not is_same(held, known):
             self._maps[robot_id] = known
             self._tiled_maps.pop(robot_id, None)
-            self.graph.set_map(robot_id, known if isinstance(known, OccupancyGrid) else known.local.map)
-
-    def _grid(self, robot_id: str) -> OccupancyGrid:
-        known = self._maps[robot_id]
-        return known if isinstance(known, OccupancyGrid) else known.grid
+            self.graph.set_map(robot_id, as_it_is(known))
 
     def remove_map(self, robot_id: str) -> None:
         """Forget a robot's map."""
@@ -161,7 +146,7 @@ class TeamMapper:
         if self.config.resolution_m is not None:
             return self.config.resolution_m
         placed = [self._maps[x] for x in placement.T_team_map] or self._maps.values()
-        finest = [(x if isinstance(x, OccupancyGrid) else x.local.map).resolution_m for x in placed]
+        finest = [as_it_is(known).resolution_m for known in placed]
         return min(finest, default=0.05)
 
     def _conflict(self, alignments: Mapping[Pair, AlignmentLike]) -> Conflict:
@@ -180,7 +165,7 @@ class TeamMapper:
                 # Tied by their own scans: no alignments between them whose errors would add up, so 1.
                 (one, T_team_a), (two, T_team_b) = self._judged(a), self._judged(b)
                 return self._contradictions.against(a, b, (one, two), se2.between(T_team_a, T_team_b), 1)
-            return self._contradictions.against(a, b, (self._grid(a), self._grid(b)), T, hops)
+            return self._contradictions.against(a, b, (as_grid(self._maps[a]), as_grid(self._maps[b])), T, hops)
 
         return conflict
 
@@ -195,9 +180,7 @@ class TeamMapper:
         """Return a robot's map as it is drawn into the team map: bent by ``bend``, or the published one."""
         tiled = self._tiled_maps.get(robot_id)
         if tiled is None:
-            known = self._maps[robot_id]
-            tiled = TiledGrid.of(known if isinstance(known, OccupancyGrid) else known.local.map)
-            self._tiled_maps[robot_id] = tiled
+            tiled = self._tiled_maps[robot_id] = TiledGrid.of(as_it_is(self._maps[robot_id]))
         if bend is None:
             return tiled
         held = self._bent.get(robot_id)
@@ -205,17 +188,6 @@ class TeamMapper:
             last = self._bent_maps.setdefault(robot_id, BentMap())
             held = self._bent[robot_id] = (tiled, bend, last.draw(tiled, bend.displacement))
         return held[2]
-
-
-def _is_same(one: OccupancyGrid | MapInTiles, two: OccupancyGrid | MapInTiles) -> bool:
-    """Return whether two maps are known to have the same cells."""
-    if isinstance(one, OccupancyGrid) or isinstance(two, OccupancyGrid):
-        if isinstance(one, OccupancyGrid) and isinstance(two, OccupancyGrid):
-            is_there = one.resolution_m == two.resolution_m and one.origin_m == two.origin_m
-            return is_there and np.array_equal(one.cells, two.cells)
-        return False
-    before, after = one.local.map, two.local.map
-    return before.resolution_m == after.resolution_m and before.tiles == after.tiles
 
 
 def _assembled(tiles: dict[TileIndex, NDArray[np.int8]], resolution_m: float) -> OccupancyGrid:

@@ -316,7 +316,7 @@ MUTANTS = (
         "tiles that left a map take up room in the team map",
     ),
     Mutant(
-        "merge/team.py",
+        "merge/grids/published_map.py",
         "before.tiles == after.tiles",
         "before.tiles.keys() == after.tiles.keys()",
         "what a robot sees on ground that it knows stays out of the team map",
@@ -442,8 +442,8 @@ MUTANTS = (
         "a robot that came back from its checkpoint is placed by keyframes that are no longer the same",
     ),
     Mutant(
-        "merge/team.py",
-        " and one.origin_m == two.origin_m",
+        "merge/grids/published_map.py",
+        "before.origin_m == after.origin_m and ",
         "",
         "a map that moved in its frame is drawn where it was",
     ),

@@ -1,0 +1,46 @@
+"""A robot's map as it came: one grid, or tiles that are made one grid only where that is asked for."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from mrslam.spatial import LocalMap, OccupancyGrid, TiledMap
+
+
+class MapInTiles(Protocol):
+    """A robot's map in tiles."""
+
+    @property
+    def local(self) -> LocalMap:
+        """The map."""
+
+    @property
+    def grid(self) -> OccupancyGrid:
+        """The same as one grid, always the same one."""
+
+
+PublishedMap = OccupancyGrid | MapInTiles
+
+
+def as_grid(known: PublishedMap) -> OccupancyGrid:
+    """Return a map as one grid."""
+    return known if isinstance(known, OccupancyGrid) else known.grid
+
+
+def as_it_is(known: PublishedMap) -> OccupancyGrid | TiledMap:
+    """Return a map's cells without assembling them."""
+    return known if isinstance(known, OccupancyGrid) else known.local.map
+
+
+def is_same(one: PublishedMap, two: PublishedMap) -> bool:
+    """Return whether two maps are known to have the same cells: in tiles, where those are the same objects."""
+    before, after = as_it_is(one), as_it_is(two)
+    if before.resolution_m != after.resolution_m:
+        return False
+    if isinstance(before, TiledMap) and isinstance(after, TiledMap):
+        return before.tiles == after.tiles
+    if isinstance(before, OccupancyGrid) and isinstance(after, OccupancyGrid):
+        return before.origin_m == after.origin_m and np.array_equal(before.cells, after.cells)
+    return False
