@@ -107,6 +107,14 @@ def test_a_robot_says_how_much_it_knows_and_whose_maps_it_has_placed() -> None:
     assert known.fields["team_m2"] > 10.0 < known.fields["own_m2"]
 
 
+def test_a_robot_that_has_placed_another_says_how_much_both_know_together() -> None:
+    one, _ = pair()
+    (known,) = [e for e in one.on_tick(80 * S) if isinstance(e, Event) and e.kind == "known"]
+    assert known.fields["placed"] == ["r1", "r2"]
+    assert known.fields["team_m2"] == pytest.approx(one.team_map().grid.known_area_m2(), abs=0.01)
+    assert known.fields["team_m2"] > known.fields["own_m2"] + 1.0
+
+
 def test_the_last_keyframes_of_a_robot_that_stops_are_published_once() -> None:
     one = Agent("r1", replace(SETTINGS, agent=AgentConfig(publish_interval_s=6.0)), boot_id=1)
     live([one], 0, 60)

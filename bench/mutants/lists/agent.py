@@ -109,12 +109,6 @@ MUTANTS = (
         "a map that contradicts itself is believed",
     ),
     Mutant(
-        "agent/layout.py",
-        "(self.placement, area_m2), self._is_old = self._mapper.team_area(alignments), False",
-        "area_m2 = self._mapper.team_area(alignments)[1]",
-        "a report of how much is known does not bring places up to date",
-    ),
-    Mutant(
         "agent/team.py",
         "        return self.layout.place_and_measure(self._alignments())",
         "        return self.maps[self.robot_id].area_m2",

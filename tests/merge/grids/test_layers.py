@@ -61,6 +61,19 @@ def test_tiles_are_the_warped_map(resolution):
     assert assembled(layer) == cells_of(warp(PLAN, T, resolution))
 
 
+@pytest.mark.parametrize("theta", [0.05, 0.7, 1.6, -2.3])
+def test_walls_go_on_from_tile_to_tile(theta):
+    """Lines in all directions, one and two cells thick, over many tiles."""
+    cells = np.zeros((300, 300), dtype=np.int8)
+    for k in range(0, 280, 20):
+        line = np.arange(20, 280)
+        cells[k, line] = cells[line, k] = cells[line, np.clip(line + k - 140, 0, 299)] = 100
+        cells[k + 8 : k + 10, line] = 100
+    grid, T, layer = OccupancyGrid(cells, 0.05), se2.transform(0.313, -2.207, theta), Layer()
+    layer.update(TiledGrid.of(grid), T, 0.05)
+    assert assembled(layer) == cells_of(warp(grid, T, 0.05))
+
+
 def test_only_tiles_near_a_change_are_rewritten():
     T, layer = se2.transform(1.0, -2.0, 0.7), Layer()
     layer.update(TiledGrid.of(PLAN), T, 0.05)
