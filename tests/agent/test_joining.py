@@ -13,8 +13,9 @@ from mrslam.agent.joining import confirmed_pairs
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.team import Team
 from mrslam.alignment import Alignment, Evidence, WallEvidence
-from mrslam.merge import Bend, join
+from mrslam.merge import join
 from mrslam.merge.grids.agreement import Walls, compare
+from mrslam.merge.joint.bent_map import BentMap
 from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, se2
 from tests.merge.joint.blocks import drive, errors_m, local_map
 
@@ -174,8 +175,8 @@ def test_where_the_own_map_is_bent_the_own_place_in_the_team_map_is_another() ->
 
 def test_a_solution_bends_each_map_once_for_judging_and_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
     bent: list[object] = []
-    bend_map = Bend.bent
-    monkeypatch.setattr(Bend, "bent", lambda self, *args: bent.append(self) or bend_map(self, *args))
+    draw = BentMap.draw
+    monkeypatch.setattr(BentMap, "draw", lambda self, *args: bent.append(self) or draw(self, *args))
     team = team_of()
     align(team)
     joined(team)
