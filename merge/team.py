@@ -121,17 +121,20 @@ class TeamMapper:
 
     def team_map(self, alignments: Mapping[Pair, AlignmentLike]) -> TeamMap:
         """Return the team map by these accepted alignments; only what changed since the last call is fused again."""
-        placement = self._fused(alignments)
-        return TeamMap(grid=_assembled(self._tree.cells, self._resolution(placement)), **vars(placement))
+        placement, resolution_m = self._fused(alignments)
+        return TeamMap(grid=_assembled(self._tree.cells, resolution_m), **vars(placement))
 
     def team_area(self, alignments: Mapping[Pair, AlignmentLike]) -> tuple[Placement, float]:
         """Return where the maps lie, and the known area of :meth:`team_map`, square metres, without assembling it."""
-        placement = self._fused(alignments)
+        placement, resolution_m = self._fused(alignments)
         known = sum(np.count_nonzero(tile != UNKNOWN) for tile in self._tree.cells.values())
-        return placement, float(known) * self._resolution(placement) ** 2
+        return placement, float(known) * resolution_m**2
 
-    def _fused(self, alignments: Mapping[Pair, AlignmentLike]) -> Placement:
-        """Return the placement by these alignments, after the fused tiles were brought up to date with it."""
+    def _fused(self, alignments: Mapping[Pair, AlignmentLike]) -> tuple[Placement, float]:
+        """Return the placement by these alignments, and the edge of the fused tiles' cells, metres.
+
+        The fused tiles are brought up to date with it.
+        """
         placement = self.placement(alignments)
         resolution_m = self._resolution(placement)
         self._layers = {x: self._layers.get(x, Layer()) for x in placement.T_team_map}
@@ -140,7 +143,7 @@ class TeamMapper:
             T_team_map = placement.T_team_map[robot_id] if bend is None else bend.T_team_map
             layer.update(self._drawn(robot_id, bend), T_team_map, resolution_m)
         self._tree.update(self._layers)
-        return placement
+        return placement, resolution_m
 
     def _resolution(self, placement: Placement) -> float:
         if self.config.resolution_m is not None:

@@ -94,7 +94,7 @@ def _centre(
 
 
 @njit(cache=True, nogil=True)
-def _is_linked(
+def is_linked(
     cells: NDArray[np.int8], r: int, c: int, dr: int, dc: int, is_area: bool, draws_thin: bool
 ) -> bool:  # pragma: no cover - compiled
     """Return whether a line is drawn from a wall cell to its neighbour; ``is_area``: the cell itself is sampled."""
@@ -118,7 +118,7 @@ def draw_wall(
     links, is_passed, last_step, last_along_u = 0, False, 0.0, False
     for k in range(8):
         dr, dc = LINKS[k]
-        if not _is_linked(cells, r, c, dr, dc, is_area, draws_thin):
+        if not is_linked(cells, r, c, dr, dc, is_area, draws_thin):
             continue
         links += 1
         # By direction alone: rounding must not choose another axis for the next link of a straight wall.

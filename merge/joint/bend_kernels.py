@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mrslam.merge.grids.wall_kernels import LINKS, OCCUPIED, is_thick, is_wall
+from mrslam.merge.grids.wall_kernels import LINKS, OCCUPIED, is_linked, is_thick
 from mrslam.merge.grids.warp_kernels import sample
 
 UNKNOWN = -1
@@ -149,10 +149,8 @@ def _push_walls(
             for k in range(4):
                 dr, dc = LINKS[k]
                 other = cells[r + dr, c + dc]
-                if other < OCCUPIED or (thick and is_thick(cells, r + dr, c + dc)):
+                if not is_linked(cells, r, c, dr, dc, False, True) or (thick and is_thick(cells, r + dr, c + dc)):
                     continue
-                if dr != 0 and dc != 0 and (is_wall(cells, r + dr, c) or is_wall(cells, r, c + dc)):
-                    continue  # joined around the corner
                 ex, ey = displaced(field, col + dc + 0.5, row + dr + 0.5)
                 other_x, other_y = col + dc + 0.5 + ex - left, row + dr + 0.5 + ey - top
                 _put(out, 0.5 * (x + other_x), 0.5 * (y + other_y), min(value, other))

@@ -42,6 +42,7 @@ CALLED_BY_OTHERS = {
     f"mrslam.merge.{name}"
     for name in (
         "grids.wall_kernels.draw_wall",
+        "grids.wall_kernels.is_linked",
         "grids.wall_kernels.is_thick",
         "grids.wall_kernels.is_wall",
         "grids.warp_kernels.sample",
