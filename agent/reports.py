@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 
 from mrslam.agent.known_map import KnownMap
 
-REPORT_NS, REPORT_MOST_NS = 10_000_000_000, 60_000_000_000
+REPORT_NS, REPORT_MOST_NS = 10_000_000_000, 300_000_000_000
 """Least and most time between two reports, nanoseconds."""
 GROWTH = 0.1
 """Share by which the known area of all maps together has changed where a report comes before the most time is over.

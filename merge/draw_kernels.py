@@ -10,21 +10,16 @@ from numpy.typing import NDArray
 @njit(cache=True)
 def add_layer(
     cells: NDArray[np.int8],
-    row0: int,
-    col0: int,
     colour: NDArray[np.float32],
     free_max: int,
     occupied_min: int,
     free: NDArray[np.float32],
     wall: NDArray[np.float32],
 ) -> None:
-    """Add a robot's ``colour (3,)`` and 1 to ``free`` or ``wall (H, W, 4)`` where its ``cells`` are.
-
-    The first of its cells lies in row ``row0`` and column ``col0`` of these; what lies outside is left out.
-    """
-    for r in range(max(row0, 0), min(row0 + cells.shape[0], free.shape[0])):
-        for c in range(max(col0, 0), min(col0 + cells.shape[1], free.shape[1])):
-            value = cells[r - row0, c - col0]
+    """Add a robot's ``colour (3,)`` and 1 to ``free`` or ``wall (H, W, 4)`` where its ``cells (H, W)`` are."""
+    for r in range(cells.shape[0]):
+        for c in range(cells.shape[1]):
+            value = cells[r, c]
             if 0 <= value <= free_max:
                 for k in range(3):
                     free[r, c, k] += colour[k]

@@ -31,6 +31,10 @@ mean), or one of them and the second have passed, seconds: pairs that lie far ap
 two others wait so from the first try on. Own pairs that a teammate searches for as well wait that long in any case.
 Measured over 114 merges of missions with faults: half came with the 3rd try, nine in ten by the 6th, the last with the
 9th."""
+CONFIRMED_GROWTH = 1.0
+"""Growth of a map that the joint solution ties to another, by its own scans, after which both are searched for another
+place, where that is more than ``agent.realign_growth``: twice what it was. Walls that come to contradict the place are
+noticed at once, not by searching."""
 EVERYWHERE_EVERY = 4
 """One in this many tries of two robots with known starts looks everywhere: a start may be wrong, or of an earlier map.
 In a saved map that is every second one, at once after the first: as soon as without a hint, however wrong that is."""
@@ -185,7 +189,7 @@ class Schedule:
             is_eager = has_waited or (self.own_id in pair and belief.attempts < PATIENT_AFTER)
             return self._is_worth_a_search(belief, maps, is_eager=is_eager, has_waited=has_waited)
         is_old = waited_ns / 1e9 >= self.config.realign_interval_s and not is_confirmed
-        if is_old or not self._outgrown(belief, maps):
+        if is_old or not self._outgrown(belief, maps, CONFIRMED_GROWTH if is_confirmed else 0.0):
             return is_old
         return not _is_settled(pair, belief, tied) or _grown(maps, last.area_m2, self.config.realign_growth)
 
@@ -220,9 +224,13 @@ class Schedule:
         start = self._by_starts(pair)
         return start is not None and _is_near(belief.alignment.T_a_b, start)
 
-    def _outgrown(self, belief: PairBelief, maps: tuple[KnownMap, KnownMap]) -> bool:
-        """Return whether a merged pair's maps have grown so much since the last search that another place may fit."""
-        growth = self.config.realign_growth if belief.search.accepted else self.config.align_growth
+    def _outgrown(self, belief: PairBelief, maps: tuple[KnownMap, KnownMap], least: float = 0.0) -> bool:
+        """Return whether a merged pair's maps have grown so much since the last search that another place may fit.
+
+        ``least`` : growth that is needed in any case once a search has found the pair.
+        """
+        found = belief.search.accepted
+        growth = max(self.config.realign_growth, least) if found else self.config.align_growth
         return _grown(maps, belief.search.area_m2, growth)
 
 

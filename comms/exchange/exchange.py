@@ -10,6 +10,7 @@ from mrslam.comms.effects import ExchangeCosts
 from mrslam.comms.exchange.in_flight import InFlight
 from mrslam.comms.exchange.pull import Offer, Pull, offer_of
 from mrslam.comms.maps.snapshots import Snapshot
+from mrslam.comms.maps.whole_sizes import WholeSizes
 from mrslam.comms.wire.messages import Manifest, Version
 
 MAX_OFFERED = 1024
@@ -71,9 +72,9 @@ class Exchange:
         while len(self.offered) > MAX_OFFERED:
             self.in_flight.pop(self.offered.popitem(last=False)[0], None)
 
-    def costs(self, now_ns: int) -> ExchangeCosts:
-        """Return the costs so far."""
-        whole = [snapshot.full_bytes for snapshot in self.whole.values()]
+    def costs(self, sizes: WholeSizes, now_ns: int) -> ExchangeCosts:
+        """Return the costs so far; ``sizes`` : remembers what the maps it offered cost whole."""
+        whole = [sizes.of(robot, snapshot.map) for robot, snapshot in self.whole.items()]
         lz4, raw = sum(size for size, _ in whole), sum(size for _, size in whole)
         seconds = (now_ns - self.started_ns) / 1e9
         return ExchangeCosts(self.bytes_sent, self.bytes_received, lz4, raw, self.tiles, seconds)

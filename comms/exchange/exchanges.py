@@ -12,6 +12,7 @@ from mrslam.comms.exchange.map_receiver import MapReceiver
 from mrslam.comms.exchange.map_sender import MapSender
 from mrslam.comms.exchange.own_map_claims import OwnMapClaims
 from mrslam.comms.exchange.past_exchanges import PastExchanges
+from mrslam.comms.maps.whole_sizes import WholeSizes
 from mrslam.comms.wire.messages import (
     ALREADY_OVER,
     GIVE_NO_MORE,
@@ -48,6 +49,7 @@ class Exchanges:
         """By peer."""
         self._claims = OwnMapClaims(context)
         self._past = PastExchanges(context.own_id, context.out)
+        self._whole = WholeSizes()
         self._count = 0
 
     # -- beginning -------------------------------------------------------------------------------------------------
@@ -225,7 +227,7 @@ class Exchanges:
             self._close(exchange, completed=True)
             self._context.rendezvous.done(exchange.peer, now_ns)
             reason = "budget spent" if exchange.budget_spent else "complete"
-            self._context.out.emit(ExchangeDone(exchange.peer, exchange.costs(now_ns), reason))
+            self._context.out.emit(ExchangeDone(exchange.peer, exchange.costs(self._whole, now_ns), reason))
 
     def _say_done(self, exchange: Exchange) -> None:
         message = Done(self._context.own_id, exchange.xid, HOLD_ALL)
@@ -240,7 +242,7 @@ class Exchanges:
         self._close(exchange, completed=False)
         self._context.rendezvous.failed(exchange.peer, now_ns)
         if exchange.accepted:  # else ExchangeStarted was never emitted
-            self._context.out.emit(ExchangeFailed(exchange.peer, exchange.costs(now_ns), reason))
+            self._context.out.emit(ExchangeFailed(exchange.peer, exchange.costs(self._whole, now_ns), reason))
 
     def _close(self, exchange: Exchange, *, completed: bool) -> None:
         self._drop(exchange)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from mrslam.comms.wire.keyframe_codec import KeyframeBlock, to_blocks, to_key_scans, to_keyframes, to_loops
 from mrslam.comms.wire.messages import Version
-from mrslam.comms.wire.tile_codec import full_map_bytes, unknown_tile
+from mrslam.comms.wire.tile_codec import unknown_tile
 from mrslam.spatial import LocalMap, Tile, TiledMap
 from mrslam.spatial.tiles import TileIndex
 
@@ -50,12 +49,6 @@ class Snapshot:
     def keyframes(self) -> int:
         """How many keyframes it holds."""
         return sum(block.stamps_ns.size for block in self.blocks)
-
-    @cached_property
-    def full_bytes(self) -> tuple[int, int]:
-        """What the whole map costs to send: (LZ4 on the cropped grid, raw), bytes."""
-        cells = self.map.to_grid().cells
-        return full_map_bytes(cells), cells.size
 
 
 def published(local_map: LocalMap, before: Snapshot | None, epoch: int) -> Snapshot | None:

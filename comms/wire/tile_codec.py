@@ -118,8 +118,8 @@ def decompress(packed: bytes, raw_bytes: int, bound: int) -> bytes:
     return raw
 
 
-def full_map_bytes(cells: NDArray[np.int8]) -> int:
-    """Return the size of a whole grid ``(H, W)`` as one LZ4 block, bytes: how mrgs (Martins et al. 2021) sends maps."""
+def lz4_bytes(cells: NDArray[np.int8]) -> int:
+    """Return the size of cells ``(H, W)`` as one LZ4 block, bytes."""
     return len(lz4.block.compress(np.ascontiguousarray(cells).tobytes(), store_size=False))
 
 

@@ -59,23 +59,12 @@ class TileStore:
         """Number of tiles that hold content."""
         return self.refs.size - 1 - self.free_count
 
-    def stamps_by_block(self, index: int, side: int) -> dict[tuple[int, int], tuple[int, ...]]:
-        """Return the stamps of map ``index``'s pool tiles by block (row, col) of ``side x side`` tiles, row by row.
+    def stamps_of(self, index: int) -> NDArray[np.int64]:
+        """Return the stamps ``(R, C)`` of map ``index``'s pool tiles, from (``row0``, ``col0``) on; 0 where none is.
 
-        A stamp changes whenever its tile does; 0 where there is none. Blocks without any are left out, and counted from
-        the map frame's origin.
+        A stamp changes whenever its tile does.
         """
-        table = self.tables[index]
-        above, left = self.row0 % side, self.col0 % side
-        rows, cols = -(-(above + table.shape[0]) // side), -(-(left + table.shape[1]) // side)
-        whole = np.zeros((rows * side, cols * side), dtype=table.dtype)
-        whole[above : above + table.shape[0], left : left + table.shape[1]] = table
-        blocks = whole.reshape(rows, side, cols, side).swapaxes(1, 2).reshape(-1, side * side)
-        held = np.flatnonzero(blocks.any(axis=1))
-        places = zip(
-            (held // cols + self.row0 // side).tolist(), (held % cols + self.col0 // side).tolist(), strict=True
-        )
-        return dict(zip(places, map(tuple, self.stamps[blocks[held]].tolist()), strict=True))
+        return self.stamps[self.tables[index]]
 
     def words_at(self, index: int, row: int, col: int) -> NDArray[np.uint32]:
         """Return the ``(1024,)`` cells of map ``index``'s pool tile (row, col), all 0 where there is none."""

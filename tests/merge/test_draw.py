@@ -6,6 +6,7 @@ import pytest
 from mrslam.merge import Bend, TeamMap, TeamMapper
 from mrslam.merge.draw import FREE_TINT, INK, PALETTE, PAPER, WALL_SHADE, colours, draw_team, laid, overlaid
 from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, UNKNOWN, OccupancyGrid, se2
+from mrslam.spatial.tiles import assembled
 from tests.merge.plans import alignment
 
 
@@ -72,18 +73,21 @@ def twin_of_painted(grid: OccupancyGrid, layers: dict[str, OccupancyGrid]) -> np
     return picture[::-1]
 
 
-def test_every_cell_has_the_colour_of_those_who_saw_it_also_where_layers_reach_beyond_the_map() -> None:
+@pytest.mark.parametrize(("rows", "cols", "row0", "col0"), [(30, 40, -4, 3), (140, 200, -70, -1), (5, 7, 64, 63)])
+def test_every_cell_has_the_colour_of_those_who_saw_it_also_where_layers_reach_beyond_the_map(
+    rows: int, cols: int, row0: int, col0: int
+) -> None:
     rng = np.random.default_rng(0)
 
     def grid(rows: int, cols: int, row0: int, col0: int) -> OccupancyGrid:
         cells = rng.choice(np.array([UNKNOWN, 0, 20, 50, 70, 100], dtype=np.int8), (rows, cols))
         return OccupancyGrid.at_cell(cells, 0.1, row0, col0)
 
-    fused = grid(30, 40, -4, 3)
-    layers = {"r1": grid(30, 60, -10, -5), "r2": grid(10, 12, 8, 9), "r3": grid(20, 20, 15, 30)}
+    fused = grid(rows, cols, row0, col0)
+    layers = {"r1": grid(30, 60, -10, -5), "r2": grid(80, 92, 8, 9), "r3": grid(20, 20, 15, 30)}
     placed = dict.fromkeys(layers, se2.IDENTITY)
     team = TeamMap(anchor="r1", T_team_map=placed, grid=fused)
-    picture = draw_team(team, layers, legend=False, size_px=40)[24:-24, 24:-24]
+    picture = draw_team(team, layers, legend=False, size_px=max(rows, cols))[24:-24, 24:-24]
     assert np.abs(picture.astype(int) - twin_of_painted(fused, layers)).max() <= 1  # float32, rounded
 
 
@@ -129,12 +133,6 @@ def test_sizes_and_empty_maps(team_map):
     assert nothing.ndim == 3
 
 
-def test_large_maps_are_drawn_in_bands_as_in_one(team_map, monkeypatch):
-    whole = plain(team_map)
-    monkeypatch.setattr("mrslam.merge.draw.BAND_ROWS", 3)
-    np.testing.assert_array_equal(plain(team_map), whole)
-
-
 def test_the_same_team_gives_the_same_picture(team_map):
     assert draw_team(team_map, LAYERS).tobytes() == draw_team(team_map, dict(reversed(LAYERS.items()))).tobytes()
 
@@ -145,7 +143,7 @@ def test_bent_maps_are_laid_bent_and_the_overlay_shows_them_as_they_were(team_ma
     bent = replace(team_map, bends={"r2": bend}, T_team_map={**team_map.T_team_map, "r2": bend.T_team_map_now})
 
     def walls_m(shown: TeamMap) -> tuple[float, float]:
-        layer = laid(shown, LAYERS)["r2"]
+        layer = assembled(laid(shown, LAYERS)["r2"], shown.grid.resolution_m)
         y = layer.centres(layer.is_occupied)[:, 1]
         return float(y.min()), float(y.max())
 

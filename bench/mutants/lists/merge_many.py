@@ -71,8 +71,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/draw.py",
-        "height - row] = band[::-1]",
-        "height - row] = band",
+        "from_below, paper = picture[::-1],",
+        "from_below, paper = picture,",
         "the picture stands on its head",
     ),
     Mutant(

@@ -1,10 +1,12 @@
-"""Levels of a published map."""
+"""Levels of a published map, and which of its tiles are written again."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from mrslam.rbpf.filter.publisher import EDGES, LEVELS, quantise
+from mrslam.rbpf.filter.publisher import EDGES, LEVELS, Publisher, quantise
+from mrslam.spatial import TILE_CELLS
+from mrslam.spatial.hits.store import TileStore
 
 
 def test_levels_have_hysteresis() -> None:
@@ -17,3 +19,49 @@ def test_levels_have_hysteresis() -> None:
     assert not quantise(words, EDGES, 0.3, LEVELS, out)
     words[0] = 2 | (22 << 5)
     assert quantise(words, EDGES, 0.3, LEVELS, out) and out[0, 0] < 65
+
+
+def drawn(store: TileStore, at_m: tuple[float, float]) -> None:
+    """Draw a wall of two metres north of a place, seen from there."""
+    points = np.array([[x, 2.0, 0.0, -1.0, 1.0] for x in np.arange(-1.0, 1.0, 0.05)])
+    place = np.array([*at_m, 0.0])
+    store.cover(place[:2] - 4.0, place[:2] + 4.0)
+    for _ in range(3):
+        store.draw(0, np.zeros((1, 2)), place[None], [points], 0.0)
+
+
+def test_only_tiles_that_changed_are_written_again_while_the_window_grows_in_any_direction() -> None:
+    store, publisher = TileStore(1, 0.05), Publisher()
+    edge_m = 0.05 * TILE_CELLS
+    held: dict[tuple[int, int], int] = {}
+    for at_m in ((0.0, 0.0), (40.0, 3.0), (-70.0, -50.0), (2.0, 90.0), (0.7, -0.6)):
+        drawn(store, at_m)
+        tiles = publisher.publish(store, 0).tiles
+        changed = {index for index, tile in tiles.items() if held.get(index) != tile.revision}
+        assert changed, f"nothing of {at_m} was published"
+        for row, col in changed:
+            assert abs((col + 0.5) * edge_m - at_m[0]) < 2 * edge_m
+            assert abs((row + 0.5) * edge_m - at_m[1]) < 2 * edge_m
+        assert held.keys() <= tiles.keys()
+        held = {index: tile.revision for index, tile in tiles.items()}
+    fresh = Publisher().publish(store, 0)
+    assert {index: tile.cells.tobytes() for index, tile in fresh.tiles.items()} == {
+        index: tile.cells.tobytes() for index, tile in tiles.items()
+    }
+
+
+def test_a_publisher_that_was_saved_goes_on_as_it_would_have() -> None:
+    store, publisher = TileStore(1, 0.05), Publisher()
+    drawn(store, (-7.0, 11.0))
+    publisher.publish(store, 0)
+    resumed = Publisher()
+    resumed.restore(publisher.state())
+    assert resumed.state() == publisher.state()
+    before = resumed.publish(store, 0)
+    assert before.revision == publisher.revision
+    drawn(store, (20.0, 11.0))
+    one, two = publisher.publish(store, 0), resumed.publish(store, 0)
+    assert one.revision == two.revision == before.revision + 1
+    assert {i: (t.revision, t.cells.tobytes()) for i, t in one.tiles.items()} == {
+        i: (t.revision, t.cells.tobytes()) for i, t in two.tiles.items()
+    }
