@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mrslam.merge.grids.agreement import count_walls, disc
-from mrslam.spatial import LocalMap, OccupancyGrid, se2
+from mrslam.merge.grids.agreement import count_near
+from mrslam.merge.grids.tiled_grid import TiledGrid
+from mrslam.spatial import LocalMap, se2
 
 PLACES_LEAST = 5
 """Places from which they are held against a map: fewer may all lie at its edge. The scans always are."""
@@ -25,31 +26,31 @@ SCANS_MOST = 50
 """Scans that are held against the map, evenly along the way: bounds the time to a millisecond or two."""
 
 
-def contradicts_itself(local: LocalMap, grid: OccupancyGrid) -> str | None:
-    """Return why a map cannot be what its robot saw, or None; ``grid`` : the same map as one grid.
+def contradicts_itself(local: LocalMap) -> str | None:
+    """Return why a map cannot be what its robot saw, or None.
 
     Its keyframes lie outside its own free cells, or its scans hit what its own map does not show. A turned or mirrored
     map with a true trajectory, or random cells, are found out before anything is aligned.
     """
-    places, free = _places(local, grid)
+    tiled = TiledGrid.of(local.map)
+    places, free = _places(local, tiled)
     if places >= PLACES_LEAST and free < ON_FREE:
         return f"only {100 * free:.0f} % of the places where it says it has been are free in its own map"
     seen = _seen(local)
     if not len(seen):
         return None
-    shown = _on_walls(grid, seen)
+    shown = _on_walls(tiled, seen)
     if shown < ON_WALLS:
         return f"only {100 * shown:.0f} % of what its scans hit is wall in its own map"
     return None
 
 
-def _places(local: LocalMap, grid: OccupancyGrid) -> tuple[int, float]:
+def _places(local: LocalMap, tiled: TiledGrid) -> tuple[int, float]:
     """Return at how many places a robot has been, and the share of them where a keyframe lies in a free cell."""
     way = local.keyframes.T_map_base[:, :2]
     place = np.unique(np.floor(way / PLACE_M), axis=0, return_inverse=True)[1].ravel()
-    (col, row), is_inside = _cells(grid, way)
-    values = grid.cells[row, col]
-    is_free = np.unique(place[is_inside][(values >= 0) & (values < 50)])
+    values = tiled.values_at(way)
+    is_free = np.unique(place[(values >= 0) & (values < 50)])
     count = int(place.max(initial=-1)) + 1
     return count, len(is_free) / max(count, 1)
 
@@ -62,18 +63,6 @@ def _seen(local: LocalMap) -> NDArray[np.float64]:
     return np.concatenate([np.empty((0, 2)), *hits])
 
 
-def _on_walls(grid: OccupancyGrid, points: NDArray[np.float64]) -> float:
+def _on_walls(tiled: TiledGrid, points: NDArray[np.float64]) -> float:
     """Return the share of points ``(N, 2)`` with an occupied cell near."""
-    cells = np.ascontiguousarray((points - np.asarray(grid.origin_m)) / grid.resolution_m)
-    return count_walls(grid.cells, cells, disc(NEAR_CELLS))[0] / len(points)
-
-
-def _cells(
-    grid: OccupancyGrid, points: NDArray[np.float64]
-) -> tuple[tuple[NDArray[np.int64], NDArray[np.int64]], NDArray[np.bool_]]:
-    """Return column and row of those points ``(N, 2)`` that lie in the grid, and which do, ``(N,)``."""
-    cells = np.floor((points - np.asarray(grid.origin_m)) / grid.resolution_m).astype(np.int64)
-    col, row = cells[:, 0], cells[:, 1]
-    height, width = grid.shape
-    is_inside = (row >= 0) & (row < height) & (col >= 0) & (col < width)
-    return (col[is_inside], row[is_inside]), is_inside
+    return count_near(tiled, points, NEAR_CELLS * tiled.resolution_m)[0] / len(points)

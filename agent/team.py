@@ -111,7 +111,7 @@ class Team:
 
     def _doubts(self, robot_id: str, known: KnownMap) -> bool:
         """Return whether a teammate's map contradicts itself; if so, note why, and drop its map, place and beliefs."""
-        reason = contradicts_itself(known.local, known.grid) if robot_id != self.robot_id else None
+        reason = contradicts_itself(known.local) if robot_id != self.robot_id else None
         if reason is None:
             self.doubted.pop(robot_id, None)
             return False

@@ -7,9 +7,10 @@ import numpy as np
 from mrslam.merge.config import MergeConfig
 from mrslam.merge.graph.edges import Pair
 from mrslam.merge.grids.agreement import Walls, compare
-from mrslam.spatial import OccupancyGrid, se2
+from mrslam.merge.grids.tiled_grid import TiledGrid
+from mrslam.spatial import se2
 
-_Compared = tuple[OccupancyGrid, OccupancyGrid, str | None]
+_Compared = tuple[TiledGrid, TiledGrid, str | None]
 REMEMBERED = 4
 """Comparisons kept for each pair of robots: the alignment tried, the placement, and one of each from before."""
 SHAPES = 2
@@ -29,9 +30,7 @@ class Contradictions:
         self._walls.pop(robot_id, None)
         self._compared = {pair: held for pair, held in self._compared.items() if robot_id not in pair}
 
-    def against(
-        self, a: str, b: str, grids: tuple[OccupancyGrid, OccupancyGrid], T_a_b: se2.Transform, hops: int
-    ) -> str | None:
+    def against(self, a: str, b: str, maps: tuple[TiledGrid, TiledGrid], T_a_b: se2.Transform, hops: int) -> str | None:
         """Return how two robots' maps contradict each other placed like this, or None.
 
         ``T_a_b`` : ``(3,)``, where b's map is placed in a's. ``hops`` : the number of alignments on the path between
@@ -39,24 +38,24 @@ class Contradictions:
         """
         key = (np.asarray(T_a_b).tobytes(), hops)
         held = self._compared.setdefault((a, b), {})
-        if key in held and held[key][0] is grids[0] and held[key][1] is grids[1]:
+        if key in held and held[key][0] is maps[0] and held[key][1] is maps[1]:
             return held[key][2]
         near_m = self.config.contradiction_tolerance_m * float(np.sqrt(hops))
-        found = compare(self._prepared(a, grids[0]), self._prepared(b, grids[1]), T_a_b, near_m)
+        found = compare(self._prepared(a, maps[0]), self._prepared(b, maps[1]), T_a_b, near_m)
         against = None
         if found.share_against > self.config.contradiction_share and found.against_m >= self.config.contradiction_min_m:
             share = 100 * found.share_against
             against = f"{found.against_m:.1f} m of wall of {a} and {b} ({share:.0f} %) is on the other's free space"
-        held[key] = (*grids, against)
+        held[key] = (*maps, against)
         for old in list(held)[:-REMEMBERED]:
             del held[old]
         return against
 
-    def _prepared(self, robot_id: str, grid: OccupancyGrid) -> Walls:
+    def _prepared(self, robot_id: str, tiled: TiledGrid) -> Walls:
         held = self._walls.setdefault(robot_id, [])
-        walls = next((one for one in held if one.grid is grid), None)
+        walls = next((one for one in held if one.tiled is tiled), None)
         if walls is None:
-            walls = Walls(grid)
+            walls = Walls(tiled)
             held.append(walls)
             del held[:-SHAPES]
         return walls

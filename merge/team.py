@@ -14,7 +14,7 @@ from mrslam.merge.contradictions import Contradictions
 from mrslam.merge.graph.edges import AlignmentLike, Pair, make_edge
 from mrslam.merge.grids.fusion_tree import FusionTree
 from mrslam.merge.grids.layers import Layer
-from mrslam.merge.grids.published_map import PublishedMap, as_grid, as_it_is, is_same
+from mrslam.merge.grids.published_map import PublishedMap, as_it_is, is_same
 from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.merge.joint.bend import Bend
 from mrslam.merge.joint.bent_map import BentMap
@@ -60,7 +60,7 @@ class TeamMapper:
         """By robot: its map, a bend, and the map bent by it (a cache)."""
         self._bent_maps: dict[str, BentMap] = {}
         """By robot: its map as it was drawn bent last, of which only what changed is drawn again."""
-        self._judged_grids: dict[str, tuple[se2.Transform, OccupancyGrid, se2.Transform]] = {}
+        self._judged_maps: dict[str, tuple[se2.Transform, TiledGrid, se2.Transform]] = {}
         """By robot: its ``T_team_key``, the map bent when that solution came, and ``T_team_map`` then (a cache)."""
         self._contradictions = Contradictions(self.config)
         self._layers: dict[str, Layer] = {}
@@ -77,10 +77,7 @@ class TeamMapper:
         return self._tree.fusions
 
     def set_map(self, robot_id: str, known: PublishedMap, trail: Trail | None = None) -> None:
-        """Set a robot's map, and its trail where it has one; a map with the same cells changes nothing.
-
-        One in tiles is made a grid only where it is compared as it is.
-        """
+        """Set a robot's map, and its trail where it has one; a map with the same cells changes nothing."""
         (self._scanned.add if trail is not None and len(trail) else self._scanned.discard)(robot_id)
         if trail is not None:
             self.bent = self.bent.corrected(robot_id, trail)
@@ -92,7 +89,7 @@ class TeamMapper:
 
     def remove_map(self, robot_id: str) -> None:
         """Forget a robot's map."""
-        for held in (self._maps, self._tiled_maps, self._bent, self._bent_maps, self._judged_grids, self._layers):
+        for held in (self._maps, self._tiled_maps, self._bent, self._bent_maps, self._judged_maps, self._layers):
             held.pop(robot_id, None)
         self._scanned.discard(robot_id)
         self._contradictions.forget(robot_id)
@@ -168,15 +165,15 @@ class TeamMapper:
                 # Tied by their own scans: no alignments between them whose errors would add up, so 1.
                 (one, T_team_a), (two, T_team_b) = self._judged(a), self._judged(b)
                 return self._contradictions.against(a, b, (one, two), se2.between(T_team_a, T_team_b), 1)
-            return self._contradictions.against(a, b, (as_grid(self._maps[a]), as_grid(self._maps[b])), T, hops)
+            return self._contradictions.against(a, b, (self._drawn(a, None), self._drawn(b, None)), T, hops)
 
         return conflict
 
-    def _judged(self, robot_id: str) -> tuple[OccupancyGrid, se2.Transform]:
+    def _judged(self, robot_id: str) -> tuple[TiledGrid, se2.Transform]:
         """Return a robot's bent map as it was when the joint solution came, and where it lay: judged once for each."""
-        bend, held = self.bent.bends[robot_id], self._judged_grids.get(robot_id)
+        bend, held = self.bent.bends[robot_id], self._judged_maps.get(robot_id)
         if held is None or held[0] is not bend.T_team_key:
-            held = self._judged_grids[robot_id] = (bend.T_team_key, self._drawn(robot_id, bend).grid, bend.T_team_map)
+            held = self._judged_maps[robot_id] = (bend.T_team_key, self._drawn(robot_id, bend), bend.T_team_map)
         return held[1:]
 
     def _drawn(self, robot_id: str, bend: Bend | None) -> TiledGrid:

@@ -7,6 +7,7 @@ import numpy as np
 from mrslam.merge.draw import draw_team
 from mrslam.merge.grids.agreement import Walls, compare
 from mrslam.merge.grids.fuse import fuse
+from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.merge.grids.warp import warp
 from mrslam.merge.joint.bend import Bend
 from mrslam.merge.joint.candidate_kernels import nearest_keys
@@ -24,7 +25,7 @@ def warm_up() -> None:
     grid = OccupancyGrid(cells, 0.05)
     turned = warp(grid, se2.transform(0.1, 0.2, 0.3))
     fuse([grid, turned], method="log-odds")
-    walls = Walls(grid)
+    walls = Walls(TiledGrid.of(grid))
     compare(walls, walls, se2.IDENTITY, 0.1)
     draw_team(TeamMap(anchor="r1", T_team_map={"r1": se2.IDENTITY}, grid=grid), {"r1": grid}, legend=False, size_px=8)
     _join_and_bend()

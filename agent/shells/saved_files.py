@@ -95,7 +95,7 @@ def saved_map_of(file: Path) -> SavedMap:
         raise InputError(f"{file}: shows {shown_m2:.1f} m2; a map to be found in needs {MIN_KNOWN_M2:g} m2 or more")
     if not saved.grid.is_occupied.any():
         raise InputError(f"{file}: shows no wall to find a place by")
-    if reason := contradicts_itself(local_map(saved), saved.grid):
+    if reason := contradicts_itself(local_map(saved)):
         raise InputError(f"{where}: {reason}")
     return saved
 

@@ -1,4 +1,4 @@
-"""What sending maps whole would cost, which exchanges are held against; only bands that changed are compressed again."""
+"""What sending maps whole would cost, to compare exchanges with; only bands that changed are compressed again."""
 
 from __future__ import annotations
 

@@ -11,6 +11,7 @@ from mrslam.merge.config import MergeConfig
 from mrslam.merge.graph.carried import turned
 from mrslam.merge.graph.edges import Pair, pair_of
 from mrslam.merge.grids.agreement import Walls
+from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.merge.joint.align_bent import Scanned, align_bent
 from mrslam.merge.joint.local_match import LocalMatcher
 from mrslam.merge.joint.trail import Trail
@@ -49,7 +50,7 @@ class PairAligner:
     def walls(self, name: str) -> Walls:
         """Return a map prepared for comparing; made once."""
         if name not in self._walls:
-            self._walls[name] = Walls(self.grids[name])
+            self._walls[name] = Walls(TiledGrid.of(self.grids[name]))
         return self._walls[name]
 
     def report(self, done: int, whole: int) -> None:

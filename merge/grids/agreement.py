@@ -9,33 +9,43 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, OccupancyGrid, se2
+from mrslam.merge.grids.tiled_grid import TiledGrid
+from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, se2
+
+TILE = 64
+"""Equals ``mrslam.spatial.TILE_CELLS``."""
+
+
+@njit(cache=True, nogil=True)
+def _cell(pool: NDArray[np.int8], slots: NDArray[np.int32], row: int, col: int) -> int:  # pragma: no cover - compiled
+    """Return a cell's value by its row and column in a table of tiles; unknown outside."""
+    i, j = row // TILE, col // TILE
+    if not (0 <= i < slots.shape[0] and 0 <= j < slots.shape[1]) or slots[i, j] < 0:
+        return -1
+    return int(pool[slots[i, j], row - i * TILE, col - j * TILE])
 
 
 @njit(cache=True, nogil=True)
 def count_walls(
-    cells: NDArray[np.int8], points: NDArray[np.float64], offsets: NDArray[np.int64]
+    pool: NDArray[np.int8], slots: NDArray[np.int32], points: NDArray[np.float64], offsets: NDArray[np.int64]
 ) -> tuple[int, int]:  # pragma: no cover - compiled
-    """Return how many wall points ``(N, 2)`` (x, y in cells) agree with a grid and how many are on its free space.
+    """Return how many wall points agree with a map and how many are on its free space.
 
-    A point agrees where one of the cells at ``offsets (K, 2)`` from its own (row, column) is a wall; on or near unknown
-    cells it says nothing.
+    ``pool``, ``slots`` : the map's ``TileTable``; ``points (N, 2)`` : (x, y) in cells from its corner. A point agrees
+    where one of the cells at ``offsets (K, 2)`` from its own (row, column) is a wall; on or near unknown cells it says
+    nothing.
     """
-    height, width = cells.shape
     agree, against = 0, 0
     for k in range(points.shape[0]):
         c, r = int(np.floor(points[k, 0])), int(np.floor(points[k, 1]))
-        if not (0 <= r < height and 0 <= c < width):
-            continue
         is_near = False
         for m in range(offsets.shape[0]):
-            i, j = r + offsets[m, 0], c + offsets[m, 1]
-            if 0 <= i < height and 0 <= j < width and cells[i, j] >= OCCUPIED_MIN:
+            if _cell(pool, slots, r + offsets[m, 0], c + offsets[m, 1]) >= OCCUPIED_MIN:
                 is_near = True
                 break
         if is_near:
             agree += 1
-        elif 0 <= cells[r, c] <= FREE_MAX:
+        elif 0 <= _cell(pool, slots, r, c) <= FREE_MAX:
             against += 1
     return agree, against
 
@@ -72,20 +82,24 @@ class Agreement:
 class Walls:
     """A map prepared for comparing: its walls as points."""
 
-    def __init__(self, grid: OccupancyGrid) -> None:
-        self.grid = grid
-        self.points_m = grid.centres(grid.is_occupied)
+    def __init__(self, tiled: TiledGrid) -> None:
+        self.tiled = tiled
+        tile, row, col = np.nonzero(tiled.table.pool >= OCCUPIED_MIN)
+        first = np.array(list(tiled.tiles), dtype=np.int64).reshape(-1, 2)[tile] * TILE
+        self.points_m = tiled.points_m(first + np.stack([row, col], axis=1))
 
-    def count(self, points_m: NDArray[np.float64], near_m: float) -> tuple[float, float]:
-        """Return how many points ``(N, 2)`` (metres, this map's frame) are near its walls, and on its free space."""
-        points = (points_m - np.asarray(self.grid.origin_m)) / self.grid.resolution_m
-        agree, against = count_walls(self.grid.cells, points, disc(near_m / self.grid.resolution_m))
-        return float(agree), float(against)
+
+def count_near(tiled: TiledGrid, points_m: NDArray[np.float64], near_m: float) -> tuple[int, int]:
+    """Return how many points ``(N, 2)`` (metres, a map's frame) are near its walls, and on its free space."""
+    table, edge_m = tiled.table, tiled.resolution_m
+    points = (points_m - np.asarray(tiled.offset_m)) / edge_m - TILE * np.array(table.tile0)[::-1]
+    found: tuple[int, int] = count_walls(table.pool, table.slots, points, disc(near_m / edge_m))
+    return found
 
 
 def compare(a: Walls, b: Walls, T_a_b: se2.Transform, near_m: float) -> Agreement:
     """Return the agreement of two maps with b placed at ``T_a_b (3,)``; walls within ``near_m`` metres agree."""
-    b_in_a = a.count(se2.apply(T_a_b, b.points_m), near_m)
-    a_in_b = b.count(se2.apply(se2.inverse(T_a_b), a.points_m), near_m)
-    res_a, res_b = a.grid.resolution_m, b.grid.resolution_m
+    b_in_a = count_near(a.tiled, se2.apply(T_a_b, b.points_m), near_m)
+    a_in_b = count_near(b.tiled, se2.apply(se2.inverse(T_a_b), a.points_m), near_m)
+    res_a, res_b = a.tiled.resolution_m, b.tiled.resolution_m
     return Agreement(agree_m=b_in_a[0] * res_b + a_in_b[0] * res_a, against_m=b_in_a[1] * res_b + a_in_b[1] * res_a)

@@ -1,4 +1,4 @@
-"""A robot's map as it came: one grid, or tiles that are made one grid only where that is asked for."""
+"""A robot's map as it came: one grid, or tiles."""
 
 from __future__ import annotations
 
@@ -16,17 +16,8 @@ class MapInTiles(Protocol):
     def local(self) -> LocalMap:
         """The map."""
 
-    @property
-    def grid(self) -> OccupancyGrid:
-        """The same as one grid, always the same one."""
-
 
 PublishedMap = OccupancyGrid | MapInTiles
-
-
-def as_grid(known: PublishedMap) -> OccupancyGrid:
-    """Return a map as one grid."""
-    return known if isinstance(known, OccupancyGrid) else known.grid
 
 
 def as_it_is(known: PublishedMap) -> OccupancyGrid | TiledMap:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,28 @@ NOTHING = np.full((TILE_CELLS, TILE_CELLS), UNKNOWN, dtype=np.int8)
 
 Tiles = Mapping[TileIndex, NDArray[np.int8]]
 """``(64, 64) int8`` by tile, not to be written to; those without a known cell are left out."""
+
+
+class TileTable(NamedTuple):
+    """Tiles as kernels take them, with a box of the lattice around them."""
+
+    tile0: TileIndex
+    """The first of the box."""
+    pool: NDArray[np.int8]
+    """``(N, 64, 64)`` the tiles."""
+    slots: NDArray[np.int32]
+    """``(I, J)`` of each tile of the box in the pool, -1 where nothing is known."""
+
+    @classmethod
+    def of(cls, tiles: Tiles, rim: int = 0) -> TileTable:
+        """Return the table of tiles, its box wider than they are by ``rim`` tiles to every side."""
+        if not tiles:
+            return cls((0, 0), np.empty((0, *NOTHING.shape), dtype=np.int8), np.empty((0, 0), dtype=np.int32))
+        indices = np.array(list(tiles))
+        first, last = indices.min(axis=0) - rim, indices.max(axis=0) + rim
+        slots = np.full(last - first + 1, -1, dtype=np.int32)
+        slots[tuple((indices - first).T)] = np.arange(len(indices))
+        return cls((int(first[0]), int(first[1])), np.stack(list(tiles.values())), slots)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +63,11 @@ class TiledGrid:
             return cls(tiles, known.resolution_m)
         (x, y), (row0, col0), edge_m = known.origin_m, known.cell0, known.resolution_m
         return cls(tiles, edge_m, (x - col0 * edge_m, y - row0 * edge_m))
+
+    @cached_property
+    def table(self) -> TileTable:
+        """The tiles as kernels take them."""
+        return TileTable.of(self.tiles)
 
     @cached_property
     def grid(self) -> OccupancyGrid:
@@ -68,6 +96,23 @@ class TiledGrid:
         )
         changed = np.argwhere(any_by_block(now != then))
         return np.array(indices, dtype=np.int64).reshape(-1, 2)[changed[:, 0]] * PER_TILE + changed[:, 1:]
+
+    def points_m(self, cells: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the centres ``(N, 2)``, x and y in metres, of lattice cells ``(N, 2)``, (row, column)."""
+        return (cells[:, ::-1] + 0.5) * self.resolution_m + np.asarray(self.offset_m)
+
+    def values_at(self, points_m: NDArray[np.float64]) -> NDArray[np.int8]:
+        """Return the cells' values ``(N,)`` at points ``(N, 2)``, metres; unknown outside of all tiles."""
+        tile0, pool, slots = self.table
+        cells = np.floor((points_m - np.asarray(self.offset_m)) / self.resolution_m).astype(np.int64)[:, ::-1]
+        tile = cells // TILE_CELLS - tile0
+        is_inside = ((tile >= 0) & (tile < slots.shape)).all(axis=1)
+        slot = np.full(len(cells), -1, dtype=np.int64)
+        slot[is_inside] = slots[tuple(tile[is_inside].T)]
+        values = np.full(len(cells), UNKNOWN, dtype=np.int8)
+        row, col = (cells % TILE_CELLS)[slot >= 0].T
+        values[slot >= 0] = pool[slot[slot >= 0], row, col]
+        return values
 
     def window(self, row0: int, col0: int, height: int, width: int) -> NDArray[np.int8]:
         """Return the cells ``(height, width)`` from lattice cell (row0, col0) on."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
-from mrslam.merge.grids.tiled_grid import BLOCK_CELLS, NOTHING, PER_TILE, TiledGrid, any_by_block
+from mrslam.merge.grids.tiled_grid import BLOCK_CELLS, NOTHING, PER_TILE, TiledGrid, TileTable, any_by_block
 from mrslam.merge.joint.bend_kernels import REACH, bend_tiles
 from mrslam.spatial import UNKNOWN
 from mrslam.spatial.tiles import TileIndex
@@ -24,22 +24,6 @@ RIM_TILES = 2
 Displacement = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
-class _Box(NamedTuple):
-    """The tiles of a map, and a box around them with room for what is bent out of them."""
-
-    tile0: TileIndex
-    """The first of the box."""
-    pool: NDArray[np.int8]
-    """``(N, 64, 64)`` the map's tiles."""
-    slots: NDArray[np.int32]
-    """``(I, J)`` of each tile of the box in the pool, -1 where nothing is known."""
-
-    @property
-    def blocks(self) -> tuple[int, int]:
-        """Rows and columns of blocks in the box."""
-        return PER_TILE * self.slots.shape[0], PER_TILE * self.slots.shape[1]
-
-
 class _Drawing(NamedTuple):
     """What was drawn last."""
 
@@ -50,11 +34,11 @@ class _Drawing(NamedTuple):
     """``(R + 1, C + 1, 2)`` displacement (x, y) of the blocks' corners, cells; 0 where nothing known comes near."""
     bent: TiledGrid
 
-    def lies_in(self, box: _Box) -> bool:
+    def lies_in(self, box: TileTable) -> bool:
         """Return whether all of its box lies in another one."""
         return all(
             now <= was and PER_TILE * was + corners - 1 <= PER_TILE * now + blocks
-            for now, was, blocks, corners in zip(box.tile0, self.tile0, box.blocks, self.field.shape, strict=False)
+            for now, was, blocks, corners in zip(box.tile0, self.tile0, _blocks(box), self.field.shape, strict=False)
         )
 
 
@@ -74,7 +58,7 @@ class BentMap:
         """
         if not published.tiles:
             return published
-        box = _boxed(published)
+        box = TileTable.of(published.tiles, RIM_TILES)
 
         def at_corners(corners: NDArray[np.int64]) -> NDArray[np.float64]:
             cells = (corners + PER_TILE * np.array(box.tile0))[:, ::-1] * BLOCK_CELLS
@@ -86,24 +70,21 @@ class BentMap:
         if last is not None and not (published.has_lattice_of(last.published) and last.lies_in(box)):
             last = None
         before = {} if last is None else last.bent.tiles
-        is_stale = np.ones(box.blocks, dtype=np.bool_) if last is None else _stale(published, box, field, last)
+        is_stale = np.ones(_blocks(box), dtype=np.bool_) if last is None else _stale(published, box, field, last)
         self.blocks_drawn += int((is_stale & is_near).sum())
         bent = TiledGrid(_drawn(box, field, is_stale, is_near, before), published.resolution_m, published.offset_m)
         self._last = _Drawing(published, box.tile0, field, bent)
         return bent
 
 
-def _boxed(published: TiledGrid) -> _Box:
-    indices = np.array(list(published.tiles))
-    first, last = indices.min(axis=0) - RIM_TILES, indices.max(axis=0) + RIM_TILES
-    slots = np.full(last - first + 1, -1, dtype=np.int32)
-    slots[tuple((indices - first).T)] = np.arange(len(indices))
-    return _Box((int(first[0]), int(first[1])), np.stack(list(published.tiles.values())), slots)
+def _blocks(box: TileTable) -> tuple[int, int]:
+    """Return rows and columns of blocks in a box."""
+    return PER_TILE * box.slots.shape[0], PER_TILE * box.slots.shape[1]
 
 
-def _known_blocks(box: _Box) -> NDArray[np.bool_]:
+def _known_blocks(box: TileTable) -> NDArray[np.bool_]:
     """Return which blocks ``(R, C)`` of a box have a known cell."""
-    is_known = np.zeros(box.blocks, dtype=np.bool_)
+    is_known = np.zeros(_blocks(box), dtype=np.bool_)
     _by_tile(is_known)[box.slots >= 0] = any_by_block(box.pool != UNKNOWN)[box.slots[box.slots >= 0]]
     return is_known
 
@@ -125,9 +106,9 @@ def _field_near(
     return field, is_near
 
 
-def _stale(published: TiledGrid, box: _Box, field: NDArray[np.float32], last: _Drawing) -> NDArray[np.bool_]:
+def _stale(published: TiledGrid, box: TileTable, field: NDArray[np.float32], last: _Drawing) -> NDArray[np.bool_]:
     """Return which blocks ``(R, C)`` may not be as they were drawn last."""
-    is_changed = np.ones(box.blocks, dtype=np.bool_)
+    is_changed = np.ones(_blocks(box), dtype=np.bool_)
     row, col = (PER_TILE * (was - now) for was, now in zip(last.tile0, box.tile0, strict=True))
     rows, cols = last.field.shape[0] - 1, last.field.shape[1] - 1
     moved = (field[row : row + rows + 1, col : col + cols + 1] != last.field).any(axis=2)
@@ -138,7 +119,7 @@ def _stale(published: TiledGrid, box: _Box, field: NDArray[np.float32], last: _D
 
 
 def _drawn(
-    box: _Box,
+    box: TileTable,
     field: NDArray[np.float32],
     is_stale: NDArray[np.bool_],
     is_near: NDArray[np.bool_],

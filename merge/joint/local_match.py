@@ -25,7 +25,7 @@ SIGMA_M = 0.03
 """Noise of a laser's ranges, metres (``rbpf.sigma_m``)."""
 FIRST_LOST_M = 20.0
 """``lost_m`` before any match is believed, metres: rigid placement is off by about the drift over this path."""
-ROUND_SIGMAS = 0.1
+ROUND_SIGMAS = 0.6
 """The expected pose is rounded to this many of its standard deviations: a place is matched once, and not again because
 a solution has moved it by a centimetre. Of a rigid placement they are 4.5 cm, a cell of the map."""
 REMEMBERED = 20_000

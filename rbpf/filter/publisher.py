@@ -45,9 +45,7 @@ class Stamps(NamedTuple):
         row0, col0 = min(self.row0, before.row0), min(self.col0, before.col0)
         window = row0, col0, max(self._end(0), before._end(0)), max(self._end(1), before._end(1))
         rows, cols = np.nonzero(self._over(window) != before._over(window))
-        return sorted(
-            set(zip(((rows + row0) // PER_SIDE).tolist(), ((cols + col0) // PER_SIDE).tolist(), strict=True))
-        )
+        return sorted(set(zip(((rows + row0) // PER_SIDE).tolist(), ((cols + col0) // PER_SIDE).tolist(), strict=True)))
 
     def _end(self, axis: int) -> int:
         return self[axis] + self.table.shape[axis]

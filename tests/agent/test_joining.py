@@ -15,6 +15,7 @@ from mrslam.agent.team import Team
 from mrslam.alignment import Alignment, Evidence, WallEvidence
 from mrslam.merge import join
 from mrslam.merge.grids.agreement import Walls, compare
+from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.merge.joint.bent_map import BentMap
 from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, se2
 from tests.merge.joint.blocks import drive, errors_m, local_map
@@ -84,8 +85,8 @@ def test_the_team_map_is_one_building() -> None:
     team = team_of()
     align(team)
     joined(team)
-    rigid = compare(*(Walls(team.maps[x].grid) for x in "ab"), T_A_B, 0.1)
-    bent = [Walls(bend.bent(team.maps[x].grid)) for x, bend in sorted(team.layout.bends.items())]
+    rigid = compare(*(Walls(TiledGrid.of(team.maps[x].grid)) for x in "ab"), T_A_B, 0.1)
+    bent = [Walls(TiledGrid.of(bend.bent(team.maps[x].grid))) for x, bend in sorted(team.layout.bends.items())]
     placed = compare(*bent, se2.between(*(bend.T_team_map for _, bend in sorted(team.layout.bends.items()))), 0.1)
     assert rigid.share_against > 0.3 and placed.share_against < 0.06
     walls = team.map().grid.is_occupied.sum()

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from mrslam.agent.map_check import _on_walls, contradicts_itself
 from mrslam.agent.self_doubt import SelfDoubt, fits_map
+from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.spatial import Keyframes, KeyScans, LocalMap, OccupancyGrid, Scan, TiledMap, se2
 
 S = 1_000_000_000
@@ -207,10 +208,10 @@ def test_a_mirrored_map_is_found_out_where_most_of_it_looks_the_same() -> None:
 def test_what_was_seen_a_few_cells_beside_a_wall_is_not_that_wall() -> None:
     cells = np.zeros((60, 60), dtype=np.int8)
     cells[30] = 100
-    grid = OccupancyGrid(cells, 0.05)
-    shown = [_on_walls(grid, np.array([[1.5, (30.5 + off) * 0.05]])) for off in (-4, -3, -2, 0, 2, 3, 4)]
+    tiled = TiledGrid.of(OccupancyGrid(cells, 0.05))
+    shown = [_on_walls(tiled, np.array([[1.5, (30.5 + off) * 0.05]])) for off in (-4, -3, -2, 0, 2, 3, 4)]
     assert shown == [0, 0, 1, 1, 1, 0, 0]
 
 
 def doubted(local: LocalMap) -> str | None:
-    return contradicts_itself(local, local.map.to_grid())
+    return contradicts_itself(local)

@@ -5,15 +5,16 @@ import numpy as np
 
 from mrslam.merge import MergeConfig
 from mrslam.merge.contradictions import Contradictions
+from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.spatial import OccupancyGrid, se2
 
 
-def room(open_to_m: float) -> OccupancyGrid:
+def room(open_to_m: float) -> TiledGrid:
     """A room of 5 x 5 m with walls, its free space ending at ``open_to_m``."""
     cells = np.full((120, 120), -1, dtype=np.int8)
     cells[10:110, 10 : round(open_to_m / 0.05)] = 0
     cells[10, 10:110] = cells[109, 10:110] = cells[10:110, 10] = 100
-    return OccupancyGrid(cells, 0.05)
+    return TiledGrid.of(OccupancyGrid(cells, 0.05))
 
 
 def test_walls_on_free_space_are_a_contradiction_with_its_length():

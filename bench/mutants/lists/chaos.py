@@ -46,7 +46,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/team.py",
-        "contradicts_itself(known.local, known.grid) if robot_id != self.robot_id else None",
+        "contradicts_itself(known.local) if robot_id != self.robot_id else None",
         "None",
         "liars are not doubted",
         chaos=LIAR,

@@ -50,6 +50,22 @@ def test_only_tiles_that_changed_are_written_again_while_the_window_grows_in_any
     }
 
 
+def test_the_stamps_saved_are_those_of_the_pool_tiles_one_by_one() -> None:
+    for away in ((0.0, 0.0), (37.0, -58.3), (-81.7, 22.9)):  # windows that begin at even and odd tiles
+        store, publisher = TileStore(1, 0.05), Publisher()
+        drawn(store, (0.0, 0.0))
+        drawn(store, away)
+        publisher.publish(store, 0)
+        slow: dict[tuple[int, int], list[int]] = {}
+        for r, c in zip(*np.nonzero(store.tables[0]), strict=True):
+            row, col = int(r) + store.row0, int(c) + store.col0
+            stamps = slow.setdefault((row // 2, col // 2), [0] * 4)
+            stamps[row % 2 * 2 + col % 2] = int(store.stamps[store.tables[0, r, c]])
+        seen = publisher.state()["seen"]
+        assert {(row, col): stamps for row, col, *stamps in seen} == slow
+        assert len(slow) >= 2
+
+
 def test_a_publisher_that_was_saved_goes_on_as_it_would_have() -> None:
     store, publisher = TileStore(1, 0.05), Publisher()
     drawn(store, (-7.0, 11.0))

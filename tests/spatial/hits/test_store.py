@@ -132,18 +132,3 @@ def test_scans_drawn_at_once_are_as_if_one_after_the_other_though_tiles_run_out_
     assert stores[0].writes == stores[1].writes == 5
     for store in stores:
         recount(store)
-
-
-def test_stamps_by_block_are_those_of_the_tiles_one_by_one() -> None:
-    for away in ((0.0, 0.0), (37.0, -58.3), (-81.7, 22.9)):  # windows that begin at even and odd tiles
-        store = TileStore(1, 0.05)
-        write(store, 0, (0, 0, 0), points((2, 0), (0, 3)))
-        write(store, 0, (*away, 0.3), points((9, 1), (-4, 3)))
-        table, side = store.tables[0], 2
-        slow: dict[tuple[int, int], list[int]] = {}
-        for r, c in zip(*np.nonzero(table), strict=True):
-            row, col = int(r) + store.row0, int(c) + store.col0
-            stamps = slow.setdefault((row // side, col // side), [0] * side**2)
-            stamps[row % side * side + col % side] = int(store.stamps[table[r, c]])
-        assert store.stamps_by_block(0, side) == {place: tuple(stamps) for place, stamps in slow.items()}
-        assert len(slow) > 4
