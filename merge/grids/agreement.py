@@ -10,19 +10,10 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mrslam.merge.grids.tiled_grid import TiledGrid
-from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, se2
+from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, TILE_CELLS, se2
 
-TILE = 64
-"""Equals ``mrslam.spatial.TILE_CELLS``."""
-
-
-@njit(cache=True, nogil=True)
-def _cell(pool: NDArray[np.int8], slots: NDArray[np.int32], row: int, col: int) -> int:  # pragma: no cover - compiled
-    """Return a cell's value by its row and column in a table of tiles; unknown outside."""
-    i, j = row // TILE, col // TILE
-    if not (0 <= i < slots.shape[0] and 0 <= j < slots.shape[1]) or slots[i, j] < 0:
-        return -1
-    return int(pool[slots[i, j], row - i * TILE, col - j * TILE])
+BITS, INSIDE = 6, TILE_CELLS - 1
+"""A lattice row is in tile row ``row >> BITS``, there in row ``row & INSIDE``."""
 
 
 @njit(cache=True, nogil=True)
@@ -36,16 +27,29 @@ def count_walls(
     nothing.
     """
     agree, against = 0, 0
+    reach = np.max(np.abs(offsets))
+    side = (2 * reach >> BITS) + 2
+    near = np.empty((side, side), dtype=np.int32)
     for k in range(points.shape[0]):
         c, r = int(np.floor(points[k, 0])), int(np.floor(points[k, 1]))
+        i, j = (r - reach) >> BITS, (c - reach) >> BITS
+        for u in range(side):
+            for v in range(side):
+                is_inside = 0 <= i + u < slots.shape[0] and 0 <= j + v < slots.shape[1]
+                near[u, v] = slots[i + u, j + v] if is_inside else -1
+        if near.max() < 0:
+            continue
         is_near = False
         for m in range(offsets.shape[0]):
-            if _cell(pool, slots, r + offsets[m, 0], c + offsets[m, 1]) >= OCCUPIED_MIN:
+            row, col = r + offsets[m, 0], c + offsets[m, 1]
+            slot = near[(row >> BITS) - i, (col >> BITS) - j]
+            if slot >= 0 and pool[slot, row & INSIDE, col & INSIDE] >= OCCUPIED_MIN:
                 is_near = True
                 break
+        own = near[(r >> BITS) - i, (c >> BITS) - j]
         if is_near:
             agree += 1
-        elif 0 <= _cell(pool, slots, r, c) <= FREE_MAX:
+        elif own >= 0 and 0 <= pool[own, r & INSIDE, c & INSIDE] <= FREE_MAX:
             against += 1
     return agree, against
 
@@ -84,15 +88,15 @@ class Walls:
 
     def __init__(self, tiled: TiledGrid) -> None:
         self.tiled = tiled
-        tile, row, col = np.nonzero(tiled.table.pool >= OCCUPIED_MIN)
-        first = np.array(list(tiled.tiles), dtype=np.int64).reshape(-1, 2)[tile] * TILE
-        self.points_m = tiled.points_m(first + np.stack([row, col], axis=1))
+        at = np.flatnonzero(tiled.table.pool >= OCCUPIED_MIN)
+        first = np.array(list(tiled.tiles), dtype=np.int64).reshape(-1, 2)[at >> 2 * BITS] * TILE_CELLS
+        self.points_m = tiled.points_m(first + np.stack([at >> BITS & INSIDE, at & INSIDE], axis=1))
 
 
 def count_near(tiled: TiledGrid, points_m: NDArray[np.float64], near_m: float) -> tuple[int, int]:
     """Return how many points ``(N, 2)`` (metres, a map's frame) are near its walls, and on its free space."""
     table, edge_m = tiled.table, tiled.resolution_m
-    points = (points_m - np.asarray(tiled.offset_m)) / edge_m - TILE * np.array(table.tile0)[::-1]
+    points = (points_m - np.asarray(tiled.offset_m)) / edge_m - TILE_CELLS * np.array(table.tile0)[::-1]
     found: tuple[int, int] = count_walls(table.pool, table.slots, points, disc(near_m / edge_m))
     return found
 

@@ -130,8 +130,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/grids/agreement.py",
-        "        elif 0 <= _cell(pool, slots, r, c) <= FREE_MAX:\n            against += 1",
-        "        elif 0 <= _cell(pool, slots, r, c) <= FREE_MAX:\n            agree += 1",
+        "        elif own >= 0 and 0 <= pool[own, r & INSIDE, c & INSIDE] <= FREE_MAX:\n            against += 1",
+        "        elif own >= 0 and 0 <= pool[own, r & INSIDE, c & INSIDE] <= FREE_MAX:\n            agree += 1",
         "contradicting maps seem to agree",
     ),
     Mutant(

@@ -50,6 +50,14 @@ def test_true_places_agree_and_wrong_ones_contradict():
     assert wrong.against_m > 8.0
 
 
+def test_walls_are_looked_for_across_several_tiles():
+    cells = np.zeros((1, 400), dtype=np.int8)
+    cells[0, 390] = 100
+    tiled = TiledGrid.of(OccupancyGrid.at_cell(cells, 0.01, 5, -70))
+    x = (np.array([180.5, 190.5, 300.5]) - 70) * 0.01
+    assert count_near(tiled, np.stack([x, np.full(3, 0.055)], axis=1), 2.0) == (2, 1)
+
+
 def test_both_directions_say_the_same():
     plan = building(2)
     T = se2.transform(1.0, 0.3, 0.2)
