@@ -13,7 +13,7 @@ from mrslam.merge.grids.layers import Layer
 from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.merge.joint.bent_map import BentMap
 from mrslam.merge.team import TeamMap
-from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, TILE_CELLS, OccupancyGrid, se2
+from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, TILE_CELLS, OccupancyGrid, TiledMap, se2
 from mrslam.spatial.tiles import TileIndex, assembled
 
 PALETTE = (
@@ -50,7 +50,7 @@ def colours(ids: Sequence[str]) -> dict[str, tuple[int, int, int]]:
 
 def draw_team(
     team_map: TeamMap,
-    layers: Mapping[str, OccupancyGrid],
+    layers: Mapping[str, OccupancyGrid | TiledMap],
     trajectories: Mapping[str, ArrayLike] | None = None,
     legend: bool = True,
     size_px: int = 1400,
@@ -91,7 +91,7 @@ def draw_team(
 
 
 def _painted(
-    team_map: TeamMap, layers: Mapping[str, OccupancyGrid], hue: Mapping[str, tuple[int, int, int]]
+    team_map: TeamMap, layers: Mapping[str, OccupancyGrid | TiledMap], hue: Mapping[str, tuple[int, int, int]]
 ) -> NDArray[np.uint8]:
     """Return the team map at one pixel a cell, first row on top; painted tile by tile, where something is known."""
     grid = team_map.grid
@@ -114,7 +114,9 @@ def _painted(
     return picture
 
 
-def laid(team_map: TeamMap, layers: Mapping[str, OccupancyGrid]) -> dict[str, dict[TileIndex, NDArray[np.int8]]]:
+def laid(
+    team_map: TeamMap, layers: Mapping[str, OccupancyGrid | TiledMap]
+) -> dict[str, dict[TileIndex, NDArray[np.int8]]]:
     """Return the placed robots' maps as tiles of the team map's lattice, bent where the team map bends them."""
     out: dict[str, dict[TileIndex, NDArray[np.int8]]] = {}
     for robot_id, T_team_map in team_map.T_team_map.items():
@@ -128,7 +130,7 @@ def laid(team_map: TeamMap, layers: Mapping[str, OccupancyGrid]) -> dict[str, di
     return out
 
 
-def overlaid(team_map: TeamMap, layers: Mapping[str, OccupancyGrid]) -> TeamMap:
+def overlaid(team_map: TeamMap, layers: Mapping[str, OccupancyGrid | TiledMap]) -> TeamMap:
     """Return what the team map would be without any bending: the maps laid over each other, every wall shown."""
     rigid = replace(team_map, bends={}, T_team_map=team_map.T_rigid)
     highest: dict[TileIndex, NDArray[np.int8]] = {}

@@ -113,19 +113,23 @@ class TiledMap:
     @classmethod
     def from_grid(cls, grid: OccupancyGrid, revision: int = 1) -> TiledMap:
         """Return the grid as tiles, all of one revision; origins off the lattice move to the nearest cell."""
-        row0, col0 = grid.cell0
-        height, width = grid.shape
         tiles: dict[TileIndex, Tile] = {}
-        for i in range(row0 // TILE_CELLS, -(-(row0 + height) // TILE_CELLS)):
-            for j in range(col0 // TILE_CELLS, -(-(col0 + width) // TILE_CELLS)):
-                cells = np.full((TILE_CELLS, TILE_CELLS), UNKNOWN, dtype=np.int8)
-                r0, c0 = i * TILE_CELLS - row0, j * TILE_CELLS - col0
-                part = grid.cells[max(r0, 0) : r0 + TILE_CELLS, max(c0, 0) : c0 + TILE_CELLS]
-                r, c = max(-r0, 0), max(-c0, 0)
-                cells[r : r + part.shape[0], c : c + part.shape[1]] = part
-                if (cells != UNKNOWN).any():
-                    cells.flags.writeable = False
-                    tiles[i, j] = Tile(revision, cells)
+        if grid.cells.size == 0:
+            return cls(grid.resolution_m, tiles, revision)
+        cuts = [
+            np.array([0, *range(TILE_CELLS - first % TILE_CELLS, size, TILE_CELLS)])
+            for first, size in zip(grid.cell0, grid.shape, strict=True)
+        ]
+        by_row = [rows.max(axis=0) for rows in np.split(grid.cells, cuts[0][1:])]
+        highest = np.maximum.reduceat(np.stack(by_row), cuts[1], axis=1)
+        for r, c in np.argwhere(highest != UNKNOWN).tolist():
+            row, col = grid.cell0[0] + int(cuts[0][r]), grid.cell0[1] + int(cuts[1][c])
+            top, left = row % TILE_CELLS, col % TILE_CELLS
+            part = grid.cells[cuts[0][r] :, cuts[1][c] :][: TILE_CELLS - top, : TILE_CELLS - left]
+            cells = np.full((TILE_CELLS, TILE_CELLS), UNKNOWN, dtype=np.int8)
+            cells[top : top + part.shape[0], left : left + part.shape[1]] = part
+            cells.flags.writeable = False
+            tiles[row // TILE_CELLS, col // TILE_CELLS] = Tile(revision, cells)
         return cls(grid.resolution_m, tiles, revision)
 
     def changed_since(self, revision: int) -> dict[TileIndex, Tile]:

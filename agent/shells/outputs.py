@@ -82,7 +82,7 @@ def write_robot(agent: Agent, folder: Path, sent_bytes: Mapping[str, int]) -> No
     """Write a robot's final results into its folder; a file that cannot be written is logged and skipped."""
     folder.mkdir(parents=True, exist_ok=True)
     team, trajectory = agent.team_map(), agent.trajectory_laser()
-    layers = {robot_id: known.grid for robot_id, known in sorted(agent.team.maps.items())}
+    layers = {robot_id: known.local.map for robot_id, known in sorted(agent.team.maps.items())}
     text = json.dumps(summary(agent, sent_bytes), indent=1, allow_nan=False) + "\n"
     own = agent.local_map()
     writers: dict[str, Callable[[], None]] = {
