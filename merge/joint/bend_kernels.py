@@ -48,19 +48,44 @@ def bend_tiles(
     value at the point that is moved to it, beside walls one cell thick; those are then moved forward, and joined to
     their neighbours: they stay one cell thick, and unbroken where the map is compressed or stretched.
     """
-    reach = int(math.ceil(np.max(np.abs(field)))) + REACH
+    reach = _most(field) + REACH
+    far = (reach + EDGE - 1) // EDGE  # blocks beside those drawn from which anything can be moved into them
     cells = np.empty((TILE + 2 * reach, TILE + 2 * reach), dtype=np.int8)
     for m in range(todo.shape[0]):
         row0, col0 = todo[m, 0] * TILE - reach, todo[m, 1] * TILE - reach
         if not _gather(pool, slots, row0, col0, cells):
             continue
-        for k in range(4):
-            i, j = 2 * todo[m, 0] + k // 2, 2 * todo[m, 1] + k % 2
-            if is_drawn[i, j]:
-                r, c = (k // 2) * EDGE, (k % 2) * EDGE
+        i0, j0, i1, j1 = _drawn_box(is_drawn, 2 * todo[m, 0], 2 * todo[m, 1])
+        for i in range(i0, i1):
+            for j in range(j0, j1):
+                r, c = (i % 2) * EDGE, (j % 2) * EDGE
                 block = out[m, r : r + EDGE, c : c + EDGE]
                 _fetch_block(cells, field, (i, j), (reach + r, reach + c), block)
-                _push_walls(cells, field, (i, j), (row0, col0), reach, block)
+        r, c = (i0 % 2) * EDGE, (j0 % 2) * EDGE
+        box = out[m, r : r + (i1 - i0) * EDGE, c : c + (j1 - j0) * EDGE]
+        near = field[max(i0 - far, 0) : i1 + far + 1, max(j0 - far, 0) : j1 + far + 1]
+        _push_walls(cells, field, (i0 * EDGE, j0 * EDGE), (row0, col0), _most(near) + REACH, box)
+
+
+@njit(cache=True, nogil=True)
+def _drawn_box(is_drawn: NDArray[np.bool_], i: int, j: int) -> tuple[int, int, int, int]:  # pragma: no cover - compiled
+    """Return first and last (row, column), ends excluded, of the box around the drawn ones of a tile's four blocks.
+
+    ``i``, ``j`` : row and column of the tile's first block. What else is in the box is drawn as it was.
+    """
+    up, down = is_drawn[i, j] or is_drawn[i, j + 1], is_drawn[i + 1, j] or is_drawn[i + 1, j + 1]
+    left, right = is_drawn[i, j] or is_drawn[i + 1, j], is_drawn[i, j + 1] or is_drawn[i + 1, j + 1]
+    return i if up else i + 1, j if left else j + 1, i + 2 if down else i + 1, j + 2 if right else j + 1
+
+
+@njit(cache=True, nogil=True)
+def _most(field: NDArray[np.float32]) -> int:  # pragma: no cover - compiled
+    """Return the largest displacement along x or y in whole cells, rounded up."""
+    most = 0.0
+    for i in range(field.shape[0]):
+        for j in range(field.shape[1]):
+            most = max(most, abs(field[i, j, 0]), abs(field[i, j, 1]))
+    return int(math.ceil(most))
 
 
 @njit(cache=True, nogil=True)
@@ -102,7 +127,7 @@ def _fetch_block(
             u = min(max(s - _moved(x, s, t) / EDGE, 0.0), 1.0)
             v = min(max(t - _moved(y, s, t) / EDGE, 0.0), 1.0)
             from_x, from_y = corner[1] + c + 0.5 - _moved(x, u, v), corner[0] + r + 0.5 - _moved(y, u, v)
-            value = cells[np.uint64(from_y), np.uint64(from_x)]
+            value = cells[int(from_y), int(from_x)]
             out[r, c] = value if value < OCCUPIED else sample(cells, from_x, from_y, True)
 
 
@@ -122,19 +147,19 @@ def _moved(terms: tuple[float, float, float, float], s: float, t: float) -> floa
 def _push_walls(
     cells: NDArray[np.int8],
     field: NDArray[np.float32],
-    block: tuple[int, int],
+    corner: tuple[int, int],
     cell0: tuple[int, int],
     reach: int,
     out: NDArray[np.int8],
 ) -> None:  # pragma: no cover - compiled
-    """Draw the walls one cell thick that come to lie in a block, ``out (32, 32)``, and what joins them to others.
+    """Draw the walls one cell thick that come to lie in ``out (H, W)``, and what joins them to others.
 
-    ``cell0`` : (row, column) of the first of ``cells`` in the map. Thicker walls are fetched.
+    ``corner``, ``cell0`` : (row, column) of the first of ``out`` and of ``cells`` in the map. Thicker walls are fetched.
     """
-    top, left = block[0] * EDGE, block[1] * EDGE
+    top, left = corner
     first_row, first_col = max(top - reach - cell0[0], 1), max(left - reach - cell0[1], 1)
-    last_row = min(top + EDGE + reach - cell0[0], cells.shape[0] - 1)
-    last_col = min(left + EDGE + reach - cell0[1], cells.shape[1] - 1)
+    last_row = min(top + out.shape[0] + reach - cell0[0], cells.shape[0] - 1)
+    last_col = min(left + out.shape[1] + reach - cell0[1], cells.shape[1] - 1)
     for r in range(first_row, last_row):
         for c in range(first_col, last_col):
             value = cells[r, c]

@@ -245,8 +245,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/bend_kernels.py",
-        "                _push_walls(cells, field, (i, j), (row0, col0), reach, block)",
-        "                pass",
+        "        _push_walls(cells, field, (i0 * EDGE, j0 * EDGE), (row0, col0), _most(near) + REACH, box)",
+        "        pass",
         "walls get holes where a map is bent",
     ),
     Mutant(
