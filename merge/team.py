@@ -21,7 +21,7 @@ from mrslam.merge.joint.bent_map import BentMap
 from mrslam.merge.joint.bent_team import BentTeam
 from mrslam.merge.joint.trail import Trail
 from mrslam.merge.team_graph import Conflict, Placement, TeamGraph
-from mrslam.spatial import TILE_CELLS, UNKNOWN, InputError, OccupancyGrid, se2
+from mrslam.spatial import TILE_CELLS, InputError, OccupancyGrid, se2
 from mrslam.spatial.tiles import MOST_CELLS, TileIndex, assembled, box_cells
 
 
@@ -124,8 +124,7 @@ class TeamMapper:
     def team_area(self, alignments: Mapping[Pair, AlignmentLike]) -> tuple[Placement, float]:
         """Return where the maps lie, and the known area of :meth:`team_map`, square metres, without assembling it."""
         placement, resolution_m = self._fused(alignments)
-        known = sum(np.count_nonzero(tile != UNKNOWN) for tile in self._tree.cells.values())
-        return placement, float(known) * resolution_m**2
+        return placement, float(sum(self._tree.known_cells.values())) * resolution_m**2
 
     def _fused(self, alignments: Mapping[Pair, AlignmentLike]) -> tuple[Placement, float]:
         """Return the placement by these alignments, and the edge of the fused tiles' cells, metres.

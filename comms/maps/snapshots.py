@@ -10,7 +10,6 @@ from mrslam.comms.wire.keyframe_codec import KeyframeBlock, to_blocks, to_key_sc
 from mrslam.comms.wire.messages import Version
 from mrslam.comms.wire.tile_codec import unknown_tile
 from mrslam.spatial import LocalMap, Tile, TiledMap
-from mrslam.spatial.tiles import TileIndex
 
 
 @dataclass(frozen=True)
@@ -60,14 +59,14 @@ def published(local_map: LocalMap, before: Snapshot | None, epoch: int) -> Snaps
     new = local_map.map
     if before is not None and new.revision <= before.map.revision:
         return None
-    tiles: dict[TileIndex, Tile] = {}
-    old = {} if before is None else before.map.tiles
-    for index, tile in new.tiles.items():
-        tiles[index] = _stamped(tile, old.get(index), 0 if before is None else before.map.revision, new.revision)
-    for index, tile in old.items():
-        if index not in tiles:
-            is_gone = bool((tile.cells == -1).all())
-            tiles[index] = tile if is_gone else Tile(new.revision, unknown_tile())
+    old, last = ({}, 0) if before is None else (before.map.tiles, before.map.revision)
+    tiles = {
+        index: tile if tile is old.get(index) else _stamped(tile, old.get(index), last, new.revision)
+        for index, tile in new.tiles.items()
+    }
+    for index in sorted(old.keys() - tiles.keys()):
+        is_gone = bool((old[index].cells == -1).all())
+        tiles[index] = old[index] if is_gone else Tile(new.revision, unknown_tile())
     held = before.blocks if before else ()
     blocks = to_blocks(local_map.keyframes, local_map.key_scans, local_map.loops, held, new.revision)
     return Snapshot(epoch, TiledMap(new.resolution_m, tiles, new.revision), blocks)

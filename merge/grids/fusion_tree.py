@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from mrslam.merge.grids.fuse import fuse_evidence, to_cells, to_evidence
 from mrslam.merge.grids.layers import Layer
+from mrslam.spatial import UNKNOWN
 from mrslam.spatial.tiles import TileIndex
 
 Versions = tuple[tuple[str, bytes], ...]
@@ -27,8 +28,13 @@ class FusionTree:
         self.method = method
         self.cells: dict[TileIndex, NDArray[np.int8]] = {}
         """``(64, 64) int8`` fused, by tile of the team lattice."""
+        self.known_cells: dict[TileIndex, int] = {}
+        """How many cells of each fused tile are known."""
         self.fusions = 0
         """Fusions of two tiles done so far."""
+        values = np.append(np.arange(101), UNKNOWN).astype(np.int8)
+        self._alone = to_cells(to_evidence(values, method), method)
+        """``(102,)`` what each value becomes where one robot alone knows something; that of unknown is the last."""
         self._made_of: dict[TileIndex, Versions] = {}
         self._nodes: dict[TileIndex, Nodes] = {}
 
@@ -40,15 +46,18 @@ class FusionTree:
             for index in layer.tiles:
                 here.setdefault(index, []).append((robot_id, layer.versions[index]))
         for index in self._made_of.keys() - here.keys():
-            del self._made_of[index], self.cells[index], self._nodes[index]
+            del self._made_of[index], self.cells[index], self.known_cells[index], self._nodes[index]
         made = []
         for index in sorted(here):
             versions = tuple(here[index])
             if self._made_of.get(index) == versions:
                 continue
             fresh: Nodes = {}
-            evidence = self._fuse(index, versions, layers, self._nodes.get(index, {}), fresh)
-            self.cells[index] = to_cells(evidence, self.method)
+            if len(versions) == 1:
+                cells = self._alone[layers[versions[0][0]].tiles[index]]  # from its end: -1 is the last
+            else:
+                cells = to_cells(self._fuse(index, versions, layers, self._nodes.get(index, {}), fresh), self.method)
+            self.cells[index], self.known_cells[index] = cells, int(np.count_nonzero(cells != UNKNOWN))
             self._made_of[index], self._nodes[index] = versions, fresh
             made.append(index)
         return made
