@@ -17,7 +17,7 @@ JOIN_NS = 10_000_000_000
 """Least time between two joint solutions while only maps grow, nanoseconds: robots drive some metres in it."""
 SETTLE_NS = 4_000_000_000
 """Least time between two solutions where alignments changed, nanoseconds: robots that meet find several of them."""
-KEYFRAMES, SHARE = 8, 0.12
+KEYFRAMES, SHARE = 8, 0.15
 """Least new keyframes of all robots together for another solution (some metres of path), and least share of all they
 have, so that the cost of all solutions grows with the path and the robots, and not with their squares."""
 AT_LAST_NS = 300_000_000_000

@@ -154,7 +154,7 @@ def _push_walls(
 ) -> None:  # pragma: no cover - compiled
     """Draw the walls one cell thick that come to lie in ``out (H, W)``, and what joins them to others.
 
-    ``corner``, ``cell0`` : (row, column) of the first of ``out`` and of ``cells`` in the map. What is thicker is fetched.
+    ``corner``, ``cell0`` : (row, column) of the first of ``out`` and of ``cells`` in the map. Thicker ones are fetched.
     """
     top, left = corner
     first_row, first_col = max(top - reach - cell0[0], 1), max(left - reach - cell0[1], 1)

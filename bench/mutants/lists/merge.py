@@ -142,7 +142,7 @@ MUTANTS = (
     ),
     Mutant(
         "merge/grids/fusion_tree.py",
-        "            del self._made_of[index], self.cells[index], self._nodes[index]\n",
+        "            del self._made_of[index], self.cells[index], self.known_cells[index], self._nodes[index]\n",
         "            pass\n",
         "an unmerged map stays in the team map",
     ),
