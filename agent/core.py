@@ -21,6 +21,9 @@ from mrslam.rbpf import Mapper, UpdateInfo
 from mrslam.spatial import Scan, se2
 from mrslam.spatial.se2 import Transform
 
+SMALL_KEYFRAMES = 250
+"""Keyframes of a map up to which it is published every ``agent.publish_interval_s``; of larger ones that time grows
+with their number, as the cost of publishing does: 1 km of path is published every 8 s."""
 AT_REST = 2.0
 """Publishing intervals after which a robot without new keyframes publishes what it has: one that drives on publishes
 with the next keyframe after the first, and one that stopped, or gets no more scans, is not waited for longer."""
@@ -115,7 +118,8 @@ class Agent(Robot):
             self._take_map(published)
 
     def _publish_due(self, now_ns: int, intervals: float = 1.0) -> bool:
-        interval_ns = intervals * self.settings.agent.publish_interval_s * 1e9
+        size = max(1.0, self.mapper.stats.processed / SMALL_KEYFRAMES)
+        interval_ns = intervals * size * self.settings.agent.publish_interval_s * 1e9
         return self._published_ns is None or now_ns - self._published_ns >= interval_ns
 
     def _expected_pose(self, T_odom_base: Transform | None) -> Transform:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mrslam.merge.draw_kernels import add_layer, paint
 from mrslam.merge.grids.layers import Layer
-from mrslam.merge.grids.tiled_grid import TiledGrid
+from mrslam.merge.grids.tiled_grid import TiledGrid, Tiles
 from mrslam.merge.joint.bent_map import BentMap
 from mrslam.merge.team import TeamMap
 from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, TILE_CELLS, OccupancyGrid, TiledMap, se2
@@ -59,8 +59,8 @@ def draw_team(
     """Return the picture ``(H, W, 3) uint8`` RGB, first row on top.
 
     ``ties_m`` are places that two robots saw, ``(2, 2)`` each: where each of them was, in the team frame.
-    ``layers`` are the robots' own maps in their own frames; ``trajectories`` ``(K, 2 or 3)`` poses in their own frames,
-    metres. Free space is tinted by the robots that saw it, walls are drawn in their colours. The longer side of the map
+    ``layers`` are the robots' own maps in their own frames, laid where the team map does not bring them as it shows
+    them; ``trajectories`` ``(K, 2 or 3)`` poses in their own frames, metres. Free space is tinted by the robots that saw it, walls are drawn in their colours. The longer side of the map
     gets about ``size_px``.
     """
     import cv2
@@ -95,7 +95,8 @@ def _painted(
 ) -> NDArray[np.uint8]:
     """Return the team map at one pixel a cell, first row on top; painted tile by tile, where something is known."""
     grid = team_map.grid
-    warped, inks = laid(team_map, layers), {robot_id: np.array(rgb, dtype=np.float32) for robot_id, rgb in hue.items()}
+    warped = team_map.layers or laid(team_map, layers)
+    inks = {robot_id: np.array(rgb, dtype=np.float32) for robot_id, rgb in hue.items()}
     height, width = grid.shape
     picture = np.empty((height, width, 3), dtype=np.uint8)
     picture.reshape(height, 3 * width)[...] = np.tile(np.array(PAPER, dtype=np.uint8), width)  # 5 times as fast by rows
@@ -103,9 +104,9 @@ def _painted(
     free, wall = np.empty((2, TILE_CELLS, TILE_CELLS, 4), dtype=np.float32)
     for index, tile in TiledGrid.of(grid).tiles.items():
         free[...], wall[...] = 0.0, 0.0
-        for robot_id, tiles in warped.items():
-            if index in tiles:
-                add_layer(tiles[index], inks[robot_id], FREE_MAX, OCCUPIED_MIN, free, wall)
+        for robot_id, ink in inks.items():
+            if index in warped.get(robot_id, {}):
+                add_layer(warped[robot_id][index], ink, FREE_MAX, OCCUPIED_MIN, free, wall)
         square = paper.copy()
         paint(tile, FREE_MAX, OCCUPIED_MIN, free, wall, np.array(INK, dtype=np.float32), MIXES, square)
         row, col = TILE_CELLS * np.array(index) - grid.cell0
@@ -114,11 +115,9 @@ def _painted(
     return picture
 
 
-def laid(
-    team_map: TeamMap, layers: Mapping[str, OccupancyGrid | TiledMap]
-) -> dict[str, dict[TileIndex, NDArray[np.int8]]]:
+def laid(team_map: TeamMap, layers: Mapping[str, OccupancyGrid | TiledMap]) -> dict[str, Tiles]:
     """Return the placed robots' maps as tiles of the team map's lattice, bent where the team map bends them."""
-    out: dict[str, dict[TileIndex, NDArray[np.int8]]] = {}
+    out: dict[str, Tiles] = {}
     for robot_id, T_team_map in team_map.T_team_map.items():
         if robot_id in layers:
             bend, layer = team_map.bends.get(robot_id), TiledGrid.of(layers[robot_id])
@@ -134,10 +133,11 @@ def overlaid(team_map: TeamMap, layers: Mapping[str, OccupancyGrid | TiledMap]) 
     """Return what the team map would be without any bending: the maps laid over each other, every wall shown."""
     rigid = replace(team_map, bends={}, T_team_map=team_map.T_rigid)
     highest: dict[TileIndex, NDArray[np.int8]] = {}
-    for tiles in laid(rigid, layers).values():
+    rigid_layers = laid(rigid, layers)
+    for tiles in rigid_layers.values():
         for index, tile in tiles.items():
             highest[index] = np.maximum(highest[index], tile) if index in highest else tile
-    return replace(rigid, grid=assembled(highest, team_map.grid.resolution_m))
+    return replace(rigid, grid=assembled(highest, team_map.grid.resolution_m), layers=rigid_layers)
 
 
 def _draw_tie(picture: NDArray[np.uint8], pixels: NDArray[np.float64]) -> None:

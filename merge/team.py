@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from mrslam.merge.graph.edges import AlignmentLike, Pair, make_edge
 from mrslam.merge.grids.fusion_tree import FusionTree
 from mrslam.merge.grids.layers import Layer
 from mrslam.merge.grids.published_map import PublishedMap, as_it_is, is_same
-from mrslam.merge.grids.tiled_grid import TiledGrid
+from mrslam.merge.grids.tiled_grid import TiledGrid, Tiles
 from mrslam.merge.joint.bend import Bend
 from mrslam.merge.joint.bent_map import BentMap
 from mrslam.merge.joint.bent_team import BentTeam
@@ -31,6 +31,8 @@ class TeamMap(Placement):
 
     grid: OccupancyGrid
     """The fused map in the team frame; 0 x 0 where nothing is placed."""
+    layers: Mapping[str, Tiles] = field(default_factory=dict)
+    """By robot: its map, bent where it is, as tiles of the team map's lattice; none where nothing was fused."""
 
 
 class TeamMapper:
@@ -119,7 +121,8 @@ class TeamMapper:
     def team_map(self, alignments: Mapping[Pair, AlignmentLike]) -> TeamMap:
         """Return the team map by these accepted alignments; only what changed since the last call is fused again."""
         placement, resolution_m = self._fused(alignments)
-        return TeamMap(grid=_assembled(self._tree.cells, resolution_m), **vars(placement))
+        layers = {robot_id: dict(layer.tiles) for robot_id, layer in self._layers.items()}
+        return TeamMap(grid=_assembled(self._tree.cells, resolution_m), layers=layers, **vars(placement))
 
     def team_area(self, alignments: Mapping[Pair, AlignmentLike]) -> tuple[Placement, float]:
         """Return where the maps lie, and the known area of :meth:`team_map`, square metres, without assembling it."""
