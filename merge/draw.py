@@ -60,7 +60,8 @@ def draw_team(
 
     ``ties_m`` are places that two robots saw, ``(2, 2)`` each: where each of them was, in the team frame.
     ``layers`` are the robots' own maps in their own frames, laid where the team map does not bring them as it shows
-    them; ``trajectories`` ``(K, 2 or 3)`` poses in their own frames, metres. Free space is tinted by the robots that saw it, walls are drawn in their colours. The longer side of the map
+    them; ``trajectories`` ``(K, 2 or 3)`` poses in their own frames, metres. Free space is tinted by the robots that
+    saw it, walls are drawn in their colours. The longer side of the map
     gets about ``size_px``.
     """
     import cv2
