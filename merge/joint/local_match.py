@@ -27,7 +27,8 @@ FIRST_LOST_M = 20.0
 """``lost_m`` before any match is believed, metres: rigid placement is off by about the drift over this path."""
 ROUND_SIGMAS = 0.6
 """The expected pose is rounded to this many of its standard deviations: a place is matched once, and not again because
-a solution has moved it by a centimetre. Of a rigid placement they are 4.5 cm, a cell of the map."""
+a solution has moved it by some centimetres. Of a rigid placement they are 0.27 m and 2 degrees, of which matching finds
+its way back. Measured: with 0.1 two robots on 1.9 km of corridors match a fifth more places, for the same errors."""
 REMEMBERED = 20_000
 """Most matches cached; at 0.3 kB each 6 MB."""
 

@@ -87,6 +87,21 @@ def test_maps_are_published_as_they_grow() -> None:
     assert one.node.store.version("r1") > first > (0, 0)
 
 
+def test_a_large_map_is_published_less_often_in_proportion(monkeypatch: pytest.MonkeyPatch) -> None:
+    def revisions(small: int) -> tuple[int, int]:
+        """Return how often a robot published in six seconds, and its keyframes then."""
+        monkeypatch.setattr("mrslam.agent.core.SMALL_KEYFRAMES", small)
+        one, times = robot("r1", 1), []
+        publish = one.publish
+        monkeypatch.setattr(one, "publish", lambda now_ns: (times.append(now_ns), publish(now_ns)))
+        live([one], 0, 60)
+        return len(times), one.mapper.stats.processed
+
+    often, keyframes = revisions(1000)
+    seldom, _ = revisions(max(1, keyframes // 8))
+    assert often >= 3 and 1 <= seldom < often
+
+
 def test_a_robot_without_a_map_has_no_trajectory_and_one_without_news_publishes_nothing() -> None:
     one = robot("r1", 1)
     assert list(one.T_team_map) == ["r1"] and one.corrected_trajectories() == one.team.layout.keyframes() == {}

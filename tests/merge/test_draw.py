@@ -153,6 +153,17 @@ def test_bent_maps_are_laid_bent_and_the_overlay_shows_them_as_they_were(team_ma
     assert overlay.grid.is_occupied.sum() == team_map.grid.is_occupied.sum()
 
 
+def test_pictures_show_the_tiles_that_were_fused_and_the_overlay_its_own(team_map):
+    assert draw_team(team_map, LAYERS).tobytes() == draw_team(replace(team_map, layers={}), LAYERS).tobytes()
+    keys = np.stack([np.linspace(1.5, 4.0, 11), np.full(11, 1.0), np.zeros(11)], axis=1)
+    bend = Bend(keys, keys + np.array([0.0, 0.5, 0.0]))
+    bent = replace(team_map, bends={"r2": bend}, layers={})
+    bent = replace(bent, layers=laid(bent, LAYERS))
+    overlay = overlaid(bent, LAYERS)
+    assert plain(overlay).tobytes() == plain(replace(overlay, layers={})).tobytes()
+    assert plain(overlay).tobytes() != plain(replace(overlay, layers=bent.layers)).tobytes()
+
+
 def test_the_legend_says_who_is_not_placed(team_map):
     assert list(team_map.unplaced) == ["r3"]
     told, all_placed = (draw_team(one, LAYERS) for one in (team_map, replace(team_map, unplaced={})))

@@ -546,4 +546,10 @@ MUTANTS = (
         "return None",
         "robots without wheels and with a scan each metre doubt themselves at doors",
     ),
+    Mutant(
+        "agent/core.py",
+        "max(1.0, self.mapper.stats.processed / SMALL_KEYFRAMES)",
+        "1.0",
+        "publishing costs more with every metre that is mapped",
+    ),
 )

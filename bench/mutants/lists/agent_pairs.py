@@ -373,4 +373,16 @@ MUTANTS = (
         " and is_due:",
         "maps are laid together over and over where nobody was",
     ),
+    Mutant(
+        SCHEDULE,
+        "CONFIRMED_GROWTH if is_confirmed else 0.0",
+        "0.0",
+        "a pair that its scans tie is searched for again and again as its maps grow",
+    ),
+    Mutant(
+        SCHEDULE,
+        "CONFIRMED_GROWTH = 1.0",
+        "CONFIRMED_GROWTH = 1e9",
+        "a pair that its scans tie is never searched for again, wherever it lies",
+    ),
 )

@@ -135,8 +135,8 @@ MUTANTS = (
     ),
     Mutant(
         "comms/maps/snapshots.py",
-        "tiles[index] = tile if is_gone else Tile(new.revision, unknown_tile())",
-        "tiles[index] = tile",
+        "tiles[index] = old[index] if is_gone else Tile(new.revision, unknown_tile())",
+        "tiles[index] = old[index]",
         "what a robot took out of its map stays in its teammates' copies",
     ),
     Mutant(
@@ -373,5 +373,29 @@ MUTANTS = (
         "    number, revoked = known[0] + 1, sorted(known[1] | added)",
         "    number, revoked = known[0] + 1, sorted(added)",
         "a second revocation takes the first back",
+    ),
+    Mutant(
+        "comms/maps/whole_sizes.py",
+        "before[band] if band in before else _compressed(band)",
+        "_compressed(band)",
+        "what whole maps would cost is computed anew for all of a map at every exchange",
+    ),
+    Mutant(
+        "comms/maps/whole_sizes.py",
+        "tuple(by_row[i])",
+        "()",
+        "what whole maps would cost is told as if they were empty",
+    ),
+    Mutant(
+        "comms/maps/whole_sizes.py",
+        "left, above = j * TILE_CELLS - col0, row0 % TILE_CELLS",
+        "left, above = j * TILE_CELLS - col0, 0",
+        "the first band of a map is measured by cells of another place",
+    ),
+    Mutant(
+        "comms/maps/snapshots.py",
+        "tile if tile is old.get(index) else _stamped(tile, old.get(index), last, new.revision)",
+        "tile",
+        "a tile that changed under an old revision never reaches teammates",
     ),
 )

@@ -173,7 +173,7 @@ MUTANTS = (
     ),
     Mutant(
         "merge/contradictions.py",
-        "if key in held and held[key][0] is grids[0] and held[key][1] is grids[1]:",
+        "if key in held and held[key][0] is maps[0] and held[key][1] is maps[1]:",
         "if key in held:",
         "maps that come to contradict each other are not compared again",
     ),
@@ -227,7 +227,7 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/local_match.py",
-        "ROUND_SIGMAS = 0.1",
+        "ROUND_SIGMAS = 0.6",
         "ROUND_SIGMAS = 0.001",
         "what a solution has moved by centimetres is matched again",
     ),
@@ -560,5 +560,41 @@ MUTANTS = (
         "    return REFINED.is_near(used, now)",
         "    return True",
         "an alignment that moved is judged by a solution that began elsewhere",
+    ),
+    Mutant(
+        "merge/grids/agreement.py",
+        "    side = (2 * reach >> BITS) + 2",
+        "    side = 2",
+        "walls farther than a tile are compared with whatever lies in memory",
+    ),
+    Mutant(
+        "merge/grids/agreement.py",
+        "[at >> 2 * BITS] * TILE_CELLS",
+        "[at >> 2 * BITS] * 0",
+        "all walls of a map lie in one tile",
+    ),
+    Mutant(
+        "merge/grids/fusion_tree.py",
+        "self.known_cells[index] = cells, int(np.count_nonzero(cells != UNKNOWN))",
+        "self.known_cells[index] = cells, cells.size",
+        "robots seem to know more than they do",
+    ),
+    Mutant(
+        "merge/grids/tiled_grid.py",
+        "slot[is_inside] = slots[tuple(tile[is_inside].T)]",
+        "slot[is_inside] = 0",
+        "where a robot has been is looked up in another tile",
+    ),
+    Mutant(
+        "merge/joint/bend_kernels.py",
+        "    far = (reach + EDGE - 1) // EDGE",
+        "    far = 0",
+        "walls that are bent into a tile from beside it are lost",
+    ),
+    Mutant(
+        "merge/joint/bend_kernels.py",
+        "i + 2 if down else i + 1",
+        "i + 1",
+        "the lower half of a tile is not bent again",
     ),
 )

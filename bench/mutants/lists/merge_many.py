@@ -99,4 +99,16 @@ MUTANTS = (
         "            if not loop.closes:",
         "a known pose is dropped",
     ),
+    Mutant(
+        "merge/draw.py",
+        "    warped = team_map.layers or laid(team_map, layers)",
+        "    warped = laid(team_map, layers)",
+        "a picture lays all maps again that were fused already",
+    ),
+    Mutant(
+        "merge/draw.py",
+        "layers=rigid_layers)",
+        "layers=team_map.layers)",
+        "the overlay is painted where the bent maps are",
+    ),
 )

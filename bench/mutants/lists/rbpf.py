@@ -446,4 +446,28 @@ MUTANTS = (
         "NOISE_M * NOISE_M / large",
         "bumpy walls count as exact",
     ),
+    Mutant(
+        "rbpf/filter/publisher.py",
+        "before = self.row0 - row0, self.col0 - col0",
+        "before = 0, 0",
+        "a map is published again as a whole whenever its window grows",
+    ),
+    Mutant(
+        "rbpf/filter/publisher.py",
+        "now.places(seen)",
+        "now.places(NO_STAMPS)",
+        "publishing costs as much as the map is large",
+    ),
+    Mutant(
+        "rbpf/filter/publisher.py",
+        '        self._seen = _stamps_of(state["seen"])',
+        "        self._seen = NO_STAMPS",
+        "a resumed robot writes all of its map again",
+    ),
+    Mutant(
+        "rbpf/filter/publisher.py",
+        "blocks.swapaxes(1, 2).reshape",
+        "blocks.reshape",
+        "a resumed robot takes tiles for changed that are not",
+    ),
 )

@@ -17,8 +17,8 @@ MUTANTS = (
     ),
     Mutant(
         "spatial/hits/store.py",
-        "        above, left = self.row0 % side, self.col0 % side",
-        "        above, left = 0, 0",
+        "return self.stamps[self.tables[index]]",
+        "return np.minimum(self.tables[index], 1).astype(np.int64)",
         "walls that are new are not published",
     ),
     Mutant(
@@ -77,8 +77,8 @@ MUTANTS = (
     ),
     Mutant(
         "spatial/tiles.py",
-        "r0, c0 = i * TILE_CELLS - row0, j * TILE_CELLS - col0",
-        "r0, c0 = i * TILE_CELLS - row0, j * TILE_CELLS - col0 + 1",
+        "cells[top : top + part.shape[0], left : left + part.shape[1]] = part",
+        "cells[top : top + part.shape[0], : part.shape[1]] = part",
         "a grid made into tiles is shifted by a cell",
     ),
     Mutant(
@@ -224,5 +224,11 @@ MUTANTS = (
         "(drift.expected - found.pose) @ along",
         "(found.pose - drift.expected) @ along",
         "along bare corridors loops are closed twice as far off as the search began",
+    ),
+    Mutant(
+        "spatial/tiles.py",
+        "TILE_CELLS - first % TILE_CELLS, size, TILE_CELLS",
+        "TILE_CELLS, size, TILE_CELLS",
+        "a grid that begins within a tile is cut at other places than the lattice",
     ),
 )

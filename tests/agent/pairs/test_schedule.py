@@ -62,6 +62,21 @@ def test_a_merged_pair_whose_maps_have_grown_is_searched_for_everywhere_again() 
     assert team.job(95).prior is not None
 
 
+def test_a_merged_pair_whose_scans_tie_it_is_searched_for_again_when_a_map_is_twice_as_large() -> None:
+    tied, untied = merged(), merged()
+    tied._confirmed = frozenset({("r1", "r2")})
+    for team, side, is_due in ((untied, 80, True), (tied, 80, False), (tied, 88, False), (tied, 92, True)):
+        team.grow("r1", side, side)  # 64 x 64 cells before: half as much again, 1.9 times, 2.07 times
+        assert (team.due(100) is not None) == is_due
+    job = tied.job(100)
+    assert job.prior is None  # everywhere
+    tied.end(job, found(), 100)
+    tied.grow("r1", 128, 200)
+    assert tied.due(300) is None  # twice what it was by then, not what it was at first
+    tied.grow("r1", 131, 201)
+    assert tied.job(300).prior is None
+
+
 def test_a_merge_that_was_not_confirmed_is_searched_for_everywhere_until_it_is() -> None:
     team = merged()
     for revision, t_s, is_everywhere in ((2, 60, True), (3, 95, True), (4, 130, False)):
