@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from mrslam.rbpf.filter.publisher import EDGES, LEVELS, Publisher, quantise
 from mrslam.spatial import TILE_CELLS
@@ -30,13 +31,21 @@ def drawn(store: TileStore, at_m: tuple[float, float]) -> None:
         store.draw(0, np.zeros((1, 2)), place[None], [points], 0.0)
 
 
-def test_only_tiles_that_changed_are_written_again_while_the_window_grows_in_any_direction() -> None:
+def test_only_tiles_that_changed_are_written_again_while_the_window_grows_in_any_direction(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    looked_at: list[object] = []
+    monkeypatch.setattr(
+        "mrslam.rbpf.filter.publisher.quantise", lambda words, *rest: looked_at.append(words) or quantise(words, *rest)
+    )
     store, publisher = TileStore(1, 0.05), Publisher()
     edge_m = 0.05 * TILE_CELLS
     held: dict[tuple[int, int], int] = {}
     for at_m in ((0.0, 0.0), (40.0, 3.0), (-70.0, -50.0), (2.0, 90.0), (0.7, -0.6)):
         drawn(store, at_m)
+        looked_at.clear()
         tiles = publisher.publish(store, 0).tiles
+        assert len(looked_at) <= 4 * 16  # pool tiles of what was drawn, however much there is by now
         changed = {index for index, tile in tiles.items() if held.get(index) != tile.revision}
         assert changed, f"nothing of {at_m} was published"
         for row, col in changed:
