@@ -470,4 +470,22 @@ MUTANTS = (
         "blocks.reshape",
         "a resumed robot takes tiles for changed that are not",
     ),
+    Mutant(
+        "rbpf/front_end/local_matcher.py",
+        "LEAP_SIGMAS, LEAP_BETTER = 3.0, 0.2",
+        "LEAP_SIGMAS, LEAP_BETTER = 3.0, 0.0",
+        "another robot that comes near is taken for what was there before, and the map tears",
+    ),
+    Mutant(
+        "rbpf/front_end/local_matcher.py",
+        "        if not is_lost and _has_leapt(aim, other.pose):",
+        "        if _has_leapt(aim, other.pose):",
+        "a robot without odometry is not found where it went",
+    ),
+    Mutant(
+        "rbpf/front_end/local_matcher.py",
+        "> LEAP_SIGMAS**2)",
+        "> 0.0)",
+        "small errors of odometry are not corrected where scans fit badly",
+    ),
 )
