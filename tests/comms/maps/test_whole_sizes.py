@@ -10,18 +10,18 @@ from mrslam.spatial import OccupancyGrid, TiledMap
 
 
 def office(rows: int = 700, cols: int = 900, seed: int = 1) -> np.ndarray:
-    """Rooms of 100 x 150 cells with walls, unknown around them, and noise: most of it in the first three rows."""
+    """Rooms of 100 x 150 cells with walls, unknown around them, and noise: most of it in the first 22 rows."""
     rng = np.random.default_rng(seed)
     cells = np.full((rows, cols), -1, dtype=np.int8)
     cells[40 : rows - 50, 30 : cols - 70] = 0
     cells[40 : rows - 50 : 100, 30 : cols - 70] = cells[40 : rows - 50, 30 : cols - 70 : 150] = 100
     cells[rng.random(cells.shape) < 0.02] = 25
-    cells[:3], cells[3:40] = rng.choice(np.array([0, 100], dtype=np.int8), (3, cols)), -1
+    cells[:22], cells[22:40] = rng.choice(np.array([0, 100], dtype=np.int8), (22, cols)), -1
     return cells
 
 
 def tiled(cells: np.ndarray) -> TiledMap:
-    return TiledMap.from_grid(OccupancyGrid.at_cell(cells, 0.05, -130, 77))
+    return TiledMap.from_grid(OccupancyGrid.at_cell(cells, 0.05, -150, 77))
 
 
 def test_bands_are_as_large_as_the_whole_cropped_grid() -> None:
