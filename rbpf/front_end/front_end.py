@@ -201,10 +201,12 @@ class FrontEnd:
         to_beat = self._score_to_beat(best, stands)
         if is_confirmed or to_beat is None:
             return guess, best
+        # A scan that fits nothing may score better than one that fits in part. And a robot that did not move in a pause
+        # sees the same as before: a weaker fit may be any similar room.
+        least = GOOD_INLIERS if self.predictor.is_after_pause else BAD_INLIERS
         for other in self.predictor.alternatives(odom_motion, guess.motion):
             found = self._match(points, other)
-            # A robot that did not move in a pause sees the same as before: a weaker fit may be any similar room.
-            is_there = found.inliers >= GOOD_INLIERS or not self.predictor.is_after_pause
+            is_there = found.inliers >= least
             if found.score > to_beat and is_there and not (stands and found.blind > 0.0):
                 guess, best, to_beat = other, found, found.score
         return guess, best

@@ -488,4 +488,10 @@ MUTANTS = (
         "> 0.0)",
         "small errors of odometry are not corrected where scans fit badly",
     ),
+    Mutant(
+        "rbpf/front_end/front_end.py",
+        "least = GOOD_INLIERS if self.predictor.is_after_pause else BAD_INLIERS",
+        "least = GOOD_INLIERS if self.predictor.is_after_pause else 0.0",
+        "a robot whose scan fits in part is put where it fits nothing",
+    ),
 )
