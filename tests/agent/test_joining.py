@@ -133,7 +133,7 @@ def test_the_same_knowledge_gives_the_same_bytes(own: str) -> None:
 
 
 def test_it_is_joined_again_only_when_there_is_news() -> None:
-    half = {"a": MAPS["a"], "b": local_map(B, keyframes=120)}
+    half = {"a": MAPS["a"], "b": local_map(B, keyframes=105)}
     team = team_of(maps=half)
     align(team)
     joined(team)

@@ -32,7 +32,7 @@ def begun() -> Joining:
 
 
 @pytest.mark.parametrize(
-    ("t_s", "new", "due"), [(9.0, 80, False), (11.0, 0, False), (11.0, 50, False), (11.0, 55, True), (59.0, 50, False)]
+    ("t_s", "new", "due"), [(9.0, 80, False), (11.0, 0, False), (11.0, 65, False), (11.0, 75, True), (59.0, 65, False)]
 )
 def test_a_share_of_new_keyframes_is_joined_after_the_least_time(t_s: float, new: int, due: bool) -> None:
     assert is_due(begun(), t_s, a=200, b=200 + new) == due
