@@ -37,8 +37,8 @@ class AgentConfig:
     """What is decided between the packages."""
 
     publish_interval_s: float = 2.0
-    """How often the own map is made ready for teammates, seconds, > 0; of more than 250 keyframes, longer in proportion.
-    Shorter: fresher maps, more CPU."""
+    """How often the own map is made ready for teammates, seconds, > 0; of more than 250 keyframes less often, in
+    proportion. Shorter: fresher maps, more CPU."""
     align_method: str = "auto"
     """How maps are aligned: "auto", or one method by its name ("orb", "surf", "hough", "random-walk", ...)."""
     align_interval_s: float = 10.0
@@ -47,8 +47,8 @@ class AgentConfig:
     align_growth: float = 0.10
     """Expert: a pair not merged is tried again when the known area of either map has grown by this share, > 0."""
     realign_growth: float = 0.25
-    """Expert: a merged pair is aligned again, to follow its maps, when the area of either grew by this share, > 0; by as
-    much as it was where scans tie the two."""
+    """Expert: a merged pair is aligned again, to follow its maps, when the area of either grew by this share, > 0; where
+    scans tie the two, when it has doubled."""
     realign_interval_s: float = 30.0
     """Expert: ... and after this time where either was corrected, unless scans tie the two; seconds, > 0."""
     checkpoint_interval_s: float = 5.0
