@@ -47,8 +47,8 @@ class AgentConfig:
     align_growth: float = 0.10
     """Expert: a pair not merged is tried again when the known area of either map has grown by this share, > 0."""
     realign_growth: float = 0.25
-    """Expert: a merged pair is aligned again, to follow its maps, when the area of either grew by this share, > 0; where
-    scans tie the two, when it has doubled."""
+    """Expert: a merged pair is aligned again, to follow its maps, when the area of either grew by this share, > 0;
+    where scans tie the two, when it has doubled."""
     realign_interval_s: float = 30.0
     """Expert: ... and after this time where either was corrected, unless scans tie the two; seconds, > 0."""
     checkpoint_interval_s: float = 5.0
