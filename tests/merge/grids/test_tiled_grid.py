@@ -65,3 +65,14 @@ def test_maps_a_cell_apart_are_not_of_one_lattice_though_their_cells_lie_on_each
     assert one.tiles.keys() == {(0, 0)} and not one.has_lattice_of(two)
     assert one.has_lattice_of(TiledGrid.of(OccupancyGrid(cells, 0.05, (0.125, 3.0))))
     assert not one.has_lattice_of(TiledGrid.of(OccupancyGrid(cells, 0.1, (0.025, 0.0))))
+
+
+@pytest.mark.parametrize("origin_m", [(0.0, 0.0), (-7.33, 11.02), (3.21, -9.87)])
+def test_values_at_points_are_those_of_the_cells_there_and_unknown_beyond(origin_m: tuple[float, float]) -> None:
+    grid = random_grid(150, 170, origin_m)
+    inside = np.argwhere(np.ones(grid.shape, dtype=np.bool_))
+    points = (inside[:, ::-1] + RNG.uniform(0.05, 0.95, inside.shape)) * 0.05 + np.array(grid.origin_m)
+    tiled = TiledGrid.of(grid)
+    np.testing.assert_array_equal(tiled.values_at(points), grid.cells[tuple(inside.T)])
+    assert (tiled.values_at(points + 40.0) == UNKNOWN).all() and (tiled.values_at(points - 40.0) == UNKNOWN).all()
+    assert (TiledGrid({}, 0.05).values_at(points) == UNKNOWN).all()
