@@ -61,8 +61,7 @@ def draw_team(
     ``ties_m`` are places that two robots saw, ``(2, 2)`` each: where each of them was, in the team frame.
     ``layers`` are the robots' own maps in their own frames, laid where the team map does not bring them as it shows
     them; ``trajectories`` ``(K, 2 or 3)`` poses in their own frames, metres. Free space is tinted by the robots that
-    saw it, walls are drawn in their colours. The longer side of the map
-    gets about ``size_px``.
+    saw it, walls are drawn in their colours. The longer side of the map gets about ``size_px``.
     """
     import cv2
 
@@ -97,7 +96,8 @@ def _painted(
     """Return the team map at one pixel a cell, first row on top; painted tile by tile, where something is known."""
     grid = team_map.grid
     warped = team_map.layers or laid(team_map, layers)
-    inks = {robot_id: np.array(rgb, dtype=np.float32) for robot_id, rgb in hue.items()}
+    shades = {robot_id: np.array(rgb, dtype=np.float32) for robot_id, rgb in hue.items()}
+    ink = np.array(INK, dtype=np.float32)
     height, width = grid.shape
     picture = np.empty((height, width, 3), dtype=np.uint8)
     picture.reshape(height, 3 * width)[...] = np.tile(np.array(PAPER, dtype=np.uint8), width)  # 5 times as fast by rows
@@ -105,11 +105,11 @@ def _painted(
     free, wall = np.empty((2, TILE_CELLS, TILE_CELLS, 4), dtype=np.float32)
     for index, tile in TiledGrid.of(grid).tiles.items():
         free[...], wall[...] = 0.0, 0.0
-        for robot_id, ink in inks.items():
+        for robot_id, colour in shades.items():
             if index in warped.get(robot_id, {}):
-                add_layer(warped[robot_id][index], ink, FREE_MAX, OCCUPIED_MIN, free, wall)
+                add_layer(warped[robot_id][index], colour, FREE_MAX, OCCUPIED_MIN, free, wall)
         square = paper.copy()
-        paint(tile, FREE_MAX, OCCUPIED_MIN, free, wall, np.array(INK, dtype=np.float32), MIXES, square)
+        paint(tile, FREE_MAX, OCCUPIED_MIN, free, wall, ink, MIXES, square)
         row, col = TILE_CELLS * np.array(index) - grid.cell0
         part = from_below[max(row, 0) : row + TILE_CELLS, max(col, 0) : col + TILE_CELLS]
         part[...] = square[max(-row, 0) :, max(-col, 0) :][: part.shape[0], : part.shape[1]]

@@ -61,6 +61,21 @@ def assembled(tiles: Mapping[TileIndex, NDArray[np.int8]], resolution_m: float) 
     return OccupancyGrid.at_cell(cells, resolution_m, row0, col0)
 
 
+def window(
+    tiles: Mapping[TileIndex, NDArray[np.int8]], row0: int, col0: int, height: int, width: int
+) -> NDArray[np.int8]:
+    """Return the cells ``(height, width)`` of tiles ``(64, 64)`` from lattice cell (row0, col0) on."""
+    out = np.full((height, width), UNKNOWN, dtype=np.int8)
+    for i in range(row0 // TILE_CELLS, -(-(row0 + height) // TILE_CELLS)):
+        for j in range(col0 // TILE_CELLS, -(-(col0 + width) // TILE_CELLS)):
+            if (tile := tiles.get((i, j))) is not None:
+                r, c = i * TILE_CELLS - row0, j * TILE_CELLS - col0
+                part = tile[max(-r, 0) : height - r, max(-c, 0) : width - c]
+                r, c = max(r, 0), max(c, 0)
+                out[r : r + part.shape[0], c : c + part.shape[1]] = part
+    return out
+
+
 def known_box(tiles: Mapping[TileIndex, NDArray[np.int8]]) -> tuple[int, int, int, int]:
     """Return the lattice (row0, col0, row1, col1) of the least box that holds every known cell, ends excluded.
 

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections import defaultdict
 
-import numpy as np
-
 from mrslam.comms.wire.tile_codec import lz4_bytes
-from mrslam.spatial import TILE_CELLS, UNKNOWN, Tile, TiledMap
-from mrslam.spatial.tiles import TileIndex
+from mrslam.spatial import TILE_CELLS, Tile, TiledMap
+from mrslam.spatial.tiles import window
 
 _Band = tuple[tuple[int, int, int, int], tuple[tuple[int, Tile], ...]]
 """Lattice (row0, col0, row1, col1) of a band of cells, and the tiles of its row with their columns."""
@@ -27,8 +25,8 @@ class WholeSizes:
         """
         row0, col0, row1, col1 = tiled.known_box()
         by_row: defaultdict[int, list[tuple[int, Tile]]] = defaultdict(list)
-        for (i, j), tile in sorted(tiled.tiles.items(), key=_index):
-            by_row[i].append((j, tile))
+        for i, j in sorted(tiled.tiles):
+            by_row[i].append((j, tiled.tiles[i, j]))
         before, sizes = self._sizes.get(map_id, {}), {}
         for i in range(row0 // TILE_CELLS, -(-row1 // TILE_CELLS)):
             top, bottom = max(row0, i * TILE_CELLS), min(row1, (i + 1) * TILE_CELLS)
@@ -38,16 +36,8 @@ class WholeSizes:
         return sum(sizes.values()), (row1 - row0) * (col1 - col0)
 
 
-def _index(item: tuple[TileIndex, Tile]) -> TileIndex:
-    return item[0]
-
-
 def _compressed(band: _Band) -> int:
     """Return the size of a band as one LZ4 block, bytes."""
     (row0, col0, row1, col1), tiles = band
-    cells = np.full((row1 - row0, col1 - col0), UNKNOWN, dtype=np.int8)
-    for j, tile in tiles:
-        left, above = j * TILE_CELLS - col0, row0 % TILE_CELLS
-        part = cells[:, max(left, 0) : max(left + TILE_CELLS, 0)]
-        part[...] = tile.cells[above : above + part.shape[0], max(-left, 0) :][:, : part.shape[1]]
-    return lz4_bytes(cells)
+    cells = {(row0 // TILE_CELLS, j): tile.cells for j, tile in tiles}
+    return lz4_bytes(window(cells, row0, col0, row1 - row0, col1 - col0))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, TILE_CELLS, se2
 
-BITS, INSIDE = 6, TILE_CELLS - 1
+BITS, INSIDE = TILE_CELLS.bit_length() - 1, TILE_CELLS - 1
 """A lattice row is in tile row ``row >> BITS``, there in row ``row & INSIDE``."""
 
 

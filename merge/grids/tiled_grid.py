@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.spatial import TILE_CELLS, UNKNOWN, OccupancyGrid, TiledMap
-from mrslam.spatial.tiles import TileIndex, assembled
+from mrslam.spatial.tiles import TileIndex, assembled, window
 
 BLOCK_CELLS = 32
 """Edge of the blocks in which changes are told, cells."""
@@ -116,15 +116,7 @@ class TiledGrid:
 
     def window(self, row0: int, col0: int, height: int, width: int) -> NDArray[np.int8]:
         """Return the cells ``(height, width)`` from lattice cell (row0, col0) on."""
-        out = np.full((height, width), UNKNOWN, dtype=np.int8)
-        for i in range(row0 // TILE_CELLS, -(-(row0 + height) // TILE_CELLS)):
-            for j in range(col0 // TILE_CELLS, -(-(col0 + width) // TILE_CELLS)):
-                if (tile := self.tiles.get((i, j))) is not None:
-                    r, c = i * TILE_CELLS - row0, j * TILE_CELLS - col0
-                    part = tile[max(-r, 0) : height - r, max(-c, 0) : width - c]
-                    r, c = max(r, 0), max(c, 0)
-                    out[r : r + part.shape[0], c : c + part.shape[1]] = part
-        return out
+        return window(self.tiles, row0, col0, height, width)
 
 
 def any_by_block(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:

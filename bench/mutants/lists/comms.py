@@ -388,8 +388,8 @@ MUTANTS = (
     ),
     Mutant(
         "comms/maps/whole_sizes.py",
-        "left, above = j * TILE_CELLS - col0, row0 % TILE_CELLS",
-        "left, above = j * TILE_CELLS - col0, 0",
+        "window(cells, row0, col0, row1 - row0, col1 - col0)",
+        "window(cells, row0 // TILE_CELLS * TILE_CELLS, col0, row1 - row0, col1 - col0)",
         "the first band of a map is measured by cells of another place",
     ),
     Mutant(
