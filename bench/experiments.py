@@ -9,7 +9,10 @@ time.
 agree : share of the occupied cells of a robot's team map within two cells of a true wall (cells of the robots' own
 maps), the worst robot; the map is laid over the world as a whole, for where its frame lies is judged by the errors.
 coverage : share of the reachable floor known to be free, the best robot; explored : known at all (the rim of the floor,
-half a cell from a wall, often counts as wall). error : of pairs' transforms against the true starts.
+half a cell from a wall, often counts as wall). pairs aligned : of two robots whose maps are aligned with each other;
+error : of their transforms against the true starts. in one map : pairs of which each robot has the other in its team
+map, by itself or through third robots; way : how far the other's trajectory in it is off the true one, where the own
+one lies on its own, the mean over a trajectory.
 """
 
 from __future__ import annotations
@@ -19,7 +22,7 @@ import json
 import sys
 import tempfile
 import time
-from itertools import combinations
+from itertools import combinations, permutations
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +30,8 @@ import numpy as np
 from experiments_table import draw, summary  # beside this file; must come before the next line
 from scipy.spatial import cKDTree
 
+from mrslam.sim_driver.evaluate.results import RunResults
+from mrslam.sim_driver.evaluate.trajectories import fit, matched
 from mrslam.sim_driver.evaluate.truth import FALSE_MERGE_DEG, FALSE_MERGE_M, MUST_MERGE, field_at, overlap, values_at
 from mrslam.sim_driver.missions.mission import Mission, load_mission, make_mission
 from mrslam.sim_driver.robots import LASERS
@@ -91,14 +96,32 @@ def judge(mission: Mission, folder: Path, metrics: dict[str, Any]) -> dict[str, 
         off_m, off_deg = pair["error_m"], pair["error_deg"]
         false += off_m > FALSE_MERGE_M or off_deg > FALSE_MERGE_DEG
         pairs.append([a, b, off_m, off_deg, pair["accepted_at_s"]])
+    ways = ways_in_team_maps(RunResults.read(folder))
     rejected = [[p["a"], p["b"], p["reason"]] for p in metrics["pairs"] if p["status"] != "accepted"]
     return {
         "mission_s": metrics["mission_s"], "agree": round(min(agree.values()), 4),
         "coverage": round(max(coverage.values()), 4), "explored": round(max(explored.values()), 4),
-        "pairs": pairs, "rejected": rejected, "false_merges": false, "missed_merges": missed,
+        "pairs": pairs, "ways": ways, "rejected": rejected, "missed_merges": missed,
+        "false_merges": false + sum(off_m > FALSE_MERGE_M or off_deg > FALSE_MERGE_DEG for *_, off_m, off_deg in ways),
         "one_sided": sum(pair["both_at_s"] is None for pair in accepted.values()),
         "known": known_over_time(folder),
     }  # fmt: skip
+
+
+def ways_in_team_maps(run: RunResults) -> list[list[Any]]:
+    """Return [robot, teammate, m, deg]: how far a teammate's trajectory in a robot's team map is off, in the mean."""
+    rows = []
+    truth = {robot: way for robot in sorted(run.robots) if (way := run.laser_truth(robot)) is not None}
+    for a, b in permutations(truth, 2):
+        placed = run.team_trajectories(a)
+        T_world_team = fit(placed[a], truth[a]) if a in placed and b in placed else None
+        if T_world_team is None:
+            continue
+        _, ours, theirs = matched(placed[b], truth[b])
+        off = se2.compose(T_world_team, ours) - theirs
+        off_deg = np.degrees(np.abs(se2.wrap(off[:, 2])))
+        rows.append([a, b, round(float(np.hypot(*off[:, :2].T).mean()), 4), round(float(off_deg.mean()), 4)])
+    return rows
 
 
 def frame(folder: Path, T_base_laser: tuple[float, float, float]) -> Transform:

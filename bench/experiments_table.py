@@ -13,9 +13,10 @@ import numpy as np
 def summary(rows: list[dict[str, Any]], names: Sequence[str]) -> str:
     """Return a Markdown table of all runs, a line an experiment, in the order of ``names``."""
     lines = [
-        "| experiment | seeds | agree, worst | coverage, worst | explored, worst | pairs merged | false | missed "
+        "| experiment | seeds | agree, worst | coverage, worst | explored, worst | in one map | way m, median / worst "
+        "| way deg, median / worst | false | pairs aligned | missed "
         "| error m, median / worst | error deg, median / worst | first merge s | finished s | CPU s |",
-        "|" + "---|" * 13,
+        "|" + "---|" * 16,
     ]
     for name in names:
         runs = [row for row in rows if row["name"] == name]
@@ -24,13 +25,18 @@ def summary(rows: list[dict[str, Any]], names: Sequence[str]) -> str:
         pairs = [pair for row in runs for pair in row["pairs"]]
         total = len(pairs) + sum(len(row["rejected"]) for row in runs)
         errors = np.array([pair[2:4] for pair in pairs] or [[np.nan, np.nan]])
+        ways = np.array([way[2:] for row in runs for way in row["ways"]] or [[np.nan, np.nan]])
+        way, worst_way = np.median(ways, axis=0), ways.max(axis=0)
+        placed = [{(a, b) for a, b, *_ in row["ways"]} for row in runs]
+        in_one_map = sum((b, a) in seen for seen in placed for a, b in seen) // 2
         first = [min(pair[4] for pair in row["pairs"]) for row in runs if row["pairs"]]
         middle, worst = np.median(errors, axis=0), errors.max(axis=0)
         lines.append(
             f"| {name} | {len(runs)} | {min(r['agree'] for r in runs):.4f} | {min(r['coverage'] for r in runs):.4f} "
             f"| {min(r['explored'] for r in runs):.4f} "
-            f"| {len(pairs)}/{total} "
-            f"| {sum(r['false_merges'] for r in runs)} | {sum(r['missed_merges'] for r in runs)} "
+            f"| {in_one_map}/{total} | {way[0]:.3f} / {worst_way[0]:.3f} | {way[1]:.2f} / {worst_way[1]:.2f} "
+            f"| {sum(r['false_merges'] for r in runs)} "
+            f"| {len(pairs)}/{total} | {sum(r['missed_merges'] for r in runs)} "
             f"| {middle[0]:.3f} / {worst[0]:.3f} | {middle[1]:.2f} / {worst[1]:.2f} "
             f"| {np.median(first) if first else np.nan:.0f} | {np.median([r['mission_s'] for r in runs]):.0f} "
             f"| {np.median([r['cpu_s'] for r in runs]):.0f} |"
