@@ -10,7 +10,7 @@ from mrslam.sim_driver.evaluate.judges import Judgement, PairJudge
 from mrslam.sim_driver.evaluate.network import exchanges
 from mrslam.sim_driver.evaluate.results import RunResults
 from mrslam.sim_driver.evaluate.robot_rows import rounded
-from mrslam.sim_driver.evaluate.sides import givers_of, sides_of, speaker_of
+from mrslam.sim_driver.evaluate.sides import givers_of, placed_together, sides_of, speaker_of
 from mrslam.sim_driver.evaluate.truth import MUST_MERGE
 
 Row = dict[str, Any]
@@ -24,6 +24,7 @@ def pair_row(run: RunResults, judge: PairJudge, a: str, b: str, not_judged: list
     said = {
         **(_view(never, None) if speaker is None else views[speaker]),
         **sides_of(views, a, b, givers_of(run.beliefs)),
+        "placed_together_by": placed_together(run.beliefs, a, b),
     }
     shared = judge.overlap(a, b)
     met = bool(views) or bool(exchanges(run.events[a], b)["done"])

@@ -41,6 +41,11 @@ def sides_of(views: Mapping[str, View], a: str, b: str, givers: Collection[str] 
     }
 
 
+def placed_together(robots: Mapping[str, Mapping[str, Any]], a: str, b: str) -> list[str]:
+    """Return whose team map shows both maps of a pair, by ``robot.json``: third robots lead from one to the other."""
+    return sorted(robot for robot, told in robots.items() if {a, b} <= told.get("placed", {}).keys())
+
+
 def speaker_of(views: Mapping[str, View], a: str, b: str) -> str | None:
     """Return whose view of the pair counts: who merged first, else one of the two, else a third; None without views."""
     others = sorted(views, key=lambda robot: (robot not in (a, b), robot))
@@ -58,8 +63,20 @@ def merged_text(pair: Mapping[str, Any]) -> str:
     if first not in (a, b):
         return f"{first} merged the maps of {a} and {b} {since}, they themselves have not"
     other = b if first == a else a
+    if other in pair["placed_together_by"]:
+        return f"{first} merged the map of {other} {since}, {other} by way of other robots"
     reason = pair["not_by"][other]
     return f"{first} merged the map of {other} {since}, {other} has not{f': {reason}' if reason else ''}"
+
+
+def apart_text(pair: Mapping[str, Any]) -> str:
+    """Return why a pair's maps were not merged, for a person; where other robots lead from one to the other, that."""
+    a, b, by = pair["a"], pair["b"], pair["placed_together_by"]
+    if not by:
+        return f"{a} and {b} were not merged: {pair['reason']}"
+    if {a, b} <= set(by):
+        return f"{a} and {b} share one map by way of others, not by their own two: {pair['reason']}"
+    return f"{' and '.join(by)} placed {a} and {b} in one map by way of others, not by their own two: {pair['reason']}"
 
 
 def when_text(pair: Mapping[str, Any]) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 
 from mrslam.sim_driver.evaluate.relations import cross_errors, read_relations
 from mrslam.sim_driver.evaluate.results import RunResults, link_totals
-from mrslam.sim_driver.evaluate.sides import givers_of, pairs_of, sides_of, speaker_of
+from mrslam.sim_driver.evaluate.sides import givers_of, pairs_of, placed_together, sides_of, speaker_of
 from mrslam.sim_driver.evaluate.team import team_figures
 from mrslam.sim_driver.evaluate.truth import pair_error
 from mrslam.sim_driver.missions.mission import Mission
@@ -65,6 +65,7 @@ def _pair(run: RunResults, a: str, b: str) -> dict[str, Any]:
     unknown = {"a": a, "b": b, "status": "rejected", "T_a_b": None, "confidence": None, "reason": NEVER_MET}
     speaker = speaker_of(views, a, b)
     row = {**(unknown if speaker is None else views[speaker]), **sides_of(views, a, b, givers_of(run.beliefs))}
+    row["placed_together_by"] = placed_together(run.beliefs, a, b)
     row["status"] = "accepted" if row["status"] == "accepted" else "rejected"
     row["error_m"], row["error_deg"], row["judged_by"] = _error(run, a, b, row["T_a_b"])
     return row

@@ -4,6 +4,24 @@ from bench.mutants.mutant import Mutant
 
 MUTANTS = (
     Mutant(
+        "sim_driver/evaluate/sides.py",
+        '{a, b} <= told.get("placed", {}).keys()',
+        'b in told.get("placed", {})',
+        "a robot alone is said to share a map",
+    ),
+    Mutant(
+        "sim_driver/report/story.py",
+        'return "good" if {pair["a"], pair["b"]} <= set(by) else "plain", ',
+        'return "good", ',
+        "what only a third robot knows is told as if the two knew it",
+    ),
+    Mutant(
+        "sim_driver/evaluate/sides.py",
+        '    if other in pair["placed_together_by"]:\n',
+        "    if False:\n",
+        "a robot that has a teammate in its map is told to have not",
+    ),
+    Mutant(
         "sim_driver/evaluate/judges.py",
         "        return self.error_m > FALSE_MERGE_M or self.error_deg > FALSE_MERGE_DEG",
         "        return self.error_m > FALSE_MERGE_M",

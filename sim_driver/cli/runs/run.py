@@ -14,7 +14,7 @@ from mrslam.sim_driver.cli.console import say
 from mrslam.sim_driver.cli.progress import mission_progress
 from mrslam.sim_driver.cli.signals import interrupts_noted
 from mrslam.sim_driver.evaluate.network import compared
-from mrslam.sim_driver.evaluate.sides import merged_text
+from mrslam.sim_driver.evaluate.sides import apart_text, merged_text
 from mrslam.sim_driver.missions.mission import Mission, load_mission
 from mrslam.sim_driver.missions.run_files import REPORT_FILE
 from mrslam.sim_driver.replay.again import replay_mission
@@ -112,7 +112,7 @@ def report(metrics: dict[str, Any], out: Path, wall_s: float) -> None:
     """Print the outcome of a mission: its pairs, links, and robots that were lost."""
     for pair in metrics["pairs"]:
         if pair["status"] != "accepted":
-            say(f"{pair['a']} and {pair['b']} not merged: {pair['reason']}")
+            say(apart_text(pair))
             continue
         error = "" if pair["error_m"] is None else f", {pair['error_m']:.3f} m / {pair['error_deg']:.2f} deg off"
         say(f"{merged_text(pair)} (confidence {pair['confidence']:.2f}{error})")

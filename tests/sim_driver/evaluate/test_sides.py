@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from mrslam.sim_driver.evaluate.sides import givers_of, merged_text, pairs_of, sides_of
+from mrslam.sim_driver.evaluate.sides import apart_text, givers_of, merged_text, pairs_of, placed_together, sides_of
 
 
 def view(at_s: float | None, reason: str = "weak evidence") -> dict[str, Any]:
     return {"status": "rejected" if at_s is None else "accepted", "accepted_at_s": at_s, "reason": reason}
 
 
-def said(views: dict[str, Any]) -> str:
-    return merged_text({"a": "r1", "b": "r2", **sides_of(views, "r1", "r2")})
+def said(views: dict[str, Any], *placed_by: str) -> str:
+    return merged_text({"a": "r1", "b": "r2", **sides_of(views, "r1", "r2"), "placed_together_by": placed_by})
 
 
 def test_both_have_merged_when_the_second_has() -> None:
@@ -26,6 +26,10 @@ def test_one_may_have_merged_and_the_other_not() -> None:
     sides = sides_of({"r1": view(None), "r2": view(16.0)}, "r1", "r2")
     assert sides["both_at_s"] is None and sides["not_by"] == {"r1": "weak evidence"}
     assert said({"r1": view(None), "r2": view(16.0)}) == "r2 merged the map of r1 after 16 s, r1 has not: weak evidence"
+    assert (
+        said({"r1": view(None), "r2": view(16.0)}, "r1", "r2")
+        == "r2 merged the map of r1 after 16 s, r1 by way of other robots"
+    )
     assert said({"r2": view(16.0)}) == "r2 merged the map of r1 after 16 s, r1 has not"  # r1 was lost
 
 
@@ -34,6 +38,19 @@ def test_a_third_may_have_merged_two_that_have_not() -> None:
         said({"r1": view(None), "r3": view(9.0)})
         == "r3 merged the maps of r1 and r2 after 9 s, they themselves have not"
     )
+
+
+def test_two_that_are_not_merged_lie_in_one_map_where_third_robots_lead_from_one_to_the_other() -> None:
+    placed = {"r1": ["r1", "r2", "r3"], "r2": ["r2", "r3"], "r3": ["r1", "r2", "r3"]}
+    robots: dict[str, Any] = {one: {"placed": dict.fromkeys(others)} for one, others in placed.items()}
+    robots["lost"] = {"pairs": []}
+    assert placed_together(robots, "r1", "r2") == ["r1", "r3"]
+    pair = {"a": "r1", "b": "r2", "reason": "too little wall"}
+    assert apart_text({**pair, "placed_together_by": []}) == "r1 and r2 were not merged: too little wall"
+    text = apart_text({**pair, "placed_together_by": ["r1", "r2", "r3"]})
+    assert text == "r1 and r2 share one map by way of others, not by their own two: too little wall"
+    text = apart_text({**pair, "placed_together_by": ["r1", "r3"]})
+    assert text.startswith("r1 and r3 placed r1 and r2 in one map by way of others")
 
 
 def test_nobody_has() -> None:
@@ -54,7 +71,10 @@ def test_who_merges_nothing_is_not_waited_for() -> None:
 def test_a_base_station_merges_for_those_who_do_not() -> None:
     sides = sides_of({"base": view(9.0)}, "r1", "r2", givers={"r1", "r2"})
     assert sides == {"accepted_at_s": 9.0, "both_at_s": 9.0, "accepted_by": ["base"], "not_by": {}}
-    assert merged_text({"a": "r1", "b": "r2", **sides}) == "base merged the maps of r1 and r2 after 9 s"
+    assert (
+        merged_text({"a": "r1", "b": "r2", **sides, "placed_together_by": []})
+        == "base merged the maps of r1 and r2 after 9 s"
+    )
     nobody = sides_of({"base": view(None)}, "r1", "r2", givers={"r1", "r2"})
     assert nobody == {"accepted_at_s": None, "both_at_s": None, "accepted_by": [], "not_by": {}}
 

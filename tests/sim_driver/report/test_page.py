@@ -51,6 +51,31 @@ def test_the_story_is_told_in_words(merged: Path, apart: Path) -> None:
     assert [("bad", f"{robot} never met anyone.") for robot in ("r1", "r2")] == alone["sentences"][:2]
 
 
+def test_a_pair_that_shares_one_map_by_way_of_others_is_not_told_as_apart(merged: Path, tmp_path: Path) -> None:
+    def told(*unmerged: str, unplaced: str = "") -> tuple[str, str]:
+        folder = tmp_path / "-".join(("run", *unmerged, unplaced))
+        shutil.copytree(merged, folder)
+        for one in unmerged:
+            robot = json.loads((folder / one / "robot.json").read_text())
+            robot["pairs"][0] |= {"status": "rejected", "T_a_b": None, "accepted_at_s": None, "reason": "too little"}
+            if one == unplaced:
+                robot["placed"] = {one: robot["placed"][one]}
+            (folder / one / "robot.json").write_text(json.dumps(robot))
+        (sentence,) = [
+            one
+            for one in page_data(RunResults.read(folder))["sentences"]
+            if "r1 and r2" in one[1] or "merged the map" in one[1]
+        ]
+        return sentence
+
+    assert told("r1", "r2") == ("good", "r1 and r2 share one map by way of others, not by their own two: too little.")
+    assert told("r1", "r2", unplaced="r2")[0] == "plain"
+    mood, text = told("r1")
+    assert mood == "good" and "r1 by way of other robots" in text
+    mood, text = told("r1", unplaced="r1")
+    assert mood == "bad" and "r1 has not: too little" in text
+
+
 def test_a_laser_that_failed_is_told(tmp_path: Path) -> None:
     faults = [
         {"kind": "laser_garbage", "robot": "r1", "at_s": 2.0, "for_s": 3.0},
