@@ -116,7 +116,7 @@ class Schedule:
     ) -> Transform | None:
         """Return where a pair was found that is to be confirmed, if a search would hardly find another place now."""
         found = belief.stability.previous
-        if found is None or belief.reason != UNCONFIRMED:
+        if found is None or belief.reason not in (UNCONFIRMED, WEAK):
             return None
         is_random = self.config.align_method != EXHAUSTIVE  # a second search is independent evidence then
         has_grown = _grown(maps, belief.search.area_m2, self.config.align_growth)
@@ -207,7 +207,7 @@ class Schedule:
         growth = self.config.align_growth
         last_m2 = (0.0, 0.0) if belief.last is None else belief.last.area_m2
         if belief.reason == WEAK:
-            return _may_confirm(belief, maps, last_m2) and (has_waited or _grown(maps, last_m2, growth))
+            return has_waited or (_may_confirm(belief, maps, last_m2) and _grown(maps, last_m2, growth))
         if is_eager:
             return _grown(maps, last_m2, growth)
         both = math.prod(one.area_m2 / max(area, 1e-9) for one, area in zip(maps, last_m2, strict=True))

@@ -111,15 +111,21 @@ MUTANTS = (
     ),
     Mutant(
         SCHEDULE,
-        "            return _may_confirm(belief, maps, last_m2) and",
-        "            return",
+        "(_may_confirm(belief, maps, last_m2) and _grown(maps, last_m2, growth))",
+        "_grown(maps, last_m2, growth)",
         "weak evidence is looked at again before it can have grown",
     ),
     Mutant(
         SCHEDULE,
-        "(has_waited or _grown(maps, last_m2, growth))",
-        "_grown(maps, last_m2, WALL_GROWTH - 1.0)",
-        "two large maps that share a part are found, and never merged",
+        "            return has_waited or (_may_confirm",
+        "            return (_may_confirm",
+        "maps that were corrected since they were found are never merged",
+    ),
+    Mutant(
+        SCHEDULE,
+        "belief.reason not in (UNCONFIRMED, WEAK)",
+        "belief.reason != UNCONFIRMED",
+        "a weak find is searched for everywhere again and again",
     ),
     Mutant(
         SCHEDULE,

@@ -66,6 +66,24 @@ MUTANTS = (
         "if to_beat is None:",
         "in a house whose halves are alike a robot that drove blind stands where it stood, half a turn off",
     ),
+    Mutant(
+        "rbpf/front_end/front_end.py",
+        "        if self._doubted <= OFTEN_DOUBTED:\n",
+        "        if True:\n",
+        "a robot that takes a scan a metre is carried off whenever it pauses",
+    ),
+    Mutant(
+        "rbpf/front_end/front_end.py",
+        "return view.contradiction(self._view, guess.motion) > REPLACED",
+        "return False",
+        "where scans often fit badly nobody is ever carried off",
+    ),
+    Mutant(
+        "rbpf/front_end/front_end.py",
+        "            return found.inliers < LOST_INLIERS\n",
+        "            return True\n",
+        "after a scan that fits badly every pause carries a robot off",
+    ),
     Mutant(FILTER, "        self.best = heir", "        self.best = 0", "the heir is always particle 0"),
     Mutant(
         FILTER,

@@ -77,3 +77,28 @@ def test_a_robot_carried_while_its_laser_was_off_is_not_carried_again_at_the_nex
     assert front_end.step(there, there, STALLED, 30.0, np.zeros(2)).is_carried
     front_end.step(there, there, STALLED, 0.2, np.zeros(2))  # hardly fits what little was seen there
     assert front_end.state()["elsewhere"] is None
+
+
+@pytest.mark.parametrize(
+    ("fits_often", "before", "replaced", "is_carried"),
+    [(True, 60, 0.4, True), (False, 60, 0.4, False), (False, 60, 1.0, True), (False, 61, 1.0, False)],
+    ids=[
+        "a scan that fits badly is rare", "scans often fit badly", "they do, and nothing is where it was",
+        "they do, and the last one before the pause did",
+    ],
+)  # fmt: skip
+def test_a_scan_that_fits_badly_after_a_pause_says_less_where_many_do(
+    fits_often: bool, before: int, replaced: float, is_carried: bool
+) -> None:
+    _, here = seen_room()
+    changed = here.copy()
+    changed[: round(replaced * len(here)), :2] *= 0.5  # something stands before the walls
+    front_end = Scripted(MapperConfig(particles=1, threads=1))
+    for k in range(before):
+        fits = fits_often or k % 3 > 0
+        front_end.moved_score, front_end.moved_inliers = (-0.2, 0.9) if fits else (-0.7, 0.55)
+        front_end.step(here, here, None if k == 0 else MOVED, 0.2, np.zeros(2))
+    resumed = Scripted(MapperConfig(particles=1, threads=1))
+    resumed.restore(front_end.state())
+    for one in (front_end, resumed):
+        assert one.step(changed, changed, STALLED, 30.0, np.zeros(2)).is_carried == is_carried
