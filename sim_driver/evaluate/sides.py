@@ -46,6 +46,11 @@ def placed_together(robots: Mapping[str, Mapping[str, Any]], a: str, b: str) -> 
     return sorted(robot for robot, told in robots.items() if {a, b} <= told.get("placed", {}).keys())
 
 
+def shares_one_map(pair: Mapping[str, Any]) -> bool:
+    """Return whether both robots of a pair have each other in their team maps."""
+    return {pair["a"], pair["b"]} <= set(pair["placed_together_by"])
+
+
 def speaker_of(views: Mapping[str, View], a: str, b: str) -> str | None:
     """Return whose view of the pair counts: who merged first, else one of the two, else a third; None without views."""
     others = sorted(views, key=lambda robot: (robot not in (a, b), robot))
@@ -74,7 +79,7 @@ def apart_text(pair: Mapping[str, Any]) -> str:
     a, b, by = pair["a"], pair["b"], pair["placed_together_by"]
     if not by:
         return f"{a} and {b} were not merged: {pair['reason']}"
-    if {a, b} <= set(by):
+    if shares_one_map(pair):
         return f"{a} and {b} share one map by way of others, not by their own two: {pair['reason']}"
     return f"{' and '.join(by)} placed {a} and {b} in one map by way of others, not by their own two: {pair['reason']}"
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from mrslam.sim_driver.evaluate.network import compared
 from mrslam.sim_driver.evaluate.results import RunResults
-from mrslam.sim_driver.evaluate.sides import apart_text, merged_text
+from mrslam.sim_driver.evaluate.sides import apart_text, merged_text, shares_one_map
 from mrslam.sim_driver.faults.config import ONCE
 
 Assessment = dict[str, Any]
@@ -102,10 +102,10 @@ def _pair_sentence(pair: dict[str, Any], run: RunResults) -> tuple[str, str]:
         if bad:
             after = "" if pair["accepted_at_s"] is None else f" after {pair['accepted_at_s']:.0f} s"
             return "bad", f"{who} were merged WRONGLY{after}{off}."
-        is_in_both = pair["both_at_s"] is not None or {pair["a"], pair["b"]} <= set(pair["placed_together_by"])
-        return "good" if is_in_both else "bad", f"{merged_text(pair)}{off}."
-    if by := pair["placed_together_by"]:
-        return "good" if {pair["a"], pair["b"]} <= set(by) else "plain", f"{apart_text(pair)}."
+        is_good = pair["both_at_s"] is not None or shares_one_map(pair)
+        return "good" if is_good else "bad", f"{merged_text(pair)}{off}."
+    if pair["placed_together_by"]:
+        return "good" if shares_one_map(pair) else "plain", f"{apart_text(pair)}."
     times = sum(e["event"] == "exchange_done" and e["peer"] == pair["b"] for e in run.events[pair["a"]])
     if times == 0:
         return "bad", f"{who} never exchanged maps."

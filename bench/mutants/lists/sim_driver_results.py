@@ -11,7 +11,7 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/report/story.py",
-        'return "good" if {pair["a"], pair["b"]} <= set(by) else "plain", ',
+        'return "good" if shares_one_map(pair) else "plain", ',
         'return "good", ',
         "what only a third robot knows is told as if the two knew it",
     ),
