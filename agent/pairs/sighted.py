@@ -10,6 +10,7 @@ from mrslam.agent.effects import AlignJob
 from mrslam.agent.known_map import KnownMap, Version
 from mrslam.agent.pairs.belief import PairBelief
 from mrslam.agent.pairs.hypotheses import Hypothesis
+from mrslam.agent.pairs.weighing import SPREAD
 from mrslam.alignment import Prior
 from mrslam.merge import Pair
 
@@ -28,9 +29,9 @@ def sighted_job(
         (a, b), (map_a, map_b) = pair, (maps[pair[0]], maps[pair[1]])
         versions = (map_a.version, map_b.version)
         place = _untried(belief, versions, interval_s, now_ns)
-        if place is not None and place.fix is not None:
+        if place is not None:
             place.tried_ns, place.tried = now_ns, versions
-            prior = Prior(place.T_a_b, place.fix.covariance + MARGIN)
+            prior = Prior(place.T_a_b, (SPREAD if place.fix is None else place.fix.covariance) + MARGIN)
             areas, trails = (map_a.area_m2, map_b.area_m2), (map_a.trail, map_b.trail)
             return AlignJob(a, b, map_a.grid, map_b.grid, prior, versions, areas, belief.attempts, trails, place.T_a_b)
     return None
@@ -39,11 +40,15 @@ def sighted_job(
 def _untried(
     belief: PairBelief, versions: tuple[Version, Version], interval_s: float, now_ns: int
 ) -> Hypothesis | None:
-    """Return a place by sight where the pair is not merged, None where there is none, or it was tried just now."""
+    """Return a place where the robots saw each other and the pair is not merged, None where there is none to try now.
+
+    Sightings proposed it, or maps did and sightings support it: maps that lie elsewhere are merged wrongly then.
+    """
     for place in belief.places:
         is_elsewhere = belief.alignment is None or not place.is_at(belief.alignment.T_a_b)
         waited = place.tried_ns is None or now_ns - place.tried_ns >= interval_s * 1e9
         is_due = waited and place.tried != versions
-        if place.fix is not None and is_elsewhere and is_due and not place.is_refuted:
+        is_seen = place.fix is not None or place.is_supported
+        if is_seen and is_elsewhere and is_due and not place.is_refuted:
             return place
     return None

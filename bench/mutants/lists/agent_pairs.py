@@ -122,6 +122,12 @@ MUTANTS = (
         "maps that were corrected since they were found are never merged",
     ),
     Mutant(
+        "agent/pairs/sighted.py",
+        "        is_seen = place.fix is not None or place.is_supported\n",
+        "        is_seen = place.fix is not None\n",
+        "maps stay merged in a wrong wing though their robots saw each other in another",
+    ),
+    Mutant(
         SCHEDULE,
         "belief.reason not in (UNCONFIRMED, WEAK)",
         "belief.reason != UNCONFIRMED",

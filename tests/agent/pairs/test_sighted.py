@@ -8,7 +8,7 @@ from mrslam.agent.effects import AlignJob
 from mrslam.agent.pairs.hypotheses import Hypothesis
 from mrslam.agent.pairs.sighted import sighted_job
 from mrslam.mutual_detection.mutual import MutualFix
-from tests.agent.pairs.floors import Floors, S
+from tests.agent.pairs.floors import Floors, S, found
 
 
 def met() -> tuple[Floors, Hypothesis]:
@@ -44,3 +44,20 @@ def test_maps_are_not_laid_together_where_their_robots_looked_and_nobody_was() -
     team, place = met()
     place.told["r2"] = -9.0
     assert due(team, 1.0) is None
+
+
+def test_maps_that_are_merged_where_nobody_looked_are_laid_where_their_robots_saw_each_other() -> None:
+    team = Floors("r1", "r2")
+    for t_s in (0.0, 20.0):
+        team.align(found(5.0), t_s)
+    belief = team.beliefs["r1", "r2"]
+    place = belief.places.add(found(1.0).T_a_b, "maps", 0)  # a rival: the building repeats itself
+    assert place is not None and belief.alignment is not None
+    place.told = {"r1": 4.0}
+    assert due(team, 30.0) is None  # may be chance
+    place.told = {"r1": 4.0, "r2": 2.0}
+    job = due(team, 30.0)
+    assert job is not None and job.sighted is not None and place.is_at(job.sighted)
+    team.end(job, found(1.0), 31.0)
+    assert belief.alignment is not None and place.is_at(belief.alignment.T_a_b)
+    assert due(team, 60.0) is None
