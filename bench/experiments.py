@@ -22,7 +22,7 @@ import json
 import sys
 import tempfile
 import time
-from itertools import combinations, permutations
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +32,7 @@ from scipy.spatial import cKDTree
 
 from mrslam.sim_driver.evaluate.results import RunResults
 from mrslam.sim_driver.evaluate.trajectories import fit, matched
-from mrslam.sim_driver.evaluate.truth import FALSE_MERGE_DEG, FALSE_MERGE_M, MUST_MERGE, field_at, overlap, values_at
+from mrslam.sim_driver.evaluate.truth import MUST_MERGE, field_at, is_false_merge, overlap, values_at
 from mrslam.sim_driver.missions.mission import Mission, load_mission, make_mission
 from mrslam.sim_driver.robots import LASERS
 from mrslam.sim_driver.run.run import run_mission
@@ -94,7 +94,7 @@ def judge(mission: Mission, folder: Path, metrics: dict[str, Any]) -> dict[str, 
             missed += shared >= MUST_MERGE
             continue
         off_m, off_deg = pair["error_m"], pair["error_deg"]
-        false += off_m > FALSE_MERGE_M or off_deg > FALSE_MERGE_DEG
+        false += is_false_merge(off_m, off_deg)
         pairs.append([a, b, off_m, off_deg, pair["accepted_at_s"]])
     ways = ways_in_team_maps(RunResults.read(folder))
     rejected = [[p["a"], p["b"], p["reason"]] for p in metrics["pairs"] if p["status"] != "accepted"]
@@ -102,7 +102,7 @@ def judge(mission: Mission, folder: Path, metrics: dict[str, Any]) -> dict[str, 
         "mission_s": metrics["mission_s"], "agree": round(min(agree.values()), 4),
         "coverage": round(max(coverage.values()), 4), "explored": round(max(explored.values()), 4),
         "pairs": pairs, "ways": ways, "rejected": rejected, "missed_merges": missed,
-        "false_merges": false + sum(off_m > FALSE_MERGE_M or off_deg > FALSE_MERGE_DEG for *_, off_m, off_deg in ways),
+        "false_merges": false + sum(is_false_merge(*off) for _, _, *off in ways),
         "one_sided": sum(pair["both_at_s"] is None for pair in accepted.values()),
         "known": known_over_time(folder),
     }  # fmt: skip
@@ -112,15 +112,16 @@ def ways_in_team_maps(run: RunResults) -> list[list[Any]]:
     """Return [robot, teammate, m, deg]: how far a teammate's trajectory in a robot's team map is off, in the mean."""
     rows = []
     truth = {robot: way for robot in sorted(run.robots) if (way := run.laser_truth(robot)) is not None}
-    for a, b in permutations(truth, 2):
+    for a in truth:
         placed = run.team_trajectories(a)
-        T_world_team = fit(placed[a], truth[a]) if a in placed and b in placed else None
+        T_world_team = fit(placed[a], truth[a]) if a in placed else None
         if T_world_team is None:
             continue
-        _, ours, theirs = matched(placed[b], truth[b])
-        off = se2.compose(T_world_team, ours) - theirs
-        off_deg = np.degrees(np.abs(se2.wrap(off[:, 2])))
-        rows.append([a, b, round(float(np.hypot(*off[:, :2].T).mean()), 4), round(float(off_deg.mean()), 4)])
+        for b in sorted(placed.keys() & truth.keys() - {a}):
+            _, ours, theirs = matched(placed[b], truth[b])
+            off = se2.compose(T_world_team, ours) - theirs
+            off_deg = np.degrees(np.abs(se2.wrap(off[:, 2])))
+            rows.append([a, b, round(float(np.hypot(*off[:, :2].T).mean()), 4), round(float(off_deg.mean()), 4)])
     return rows
 
 

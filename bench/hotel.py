@@ -34,7 +34,7 @@ from mrslam.agent import Agent, VirtualRobot
 from mrslam.agent.pairs.belief import PairBelief
 from mrslam.agent.pairs.hints import Hints
 from mrslam.merge import Pair
-from mrslam.sim_driver.evaluate.truth import FALSE_MERGE_DEG, FALSE_MERGE_M, pair_error
+from mrslam.sim_driver.evaluate.truth import is_false_merge, pair_error
 from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.sim_driver.run.run_virtual import VirtualTeam, run_in_virtual_time
 from mrslam.spatial import se2
@@ -131,7 +131,7 @@ class Watch:
             self.wrong_since_s.pop(pair, None)
             return
         off_m, off_deg = pair_error(T_own_other, own, there)
-        self.right[pair] = off_m <= FALSE_MERGE_M and off_deg <= FALSE_MERGE_DEG
+        self.right[pair] = not is_false_merge(off_m, off_deg)
         if self.right[pair]:
             self.merged_s.setdefault(pair, now_s)
             self.wrong_since_s.pop(pair, None)

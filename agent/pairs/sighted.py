@@ -10,7 +10,7 @@ from mrslam.agent.effects import AlignJob
 from mrslam.agent.known_map import KnownMap, Version
 from mrslam.agent.pairs.belief import PairBelief
 from mrslam.agent.pairs.hypotheses import Hypothesis
-from mrslam.agent.pairs.weighing import SPREAD
+from mrslam.agent.pairs.weighing import covariance_of
 from mrslam.alignment import Prior
 from mrslam.merge import Pair
 
@@ -31,7 +31,7 @@ def sighted_job(
         place = _untried(belief, versions, interval_s, now_ns)
         if place is not None:
             place.tried_ns, place.tried = now_ns, versions
-            prior = Prior(place.T_a_b, (SPREAD if place.fix is None else place.fix.covariance) + MARGIN)
+            prior = Prior(place.T_a_b, covariance_of(place) + MARGIN)
             areas, trails = (map_a.area_m2, map_b.area_m2), (map_a.trail, map_b.trail)
             return AlignJob(a, b, map_a.grid, map_b.grid, prior, versions, areas, belief.attempts, trails, place.T_a_b)
     return None

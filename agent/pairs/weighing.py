@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mrslam.agent.pairs.hypotheses import SAME_PLACE, Hypotheses, Hypothesis
 from mrslam.agent.pairs.loops import Loop
@@ -103,8 +104,12 @@ def by_sight(place: Hypothesis, outcome: Rejection) -> Alignment:
     T_a_b: Transform = place.T_a_b
     if outcome.T_a_b is not None and evidence.matched_m >= FITTED_M and place.is_at(outcome.T_a_b):
         T_a_b = outcome.T_a_b
-    covariance = SPREAD if place.fix is None else place.fix.covariance
-    return Alignment(T_a_b, SIGHT_CONFIDENCE, evidence, covariance, SIGHT_METHOD)
+    return Alignment(T_a_b, SIGHT_CONFIDENCE, evidence, covariance_of(place), SIGHT_METHOD)
+
+
+def covariance_of(place: Hypothesis) -> NDArray[np.float64]:
+    """Return the covariance ``(3, 3)`` of a supported place, m^2 and rad^2: that of the sightings that propose it."""
+    return SPREAD if place.fix is None else place.fix.covariance
 
 
 def refused(outcome: Alignment, reason: str) -> Rejection:

@@ -7,7 +7,7 @@ import numpy as np
 from bench.chaos.repeats import Repeats, is_repeating
 from bench.chaos.scene import SPOILS, Report, Scene
 from mrslam.agent import Agent
-from mrslam.sim_driver.evaluate.truth import FALSE_MERGE_DEG, FALSE_MERGE_M
+from mrslam.sim_driver.evaluate.truth import FALSE_MERGE_DEG, FALSE_MERGE_M, is_false_merge
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
 
@@ -79,7 +79,7 @@ class Places:
         off_m, off_rad = se2.difference(T_own_other, se2.between(own[1], other[1]))
         off_deg = float(np.degrees(off_rad))
         if is_repeating(scene):
-            self._repeats.judge(scene, own[0], other[0], off_m <= FALSE_MERGE_M and off_deg <= FALSE_MERGE_DEG)
+            self._repeats.judge(scene, own[0], other[0], not is_false_merge(off_m, off_deg))
             return
         moved = se2.compose(se2.compose(own[1], T_own_other), se2.inverse(other[1]))
         strayed_m = scene.strayed_m(agent, own[0]) + scene.strayed_m(agent, other[0])

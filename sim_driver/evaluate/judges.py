@@ -12,7 +12,7 @@ from mrslam.alignment import Alignment, align
 from mrslam.sim_driver.evaluate.relations import Relations, cross_errors, read_relations
 from mrslam.sim_driver.evaluate.results import RunResults
 from mrslam.sim_driver.evaluate.trajectories import Trajectory, fit
-from mrslam.sim_driver.evaluate.truth import FALSE_MERGE_DEG, FALSE_MERGE_M, Judge, overlap, pair_error
+from mrslam.sim_driver.evaluate.truth import Judge, is_false_merge, overlap, pair_error
 from mrslam.sim_driver.simulation.simulation import make_world
 from mrslam.spatial import OccupancyGrid
 from mrslam.spatial.se2 import Transform
@@ -32,7 +32,7 @@ class Judgement:
     @property
     def is_false(self) -> bool:
         """Whether this is a wrong merge, not only an inaccurate one."""
-        return self.error_m > FALSE_MERGE_M or self.error_deg > FALSE_MERGE_DEG
+        return is_false_merge(self.error_m, self.error_deg)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Any
 
 from mrslam.sim_driver.evaluate.events import first_merge_s
 from mrslam.sim_driver.evaluate.results import RunResults
-from mrslam.sim_driver.evaluate.truth import FALSE_MERGE_DEG, FALSE_MERGE_M, MUST_MERGE, Judge, overlap
+from mrslam.sim_driver.evaluate.truth import MUST_MERGE, Judge, is_false_merge, overlap
 from mrslam.sim_driver.simulation.simulation import make_world
 
 Pair = dict[str, Any]
@@ -49,7 +49,7 @@ def _team_maps(run: RunResults) -> dict[str, tuple[float, float]]:
 
 def _is_false(pair: Pair) -> bool:
     off_m, off_deg = pair["error_m"], pair["error_deg"]
-    return off_m is not None and (off_m > FALSE_MERGE_M or off_deg > FALSE_MERGE_DEG)
+    return off_m is not None and is_false_merge(off_m, off_deg)
 
 
 def _missed(run: RunResults, done: set[tuple[str, str]]) -> int:

@@ -26,6 +26,11 @@ MARGIN_M = 1.0
 """Distances to walls are known up to this far outside of a world, metres; beyond, a wall counts as wrong anyway."""
 
 
+def is_false_merge(off_m: float, off_deg: float) -> bool:
+    """Return whether a transform so far off is of a wrong merge, not only of an inaccurate one."""
+    return off_m > FALSE_MERGE_M or off_deg > FALSE_MERGE_DEG
+
+
 def pair_error(T_a_b: Transform, T_world_a: Transform, T_world_b: Transform) -> tuple[float, float]:
     """Return how far ``T_a_b`` is from the truth: metres at map b's origin, and degrees."""
     distance_m, angle_rad = se2.difference(T_a_b, se2.between(T_world_a, T_world_b))

@@ -22,9 +22,9 @@ MUTANTS = (
         "a robot that has a teammate in its map is told to have not",
     ),
     Mutant(
-        "sim_driver/evaluate/judges.py",
-        "        return self.error_m > FALSE_MERGE_M or self.error_deg > FALSE_MERGE_DEG",
-        "        return self.error_m > FALSE_MERGE_M",
+        "sim_driver/evaluate/truth.py",
+        "    return off_m > FALSE_MERGE_M or off_deg > FALSE_MERGE_DEG",
+        "    return off_m > FALSE_MERGE_M",
         "a merge that is turned counts as right",
     ),
     Mutant(
