@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import time
 from pathlib import Path
 from typing import Any
@@ -92,7 +93,7 @@ def main() -> None:
     """Continue the logs asked for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", default=["intel", "mit-csail", "aces"])
-    parser.add_argument("--data", type=Path, default=Path("../shared/data"))
+    parser.add_argument("--data", type=Path, default=Path(os.environ.get("MRSLAM_DATA", "../shared/data")))
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--cut", type=float, default=0.5, help="share of the log that the first session has")
     options = parser.parse_args()

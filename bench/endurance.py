@@ -1,6 +1,6 @@
 """Hours of mission time in the virtual shell: what memory, threads and open files do, as one JSON line.
 
-    python bench/endurance.py [--hours 2] [--robots 2] [--world office] [--particles 30] [--samples OUT.csv]
+    python -m bench.endurance [--hours 2] [--robots 2] [--world office] [--particles 30] [--samples OUT.csv]
 
 The robots patrol between a few places for ever, so that after the first rounds nothing is left to be discovered: memory
 that goes on growing then grows with time. ``last_quarter`` is the least-squares slope of the resident memory over the

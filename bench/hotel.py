@@ -1,6 +1,6 @@
 """Buildings that repeat themselves: wrong places believed, and merges of robots that met face to face.
 
-    python bench/hotel.py --missions 20 --seed 0
+    python -m bench.hotel --missions 20 --seed 0
 
 Each mission is 2 to 6 robots (``--robots`` : fewer at most) in ``hotel:SEED``. One JSON line at the end:
 

@@ -1,6 +1,6 @@
 """What a team costs by robots and minutes, in virtual time: one JSON line a run, then the fitted laws.
 
-    python bench/scale.py [--robots 2 4 8 16] [--minutes 3] [--world office] [--seed 1] [--patrol] [--rows FILE]
+    python -m bench.scale [--robots 2 4 8 16] [--minutes 3] [--world office] [--seed 1] [--patrol] [--rows FILE]
     python bench/scale_laws.py FILE [--plot PICTURE]
 
 CPU seconds are those of all robots together, without compiling, by room: ``simulation`` (lasers, radio, driving),

@@ -28,8 +28,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Let links to the checkout's folder of examples lead to the page made of it."""
-    return markdown.replace("](../examples/)", "](examples.md)")
+    """Let links to the checkout's folder of examples lead to the page made of it, and the changelog's to the pages."""
+    return markdown.replace("](../examples/)", "](examples.md)").replace("](docs/", "](")
 
 
 def _examples() -> str:

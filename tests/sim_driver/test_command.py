@@ -242,3 +242,12 @@ def test_a_world_from_a_bitmap_without_scale_says_how_large_it_is_taken_to_be(tm
         result = mrslam("run", tmp_path / "m.toml", "--out", tmp_path / "out")
         assert result.returncode == 0, result.stderr
         assert ("plan.png: 0.05 m a pixel, 4.0 x 3.0 m; world.scale_m changes it" in result.stderr) == said
+
+
+@pytest.mark.parametrize("words", [["r1", "--keys", "k"], ["--mode", "central", "r1", "--ros-args", "-r", "__ns:=/r1"]])
+def test_what_is_no_option_of_the_node_is_refused_with_the_parameter_that_it_is(words: list[str]) -> None:
+    result = mrslam("ros", *words)
+    word = next(word for word in words if word.startswith("--"))
+    assert result.returncode == 2, result.stderr
+    assert f"{word} is no option" in result.stderr
+    assert f"-p {word[2:]}:=" in result.stderr

@@ -24,7 +24,9 @@ def agent(
     ] = None,
     map_: Annotated[
         list[Path] | None,
-        typer.Option("--map", metavar="PATH", help="Saved map: a robot's folder, a run's, or a YAML; repeatable."),
+        typer.Option(
+            "--map", metavar="PATH", help="Saved map: .mrslam, folder of a robot or run, or YAML; repeatable."
+        ),
     ] = None,
     near: Annotated[
         str | None,
@@ -36,7 +38,7 @@ def agent(
     frame: Annotated[
         str | None,
         typer.Option(
-            "--frame", metavar="MAP", help="Saved map in whose frame pose and team map are told: office@maps."
+            "--frame", metavar="MAP", help="Saved map in whose frame pose and team map are told: office@monday."
         ),
     ] = None,
     save: Annotated[
@@ -63,7 +65,7 @@ def agent(
     mrslam agent r1 --team depot --listen tcp/0.0.0.0:7447 --connect tcp/10.0.0.2:7447
     mrslam agent r1 --team desk --log slam/intel.clf.gz    play a log as if it were the laser
     mrslam agent r1 --map office.mrslam --near 2,1.5        find its place in a map saved before
-    mrslam agent r1 --map office.mrslam --frame office@maps    ... and say where it is in that map's frame
+    mrslam agent r1 --map office@monday.mrslam --frame office@monday    ... and say where it is in that map's frame
     mrslam agent r1 --map office.mrslam --localise    ... and, once it knows that, track its pose and map no more
     mrslam agent r1 --map office.mrslam --save office.mrslam    ... and continue that map
     """
@@ -102,10 +104,11 @@ def ros(
     """Run one robot's agent as a ROS 2 node.
 
     Scans, odometry and tf in; maps, the transform map -> odom, teammates and services out. Every setting is a
-    parameter. What follows --ros-args is ROS's: namespace, remappings, parameters.
+    parameter, and so are keys, mode, maps, topics and frames: docs/robots.md. What follows --ros-args is ROS's:
+    namespace, remappings, parameters.
 
     mrslam ros r1 --team depot --connect tcp/10.0.0.2:7447 --ros-args -r __ns:=/r1
-    mrslam ros r1 --ros-args -p base_frame:=base_footprint -p rbpf.particles:=60
+    mrslam ros r1 --ros-args -p base_frame:=base_footprint -p rbpf.particles:=60 -p keys:=/etc/mrslam/r1
     """
     from mrslam.sim_driver.cli.live.ros import run_ros
     from mrslam.sim_driver.missions.settings import parse_assignment
@@ -115,6 +118,12 @@ def ros(
     ):  # mrslam ros --ros-args ...: the name is a parameter, or the namespace
         context.args.insert(0, robot)
         robot = None
+    if context.args and context.args[0] != "--ros-args":
+        word = context.args[0]
+        raise typer.BadParameter(
+            f"{word} is no option of this command; what else there is to say are parameters, after --ros-args "
+            f"(-p {word.strip('-')}:=...): docs/robots.md"
+        )
     given = {
         "robot": robot, "team": team, "listen": listen or None, "connect": connect or None,
         "out": None if out is None else str(out), "fresh": fresh or None,
