@@ -57,7 +57,7 @@ class Agent(Robot):
         if info.processed:
             effects.append(Event(now_ns, "mapped", mapped_fields(info)))
         if self.mapper.stats.processed and not self.self_doubt.doubtful:
-            self._has_news = self._has_news or info.processed
+            self.has_news = self.has_news or info.processed
             if info.processed and self._publish_due(now_ns):
                 self.publish(now_ns)
             self.node.set_own_pose(self.mapper.T_map_base, now_ns, self._witness.bodies_m(self.team, now_ns))
@@ -106,13 +106,13 @@ class Agent(Robot):
         return []
 
     def _tracks(self, now_ns: int) -> list[Effect]:
-        self._has_news = False
+        self.has_news = False
         self.frame.T_frame_map = self.tracking.T_saved_own
         return [self.tracking.began(now_ns)]
 
     def publish(self, now_ns: int) -> None:
         """Publish the own map: a new revision, for teammates and for the own team map alike."""
-        self._published_ns, self._has_news = now_ns, False
+        self._published_ns, self.has_news = now_ns, False
         published = self.node.publish(self.local_map(), now_ns)
         if published is not None:
             self._take_map(published)
@@ -160,7 +160,7 @@ class Agent(Robot):
         """Begin a new map; teammates see a new epoch, for the old map's frame is not this one's."""
         self.map_number += 1
         self.mapper = Mapper(self.settings.rbpf, seed=self.seed + self.map_number)
-        self._published_ns, self._has_news = None, False
+        self._published_ns, self.has_news = None, False
         self.tracking.stop()
         self._witness.forget()
         self.frame.forget()
@@ -191,7 +191,7 @@ class Agent(Robot):
 
     def on_tick(self, now_ns: int) -> list[Effect]:
         """Handle beacons, rendezvous, exchanges and the places of maps; call it every ``agent.tick_s``."""
-        if self._has_news and not self.self_doubt.doubtful and self._publish_due(now_ns, AT_REST):
+        if self.has_news and not self.self_doubt.doubtful and self._publish_due(now_ns, AT_REST):
             self.publish(now_ns)
         if is_look_due := now_ns - self._looked_ns >= LOOK_NS:
             self._looked_ns = now_ns
@@ -227,9 +227,7 @@ class Agent(Robot):
                     self.team.hints.hear(effect)
                     continue
                 case comms.PeerSeen():
-                    self.team.hints.meet(effect.peer, searches=effect.mode == "distributed")
-                case comms.PeerGone():
-                    self.team.hints.part(effect.peer)
+                    self.team.hints.meet()
                 case comms.MapUpdated():
                     self._take_map(effect)
                 case comms.ExchangeDone():
@@ -254,7 +252,7 @@ class Agent(Robot):
         """Return the maps most worth aligning or joining now, or None; the shell runs it and calls :meth:`on_done`."""
         if now_ns - self._idle_ns < LOOK_NS:
             return None
-        job = self.team.next_job(now_ns)
+        job = self.team.next_job(now_ns, self.node.searching)
         if job is None:
             self._idle_ns = now_ns
         return job

@@ -83,7 +83,7 @@ class JoinJob:
     T_team_map: Mapping[str, Transform]
     """By robot: ``(3,)``, the rigid placement (``Placement.T_rigid``)."""
     T_a_b: Mapping[Pair, Transform]
-    """The alignments believed when the maps were placed."""
+    """The alignments believed now."""
     epochs: Mapping[str, int]
     """Epoch of each robot's map: the outcome is void where one has changed."""
 

@@ -35,7 +35,10 @@ class Standing:
         self._places: list[tuple[NDArray[np.float64], int, int]] = []  # place, first seen (ns), last seen (ns)
 
     def are_new(self, places_m: NDArray[np.float64], now_ns: int) -> NDArray[np.bool_]:
-        """Return ``(N,)`` which bodies at these places ``(N, 2)`` (map frame) do not stand; call it for every scan."""
+        """Return ``(N,)`` which bodies at these places ``(N, 2)`` (map frame) do not stand.
+
+        Asked for every scan while somebody is wanted; what stood before a longer break is new once more.
+        """
         known = [one for one in self._places if now_ns - one[2] < GONE_NS]
         new = np.ones(len(places_m), dtype=np.bool_)
         for i, place in enumerate(places_m):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,9 +54,11 @@ class Layout:
         """Remove a robot's map and place at once; of the own robot, all places: its map frame was the team frame."""
         self._mapper.remove_map(robot_id)
         self._newer.discard(robot_id)
-        lost = self.T_team_map.keys() - {self.robot_id} if robot_id == self.robot_id else {robot_id}
-        places = {one: T for one, T in self.T_team_map.items() if one not in lost}
-        self.placement, self._is_old, self._is_wrong = replace(self.placement, T_team_map=places), True, True
+        if robot_id == self.robot_id:
+            self.placement = Placement(anchor=self.placement.anchor, T_team_map={robot_id: se2.IDENTITY})
+        else:
+            self.placement = self.placement.without({robot_id})
+        self._is_old = self._is_wrong = True
 
     def bend(self, bent: BentTeam) -> None:
         """Draw maps bent from now on, and compare them bent for contradictions."""
@@ -72,9 +73,9 @@ class Layout:
 
     def place(self, alignments: Mapping[Pair, Alignment], now_ns: int) -> None:
         """Compute where every map lies by the alignments believed now."""
-        self._placed_ns, self._is_wrong = now_ns, False
+        self._placed_ns = now_ns
         self._use_newer()
-        self.placement, self._is_old = self._mapper.placement(alignments), False
+        self._adopt(self._mapper.placement(alignments))
 
     def is_due(self, now_ns: int) -> bool:
         """Return whether places are to be computed for changed maps: every ``PLACE_NS``, or ``PLACE_OWN_NS``."""
@@ -84,14 +85,18 @@ class Layout:
         """Return the team map by the alignments believed now; its places are the ones of the layout from now on."""
         self._use_newer()
         team = self._mapper.team_map(alignments)
-        self.placement, self._is_old = team, False
+        self._adopt(team)
         return team
 
     def place_and_measure(self, alignments: Mapping[Pair, Alignment]) -> float:
         """Return the known area of the team map, square metres; its places are the ones of the layout from now on."""
         self._use_newer()
-        (self.placement, area_m2), self._is_old = self._mapper.team_area(alignments), False
+        placement, area_m2 = self._mapper.team_area(alignments)
+        self._adopt(placement)
         return area_m2
+
+    def _adopt(self, placement: Placement) -> None:
+        self.placement, self._is_old, self._is_wrong = placement, False, False
 
     def _use_newer(self) -> None:
         """Hand maps that changed since the last placement to the mapper."""
@@ -132,7 +137,11 @@ class Layout:
 
     def ties_m(self, T_team_map: Mapping[str, Transform]) -> list[NDArray[np.float64]]:
         """Return the positions ``(2, 2)``, metres, of each believed tie's two keyframes with maps at ``T_team_map``."""
-        keys = {name: se2.compose(T, self._maps[name].trail.T_map_key) for name, T in T_team_map.items()}
+        keys = {
+            name: se2.compose(T, self._maps[name].trail.T_map_key)
+            for name, T in T_team_map.items()
+            if name in self._maps
+        }
         return [
             np.stack([keys[tie.a][tie.match.i, :2], keys[tie.b][tie.match.j, :2]])
             for tie in self.ties

@@ -67,7 +67,7 @@ class Robot:
         self._looked_ns = self._idle_ns = -(10**12)
         """When all pairs were looked at last, and when no job was found for the last time."""
         self._published_ns: int | None = None
-        self._has_news = False
+        self.has_news = False
         """Whether there are keyframes that were not published."""
 
     @property
@@ -133,7 +133,7 @@ class Robot:
 
     def own_map(self) -> OccupancyGrid:
         """Return the own map as a grid, without ghosts: teammates mapped as walls before their place was known."""
-        return self.team.without_ghosts(self.local_map().map.to_grid())
+        return self.team.without_ghosts(self.local_map().map.to_grid(), of_own_map=True)
 
     def planning_grid(self) -> OccupancyGrid:
         """Return the grid to plan on, in the team frame: the team map once a teammate is placed, else the own map."""

@@ -6,7 +6,7 @@ becomes an edge of the team graph; one that the graph drops, or that a later ali
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -52,7 +52,7 @@ class Team:
         """By pair of the robots in :attr:`maps`, (a, b) with a < b; the only place where alignments are kept."""
         self.hints = Hints(robot_id)
         """What teammates told of where they found maps, and what to tell them."""
-        self._schedule, self._joining = Schedule(robot_id, settings.agent), Joining()
+        self.schedule, self._joining = Schedule(robot_id, settings.agent), Joining()
         self._mutual_detection = settings.mutual_detection
         self.layout = Layout(robot_id, self.maps, settings.merge, has_own_map=has_own_map)
         """Where each map lies."""
@@ -83,13 +83,13 @@ class Team:
         ``near`` : where the own map begins in it, if somebody knows: (x, y) or (x, y, theta), metres and radians.
         """
         if near is not None:
-            self._schedule.expect(map_id, near)
+            self.schedule.expect(map_id, near)
         self.take_map(map_id, known)
         (self.saved.add if map_id in self.maps else self.saved.discard)(map_id)
 
     def _know(self, robot_id: str, known: KnownMap) -> None:
         self.maps[robot_id] = known
-        for other in self.maps.keys() - {robot_id}:
+        for other in sorted(self.maps.keys() - {robot_id}):
             self.beliefs.setdefault(pair_of(robot_id, other), PairBelief())
 
     def _is_relabelled(self, robot_id: str, held: KnownMap, known: KnownMap) -> bool:
@@ -103,8 +103,9 @@ class Team:
 
     def _begin_pairs(self, robot_id: str) -> None:
         """Reset the beliefs of a robot's pairs, for its new map has another frame."""
-        self._schedule.forget_start(robot_id)
+        self.schedule.forget_start(robot_id)
         self.hints.forget(robot_id)
+        self._confirmed = frozenset(pair for pair in self._confirmed if robot_id not in pair)
         for pair in self.beliefs:
             if robot_id in pair:
                 self.beliefs[pair] = PairBelief(reason=f"{robot_id} started a new map")
@@ -118,6 +119,7 @@ class Team:
         self.doubted[robot_id] = reason
         self.maps.pop(robot_id, None)
         self.beliefs = {pair: belief for pair, belief in self.beliefs.items() if robot_id not in pair}
+        self._confirmed = frozenset(pair for pair in self._confirmed if robot_id not in pair)
         self.displace(robot_id)
         return True
 
@@ -140,25 +142,28 @@ class Team:
 
     # -- jobs ----------------------------------------------------------------------------------------------------------
 
-    def next_job(self, now_ns: int) -> Job | None:
-        """Return a joint solution to compute where alignments changed or maps grew, else a pair to align, or None."""
+    def next_job(self, now_ns: int, searching: Collection[str] = ()) -> Job | None:
+        """Return a joint solution to compute where alignments changed or maps grew, else a pair to align, or None.
+
+        ``searching`` : teammates in sight that search for the pairs of their own maps, and tell what they find.
+        """
         T_a_b = {pair: found.T_a_b for pair, found in self._alignments().items()}
         return (
             self._joining.next_job(self.layout.placement, self.maps, T_a_b, now_ns)
-            or sighted_job(self.beliefs, self.maps, self._schedule.config.align_interval_s, now_ns)
+            or sighted_job(self.beliefs, self.maps, self.schedule.config.align_interval_s, now_ns)
             or self._hinted_job(now_ns)
-            or self._schedule.next_job(
+            or self.schedule.next_job(
                 self.beliefs,
                 self.maps,
                 self.layout.T_team_map,
                 self._confirmed,
-                self.hints.awaited(self.beliefs),
+                self.hints.awaited(self.beliefs, searching),
                 now_ns,
             )
         )
 
     def _hinted_job(self, now_ns: int) -> AlignJob | None:
-        return self.hints.next_job(self.beliefs, self.maps, self.layout.T_team_map, self._schedule.config, now_ns)
+        return self.hints.next_job(self.beliefs, self.maps, self.layout.T_team_map, self.schedule.config, now_ns)
 
     def on_aligned(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int) -> list[Effect]:
         """Take the result of an alignment; the pair's belief decides whether it becomes an edge of the team graph."""
@@ -262,12 +267,15 @@ class Team:
         ]
         return f"{reason} ({'; '.join(revoked)})" if revoked else reason
 
-    def without_ghosts(self, grid: OccupancyGrid) -> OccupancyGrid:
-        """Return a team frame's grid with occupied cells freed where robots have been: none drives through walls.
+    def without_ghosts(self, grid: OccupancyGrid, *, of_own_map: bool = False) -> OccupancyGrid:
+        """Return a grid with occupied cells freed where robots have been, for none drives through walls.
 
-        Where a robot drove when a map was saved, a wall may stand now.
+        ``of_own_map`` : the grid lies in the own map's frame, not in the team's, of which it may be bent. Where a robot
+        drove when a map was saved, a wall may stand now.
         """
         if not self._mutual_detection.enabled:
             return grid
         paths = [keys.T_map_base[:, :2] for name, keys in self.layout.keyframes().items() if name not in self.saved]
+        if of_own_map and (bend := self.layout.bends.get(self.robot_id)) is not None:
+            paths = [bend.unbent(path) for path in paths]
         return clear_ghosts(grid, paths, self._mutual_detection.robot_radius_m)[0]

@@ -31,10 +31,15 @@ IN_CONTACT_NS = 3_000_000_000
 """A teammate whose last report is not older may look for this robot, nanoseconds."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Told:
     llr: float
     t_ns: int
+
+    def is_outdated_by(self, llr: float, now_ns: int) -> bool:
+        """Return whether to tell a place's log-likelihood ratio, nats, again."""
+        waited_ns, changed = now_ns - self.t_ns, abs(llr - self.llr)
+        return waited_ns >= TELL_NS and (changed >= CHANGED_LLR or (waited_ns >= REPEAT_NS and abs(llr) >= CHANGED_LLR))
 
 
 class Witness:
@@ -44,7 +49,8 @@ class Witness:
         """Start without teammates."""
         self.robot_id = robot_id
         self._encounters = Encounters(config)
-        self._heard_ns: dict[str, int] = {}
+        self._heard: dict[str, tuple[int, int]] = {}
+        """By teammate: when its last report came, nanoseconds, and the epoch of the map it was about."""
         self._told: dict[tuple[str, bytes], _Told] = {}
 
     def on_scan(self, scan: Scan, T_map_base: Transform, now_ns: int) -> None:
@@ -59,7 +65,7 @@ class Witness:
         """Return ``(N, 2)`` bodies to report, base frame; None where every teammate in contact is seen and placed."""
         wanting = [
             peer
-            for peer, heard_ns in self._heard_ns.items()
+            for peer, (heard_ns, _) in self._heard.items()
             if now_ns - heard_ns < IN_CONTACT_NS and not self._is_settled(team, peer)
         ]
         return self._encounters.moving_bodies_m() if wanting else None
@@ -75,7 +81,7 @@ class Witness:
 
     def on_report(self, report: TeammatePose, team: Team, now_ns: int) -> None:
         """Take a teammate's report of where it is, and look for it in the scan of that time."""
-        self._heard_ns[report.peer] = now_ns
+        self._heard[report.peer] = (now_ns, report.epoch)
         moment = self._encounters.on_report(report)
         known = team.maps.get(report.peer)
         if moment is None or known is None or known.epoch != report.epoch:
@@ -97,7 +103,7 @@ class Witness:
             return
         pair = pair_of(claim.peer, claim.robot)
         belief = team.beliefs.get(pair)
-        if belief is None:
+        if belief is None or not claim.is_of(team.maps[claim.peer].epoch, team.maps[claim.robot].epoch):
             return
         T_a_b = claim.T_peer_robot if pair[0] == claim.peer else se2.inverse(claim.T_peer_robot)
         place = belief.places.add(T_a_b, claim.peer, now_ns)
@@ -163,25 +169,27 @@ class Witness:
                 T_own_peer = place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)
                 place.own = sightings(moments, T_own_peer, self._encounters.radius_m, self._encounters.most_unseen_llr)
 
-    def claims(self, team: Team, now_ns: int) -> list[tuple[str, Transform, float]]:
-        """Return what is new to tell of the own pairs: teammate, ``T_own_peer (3,)``, log-likelihood ratio."""
-        new = []
+    def claims(self, team: Team, now_ns: int) -> list[tuple[str, Transform, float, int]]:
+        """Return what is new to tell of the own pairs: teammate, ``T_own_peer (3,)``, nats, epoch of its map.
+
+        Nothing of a teammate that reports from another map than is known of it: it began a new one.
+        """
+        new, told = [], {}
         for pair, belief in team.beliefs.items():
             if self.robot_id not in pair:
                 continue
             peer = pair[1] if pair[0] == self.robot_id else pair[0]
-            if now_ns - self._heard_ns.get(peer, -IN_CONTACT_NS) >= IN_CONTACT_NS:
-                continue
+            epoch = team.maps[peer].epoch
+            heard_ns, heard_epoch = self._heard.get(peer, (-IN_CONTACT_NS, epoch))
+            is_here = now_ns - heard_ns < IN_CONTACT_NS and heard_epoch == epoch
             for place in belief.places:
-                if place.own is not None and self._is_news((peer, place.T_a_b.tobytes()), place.own.llr, now_ns):
+                if place.own is None:
+                    continue
+                key = (peer, place.T_a_b.tobytes())
+                told[key] = self._told.get(key, _Told(0.0, -REPEAT_NS))
+                if is_here and told[key].is_outdated_by(place.own.llr, now_ns):
+                    told[key] = _Told(place.own.llr, now_ns)
                     T_own_peer = place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)
-                    new.append((peer, T_own_peer, place.own.llr))
+                    new.append((peer, T_own_peer, place.own.llr, epoch))
+        self._told = told  # of places that are gone nothing is kept
         return new
-
-    def _is_news(self, key: tuple[str, bytes], llr: float, now_ns: int) -> bool:
-        told = self._told.get(key, _Told(0.0, -REPEAT_NS))
-        waited_ns, changed = now_ns - told.t_ns, abs(llr - told.llr)
-        if waited_ns < TELL_NS or (changed < CHANGED_LLR and (waited_ns < REPEAT_NS or abs(llr) < CHANGED_LLR)):
-            return False
-        self._told[key] = _Told(llr, now_ns)
-        return True

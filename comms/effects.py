@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from mrslam.spatial import LocalMap
 from mrslam.spatial.tiles import TileIndex
 
+EPOCHS = 2**16
+"""Epochs of one robot are told apart in claims by their last 16 bits: those of a robot count up by one."""
 Lane = Literal["beacon", "control", "bulk", "status"]
 """beacon: best effort, may be dropped; control: small and urgent; bulk: map chunks, behind all else; status: for
 watchers, best effort, and sent only where there are any."""
@@ -133,11 +135,19 @@ class TeammateClaim:
     """What a teammate's sightings of a third robot, or of this one, say of a transform between two maps."""
 
     peer: str
+    epoch: int
+    """Which of the peer's maps it is about."""
     robot: str
     T_peer_robot: NDArray[np.float64]
     """``(3,)``: maps points of the robot's map into that of the peer."""
     llr: float
     """Log-likelihood ratio, nats: above 0 for the transform, below 0 against it."""
+    of_robot: int | None = None
+    """Which of the robot's maps: its epoch modulo ``EPOCHS``; None where the peer's program does not say."""
+
+    def is_of(self, peer_epoch: int, robot_epoch: int) -> bool:
+        """Return whether it is about the maps of these epochs: a robot that begins a new map begins a new frame."""
+        return self.epoch == peer_epoch and self.of_robot in (None, robot_epoch % EPOCHS)
 
 
 @dataclass(frozen=True, eq=False)

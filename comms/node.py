@@ -77,6 +77,11 @@ class CommsNode:
         return self._neighbourhood.beacons.uptime_ms(now_ns)
 
     @property
+    def searching(self) -> set[str]:
+        """Teammates in sight that map and search for others' maps: known by their beacons, a token tells no mode."""
+        return {peer for peer, known in self.peers.items() if known.boot and MODES[known.mode] == "distributed"}
+
+    @property
     def must_stop(self) -> bool:
         """Whether another live process had this robot's id before."""
         return self._neighbourhood.must_stop
@@ -106,6 +111,7 @@ class CommsNode:
     def begin_map(self) -> None:
         """Start a new epoch: what is published next is another map, in a frame unrelated to the last one's."""
         self.store.begin_map()
+        self._neighbourhood.beacons.forget()
 
     def set_own_pose(self, T_map_base: Transform, stamp_ns: int, bodies_m: NDArray[np.float64] | None = None) -> None:
         """Set where the robot is in its own map, and when it was (same clock as ``now_ns``); beacons carry it.
@@ -114,8 +120,11 @@ class CommsNode:
         """
         self._neighbourhood.beacons.set_pose(T_map_base, stamp_ns, bodies_m)
 
-    def add_claims(self, claims: Sequence[tuple[str, Transform, float]]) -> None:
-        """Let the next beacon say what own sightings do: robot, ``T_own_robot (3,)``, log-likelihood ratio, nats."""
+    def add_claims(self, claims: Sequence[tuple[str, Transform, float, int]]) -> None:
+        """Let the next beacons say what own sightings do.
+
+        Each is robot, ``T_own_robot (3,)``, log-likelihood ratio in nats, epoch of the robot's map.
+        """
         self._neighbourhood.beacons.add_claims(claims)
 
     def add_hints(self, hints: Sequence[tuple[str, Transform]]) -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -43,10 +44,26 @@ class Placement:
     dropped: dict[Pair, str] = field(default_factory=dict)
     """The alignments not used, and why."""
 
+    def without(self, robots: Collection[str]) -> Placement:
+        """Return the placement as far as it says nothing of these robots' maps."""
+        edges = tuple(edge for edge in self.edges if not set(edge.pair) & set(robots))
+        dropped = {pair: reason for pair, reason in self.dropped.items() if not set(pair) & set(robots)}
+        return replace(
+            self, T_team_map=_except(robots, self.T_team_map), unplaced=_except(robots, self.unplaced),
+            T_rigid=_except(robots, self.T_rigid), bends=_except(robots, self.bends), edges=edges, dropped=dropped,
+        )  # fmt: skip
+
     def weakest_between(self, a: str, b: str) -> Pair | None:
         """Return the weakest alignment on the tree path between two robots; None where no path leads there."""
         tree = tree_of({edge.pair: edge for edge in self.edges})
         return weakest(tree, path(tree, a, b))
+
+
+T = TypeVar("T")
+
+
+def _except(robots: Collection[str], by_robot: Mapping[str, T]) -> dict[str, T]:
+    return {robot_id: one for robot_id, one in by_robot.items() if robot_id not in robots}
 
 
 class TeamGraph:

@@ -7,7 +7,7 @@ changes nothing but its teller's credit.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from mrslam.agent.config import AgentConfig
@@ -64,8 +64,6 @@ class Hints:
         self._heard: dict[str, dict[str, _Heard]] = {}
         self._failed: dict[str, int] = {}
         """By teammate: its hints that failed, since the last one that did not."""
-        self.searching: set[str] = set()
-        """Teammates in sight that search for the pairs of their own maps."""
 
     # -- telling -------------------------------------------------------------------------------------------------------
 
@@ -89,15 +87,10 @@ class Hints:
             if found is not None and self.own_id in (a, b) and "@" not in a + b:
                 yield (b, found.T_a_b) if a == self.own_id else (a, se2.inverse(found.T_a_b))
 
-    def meet(self, peer: str, *, searches: bool) -> None:
-        """Tell everything again, for somebody came into reach; ``searches`` : it looks for others' maps in its own."""
+    def meet(self) -> None:
+        """Tell everything again, for somebody came into reach."""
         for told in self._told.values():
             told.times = 0
-        (self.searching.add if searches else self.searching.discard)(peer)
-
-    def part(self, peer: str) -> None:
-        """Rely no longer on a teammate that is gone."""
-        self.searching.discard(peer)
 
     # -- hearing -------------------------------------------------------------------------------------------------------
 
@@ -114,15 +107,16 @@ class Hints:
             del hints[next(iter(hints))]
         hints[hint.robot] = _Heard(hint.epoch, hint.T_peer_robot)
 
-    def awaited(self, beliefs: Mapping[Pair, PairBelief]) -> set[Pair]:
+    def awaited(self, beliefs: Mapping[Pair, PairBelief], searching: Collection[str]) -> set[Pair]:
         """Return the own pairs that the other robot, the first by id, searches for: what it finds it will tell.
 
-        Both hold nearly the same maps. A robot whose hint failed is not relied on.
+        ``searching`` : teammates in sight that search for the pairs of their own maps. Both hold nearly the same maps.
+        A robot whose hint failed is not relied on.
         """
         return {
             (a, b)
             for (a, b), belief in beliefs.items()
-            if b == self.own_id and a in self.searching and a not in self._failed and belief.found is None
+            if b == self.own_id and a in searching and a not in self._failed and belief.found is None
         }
 
     def forget(self, robot_id: str) -> None:

@@ -51,6 +51,8 @@ class Schedule:
         self._starts = {robot_id: np.array(start, dtype=np.float64) for robot_id, start in config.starts.items()}
 
         self._near: dict[str, NDArray[np.float64]] = {}
+        self.begun_anew: set[str] = set()
+        """Robots that began another map, which is not where they started."""
 
     def expect(self, map_id: str, near: Sequence[float]) -> None:
         """Look for the own map's begin first near ``[x_m, y_m]`` or ``[x_m, y_m, theta_rad]`` of a saved map."""
@@ -58,7 +60,8 @@ class Schedule:
         self._near[map_id] = np.array(near, dtype=np.float64)
 
     def forget_start(self, robot_id: str) -> None:
-        """A robot began another map, which is not where it started."""
+        """Look no longer where a robot started: it began another map."""
+        self.begun_anew.add(robot_id)
         self._starts.pop(robot_id, None)
         if robot_id == self.own_id:
             self._near.clear()

@@ -31,11 +31,11 @@ def restore_store(store: MapStore, state: dict[str, Any], skip: int) -> None:
     Between its last checkpoint and its end that run may have published revisions that are lost here and that teammates
     hold. Which tiles they changed is unknown, so all of the own map counts as changed and is sent once more.
     """
-    store.own_epoch = int(state["epoch"])
-    for robot, kept in sorted(state["maps"].items()):
+    epoch, kept = int(state["epoch"]), {robot: _snapshot(one) for robot, one in sorted(state["maps"].items())}
+    store.own_epoch = epoch
+    for robot, snapshot in kept.items():
         if robot in store.given:
             continue
-        snapshot = _snapshot(kept)
         if robot == store.own_id:
             revision = snapshot.map.revision + skip
             tiles = {index: Tile(revision, tile.cells) for index, tile in snapshot.map.tiles.items()}

@@ -8,8 +8,9 @@ from mrslam.comms.maps.staging import Staging, changed_tiles
 from mrslam.comms.maps.store import MapStore
 from mrslam.comms.wire.fields import is_saved
 from mrslam.comms.wire.frames import WireError
+from mrslam.comms.wire.keyframe_codec import BLOCK
 from mrslam.comms.wire.messages import Manifest, SignedManifest, Version
-from mrslam.spatial import TiledMap
+from mrslam.spatial import InputError, TiledMap
 from mrslam.spatial.tiles import TileIndex
 
 
@@ -73,9 +74,14 @@ class StagedMaps:
         self.staging.pop(robot, None)
         if whole.keyframes != manifest.keyframes:
             raise WireError("bad manifest", "keyframes do not come to what it says")
+        if any(block.stamps_ns.size != BLOCK for block in whole.blocks[:-1]):
+            raise WireError("bad manifest", "a block that is not the last is not full")
         if self._is_forged(robot, whole):
             raise WireError("forged", f"a map of {robot!r} that is not what it signed")
-        self._store.put(robot, whole)
+        try:
+            self._store.put(robot, whole)
+        except InputError as error:
+            raise WireError("bad manifest", f"its parts do not fit together: {error}") from error
         self._store.remember(robot, whole)
         return changed_tiles(manifest)
 

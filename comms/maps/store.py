@@ -159,5 +159,5 @@ class MapStore:
                 tile.cells.flags.writeable = False
         if self.seal is not None and (robot_id == self.own_id or robot_id in self.given):
             snapshot = replace(snapshot, proof=self.seal.sign(robot_id, snapshot))
+        self.maps[robot_id] = snapshot.local_map  # first: it raises where the parts do not fit together
         self._newest[robot_id] = snapshot
-        self.maps[robot_id] = snapshot.local_map

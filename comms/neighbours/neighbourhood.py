@@ -82,7 +82,8 @@ class Neighbourhood:
         past = (*[boot for boot in known.past_boots if boot != beacon.boot][1 - PAST_BOOTS :], known.boot)
         self.lose(beacon.sender, "restarted", now_ns)
         self._context.rendezvous.on_restart(beacon.sender)
-        return self._see(beacon.sender, Peer(boot=beacon.boot, past_boots=past, has_token=known.has_token), now_ns)
+        again = Peer(boot=beacon.boot, mode=beacon.mode, past_boots=past, has_token=known.has_token)
+        return self._see(beacon.sender, again, now_ns)
 
     def _take_pose(self, known: Peer, beacon: Beacon, now_ns: int) -> None:
         if beacon.pose is None:
@@ -95,20 +96,19 @@ class Neighbourhood:
             T_map_base = np.array((x, y, theta), dtype=np.float64) / SCALE
             stamp_ns = now_ns - age_ms * 1_000_000
             bodies_m = np.array(beacon.bodies, dtype=np.float64).reshape(-1, 2) / CM
-            epoch = beacon.boot + beacon.epoch_offset
-            self._context.out.emit(TeammatePose(beacon.sender, stamp_ns, T_map_base, epoch, bodies_m))
+            self._context.out.emit(TeammatePose(beacon.sender, stamp_ns, T_map_base, beacon.epoch, bodies_m))
 
     def _take_claims(self, beacon: Beacon) -> None:
-        for robot, *numbers, llr in beacon.claims:
+        of_robots = beacon.claimed if len(beacon.claimed) == len(beacon.claims) else [None] * len(beacon.claims)
+        for (robot, *numbers, llr), of_robot in zip(beacon.claims, of_robots, strict=True):
             T_sender_robot = np.array(numbers, dtype=np.float64) / SCALE
-            self._context.out.emit(TeammateClaim(beacon.sender, robot, T_sender_robot, llr / LLR_SCALE))
+            claim = TeammateClaim(beacon.sender, beacon.epoch, robot, T_sender_robot, llr / LLR_SCALE, of_robot)
+            self._context.out.emit(claim)
 
     def _take_hints(self, beacon: Beacon) -> None:
         for robot, *numbers in beacon.hints:
             T_sender_robot = np.array(numbers, dtype=np.float64) / SCALE
-            self._context.out.emit(
-                TeammateHint(beacon.sender, beacon.boot + beacon.epoch_offset, robot, T_sender_robot)
-            )
+            self._context.out.emit(TeammateHint(beacon.sender, beacon.epoch, robot, T_sender_robot))
 
     def on_duplicate_id(self, beacon: Beacon, now_ns: int) -> None:
         """Another process uses this robot's id: when that is certain, report it; the newcomer must stop."""

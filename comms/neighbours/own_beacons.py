@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.comms.config import MODES
+from mrslam.comms.effects import EPOCHS
 from mrslam.comms.exchange.context import ExchangeContext
 from mrslam.comms.neighbours.beacon_clock import BeaconClock
 from mrslam.comms.wire.keyframe_codec import quantise_pose
 from mrslam.comms.wire.messages import Beacon, encode
-from mrslam.comms.wire.presence_messages import Body, Claim, Hint
+from mrslam.comms.wire.presence_messages import Body, Hint
 from mrslam.spatial.se2 import Transform
 
 CM = 100.0
@@ -35,7 +36,8 @@ class OwnBeacons:
         self._started_ns: int | None = None
         self._pose: tuple[int, int, int, int] | None = None  # x (mm), y (mm), theta (0.1 mrad), stamp (ns)
         self._bodies: list[Body] = []
-        self._claims: list[Claim] = []
+        self._claims: dict[tuple[str, int, int, int], tuple[int, int]] = {}
+        """By robot and place, the newest: log-likelihood ratio (0.1 nats), and which of the robot's maps it is of."""
         self._hints: list[Hint] = []
         self.sightings_bytes = 0
         """What sightings and hints in beacons have cost so far, bytes."""
@@ -52,11 +54,18 @@ class OwnBeacons:
             nearest = bodies_m[np.argsort(np.hypot(*bodies_m.T), kind="stable")[:MOST_SENT]]
             self._bodies = [(round(CM * x_m), round(CM * y_m)) for x_m, y_m in nearest.tolist()]
 
-    def add_claims(self, claims: Sequence[tuple[str, Transform, float]]) -> None:
-        """Add what goes with the next beacons: robot, ``T_own_robot (3,)``, log-likelihood ratio in nats."""
-        for robot, T_own_robot, llr in claims:
+    def forget(self) -> None:
+        """Forget where the robot is, what it saw and what it found: all that is of a map that it gave up."""
+        self._pose, self._bodies, self._claims, self._hints = None, [], {}, []
+
+    def add_claims(self, claims: Sequence[tuple[str, Transform, float, int]]) -> None:
+        """Add what goes with the next beacons.
+
+        Each is robot, ``T_own_robot (3,)``, log-likelihood ratio in nats, epoch of the robot's map.
+        """
+        for robot, T_own_robot, llr, epoch in claims:
             x, y, theta = quantise_pose(np.asarray(T_own_robot, dtype=np.float64))
-            self._claims.append((robot, x, y, theta, round(LLR_SCALE * llr)))
+            self._claims[robot, x, y, theta] = (round(LLR_SCALE * llr), epoch % EPOCHS)
 
     def add_hints(self, hints: Sequence[tuple[str, Transform]]) -> None:
         """Add what goes with the next beacons: robot, ``T_own_robot (3,)``."""
@@ -81,7 +90,7 @@ class OwnBeacons:
         """Send a beacon; ``heard``: share of their beacons received from the neighbours it reports, 0..1."""
         context = self._context
         period_ns = self._clock.next(now_ns, calm=calm)
-        pose = self._pose
+        pose, claims = self._pose, list(self._claims.items())[:MOST_SENT]
         beacon = Beacon(
             context.own_id,
             context.boot,
@@ -93,10 +102,13 @@ class OwnBeacons:
             context.store.own_epoch - context.boot,
             None if pose is None else (*pose[:3], max(now_ns - pose[3], 0) // 1_000_000),
             tuple(self._bodies),
-            tuple(self._claims[:MOST_SENT]),
+            tuple((*place, llr) for place, (llr, _) in claims),
             tuple(self._hints[:MOST_SENT]),
+            tuple(epoch for _, (_, epoch) in claims),
         )
         size = context.out.post(beacon, None, "beacon")
         if self._bodies or self._claims or self._hints:
             self.sightings_bytes += size - len(encode(beacon.alone(), context.out.team_tag))
-        self._bodies, self._claims, self._hints = [], self._claims[MOST_SENT:], self._hints[MOST_SENT:]
+        for place, _ in claims:
+            del self._claims[place]
+        self._bodies, self._hints = [], self._hints[MOST_SENT:]

@@ -13,6 +13,8 @@ Body = tuple[Centimetres, Centimetres]
 """x and y of a body that the sender saw from its pose, in its base frame."""
 Claim = tuple[Name, I32, I32, I32, Annotated[int, msgspec.Meta(ge=-(2**15), le=2**15 - 1)]]
 """(robot, T_sender_robot: x (mm), y (mm), theta (0.1 mrad), what the sender's sightings say of it: 0.1 nats)."""
+Epoch = Annotated[int, msgspec.Meta(ge=0, le=2**16 - 1)]
+"""Epoch of a robot's map, its last 16 bits."""
 Hint = tuple[Name, I32, I32, I32]
 """(robot, T_sender_robot: x (mm), y (mm), theta (0.1 mrad)), as the sender found it by their maps."""
 
@@ -37,6 +39,11 @@ class BeaconAlone(Message, frozen=True, tag=1):
     pose: tuple[I32, I32, I32, Milliseconds] | None
     """x (mm), y (mm), theta (0.1 mrad), age (ms)."""
 
+    @property
+    def epoch(self) -> int:
+        """Epoch of the sender's map."""
+        return self.boot + self.epoch_offset
+
 
 class Beacon(BeaconAlone, frozen=True, tag=1):
     """A beacon with what the sender saw and found; all may be left out, and older programs pass over them."""
@@ -47,9 +54,11 @@ class Beacon(BeaconAlone, frozen=True, tag=1):
     """Where other robots' maps may lie in the sender's, and how well that fits what it saw of them."""
     hints: Annotated[tuple[Hint, ...], msgspec.Meta(max_length=8)] = ()
     """Where the sender found other robots' maps in its own, for others to look there first."""
+    claimed: Annotated[tuple[Epoch, ...], msgspec.Meta(max_length=8)] = ()
+    """For each of the claims, which of that robot's maps it is about."""
 
     def shortest(self) -> Message:
-        """Return what is sent: without the last three fields where they are empty."""
+        """Return what is sent: without the last four fields where they are empty."""
         return self if self.bodies or self.claims or self.hints else self.alone()
 
     def alone(self) -> BeaconAlone:

@@ -66,6 +66,11 @@ class Bend:
         moved = se2.apply(T, points[:, None, :]) - points[:, None, :]
         return np.asarray((weight[..., None] * moved).sum(axis=1) / weight.sum(axis=1)[:, None])
 
+    def unbent(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return points ``(N, 2)`` of the team frame in the map as published: followed back at the nearest keyframe."""
+        _, k = cKDTree(self.T_team_key[:, :2]).query(points)
+        return se2.apply(se2.compose(self.T_map_key[k], se2.inverse(self.T_team_key[k])), points)
+
     @cached_property
     def _tree(self) -> cKDTree:
         return cKDTree(self.T_map_key[:, :2])

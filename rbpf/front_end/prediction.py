@@ -94,6 +94,7 @@ class Predictor:
         self._pause_s = elapsed_s if is_pause else 0.0
         if is_pause:  # what it did meanwhile is unknown
             self.velocity, self._odom_before = np.zeros(3), np.zeros(3)
+            elapsed_s = PAUSE_TIMES * self._interval_s  # one long pause does not make others usual
         memory = INTERVAL_MEMORY if self._interval_s > 0.0 else 1.0
         self._interval_s += memory * (max(elapsed_s, 0.0) - self._interval_s)
 

@@ -174,7 +174,7 @@ class RosBody(SensorBody):
         known = agent.team.maps.get(agent.robot_id)
         if known is not None and known is not self._own:
             self._own = known
-            self.own_map = in_frame(agent.team.without_ghosts(known.grid), agent.frame.T_frame_map)
+            self.own_map = in_frame(agent.team.without_ghosts(known.grid, of_own_map=True), agent.frame.T_frame_map)
         if self.wants_team_map() and agent.team.maps:
             team_map = agent.team_map()
             if team_map is not self._drawn:

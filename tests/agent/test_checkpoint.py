@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mrslam.agent import Agent, Inline, Keeper, Settings, resume
+from mrslam.agent import Agent, AgentConfig, Inline, Keeper, Settings, resume
 from mrslam.agent.checkpoint import KIND, REVISIONS_LOST, VERSION, freeze, restore, write
 from mrslam.agent.effects import Event
 from mrslam.alignment import Alignment, Evidence
 from mrslam.rbpf import MapperConfig
 from mrslam.spatial import InputError
 from mrslam.spatial.files.state_file import pack, read_state, write_state
-from tests.agent.duo import S, live, robot, scan
+from tests.agent.duo import SETTINGS, S, live, robot, scan
 
 
 def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
@@ -241,3 +241,29 @@ def test_a_slow_disk_has_one_save_at_a_time_and_the_end_is_what_stays(tmp_path: 
     again = robot("r1", 2)
     resume(again, keeper.path)
     assert again.mapper.stats.scans == 30
+
+
+def test_keyframes_that_were_not_published_before_a_restart_are_published_after_it(tmp_path: Path) -> None:
+    one, k = robot("r1", 1), 0
+    while k < 30 or not one.has_news:
+        live([one], k, k + 1)
+        k += 1
+    mapped = one.mapper.stats.processed
+    assert len(one.team.maps["r1"].local.keyframes.stamps_ns) < mapped
+    write(freeze(one), tmp_path / "state")
+    again = robot("r1", 2)
+    resume(again, tmp_path / "state")
+    again.on_tick(k * S // 10)
+    assert len(again.team.maps["r1"].local.keyframes.stamps_ns) == mapped
+
+
+def test_a_robot_that_began_another_map_is_not_looked_for_where_it_started_after_a_restart(tmp_path: Path) -> None:
+    settings = replace(SETTINGS, agent=AgentConfig(starts={"r1": [0.0, 0.0, 0.0], "r2": [5.0, 0.0, 0.0]}))
+    one, again = (Agent("r1", settings, boot_id=boot) for boot in (1, 2))
+    live([one], 0, 30)
+    one._begin_map()
+    live([one], 30, 60)
+    write(freeze(one), tmp_path / "state")
+    assert again.team.schedule._by_starts(("r1", "r2")) is not None
+    resume(again, tmp_path / "state")
+    assert again.team.schedule._by_starts(("r1", "r2")) is None

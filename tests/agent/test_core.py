@@ -213,9 +213,18 @@ def test_what_was_seen_and_where_the_map_lay_is_forgotten_with_a_map_that_is_giv
 def test_a_robot_relies_on_the_searches_of_those_in_sight_alone() -> None:
     one, two = robot("r1", 1), robot("r2", 1)
     live([one, two], 0, 20)
-    assert two.team.hints.searching == {"r1"}
+    assert two.node.searching == {"r1"}
     two.on_peer_left("r1", 3 * S)
-    assert two.team.hints.searching == set()
+    assert two.node.searching == set()
+
+
+def test_a_robot_that_searches_for_nothing_is_not_relied_on_by_its_token_or_after_a_restart() -> None:
+    two = robot("r2", 1)
+    for boot in (1, 2):
+        two.on_peer_joined("r1", 0)
+        assert boot == 2 or two.node.searching == set()  # a token alone says nothing
+        live([Agent("r1", SETTINGS, mode="mapper", boot_id=boot), two], 20 * boot, 20 * boot + 20)
+        assert "r1" in two.node.peers and two.node.searching == set()
 
 
 def test_a_robot_plans_on_the_teams_map_once_a_teammate_is_placed() -> None:

@@ -265,3 +265,43 @@ def test_of_a_robot_that_came_back_with_fewer_keyframes_those_that_stayed_are_sh
     team.keep_placed(60 * S)
     left = sum(tie.believed and tie.match.j < stayed for tie in team.layout.ties)
     assert len(team.layout.ties_m({"a": se2.IDENTITY, "b": T_A_B})) == left < before
+
+
+def test_the_own_map_keeps_its_walls_where_it_is_bent() -> None:
+    team = team_of()
+    align(team)
+    joined(team)
+    own = team.maps["a"].local
+    grid = own.map.to_grid()
+    T_team_own = team.layout.T_team_own
+    assert np.abs(T_team_own).max() > 0.05  # its frame is not the team's
+    cleared = team.without_ghosts(grid, of_own_map=True)
+    assert np.array_equal(cleared.cells, grid.cells)
+    haunted, k = grid.cells.copy(), len(own.keyframes.T_map_base) // 2
+    col, row = np.floor((own.keyframes.T_map_base[k, :2] - np.array(grid.origin_m)) / grid.resolution_m).astype(int)
+    haunted[row, col] = 100
+    assert team.without_ghosts(replace(grid, cells=haunted), of_own_map=True).cells[row, col] < 50  # it drove there
+
+
+def test_nothing_of_a_map_that_was_given_up_goes_into_the_next_joint_solution() -> None:
+    team = team_of()
+    align(team)
+    joined(team)
+    team.layout.place(team._alignments(), 16 * S)
+    team.take_map("b", KnownMap((2, 1), MAPS["b"]))
+    layout = team.layout
+    assert "b" not in layout.T_team_map | layout.placement.T_rigid | layout.bends
+    assert ("a", "b") not in team._confirmed
+    assert not any("b" in edge.pair for edge in layout.placement.edges)
+    assert team.next_job(17 * S) is None or not isinstance(team.next_job(17 * S), JoinJob)
+
+
+def test_a_robot_that_gave_its_own_map_up_is_where_its_new_one_begins() -> None:
+    team = team_of()
+    align(team)
+    joined(team)
+    assert np.abs(team.layout.T_team_own).max() > 0.05
+    team.displace("a")
+    assert np.array_equal(team.layout.T_team_own, se2.IDENTITY)
+    assert team.layout.T_team_map.keys() == {"a"} and not team.layout.bends
+    assert team.layout.ties_m(team.layout.T_team_map) == []

@@ -12,7 +12,9 @@ from mrslam.agent.effects import AlignJob, Event
 from mrslam.agent.known_map import KnownMap
 from mrslam.alignment import Alignment, Evidence, WallEvidence
 from mrslam.comms.maps.snapshots import published
+from mrslam.merge.graph.edges import pair_of
 from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, TiledMap
+from tests.agent.pairs.floors import Floors
 
 SECOND = 1_000_000_000
 
@@ -130,3 +132,10 @@ def test_a_robot_that_begins_a_new_map_shows_the_old_team_map_no_more() -> None:
     assert agent.team_map().grid.known_area_m2() > 10.0
     agent._begin_map()
     assert "b" not in agent.team_map().T_team_map and agent.team_map().grid.known_area_m2() == 0.0
+
+
+def test_pairs_are_in_one_order_whatever_the_seed_of_hashes() -> None:
+    names = [f"r{k}" for k in (5, 2, 8, 1, 9, 3, 7, 4, 6)]
+    team = Floors(*names)
+    want = [pair_of(name, other) for k, name in enumerate(names) for other in sorted(names[:k])]
+    assert list(team.beliefs) == want

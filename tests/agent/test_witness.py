@@ -11,12 +11,14 @@ from mrslam.agent import Agent
 from mrslam.agent.effects import AlignJob, Event
 from mrslam.agent.encounters import Encounters, Standing
 from mrslam.agent.known_map import KnownMap
+from mrslam.agent.pairs.belief import PairBelief
 from mrslam.agent.pairs.hypotheses import Hypotheses
 from mrslam.agent.pairs.weighing import weighed
 from mrslam.agent.witness import CHANGED_LLR, REPEAT_NS, Witness
 from mrslam.alignment import Alignment, Evidence, Rejection
 from mrslam.alignment.evidence import WallEvidence
 from mrslam.comms import TeammateClaim, TeammatePose
+from mrslam.comms.effects import EPOCHS
 from mrslam.merge.graph.edges import pair_of
 from mrslam.mutual_detection import MutualDetectionConfig, find_bodies
 from mrslam.spatial import se2
@@ -58,8 +60,10 @@ def watch(
     return witness, effects
 
 
-def claim(T_r1_r2: Transform, llr: float) -> TeammateClaim:
-    return TeammateClaim("r2", "r1", se2.inverse(T_r1_r2), llr)
+def claim(one: Agent, T_r1_r2: Transform, llr: float) -> TeammateClaim:
+    """Return what r2 says of the maps that r1 knows now."""
+    epochs = (one.team.maps["r2"].epoch, one.team.maps["r1"].epoch)
+    return TeammateClaim("r2", epochs[0], "r1", se2.inverse(T_r1_r2), llr, epochs[1] % EPOCHS)
 
 
 def walls(matched_m: float, contradicted_m: float) -> Evidence:
@@ -76,7 +80,7 @@ def test_a_place_where_nobody_is_is_given_up_once_both_robots_have_looked() -> N
     merge(one, NEARER.tolist())
     witness, effects = watch(one)
     assert effects == [] and "r2" in one.T_team_map  # one robot may be too low for the other's laser
-    witness.on_claim(claim(NEARER, -2.0), one.team, BEGIN + 20 * S)
+    witness.on_claim(claim(one, NEARER, -2.0), one.team, BEGIN + 20 * S)
     (unmerged,) = witness.look(one.team, BEGIN + 20 * S)
     assert isinstance(unmerged, Event) and unmerged.kind == "unmerged" and "nobody was there" in str(unmerged.fields)
     assert "r2" not in one.T_team_map
@@ -110,9 +114,9 @@ def test_a_place_through_others_where_nobody_is_ends_the_weakest_alignment_betwe
     through_r3(one, NEARER)
     witness, effects = watch(one)
     assert effects == [] and "r2" in one.T_team_map
-    ((peer, T, llr),) = witness.claims(one.team, BEGIN + 6 * S)
+    ((peer, T, llr, _),) = witness.claims(one.team, BEGIN + 6 * S)
     assert peer == "r2" and se2.difference(T, NEARER)[0] < 0.1 and llr < 0.0  # r2 is asked to look there, too
-    witness.on_claim(claim(NEARER, -2.0), one.team, BEGIN + 20 * S)
+    witness.on_claim(claim(one, NEARER, -2.0), one.team, BEGIN + 20 * S)
     (unmerged,) = witness.look(one.team, BEGIN + 20 * S)
     assert isinstance(unmerged, Event) and (unmerged.fields["a"], unmerged.fields["b"]) == ("r2", "r3")
     assert one.T_team_map.keys() == {"r1", "r3"} and witness.look(one.team, BEGIN + 21 * S) == []
@@ -129,7 +133,7 @@ def test_of_two_alignments_that_lead_where_nobody_is_the_better_one_is_believed(
     one = met()
     through_r3(one, NEARER)
     witness, _ = watch(one)
-    witness.on_claim(claim(NEARER, -2.0), one.team, BEGIN + 20 * S)
+    witness.on_claim(claim(one, NEARER, -2.0), one.team, BEGIN + 20 * S)
     witness.look(one.team, BEGIN + 20 * S)
     merge_pair(one, ("r2", "r3"), se2.between(NEARER, se2.transform(0.3, 0.1, 0.2)), 0.95)
     (unmerged,) = witness.look(one.team, BEGIN + 21 * S)
@@ -145,7 +149,7 @@ def test_what_two_others_saw_of_each_other_ends_an_alignment_between_them() -> N
     witness = Witness("r1", MutualDetectionConfig(teammates_visible=True))
     for peer, robot_id, T in (("r2", "r4", place), ("r4", "r2", se2.inverse(place))):
         assert witness.look(one.team, BEGIN) == []
-        witness.on_claim(TeammateClaim(peer, robot_id, T, -3.0), one.team, BEGIN)
+        witness.on_claim(TeammateClaim(peer, one.team.maps[peer].epoch, robot_id, T, -3.0), one.team, BEGIN)
     (unmerged,) = witness.look(one.team, BEGIN)
     assert isinstance(unmerged, Event) and (unmerged.fields["a"], unmerged.fields["b"]) == ("r2", "r3")
 
@@ -154,7 +158,7 @@ def test_the_right_place_through_others_stays() -> None:
     one = met()
     through_r3(one, RIGHT)
     witness, effects = watch(one)
-    witness.on_claim(claim(RIGHT, -99.0), one.team, BEGIN + 20 * S)
+    witness.on_claim(claim(one, RIGHT, -99.0), one.team, BEGIN + 20 * S)
     assert effects == [] == witness.look(one.team, BEGIN + 20 * S) and "r2" in one.T_team_map
 
 
@@ -162,7 +166,7 @@ def test_the_right_place_is_not_given_up_whatever_one_robot_claims() -> None:
     one = met()
     merge(one, RIGHT.tolist())
     witness, effects = watch(one)
-    witness.on_claim(claim(RIGHT, -99.0), one.team, BEGIN + 20 * S)
+    witness.on_claim(claim(one, RIGHT, -99.0), one.team, BEGIN + 20 * S)
     assert effects == [] == witness.look(one.team, BEGIN + 20 * S) and "r2" in one.T_team_map
 
 
@@ -221,11 +225,12 @@ def test_claims_are_made_when_they_change_and_repeated_seldom() -> None:
     one.team.beliefs["r1", "r2"].places.add(NEARER, "maps", 0)
     witness, _ = watch(one)
     now_ns = BEGIN + 9 * S
-    told = {round(llr): T for peer, T, llr in witness.claims(one.team, now_ns)}
+    told = {round(llr): T for peer, T, llr, _ in witness.claims(one.team, now_ns)}
     assert set(told) == {6, -3}
     np.testing.assert_allclose(told[6], RIGHT, atol=1e-9)
     assert witness.claims(one.team, now_ns + 2 * S) == []
-    witness.on_report(TeammatePose("r2", 0, np.zeros(3), 0), one.team, now_ns + REPEAT_NS)  # still in contact
+    epoch = one.team.maps["r2"].epoch
+    witness.on_report(TeammatePose("r2", 0, np.zeros(3), epoch), one.team, now_ns + REPEAT_NS)  # still in contact
     assert len(witness.claims(one.team, now_ns + REPEAT_NS)) == 2
 
 
@@ -235,12 +240,12 @@ def test_a_claim_is_made_again_where_it_changed_by_a_sighting_and_not_within_a_s
     witness, _ = watch(one)
     (place,) = one.team.beliefs["r1", "r2"].places
     now_ns = BEGIN + (len(OWN) - 1) * S  # of the last report
-    assert place.own is not None and [llr for _, _, llr in witness.claims(one.team, now_ns)] == [place.own.llr]
+    assert place.own is not None and [llr for _, _, llr, _ in witness.claims(one.team, now_ns)] == [place.own.llr]
     before = place.own
     place.own = replace(before, seen=before.seen - 2)
     assert abs(place.own.llr - before.llr) > CHANGED_LLR
     assert witness.claims(one.team, now_ns + S // 2) == []
-    assert [llr for _, _, llr in witness.claims(one.team, now_ns + S)] == [place.own.llr]
+    assert [llr for _, _, llr, _ in witness.claims(one.team, now_ns + S)] == [place.own.llr]
     assert witness.claims(one.team, now_ns + 2 * S) == []
 
 
@@ -324,7 +329,7 @@ def test_what_is_seen_is_said_of_the_same_place_whatever_the_order_of_names(own:
     wrong = places.add(nearer, "maps", 0)  # weighed by what was seen before
     witness.look(one.team, BEGIN + 9 * S)
     assert wrong is not None and wrong.own is not None and wrong.own.seen == 0 and wrong.own.not_there >= 3
-    told = {llr > 0.0: T_own_other for _, T_own_other, llr in witness.claims(one.team, BEGIN + 9 * S)}
+    told = {llr > 0.0: T_own_other for _, T_own_other, llr, _ in witness.claims(one.team, BEGIN + 9 * S)}
     np.testing.assert_allclose(told[True], RIGHT, atol=1e-9)
     np.testing.assert_allclose(told[False], NEARER, atol=1e-9)
 
@@ -366,3 +371,34 @@ def test_only_reports_of_the_time_of_a_scan_count_and_each_place_once() -> None:
     assert len(encounters.moments("r2", 1)) == 2
     assert encounters.on_report(TeammatePose("r2", stamp_ns, MATE[0], 2)) is not None  # in another map
     assert len(encounters.moments("r2", 2)) == 1 and encounters.moments("r2", 1) == []
+
+
+def test_nothing_is_claimed_of_a_map_that_its_robot_gave_up() -> None:
+    one = met()
+    merge_pair(one, ("r1", "r2"), RIGHT)
+    witness, _ = watch(one)
+    t_ns = BEGIN + 40 * S
+    epoch = one.team.maps["r2"].epoch
+    for reported, claims in ((epoch + 1, 0), (epoch, 1)):  # r2's new map has not come yet
+        witness.on_report(TeammatePose("r2", t_ns, np.zeros(3), reported, np.empty((0, 2))), one.team, t_ns)
+        assert len(witness.claims(one.team, t_ns)) == claims
+
+
+@pytest.mark.parametrize(("of_peer", "of_robot", "counts"), [(0, 0, True), (1, 0, False), (0, 1, False)])
+def test_a_claim_counts_for_the_maps_that_it_is_about_alone(of_peer: int, of_robot: int, counts: bool) -> None:
+    one = met()
+    made = claim(one, RIGHT, 6.0)
+    about = (made.of_robot or 0) + of_robot
+    Witness("r1", MutualDetectionConfig()).on_claim(
+        replace(made, epoch=made.epoch + of_peer, of_robot=about), one.team, BEGIN
+    )
+    assert bool(list(one.team.beliefs["r1", "r2"].places)) == counts
+
+
+def test_what_was_told_of_places_that_are_gone_is_forgotten() -> None:
+    one = met()
+    merge_pair(one, ("r1", "r2"), RIGHT)
+    witness, _ = watch(one)
+    assert witness.claims(one.team, BEGIN + 9 * S) and witness._told
+    one.team.beliefs["r1", "r2"] = PairBelief()
+    assert not witness.claims(one.team, BEGIN + 10 * S) and not witness._told

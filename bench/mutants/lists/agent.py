@@ -62,7 +62,7 @@ MUTANTS = (
     ),
     Mutant(
         CORE,
-        "if self._has_news and not self.self_doubt.doubtful and self._publish_due(now_ns, AT_REST):",
+        "if self.has_news and not self.self_doubt.doubtful and self._publish_due(now_ns, AT_REST):",
         "if False:",
         "where a robot stops, its last keyframes are never published",
     ),
@@ -272,7 +272,7 @@ MUTANTS = (
     ),
     Mutant(
         CORE,
-        '                    self.team.hints.meet(effect.peer, searches=effect.mode == "distributed")\n',
+        "                    self.team.hints.meet()\n",
         "                    pass\n",
         "a robot that comes later is not told where maps were found",
     ),
@@ -374,9 +374,57 @@ MUTANTS = (
     ),
     Mutant(
         "agent/core.py",
-        "            case comms.PeerGone():\n                    self.team.hints.part(effect.peer)",
-        "            case comms.PeerGone():\n                    pass",
-        "a robot waits for searches of one that is gone",
+        "job = self.team.next_job(now_ns, self.node.searching)",
+        "job = self.team.next_job(now_ns)",
+        "two robots in sight of each other both search for their pair",
+    ),
+    Mutant(
+        "agent/team.py",
+        "for other in sorted(self.maps.keys() - {robot_id}):",
+        "for other in self.maps.keys() - {robot_id}:",
+        "one seed gives other bytes in another process",
+    ),
+    Mutant(
+        "agent/team.py",
+        "            paths = [bend.unbent(path) for path in paths]\n",
+        "            pass\n",
+        "walls are erased from the own map where it is bent to fit others",
+    ),
+    Mutant(
+        "agent/layout.py",
+        "            self.placement = self.placement.without({robot_id})\n",
+        "            del self.placement.T_team_map[robot_id]\n",
+        "a map begun anew is joined where the old one lay",
+    ),
+    Mutant(
+        "agent/layout.py",
+        "            self.placement = Placement(anchor=self.placement.anchor, T_team_map={robot_id: se2.IDENTITY})\n",
+        "            self.placement = self.placement.without(self.T_team_map.keys() - {robot_id})\n",
+        "a robot that began a new map is taken to be bent as its old one was",
+    ),
+    Mutant(
+        "agent/checkpoint.py",
+        "        agent.team.schedule.forget_start(robot_id)\n",
+        "        pass\n",
+        "a robot that began a new map and was started again is looked for where its first one began",
+    ),
+    Mutant(
+        "agent/checkpoint.py",
+        "    agent.has_news = mapper.stats.processed > 0",
+        "    agent.has_news = False",
+        "the last keyframes before a restart are never told to teammates",
+    ),
+    Mutant(
+        "agent/witness.py",
+        "is_here = now_ns - heard_ns < IN_CONTACT_NS and heard_epoch == epoch",
+        "is_here = now_ns - heard_ns < IN_CONTACT_NS",
+        "what was seen of a teammate's old map is told of its new one",
+    ),
+    Mutant(
+        "agent/witness.py",
+        "        self._told = told  # of places that are gone nothing is kept\n",
+        "        self._told |= told\n",
+        "what was told of places is kept for ever",
     ),
     Mutant(
         "agent/map_check.py",
@@ -399,7 +447,7 @@ MUTANTS = (
     Mutant(
         "agent/core.py",
         "self.frame.T_frame_map = self.tracking.T_saved_own",
-        "self._has_news = False",
+        "self.has_news = False",
         "a tracked pose is told in the frame as it was aligned",
     ),
     Mutant(

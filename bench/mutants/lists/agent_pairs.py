@@ -147,8 +147,8 @@ MUTANTS = (
     ),
     Mutant(
         HINTS,
-        "b == self.own_id and a in self.searching and a not in self._failed",
-        "b == self.own_id and a in self.searching",
+        "b == self.own_id and a in searching and a not in self._failed",
+        "b == self.own_id and a in searching",
         "a robot relies on the searches of a teammate whose hints are wrong",
     ),
     Mutant(
@@ -195,8 +195,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/hints.py",
-        "        self.searching.discard(peer)\n",
-        "        pass\n",
+        "and a in searching and",
+        "and",
         "a robot waits for the searches of a teammate that is gone",
     ),
     Mutant(

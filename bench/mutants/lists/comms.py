@@ -255,9 +255,9 @@ MUTANTS = (
         "a link on which the other hears nothing any more counts as good",
     ),
     Mutant(
-        AROUND,
-        "            epoch = beacon.boot + beacon.epoch_offset\n",
-        "            epoch = beacon.boot\n",
+        "comms/wire/presence_messages.py",
+        "        return self.boot + self.epoch_offset\n",
+        "        return self.boot\n",
         "after a new map a teammate is neither masked nor looked for",
     ),
     Mutant(
@@ -397,5 +397,57 @@ MUTANTS = (
         "tile if tile is old.get(index) else _stamped(tile, old.get(index), last, new.revision)",
         "tile",
         "a tile that changed under an old revision never reaches teammates",
+    ),
+    Mutant(
+        "comms/maps/staged_maps.py",
+        "        except InputError as error:\n",
+        "        except ZeroDivisionError as error:\n",
+        "a teammate's map whose parts do not fit together ends the process",
+    ),
+    Mutant(
+        "comms/maps/staged_maps.py",
+        "if any(block.stamps_ns.size != BLOCK for block in whole.blocks[:-1]):",
+        "if False:",
+        "keyframes of a map that skips some are taken for others",
+    ),
+    Mutant(
+        "comms/maps/store.py",
+        """        self.maps[robot_id] = snapshot.local_map  # first: it raises where the parts do not fit together
+        self._newest[robot_id] = snapshot
+""",
+        """        self._newest[robot_id] = snapshot
+        self.maps[robot_id] = snapshot.local_map  # first: it raises where the parts do not fit together
+""",
+        "a map that was refused counts as held, and is never asked for again",
+    ),
+    Mutant(
+        "comms/node.py",
+        "        self._neighbourhood.beacons.forget()\n",
+        "",
+        "the first beacon of a new map tells where the robot was in the old one",
+    ),
+    Mutant(
+        "comms/effects.py",
+        "return self.epoch == peer_epoch and self.of_robot in (None, robot_epoch % EPOCHS)",
+        "return self.of_robot in (None, robot_epoch % EPOCHS)",
+        "what was seen in a map that a teammate gave up counts for its new one",
+    ),
+    Mutant(
+        "comms/effects.py",
+        "return self.epoch == peer_epoch and self.of_robot in (None, robot_epoch % EPOCHS)",
+        "return self.epoch == peer_epoch",
+        "what a teammate saw of the map that this robot gave up counts for its new one",
+    ),
+    Mutant(
+        "comms/node.py",
+        'if known.boot and MODES[known.mode] == "distributed"',
+        'if MODES[known.mode] == "distributed"',
+        "a robot that only maps is waited for to search, until its first beacon",
+    ),
+    Mutant(
+        "comms/maps/persistence.py",
+        "    store.own_epoch = epoch\n    for robot, snapshot in kept.items():",
+        "    for robot, snapshot in kept.items():",
+        "a robot that is started again begins another map for its teammates",
     ),
 )

@@ -512,4 +512,16 @@ MUTANTS = (
         "least = GOOD_INLIERS if self.predictor.is_after_pause else 0.0",
         "a robot whose scan fits in part is put where it fits nothing",
     ),
+    Mutant(
+        "rbpf/filter/publisher.py",
+        "changed, self._news = self._news != list(news), list(news)",
+        "changed, self._news = False, list(news)",
+        "keyframes of a robot that sees nothing new are never published",
+    ),
+    Mutant(
+        "rbpf/front_end/prediction.py",
+        "            elapsed_s = PAUSE_TIMES * self._interval_s  # one long pause does not make others usual\n",
+        "",
+        "after one long pause others are not noticed",
+    ),
 )

@@ -42,6 +42,7 @@ class Floors(Team):
 
     def __init__(self, *robots: str, settings: Settings | None = None) -> None:
         super().__init__("r2", settings or Settings(agent=AgentConfig(align_interval_s=10.0, align_growth=0.1)))
+        self.searching: set[str] = set()
         for robot in robots:
             self.grow(robot, 64)
 
@@ -55,7 +56,7 @@ class Floors(Team):
 
     def job(self, t_s: float) -> AlignJob:
         """Return the alignment that is due."""
-        job = self.next_job(round(t_s * S))
+        job = self.next_job(round(t_s * S), self.searching)
         assert isinstance(job, AlignJob)
         return job
 
@@ -71,7 +72,7 @@ class Floors(Team):
 
     def due(self, t_s: float) -> tuple[str, str] | None:
         """Return the pair that is due, if one is."""
-        job = self.next_job(round(t_s * S))
+        job = self.next_job(round(t_s * S), self.searching)
         return (job.a, job.b) if isinstance(job, AlignJob) else None
 
 

@@ -112,7 +112,7 @@ def test_what_is_found_is_told_a_few_times_and_again_to_who_comes() -> None:
     [(robot_id, T_r2_r1)] = Hints("r2").news(team.beliefs, 0)
     assert robot_id == "r1" and T_r2_r1 == pytest.approx([-1.0, 0.0, 0.0])
     assert Hints("r3").news(team.beliefs, 0) == []  # another's pair
-    team.hints.meet("c", searches=True)
+    team.hints.meet()
     assert len(team.hints.news(team.beliefs, 100 * REPEAT_NS)) == 1
 
 
@@ -184,22 +184,15 @@ def test_who_is_followed_is_searched_for_nearby_if_it_is_not_at_its_place_and_wh
 def test_the_second_of_two_robots_waits_for_what_the_first_finds_while_that_can_be_relied_on() -> None:
     beliefs = {("r1", "r2"): PairBelief(), ("r2", "r3"): PairBelief(), ("r1", "r3"): PairBelief()}
     hints = Hints("r2")
-    assert hints.awaited(beliefs) == set()
-    hints.meet("r1", searches=True)
-    hints.meet("r3", searches=True)
-    assert hints.awaited(beliefs) == {("r1", "r2")}
+    assert hints.awaited(beliefs, ()) == set()
+    assert hints.awaited(beliefs, {"r1", "r3"}) == {("r1", "r2")}
     hints._failed["r1"] = 1
-    assert hints.awaited(beliefs) == set()
-    del hints._failed["r1"]
-    hints.part("r1")
-    assert hints.awaited(beliefs) == set()
-    hints.meet("r1", searches=False)
-    assert hints.awaited(beliefs) == set()
+    assert hints.awaited(beliefs, {"r1", "r3"}) == set()
 
 
 def test_a_pair_that_a_teammate_searches_for_is_searched_for_here_with_patience() -> None:
     alone, served = Floors("r2", "r1"), Floors("r2", "r1")
-    served.hints.meet("r1", searches=True)
+    served.searching = {"r1"}
     for team in (alone, served):
         team.align(NOT_THERE, 0.0)
         team.grow("r1", 400, 2)
@@ -216,7 +209,7 @@ def test_a_hint_about_two_that_loops_hold_already_is_not_tried(both_are_tied: bo
         team.beliefs[pair].stability.believed = found()
     team.hints.hear(hint("r1", "r3"))
     places = {name: np.zeros(3) for name in team.maps}
-    job = team.hints.next_job(team.beliefs, team.maps, places, team._schedule.config, 0)
+    job = team.hints.next_job(team.beliefs, team.maps, places, team.schedule.config, 0)
     assert (job is None) == both_are_tied
 
 
@@ -243,7 +236,7 @@ def test_a_hint_about_a_new_map_is_heard_though_it_says_the_same_place_as_one_ab
 def test_where_searches_are_random_a_teammates_search_is_not_waited_for(method: str, waits: bool) -> None:
     config = AgentConfig(align_interval_s=10.0, align_growth=0.1, align_method=method)
     team = Floors("r2", "r1", settings=Settings(agent=config))
-    team.hints.meet("r1", searches=True)
+    team.searching = {"r1"}
     team.align(NOT_THERE, 0.0)
     team.grow("r1", 400, 2)
     team.grow("r2", 400, 2)

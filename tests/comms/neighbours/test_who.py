@@ -23,7 +23,7 @@ from mrslam.comms import (
 )
 from mrslam.comms.wire.frames import team_tag
 from mrslam.comms.wire.messages import Bye, encode
-from mrslam.spatial import InputError
+from mrslam.spatial import InputError, LocalMap, TiledMap
 from tests.comms.team import QUICK, SECOND, Team, big_map
 
 TAG = team_tag("team")
@@ -195,11 +195,12 @@ def test_what_a_teammate_saw_arrives_with_its_pose_and_costs_nothing_when_it_saw
     assert a.sightings_bytes == 0
     seen_m = np.array([[9.0 - k, 0.5] for k in range(9)])
     a.set_own_pose(np.array([1.0, 2.0, 0.5]), team.now_ns, seen_m)
-    a.add_claims([("b", np.array([-3.0, 4.0, 2.0]), -2.96)])
+    a.add_claims([("b", np.array([-3.0, 4.0, 2.0]), -2.96, 2**40 + 7)])
     team.run(0.5)
     pose, claim = team.of(TeammatePose, "b")[-1], team.of(TeammateClaim, "b")[-1]
     np.testing.assert_allclose(pose.bodies_m, seen_m[:0:-1], atol=0.006)  # the eight nearest
     assert (claim.peer, claim.robot, claim.llr) == ("a", "b", -3.0)
+    assert (claim.epoch, claim.of_robot) == (a.store.own_epoch, 7)
     np.testing.assert_allclose(claim.T_peer_robot, [-3.0, 4.0, 2.0], atol=6e-4)
     assert 40 < a.sightings_bytes < 100
     a.set_own_pose(np.array([2.0, 2.0, 0.5]), team.now_ns)
@@ -226,7 +227,7 @@ def test_hints_arrive_with_the_epoch_of_their_map_each_once_and_more_than_a_beac
 def test_more_claims_than_a_beacon_holds_come_with_the_next():
     team = Team("ab", config=replace(QUICK, beacon_period_s=0.25))
     team.run(2)
-    team.nodes["a"].add_claims([("b", np.array([float(k), 0.0, 0.0]), 1.0) for k in range(11)])
+    team.nodes["a"].add_claims([("b", np.array([float(k), 0.0, 0.0]), 1.0, 1) for k in range(11)])
     team.run(2)
     assert [claim.T_peer_robot[0] for claim in team.of(TeammateClaim, "b")] == list(range(11))
 
@@ -243,7 +244,7 @@ def test_a_beacon_that_comes_late_or_twice_tells_nothing():
     for k in range(3):
         now_ns = 10 * k * SECOND
         a.set_own_pose(np.array([float(k), 0.0, 0.0]), now_ns)
-        a.add_claims([("b", np.array([float(k), 0.0, 0.0]), 1.0)])
+        a.add_claims([("b", np.array([float(k), 0.0, 0.0]), 1.0, 1)])
         beacons.append(beacon_at(a, now_ns))
     heard = [effect for k in (0, 2, 1, 2) for effect in b.on_message(beacons[k], 30 * SECOND, "a")]
     assert [e.T_map_base[0] for e in heard if isinstance(e, TeammatePose)] == [0.0, 2.0]
@@ -282,3 +283,22 @@ def test_where_a_teammate_is_says_in_which_of_its_maps():
     a.set_own_pose(np.zeros(3), 0)
     (pose,) = [e for e in b.on_message(beacon_at(a, 0), 0, "a") if isinstance(e, TeammatePose)]
     assert pose.epoch == a.store.own_epoch == 2
+
+
+def test_the_first_beacon_of_a_new_map_says_nothing_of_the_old_one() -> None:
+    a, b = CommsNode("a", "team", 1, QUICK), CommsNode("b", "team", 1, QUICK)
+    a.publish(LocalMap(TiledMap(0.05, {}, 1)), 0)
+    a.set_own_pose(np.array([12.0, 3.0, 0.0]), 0, np.ones((1, 2)))
+    a.add_hints([("b", np.zeros(3))])
+    a.add_claims([("b", np.zeros(3), 2.0, 1)])
+    a.begin_map()
+    heard = b.on_message(beacon_at(a, 0), 0, "a")
+    assert not any(isinstance(effect, TeammatePose | TeammateClaim | TeammateHint) for effect in heard)
+
+
+def test_the_newest_claim_about_a_place_is_told_and_no_older_one() -> None:
+    a, b = CommsNode("a", "team", 1, QUICK), CommsNode("b", "team", 1, QUICK)
+    for llr in (1.0, 2.0, 3.0):
+        a.add_claims([("b", np.zeros(3), llr, 1)])
+    claims = [one.llr for one in b.on_message(beacon_at(a, 0), 0, "a") if isinstance(one, TeammateClaim)]
+    assert claims == [3.0]

@@ -207,3 +207,19 @@ def test_a_robot_that_resumes_after_a_pause_knows_of_it() -> None:
     again.restore(predictor.state())
     far = np.array([9.0, 0.0, 0.2])  # no jump: it had a minute to get there
     assert predictor.dead_reckoned(far)[0] == again.dead_reckoned(far)[0] == 9.0
+
+
+def test_a_pause_is_noticed_after_a_much_longer_one() -> None:
+    predictor = Predictor(0.1)
+    for elapsed_s in (*[0.1] * 50, 600.0, *[0.1] * 20):
+        predictor.wait(elapsed_s)
+    assert not predictor.is_after_pause
+    predictor.wait(30.0)
+    assert predictor.is_after_pause
+
+
+def test_a_laser_that_becomes_slow_for_good_pauses_no_more() -> None:
+    predictor = Predictor(0.1)
+    for elapsed_s in (*[0.1] * 50, *[5.0] * 10):
+        predictor.wait(elapsed_s)
+    assert not predictor.is_after_pause
