@@ -73,6 +73,8 @@ class TeamGraph:
         self.config = config or MergeConfig()
         self._nodes: dict[str, Node] = {}
         self._known_poses: dict[str, se2.Transform] = {}
+        self._solved: tuple[object, dict[str, se2.Transform], dict[Pair, Edge]] = (None, {}, {})
+        """What was solved last, its places and its tree (a cache): most placements are for maps that grew."""
 
     @property
     def robots(self) -> list[str]:
@@ -193,8 +195,11 @@ class TeamGraph:
         if start is None:
             return {}, {}
         inside = {pair: edge for pair, edge in edges.items() if pair[0] in group}
-        tree = tree_of(inside)
-        return jointly(chain(tree, start), inside.values(), start, self.config), tree
+        asked = (start, *(edge.content for edge in inside.values()))
+        if self._solved[0] != asked:
+            tree = tree_of(inside)
+            self._solved = asked, jointly(chain(tree, start), inside.values(), start, self.config), tree
+        return {robot_id: pose.copy() for robot_id, pose in self._solved[1].items()}, self._solved[2]
 
 
 def _contradicted(

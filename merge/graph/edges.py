@@ -43,6 +43,11 @@ class Edge:
         """The ids."""
         return self.a, self.b
 
+    @property
+    def content(self) -> tuple[Pair, bytes, bytes, float]:
+        """All of it, for telling whether anything has changed."""
+        return self.pair, self.T_a_b.tobytes(), self.covariance.tobytes(), self.confidence
+
     def from_to(self, a: str) -> se2.Transform:
         """Return the transform that maps points of the other robot's map into ``a``'s."""
         return self.T_a_b if a == self.a else se2.inverse(self.T_a_b)

@@ -213,9 +213,12 @@ def test_what_was_seen_and_where_the_map_lay_is_forgotten_with_a_map_that_is_giv
 def test_a_robot_relies_on_the_searches_of_those_in_sight_alone() -> None:
     one, two = robot("r1", 1), robot("r2", 1)
     live([one, two], 0, 20)
-    assert two.node.searching == {"r1"}
+    relied_on: list[set[str]] = []
+    two.team.next_job = lambda _, searching=(): relied_on.append(set(searching))  # type: ignore[method-assign]
+    two.next_job(3 * S)
     two.on_peer_left("r1", 3 * S)
-    assert two.node.searching == set()
+    two.next_job(4 * S)
+    assert relied_on == [{"r1"}, set()]
 
 
 def test_a_robot_that_searches_for_nothing_is_not_relied_on_by_its_token_or_after_a_restart() -> None:

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from mrslam.merge import MergeConfig, TeamGraph
+from mrslam.merge import MergeConfig, TeamGraph, team_graph
+from mrslam.merge.graph.solve import jointly
 from mrslam.spatial import InputError, OccupancyGrid, se2
 from tests.merge.plans import alignment, truth
 
@@ -184,3 +185,28 @@ def test_nonsense_is_refused_in_words():
 def test_an_empty_team_is_nothing():
     placement = TeamGraph().place({})
     assert (placement.anchor, placement.T_team_map, placement.unplaced, placement.edges) == (None, {}, {}, ())
+
+
+def test_what_was_solved_is_not_solved_again_and_whatever_changes_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    solved = []
+    monkeypatch.setattr(team_graph, "jointly", lambda *asked: solved.append(asked) or jointly(*asked))
+    graph, poses = graph_of({"a": 10.0, "b": 10.0, "c": 10.0})
+    for a, b, off in (("a", "b", 0.0), ("b", "c", 0.0), ("a", "c", 0.05)):
+        join(graph, poses, a, b, off=(off, 0.0, 0.0))
+    first = graph.place("a")
+    first.T_team_map["b"][0] += 9.0  # what a caller does with it is its own affair
+    again = graph.place("a")
+    assert len(solved) == 1 and again.T_team_map["b"][0] != first.T_team_map["b"][0]
+    for change in (
+        lambda: join(graph, poses, "a", "c", off=(0.06, 0.0, 0.0)),
+        lambda: join(graph, poses, "a", "c", 0.8, off=(0.06, 0.0, 0.0)),
+    ):
+        change()
+        before, now = len(solved), graph.place("a")
+        fresh, _ = graph_of({"a": 10.0, "b": 10.0, "c": 10.0})
+        fresh.found = graph.found
+        assert len(solved) == before + 1
+        assert {x: T.tobytes() for x, T in now.T_team_map.items()} == {
+            x: T.tobytes() for x, T in fresh.place("a").T_team_map.items()
+        }
+    assert graph.place("b").anchor == "b" and np.allclose(graph.place("b").T_team_map["b"], 0.0)

@@ -597,4 +597,16 @@ MUTANTS = (
         "i + 1",
         "the lower half of a tile is not bent again",
     ),
+    Mutant(
+        "merge/graph/edges.py",
+        "return self.pair, self.T_a_b.tobytes(), self.covariance.tobytes(), self.confidence",
+        "return self.pair, self.covariance.tobytes(), self.confidence",
+        "maps stay where they were though their alignment was corrected",
+    ),
+    Mutant(
+        "merge/team_graph.py",
+        "return {robot_id: pose.copy() for robot_id, pose in self._solved[1].items()}, self._solved[2]",
+        "return self._solved[1], self._solved[2]",
+        "the first placement changes the next ones",
+    ),
 )
