@@ -31,7 +31,10 @@ REVISIONS_LOST = 1000
 
 
 def freeze(agent: Agent) -> Packed:
-    """Copy the robot's state as it is now; milliseconds, so that the copy can be written elsewhere."""
+    """Copy the robot's state as it is now, so that the copy can be written elsewhere.
+
+    It takes milliseconds: of maps that have not changed since the last time nothing is copied.
+    """
     return pack(
         {
             "robot": agent.robot_id,

@@ -21,8 +21,12 @@ def store_state(store: MapStore) -> dict[str, Any]:
     What is staged is left out, and saved maps that this robot was given: it is given them again.
     """
     newest = {name: store.newest(name) for name in (*store.digest(), *store.saved_digest()) if name not in store.given}
-    maps = {robot: _snapshot_state(snapshot) for robot, snapshot in newest.items() if snapshot is not None}
-    return {"epoch": store.own_epoch, "maps": maps}
+    before, store.states = store.states, {}
+    for robot, snapshot in newest.items():
+        if snapshot is not None:
+            held, state = before.get(robot, (None, {}))
+            store.states[robot] = (snapshot, state if held is snapshot else _snapshot_state(snapshot))
+    return {"epoch": store.own_epoch, "maps": {robot: state for robot, (_, state) in store.states.items()}}
 
 
 def restore_store(store: MapStore, state: dict[str, Any], skip: int) -> None:
@@ -45,7 +49,7 @@ def restore_store(store: MapStore, state: dict[str, Any], skip: int) -> None:
 
 
 def _snapshot_state(snapshot: Snapshot) -> dict[str, Any]:
-    """Return a snapshot of N tiles and K keyframes in B blocks as arrays.
+    """Return a snapshot of N tiles and K keyframes in B blocks as arrays of its own, read-only.
 
     ``places (N, 2)``, ``revisions (N,)``, ``cells (N, 64, 64) int8``; ``block_revisions (B,)``, ``stamps_ns (K,)``,
     ``poses (K, 3) int32`` (mm, mm, 0.1 mrad), ``edges (E, 11)`` as ``wire.edge_codec`` has them; ``proof`` in hex.
@@ -55,7 +59,7 @@ def _snapshot_state(snapshot: Snapshot) -> dict[str, Any]:
         np.stack([tile.cells for tile in tiles.values()]) if tiles else np.empty((0, TILE_CELLS, TILE_CELLS), np.int8)
     )
     blocks, scans = snapshot.blocks, to_key_scans(snapshot.blocks)
-    return {
+    state: dict[str, Any] = {
         "epoch": snapshot.epoch,
         "revision": snapshot.map.revision,
         "resolution_m": snapshot.map.resolution_m,
@@ -69,6 +73,10 @@ def _snapshot_state(snapshot: Snapshot) -> dict[str, Any]:
         "edges": np.concatenate([np.empty((0, COLUMNS), np.int64), *(block.edges for block in blocks)]),
         "scans": {"starts": scans.starts, "polar": scans.polar, "origins": scans.origins},
     }
+    for array in (*state.values(), *state["scans"].values()):
+        if isinstance(array, np.ndarray):
+            array.flags.writeable = False
+    return state
 
 
 def _snapshot(state: dict[str, Any]) -> Snapshot:

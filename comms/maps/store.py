@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from dataclasses import replace
+from typing import Any
 
 from mrslam.comms.config import CommsConfig
 from mrslam.comms.maps.seal import MapSeal
@@ -39,6 +40,8 @@ class MapStore:
         self.seal: MapSeal | None = None
         self._newest: dict[str, Snapshot] = {}
         self._history: dict[str, OrderedDict[Version, Snapshot]] = {}
+        self.states: dict[str, tuple[Snapshot, dict[str, Any]]] = {}
+        """By robot: a snapshot and its state on disk (a cache): few maps have changed since the last checkpoint."""
 
     def use_seal(self, seal: MapSeal) -> None:
         """Sign the own map from now on, and take only signed ones."""

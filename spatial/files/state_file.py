@@ -27,11 +27,14 @@ class Packed:
     """A copy of a state, taken at one moment; the original may change while the copy is written."""
 
     header: bytes
-    blobs: tuple[bytes, ...]
+    blobs: tuple[bytes | memoryview, ...]
 
 
 def pack(state: Any) -> Packed:
-    """Copy a state made of numbers, text, None, arrays, and lists and dicts of them (dict keys: text)."""
+    """Copy a state made of numbers, text, None, arrays, and lists and dicts of them (dict keys: text).
+
+    Arrays that own what they hold and are read-only are not copied, for nobody can change them.
+    """
     blobs = _Blobs()
     header = json.dumps(_packed(state, blobs), separators=(",", ":"), allow_nan=True).encode()
     return Packed(header, tuple(blobs.parts))
@@ -73,13 +76,14 @@ class _Blobs:
     """Arrays laid end to end."""
 
     def __init__(self) -> None:
-        self.parts: list[bytes] = []
+        self.parts: list[bytes | memoryview] = []
         self.end = 0
 
     def add(self, array: np.ndarray[Any, Any]) -> int:
         start = self.end
-        self.parts.append(np.ascontiguousarray(array).tobytes())
-        self.end += len(self.parts[-1])
+        is_fixed = array.base is None and not array.flags.writeable and array.flags.c_contiguous and array.size > 0
+        self.parts.append(array.data.cast("B") if is_fixed else np.ascontiguousarray(array).tobytes())
+        self.end += array.nbytes
         return start
 
 

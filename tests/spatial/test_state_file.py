@@ -78,3 +78,17 @@ def test_errors_say_what_is_wrong(tmp_path: Path) -> None:
     path.write_bytes(path.read_bytes()[:-1])
     with pytest.raises(InputError, match="cut off or damaged"):
         read_state(path, "thing", 1)
+
+
+def test_what_may_change_is_copied_and_what_cannot_is_not(tmp_path: Path) -> None:
+    fixed, may_change = np.full((2, 3), 7, dtype=np.int32), np.arange(4.0)
+    fixed.flags.writeable = False
+    view = may_change.view()
+    view.flags.writeable = False  # what it shows may change all the same
+    packed = pack({"fixed": fixed, "may": may_change, "view": view, "none": np.empty((0, 3), np.int8)})
+    may_change[:] = 9.0
+    assert np.shares_memory(np.frombuffer(packed.blobs[0], dtype=np.int32), fixed)
+    write_state(tmp_path / "state", "kind", 1, packed)
+    state = read_state(tmp_path / "state", "kind", 1)
+    assert np.array_equal(state["fixed"], fixed) and state["none"].shape == (0, 3)
+    assert np.array_equal(state["may"], np.arange(4.0)) and np.array_equal(state["view"], np.arange(4.0))

@@ -450,4 +450,10 @@ MUTANTS = (
         "    for robot, snapshot in kept.items():",
         "a robot that is started again begins another map for its teammates",
     ),
+    Mutant(
+        "comms/maps/persistence.py",
+        "state if held is snapshot else _snapshot_state(snapshot)",
+        "state if held is not None else _snapshot_state(snapshot)",
+        "a checkpoint holds maps as they were at the first one",
+    ),
 )

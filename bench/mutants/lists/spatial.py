@@ -231,4 +231,10 @@ MUTANTS = (
         "TILE_CELLS, size, TILE_CELLS",
         "a grid that begins within a tile is cut at other places than the lattice",
     ),
+    Mutant(
+        "spatial/files/state_file.py",
+        "is_fixed = array.base is None and not array.flags.writeable",
+        "is_fixed = not array.flags.writeable",
+        "a checkpoint is written while what it holds changes",
+    ),
 )

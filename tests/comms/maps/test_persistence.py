@@ -71,3 +71,16 @@ def test_a_map_of_another_resolution_is_another_map():
     node.publish(LocalMap(coarse), 0)
     assert node.store.version("a") == (6, 2)
     assert node.store.maps["a"].map.tiles.keys() == coarse.tiles.keys()
+
+
+def test_of_maps_that_have_not_changed_nothing_is_copied_for_the_next_checkpoint():
+    node = CommsNode("a", "team", 5, QUICK)
+    node.publish(big_map(200), 0)
+    node.give_saved("office@monday", big_map(200, seed=1), 77)
+    first, second = (store_state(node.store)["maps"]["a"] for _ in range(2))
+    assert first is second
+    assert not first["cells"].flags.writeable and not first["scans"]["polar"].flags.writeable
+    newer = big_map(200, seed=2)
+    node.publish(replace(newer, map=TiledMap(newer.map.resolution_m, newer.map.tiles, 9)), 0)
+    third = store_state(node.store)["maps"]["a"]
+    assert third["revision"] == 9 and third["cells"].tobytes() != first["cells"].tobytes()
