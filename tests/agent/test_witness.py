@@ -257,6 +257,14 @@ def test_bodies_are_reported_until_the_teammate_is_placed() -> None:
     assert witness.bodies_m(one.team, BEGIN + 9 * S) is None
 
 
+def test_no_bodies_are_reported_of_a_teammate_that_is_placed_by_way_of_others_until_it_is_missed_there() -> None:
+    for T_r1_r2, is_settled in ((RIGHT, True), (NEARER, False)):
+        one = met()
+        through_r3(one, T_r1_r2)
+        witness, _ = watch(one)
+        assert (witness.bodies_m(one.team, BEGIN + 9 * S) is None) == is_settled
+
+
 def test_furniture_is_reported_for_some_seconds_and_what_moves_always() -> None:
     standing, still = Standing(), np.array([2.0, 1.0])
     said = [standing.are_new(np.array([still, [0.1 * k, 5.0]]), k * S // 2).tolist() for k in range(20)]

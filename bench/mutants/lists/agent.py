@@ -600,4 +600,10 @@ MUTANTS = (
         "1.0",
         "publishing costs more with every metre that is mapped",
     ),
+    Mutant(
+        "agent/witness.py",
+        "T_a_b = team.layout.T_between(*pair) if belief.alignment is None else belief.alignment.T_a_b",
+        "T_a_b = None if belief.alignment is None else belief.alignment.T_a_b",
+        "robots that others lead to each other send for ever what they see of each other",
+    ),
 )
