@@ -71,13 +71,16 @@ class Witness:
         return self._encounters.moving_bodies_m() if wanting else None
 
     def _is_settled(self, team: Team, peer: str) -> bool:
-        """Return whether a teammate is placed, by its alignment or by way of others, where nobody missed it."""
+        """Return whether a teammate was seen where it is placed, by its alignment or by way of others.
+
+        One that was not, though nobody missed it there, may stand somewhere else, in sight.
+        """
         belief = team.beliefs.get(pair := pair_of(self.robot_id, peer))
         if belief is None:
             return False
         T_a_b = team.layout.T_between(*pair) if belief.alignment is None else belief.alignment.T_a_b
         place = None if T_a_b is None else belief.places.at(T_a_b)
-        return place is not None and place.llr >= 0.0
+        return place is not None and place.llr > 0.0
 
     # -- what comes in -------------------------------------------------------------------------------------------------
 

@@ -249,11 +249,13 @@ def test_a_claim_is_made_again_where_it_changed_by_a_sighting_and_not_within_a_s
     assert witness.claims(one.team, now_ns + 2 * S) == []
 
 
-def test_bodies_are_reported_until_the_teammate_is_placed() -> None:
+def test_bodies_are_reported_until_the_teammate_is_seen_where_it_is_placed() -> None:
     one = met()
     witness, _ = watch(one)
     assert witness.bodies_m(one.team, BEGIN + 9 * S) is not None
     merge(one, RIGHT.tolist())
+    assert witness.bodies_m(one.team, BEGIN + 9 * S) is not None  # what was seen is not weighed yet
+    witness.look(one.team, BEGIN + 9 * S)
     assert witness.bodies_m(one.team, BEGIN + 9 * S) is None
 
 
