@@ -14,6 +14,11 @@ def map_begun_s(events: Sequence[Event]) -> float:
     return float(mapped_s[0]) if mapped_s else 0.0
 
 
+def anew_s(events: Sequence[Event]) -> float | None:
+    """Return when a robot began a map after it had given one up, seconds; None where its first is its last."""
+    return map_begun_s(events) if len(_of_last_map(events)) < len(events) else None
+
+
 def pairs_by_events(events: Sequence[Event]) -> list[dict[str, Any]]:
     """Return the pairs that a robot had merged when its events end, as rows of ``robot.json``."""
     rows: dict[tuple[str, str], dict[str, Any]] = {}
@@ -37,8 +42,8 @@ def pairs_by_events(events: Sequence[Event]) -> list[dict[str, Any]]:
 
 
 def _of_last_map(events: Sequence[Event]) -> Sequence[Event]:
-    """Return the events since the robot last began a map: after it gave one up, or came back knowing nothing."""
-    begun = [i for i, event in enumerate(events) if event["event"] == "given_up" or _from_nothing(event)]
+    """Return the events since the robot last began a map: it gave one up, lost its place, or came back from nothing."""
+    begun = [i for i, event in enumerate(events) if event["event"] in ("given_up", "lost") or _from_nothing(event)]
     return events[begun[-1] + 1 :] if begun else events
 
 

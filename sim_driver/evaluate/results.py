@@ -67,7 +67,17 @@ class RunResults:
             if (folder / robot_id / ROBOT_FILE).exists():
                 robot = run._tried(folder / robot_id / ROBOT_FILE, _robot, None)
                 run.robots.update({} if robot is None else {robot_id: robot})
+        for robot_id in {fault.robot for fault in mission.faults if fault.kind == "clock"} & run.robots.keys():
+            run._set_right(robot_id)
         return run
+
+    def _set_right(self, robot_id: str) -> None:
+        """Give merges of a robot whose clock was made to jump their mission times: those of their events."""
+        merged_s = {(one["a"], one["b"]): one["t"] for one in self.events[robot_id] if one["event"] == "merged"}
+        for pair in self.robots[robot_id]["pairs"]:
+            if pair["accepted_at_s"] is not None:
+                shown_s = max(pair["accepted_at_s"], 0.0)
+                pair["accepted_at_s"] = round(merged_s.get((pair["a"], pair["b"]), shown_s), 3)
 
     def _metrics(self) -> dict[str, Any]:
         """Return ``metrics.json``; where it is damaged, what the robots' files say in its place."""

@@ -153,6 +153,8 @@ class BagWriter:
         return self._store.types[kind](**fields)
 
     def _stamp(self, stamp_ns: int) -> Any:
+        if not 0 <= stamp_ns // NS < 2**31:
+            raise InputError(f"{self._path}: a time of {stamp_ns / NS:g} s does not fit into a ROS2 recording")
         return self._make("builtin_interfaces/msg/Time", sec=stamp_ns // NS, nanosec=stamp_ns % NS)
 
     def _header(self, frame: str, stamp_ns: int) -> Any:

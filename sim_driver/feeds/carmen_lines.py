@@ -20,6 +20,8 @@ MAX_BEAMS = 100_000
 """Most beams of one scan: some 30 times the densest planar lasers; a larger count is a damaged line."""
 ENDLESS_M = 1.0e4
 """Range limit of lasers whose log names none, metres: beyond any laser's reach."""
+FARTHEST_M = 1.0e7
+"""No log leads farther from where it began, metres: a larger number is a damaged one."""
 LATEST_S = 9e9
 """Latest time stamp, seconds: nanoseconds of later ones do not fit into 64 bits."""
 
@@ -58,8 +60,8 @@ def _beam_count(value: float) -> int:
 
 
 def _poses(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    if not np.isfinite(values).all():
-        raise ValueError("a pose is not finite")
+    if not (np.abs(values) <= FARTHEST_M).all():
+        raise ValueError("a pose is not finite, or nowhere on earth")
     return values[:3], values[3:6]
 
 
@@ -88,7 +90,8 @@ def _robotlaser(text: str) -> LaserLine:
     if values.size != tail + 11:
         raise ValueError(f"{tail + 11} numbers expected, {values.size} found")
     start, increment, range_max = (float(values[i]) for i in (1, 3, 4))
-    if not (np.isfinite(start) and np.isfinite(increment) and range_max > 0):
+    fits = abs(increment) * (beams - 1) <= 2.0 * np.pi + 1e-3
+    if not (np.isfinite(start) and np.isfinite(increment) and fits and range_max > 0):
         raise ValueError(
             f"laser start {start:g} rad, increment {increment:g} rad, max range {range_max:g} m make no sense"
         )

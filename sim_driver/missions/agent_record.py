@@ -28,7 +28,7 @@ class AgentRecord:
     mode: str
     log: str | None
     """The log that stood in for the laser; None where drivers sent scans."""
-    settings: dict[str, Any]
+    settings: dict[str, dict[str, Any]]
     """All settings by section, as in ``config.json`` of a run."""
     begun_s: float
     """When it began its map, by the world's clock."""

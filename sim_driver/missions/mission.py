@@ -161,10 +161,13 @@ def _faults(
         raise InputError(f"{where}: faults are [[faults]] sections")
     faults = tuple(build(FaultConfig, fault, f"{where}: faults[{i}]") for i, fault in enumerate(tables_of))
     logs = {robot.id: robot.log for robot in robots}
+    central = {robot.id for robot in robots if robot.mode == "central"}
     for fault in faults:
         require(fault.robot in logs, f"{where}: faults.robot", f"one of {', '.join(logs)}", fault.robot)
         if fault.kind == "kidnapped" and logs[fault.robot] is not None:
             raise InputError(f"{where}: faults: {fault.robot} plays a log, so nobody can carry it off")
+        if fault.kind == "kidnapped" and fault.robot in central:
+            raise InputError(f"{where}: faults: {fault.robot} has no body, so nobody can carry it off")
         if mission.duration_s is not None and fault.at_s >= mission.duration_s:
             never = f"{fault.kind} of {fault.robot} at {fault.at_s:g} s never happens"
             raise InputError(f"{where}: faults: the mission ends after {mission.duration_s:g} s, so {never}")

@@ -45,7 +45,7 @@ def robots_of(run: Path) -> list[str] | None:
         return None
     try:
         return [RobotConfig(id=robot["id"]).id for robot in read_config(run)["robots"]]
-    except (InputError, TypeError, KeyError):
+    except (InputError, TypeError, KeyError, AttributeError):
         return None
 
 

@@ -29,6 +29,10 @@ class PlaceFile(TypedDict):
     refuted: NotRequired[bool]
 
 
+Clock = Annotated[float, Meta(ge=-1e11, le=1e11)]
+"""What a robot's own clock shows, seconds: one that was set back may show times before the mission's begin."""
+
+
 class PairFile(TypedDict):
     """What one robot believes of a pair."""
 
@@ -36,7 +40,7 @@ class PairFile(TypedDict):
     b: Name
     status: Literal["accepted", "rejected", "revoked", "untried"]
     T_a_b: Pose | None
-    accepted_at_s: Seconds | None
+    accepted_at_s: Clock | None
     confidence: Share | None
     reason: str
     attempts: NotRequired[Count]
@@ -130,7 +134,7 @@ class ConfigFile(TypedDict):
 class AnyEvent(TypedDict):
     """What every event has."""
 
-    t: Annotated[float, Meta(ge=-1e11, le=1e11)]
+    t: Clock
     robot: Name
     event: str
 

@@ -25,7 +25,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: no such file") from error
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: cannot be read ({error})") from error
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # also numbers and brackets without end
         raise InputError(f"{path}: not valid TOML ({error})") from error
 
 
@@ -70,7 +70,7 @@ def parse_assignment(text: str) -> tuple[list[str], Any]:
         raise InputError(f"--set wants section.key=value (for example comms.exchange_timeout_s=10), got {text!r}")
     try:
         return path, tomllib.loads(f"value = {raw}")["value"]
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         return path, raw.strip()
 
 
@@ -84,6 +84,13 @@ def with_overrides(tables: dict[str, Any], assignments: Iterable[str]) -> dict[s
             raise InputError(f"--set {text}: {section!r} is a list; only single sections can be set")
         table[key] = value
     return result
+
+
+def build_section(cls: type[T], section: str, assignments: Iterable[str], **table: Any) -> T:
+    """Return the one section that a command has settings of, with ``--set`` options laid over ``table``."""
+    tables = with_overrides({section: table}, assignments)
+    check_keys(tables, [section], "--set")
+    return build(cls, tables[section], section)
 
 
 def as_table(config: Any) -> dict[str, Any]:

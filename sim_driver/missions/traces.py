@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 from bisect import bisect_right
 from collections import defaultdict
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from mrslam.spatial import InputError
@@ -33,7 +34,7 @@ class LinkTrace:
             text = path.read_text(encoding="utf-8").splitlines()
         except (OSError, UnicodeDecodeError) as error:
             raise InputError(f"{path}: cannot be read ({error})") from error
-        for number, row in enumerate(csv.reader(text), start=1):
+        for number, row in enumerate(csv_rows(text, path), start=1):
             if not row or row[0].lstrip().startswith("#") or row[0].strip() == "t_s":
                 continue
             try:
@@ -67,6 +68,14 @@ class TracedLinks:
     def qualities(self, now_ns: int) -> dict[str, float]:
         """Return the quality of the link to each peer, now."""
         return {peer: self._trace.quality(self._robot_id, peer, now_ns) for peer in self._peers}
+
+
+def csv_rows(text: Iterable[str], path: Path) -> Iterator[list[str]]:
+    """Yield the rows of a CSV file's lines; raise ``InputError`` where they are none."""
+    try:
+        yield from csv.reader(text)
+    except csv.Error as error:
+        raise InputError(f"{path}: not a CSV file ({error})") from error
 
 
 def _pair(a: str, b: str) -> Pair:

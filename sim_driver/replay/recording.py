@@ -9,6 +9,7 @@ import numpy as np
 
 from mrslam.agent import Agent, Event, Sensed
 from mrslam.sim_driver.missions.run_files import SCANS_FILE
+from mrslam.sim_driver.missions.sections import LONGEST_S
 from mrslam.spatial import InputError, Scan
 from mrslam.spatial.files.archives import read_arrays
 from mrslam.spatial.files.atomic import is_file, write_bytes
@@ -62,7 +63,12 @@ def read_recording(path: Path) -> list[Sensed]:
     try:
         geometry = [*map(float, table["geometry"]), 0.0]  # older recordings do not tell the time between beams
         angle_min, increment, range_max, range_min, interval = geometry[:5]
-        rows = zip(table["t_ns"].tolist(), table["stamps_ns"].tolist(), table["T_odom_base"], strict=True)
+        t_ns, count = table["t_ns"], len(table["ranges_m"])
+        if not (t_ns.dtype == table["stamps_ns"].dtype == np.int64 and table["T_odom_base"].shape == (count, 3)):
+            raise ValueError("times are no whole numbers, or odometry is no poses")
+        if count and not (t_ns[0] >= 0 and t_ns[-1] <= LONGEST_S * 1e9 and (np.diff(t_ns) >= 0).all()):
+            raise ValueError("times run backward, or beyond any mission")
+        rows = zip(t_ns.tolist(), table["stamps_ns"].tolist(), table["T_odom_base"], strict=True)
         return [
             Sensed(
                 t_ns,

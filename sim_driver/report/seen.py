@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from mrslam.agent import Sensed
+from mrslam.sim_driver.evaluate.lost import anew_s
 from mrslam.sim_driver.evaluate.results import RunResults
 from mrslam.sim_driver.evaluate.trajectories import Trajectory, in_mission_time
 from mrslam.sim_driver.feeds import shared_readings
@@ -33,12 +34,14 @@ BEAMS = 240
 def mission_trajectory(run: RunResults, robot_id: str) -> Trajectory:
     """Return mission times (ns) and laser poses of a robot; scans not simulated have stamps of their own.
 
-    Recorded robots begin at 0 with their first scan, agents that ran on their own when they did.
+    Recorded robots begin at 0 with their first scan, agents that ran on their own when they did; a robot that gave its
+    map up when it began the next.
     """
     stamps, poses = run.trajectory(robot_id)
     (robot,) = (robot for robot in run.mission.robots if robot.id == robot_id)
     if robot.log is not None or run.mission.mission.shell == "agents":
-        stamps = in_mission_time(stamps, run.began_s(robot_id))
+        begun_s = anew_s(run.events[robot_id])
+        stamps = in_mission_time(stamps, run.began_s(robot_id) if begun_s is None else begun_s)
     return stamps, poses
 
 
@@ -55,10 +58,11 @@ def first_seen_s(run: RunResults, layout: Layout, robot_id: str) -> NDArray[np.f
     scans = _scans(run, robot_id)
     if not scans:
         return _near(layout, times_ns, in_plane)
-    at = {t: i for i, t in enumerate(times_ns.tolist())}
+    at = {stamp_us: i for i, stamp_us in enumerate(_us(run.trajectory(robot_id)[0]).tolist())}
     before = np.full(3, np.inf)
     for one in scans:
-        i = at.get(one.t_ns)
+        stamp_us = int(_us(one.scan.stamp_ns))
+        i = next((at[us] for us in (stamp_us, stamp_us - 1, stamp_us + 1) if us in at), None)
         if i is None:
             continue
         pose = in_plane[i]
@@ -68,6 +72,11 @@ def first_seen_s(run: RunResults, layout: Layout, robot_id: str) -> NDArray[np.f
         cos, sin, reach_m = _beams(one.scan, pose[2])
         see_along(seen, np.float32(one.t_ns / 1e9), pose[:2], cos, sin, reach_m, 2.0 * layout.cell_m, layout.cell_m)
     return seen
+
+
+def _us(stamps_ns: NDArray[np.int64] | int) -> NDArray[np.int64]:
+    """Return stamps in microseconds, as a trajectory's file has them, to one."""
+    return np.rint(np.asarray(stamps_ns) / 1e3).astype(np.int64)
 
 
 def spread(seen: NDArray[np.float32], known: NDArray[np.bool_]) -> NDArray[np.float32]:

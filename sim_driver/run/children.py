@@ -41,6 +41,8 @@ class Child:
     """How often it was started again."""
     death_reported: bool = False
     """Whether its death was reported."""
+    failure: str = ""
+    """Why it could not come up again, where it said so."""
     duration_s: float = 0.0
     status: Status = field(default_factory=Status)
     sent: int = 0
@@ -77,6 +79,8 @@ class Child:
                     self.pipe.send(Go())
                 elif isinstance(said, Status):
                     self.status = said
+                else:
+                    self.failure = said.reason
         except (EOFError, OSError):
             return  # it ended; ``alive`` tells
 

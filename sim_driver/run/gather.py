@@ -90,7 +90,7 @@ def _mission(records: Sequence[AgentRecord], out: Path, say: Callable[[str], Non
         if hidden:
             say(f"{record.id} ran with other settings than {first.id} ({', '.join(hidden)}); {first.id}'s are shown")
         robots.append({"id": record.id, "mode": record.mode, "log": _log(record, say), **own})
-    tables = {"mission": {"name": first.team, "shell": "agents"}, "robots": robots, **first.settings}
+    tables = {**first.settings, "mission": {"name": first.team, "shell": "agents"}, "robots": robots}
     return make_mission(tables, out / "agents")
 
 

@@ -168,12 +168,13 @@ def _come_up(
     transport: Transport = go_online(agent, listen=[task.listen], connect=task.connect, keys=keys)
     out = task.out / robot.id
     past = take_up(agent, out / CHECKPOINT, now.value) if task.resumed else []
+    trace = read_trace(mission)
     pipe.send(Ready(getattr(body, "duration_ns", 0) / 1e9))
     pipe.recv()  # Go
     clock = SharedClock(now, mission.mission.speed)
     if task.resumed and isinstance(body, RecordedBody):
         body.skip_to(clock.now_ns())
-    radio = radio_of(mission, robot, read_trace(mission), port)
+    radio = radio_of(mission, robot, trace, port)
     if radio is not None:
         transport = ShapedTransport(transport, radio, clock, seed_for(mission, f"radio/{robot.id}"))
     watchers = [*watchers_of(mission, robot, out), known]

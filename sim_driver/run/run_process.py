@@ -94,7 +94,7 @@ class _Watch:
             if child.alive or child.death_reported:
                 continue
             child.death_reported = True
-            again = self._mission.restart and child.restarts < MOST_RESTARTS
+            again = self._mission.restart and child.restarts < MOST_RESTARTS and not child.failure
             self._say(f"{now_s:.0f} s: {_death(child)}" + ("; it is started again" if again else ""))
             if again:
                 self._children[i] = self._launcher.revive(child)
@@ -121,7 +121,13 @@ class _Watch:
 
 def _death(child: Child) -> str:
     code = child.process.exitcode or 0
-    how = f"was killed ({signal.Signals(-code).name})" if code < 0 else f"ended with code {code}"
+    if child.failure:
+        how = f"cannot go on: {child.failure}"
+    elif code < 0:
+        known = signal.Signals.__members__.values()
+        how = f"was killed ({signal.Signals(-code).name if -code in known else f'signal {-code}'})"
+    else:
+        how = f"ended with code {code}"
     return f"the process of {child.robot_id} {how}"
 
 
@@ -177,6 +183,7 @@ def _simulate(simulation: Simulation, children: Sequence[Child], now_ns: int) ->
                 child.scans_lost += len(sensed)  # it cannot keep up: newer scans will be worth more
         except (EOFError, OSError):
             simulation.command(child.robot_id, (0.0, 0.0))  # its process is gone; its body stands where it was
+            child.scans_lost += len(simulation.take(child.robot_id))
 
 
 def _words(children: Sequence[Child]) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mrslam.agent import Keeper, LinkSource, Runner, TakesTurns, VirtualRobot, run_virtual
+from mrslam.agent import Keeper, LinkSource, Runner, TakesTurns, VirtualRobot, Watcher, run_virtual
 from mrslam.comms import Conditions, LinkConditions, MemoryNetwork, Transport
 from mrslam.sim_driver.faults import FaultConfig
 from mrslam.sim_driver.faults.links import CorruptingTransport, faulty_conditions
@@ -102,6 +102,7 @@ class VirtualTeam:
         self.simulation = Simulation(mission) if mission.world is not None and mission.replay is None else None
         self._trace = read_trace(mission)
         self._radios: dict[str, LinkSource | None] = {}
+        self._watchers: dict[str, list[Watcher]] = {}
         conditions = faulty_conditions(_conditions(self._radios), mission.faults)
         self.network = MemoryNetwork(seed_for(mission, "network"), conditions)
         self.duration_s = 0.0
@@ -144,8 +145,10 @@ class VirtualTeam:
             transport = CorruptingTransport(transport, faults, rng.spawn(1)[0], disk)
             keeper = Keeper(folder / CHECKPOINT, agent.settings.agent.checkpoint_interval_s, disk)
         past = take_up(agent, folder / CHECKPOINT, start.now_ns) if start.resumes else []
-        watchers = watchers_of(mission, robot, folder)
-        runner = Runner(agent, body, transport, folder, told_links(mission, radio), watchers, keeper)
+        if robot.id not in self._watchers:  # who looks on goes on doing so when the robot comes back
+            self._watchers[robot.id] = watchers_of(mission, robot, folder)
+        links, watchers = told_links(mission, radio), self._watchers[robot.id]
+        runner = Runner(agent, body, transport, folder, links, watchers, keeper)
         runner.perform(past)
         return runner
 

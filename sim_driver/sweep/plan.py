@@ -5,13 +5,14 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import version
 from itertools import product
 from pathlib import Path
 from typing import Any
 
-from mrslam.sim_driver.missions.mission import make_mission
+from mrslam.sim_driver.missions.mission import Mission, make_mission
 from mrslam.sim_driver.missions.sections import SweepConfig
 from mrslam.sim_driver.missions.settings import build, parse_assignment, read_toml, with_overrides
 from mrslam.sim_driver.missions.shipped import find_mission
@@ -60,10 +61,12 @@ class Plan:
     recorded: bool
     """Whether all points of one seed share one recorded drive, or every point drives anew."""
     points: tuple[Point, ...]
+    files: str = ""
+    """Digest of the files that the mission reads: with other contents its runs are others."""
 
     def drive_name(self, seed: int) -> str:
         """Return the name of what the seed's drive is recorded under."""
-        return _digest(self.tables, str(seed), "drive")
+        return _digest(self.tables, self.files, str(seed), "drive")
 
 
 def parse_knob(text: str) -> Knob:
@@ -110,16 +113,17 @@ def make_plan(
     knobs = tuple(knobs or [parse_knob(text) for text in planned.vary])
     _check_knobs(knobs)
     tables.setdefault("rbpf", {}).setdefault("threads", 1)  # points run side by side
-    first, count = make_mission(tables, path).mission.seed, seeds or planned.seeds
+    mission = make_mission(tables, path)
+    first, count, files = mission.mission.seed, seeds or planned.seeds, _contents(mission)
     recorded = _is_recorded(drive, knobs, tables)
     combinations = _combinations(path, tables, knobs, count)
     seed_list = tuple(range(first, first + count))
     points = tuple(
-        Point(settings, seed, chosen, _digest(tables, *chosen, str(seed), "recorded" if recorded else "anew"))
+        Point(settings, seed, chosen, _digest(tables, files, *chosen, str(seed), "recorded" if recorded else "anew"))
         for settings, chosen in combinations
         for seed in seed_list
     )
-    return Plan(path.resolve(), tables, knobs, seed_list, recorded, points)
+    return Plan(path.resolve(), tables, knobs, seed_list, recorded, points, files)
 
 
 def _check_knobs(knobs: Sequence[Knob]) -> None:
@@ -131,6 +135,8 @@ def _check_knobs(knobs: Sequence[Knob]) -> None:
         raise InputError(f"one setting is varied twice among {', '.join(keys)}")
     for key in keys:
         parse_assignment(f"{key}=0")
+        if key == "mission.seed":
+            raise InputError("mission.seed is not varied: every setting runs with --seeds seeds, from mission.seed on")
 
 
 def _is_recorded(drive: str, knobs: Sequence[Knob], tables: dict[str, Any]) -> bool:
@@ -158,6 +164,17 @@ def _combinations(
         make_mission(with_overrides(tables, chosen), path)
         found.append((settings, chosen))
     return found
+
+
+def _contents(mission: Mission) -> str:
+    """Return a digest of the contents of the files that a mission reads, as far as they are there now."""
+    digest = hashlib.sha256()
+    for name in (*mission.files, *(() if mission.world is None else (mission.world.name,))):
+        with suppress(InputError, OSError):  # a built-in world is no file; what is missing the runs will say
+            path = mission.find(name)
+            for file in [path] if path.is_file() else sorted(one for one in path.rglob("*") if one.is_file()):
+                digest.update(file.read_bytes())
+    return digest.hexdigest()
 
 
 def _digest(tables: dict[str, Any], *parts: str) -> str:

@@ -23,9 +23,9 @@ def run_sweep(plan: Plan, out: Path, workers: Workers, advance: Callable[[], Non
     rows: dict[str, dict[str, Any]] = {}
     waiting: dict[int, list[Point]] = {}
     for point in plan.points:
-        path = point_file(out, point)
-        if path.exists():
-            rows[point.name] = json.loads(path.read_text(encoding="utf-8"))
+        row = _finished(point_file(out, point))
+        if row is not None:
+            rows[point.name] = row
             advance()
         else:
             waiting.setdefault(point.seed, []).append(point)
@@ -67,6 +67,15 @@ def steps(plan: Plan) -> int:
 def point_file(out: Path, point: Point) -> Path:
     """Return where a finished point is kept."""
     return out / "points" / f"{point.name}.json"
+
+
+def _finished(path: Path) -> dict[str, Any] | None:
+    """Return the row of a finished point; None where there is none, or its file is damaged: then it is run again."""
+    try:
+        row = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return row if isinstance(row, dict) and "bytes_exchanged" in row else None
 
 
 def drive_file(plan: Plan, out: Path, seed: int) -> Path:

@@ -14,7 +14,7 @@ from mrslam.merge.fit_picture import draw_fit
 from mrslam.merge.grids.upright import read_upright
 from mrslam.sim_driver.cli.console import say
 from mrslam.sim_driver.kernels import ensure_compiled
-from mrslam.sim_driver.missions.settings import build, with_overrides
+from mrslam.sim_driver.missions.settings import build_section
 from mrslam.spatial import InputError, OccupancyGrid
 from mrslam.spatial.files.archives import arrays_in
 from mrslam.spatial.files.atomic import make_folder
@@ -33,7 +33,7 @@ def align_files(
     """Align two maps, print the outcome, and draw it where a ``picture`` is asked for."""
     if picture is not None and picture.suffix != ".png":
         raise InputError(f"{picture}: the picture is a .png file")
-    config = build(AlignmentConfig, with_overrides({"alignment": {}}, assignments)["alignment"], "alignment")
+    config = build_section(AlignmentConfig, "alignment", assignments)
     check_method(method)
     if b is None and a.suffix != ".npz":
         raise InputError(f"{a} is one map; name the other one too (only an .npz holds both)")

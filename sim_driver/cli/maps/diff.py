@@ -17,7 +17,7 @@ from mrslam.merge.sessions.picture import draw_diff
 from mrslam.sim_driver.cli.console import say
 from mrslam.sim_driver.cli.maps.align import check_method
 from mrslam.sim_driver.kernels import ensure_compiled
-from mrslam.sim_driver.missions.settings import build, with_overrides
+from mrslam.sim_driver.missions.settings import build_section
 from mrslam.spatial import InputError
 from mrslam.spatial.files.atomic import make_folder, write_text
 from mrslam.spatial.files.images import write_image
@@ -44,7 +44,7 @@ class DiffOptions:
 
 def diff_files(options: DiffOptions) -> None:
     """Write ``diff.png`` and ``diff.json``, and list what changed."""
-    config = build(MergeConfig, with_overrides({"merge": {}}, list(options.assignments))["merge"], "merge")
+    config = build_section(MergeConfig, "merge", options.assignments)
     check_method(options.method)
     before, after = (_only(path) for path in (options.before, options.after))
     if not options.same_frame:

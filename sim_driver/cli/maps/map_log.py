@@ -20,7 +20,7 @@ from mrslam.sim_driver.evaluate.relations import read_relations
 from mrslam.sim_driver.feeds import Feed, Reading, open_feed
 from mrslam.sim_driver.kernels import ensure_compiled
 from mrslam.sim_driver.missions.locate import locate
-from mrslam.sim_driver.missions.settings import build, with_overrides
+from mrslam.sim_driver.missions.settings import build_section
 from mrslam.sim_driver.view import watch_mapper
 from mrslam.sim_driver.view.files import start_viewer
 from mrslam.spatial.files.atomic import make_folder
@@ -94,7 +94,7 @@ def _refused(way: Way) -> str:
 
 def _config(options: MapOptions) -> rbpf.MapperConfig:
     table = {"particles": options.particles, **({"use_odometry": False} if options.no_odometry else {})}
-    return build(rbpf.MapperConfig, with_overrides({"rbpf": table}, options.assignments)["rbpf"], "rbpf")
+    return build_section(rbpf.MapperConfig, "rbpf", options.assignments, **table)
 
 
 def _open(options: MapOptions) -> Feed:

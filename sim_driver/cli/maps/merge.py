@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 import time
@@ -22,7 +21,8 @@ from mrslam.sim_driver.cli.maps.align import as_row, check_method, write_fit
 from mrslam.sim_driver.cli.progress import progress_bar
 from mrslam.sim_driver.kernels import ensure_compiled
 from mrslam.sim_driver.missions.run_files import KEYFRAMES_FILE, MAP_FILE, TEAM_MAP_FILE, team_file
-from mrslam.sim_driver.missions.settings import build, with_overrides
+from mrslam.sim_driver.missions.settings import build_section
+from mrslam.sim_driver.missions.traces import csv_rows
 from mrslam.spatial import InputError, OccupancyGrid, write_map
 from mrslam.spatial.files.archives import arrays_in
 from mrslam.spatial.files.atomic import is_file, is_folder, make_folder, write_text
@@ -45,7 +45,7 @@ def merge_files(
 ) -> None:
     """Merge the maps; write the team map, its picture and ``merge.json``, and of each pair a picture if asked for."""
     target = target_of(out)
-    config = build(MergeConfig, with_overrides({"merge": {}}, assignments)["merge"], "merge")
+    config = build_section(MergeConfig, "merge", assignments)
     check_method(method)
     maps = in_folders(maps)
     grids = read_maps(maps, resolution)
@@ -207,7 +207,7 @@ def read_poses(path: Path, names: list[str]) -> dict[str, Transform]:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: is no text ({error})") from error
-    for number, row in enumerate(csv.reader(text), start=1):
+    for number, row in enumerate(csv_rows(text, path), start=1):
         if not row or row[0].lstrip().startswith("#") or row[0].strip() == "map":
             continue
         name = _named(row[0].strip(), names)

@@ -19,7 +19,7 @@ from mrslam.sim_driver.cli.maps.merge import short_names
 from mrslam.sim_driver.cli.progress import progress_bar
 from mrslam.sim_driver.kernels import ensure_compiled
 from mrslam.sim_driver.missions.run_files import KEYFRAMES_FILE, MAP_FILE
-from mrslam.sim_driver.missions.settings import build, with_overrides
+from mrslam.sim_driver.missions.settings import build_section
 from mrslam.spatial import InputError, write_map
 from mrslam.spatial.files.atomic import is_file, make_folder
 from mrslam.spatial.files.images import write_image
@@ -45,7 +45,7 @@ def save_maps(options: SaveOptions) -> None:
 
     Raises ``InputError`` where none of several fits the first: then nothing is written.
     """
-    config = build(MergeConfig, with_overrides({"merge": {}}, list(options.assignments))["merge"], "merge")
+    config = build_section(MergeConfig, "merge", options.assignments)
     check_method(options.method)
     files = [file for path in options.maps for file in map_files(path)]
     names = _names(files)

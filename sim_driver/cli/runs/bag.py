@@ -10,6 +10,7 @@ import numpy as np
 
 from mrslam.sim_driver.cli.console import say
 from mrslam.sim_driver.cli.progress import progress_bar
+from mrslam.sim_driver.evaluate.lost import anew_s
 from mrslam.sim_driver.evaluate.trajectories import in_mission_time
 from mrslam.sim_driver.feeds.bag_writer import BagWriter
 from mrslam.sim_driver.missions.run_files import (
@@ -21,7 +22,7 @@ from mrslam.sim_driver.missions.run_files import (
     TEAM_MAP_FILE,
     TRAJECTORY_FILE,
 )
-from mrslam.sim_driver.missions.run_folder import read_metrics, read_robot, robots_of
+from mrslam.sim_driver.missions.run_folder import read_events, read_metrics, read_robot, robots_of
 from mrslam.sim_driver.missions.run_shapes import BeganFile
 from mrslam.sim_driver.replay import read_recording
 from mrslam.spatial import InputError, read_map
@@ -109,7 +110,8 @@ def _write_robot(bag: BagWriter, name: str, folder: Path, began_s: float) -> int
     stamps_ns, poses = trajectory
     is_simulated = (folder / SCANS_FILE).exists()
     if not is_simulated:
-        stamps_ns = in_mission_time(stamps_ns, began_s)
+        begun_s = anew_s(read_events(folder).events)
+        stamps_ns = in_mission_time(stamps_ns, began_s if begun_s is None else begun_s)
     bag.path(f"/{name}/path", frame, stamps_ns, poses)
     for stamp_ns, T_map_laser in zip(stamps_ns.tolist(), poses, strict=True):
         bag.transform(frame, f"laser_{name}", stamp_ns, T_map_laser)

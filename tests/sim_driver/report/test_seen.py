@@ -29,7 +29,10 @@ def run(poses: np.ndarray, log: str | None = None, began_s: float = 0.0, shell: 
     robot = SimpleNamespace(id="r1", log=log)
     mission = SimpleNamespace(robots=[robot], mission=SimpleNamespace(shell=shell))
     stamps = np.arange(len(poses)) * S
-    return SimpleNamespace(mission=mission, trajectory=lambda robot: (stamps, poses), began_s=lambda robot: began_s)
+    way = stamps, poses
+    return SimpleNamespace(
+        mission=mission, trajectory=lambda robot: way, began_s=lambda robot: began_s, events={"r1": []}
+    )
 
 
 def test_a_robot_that_turns_on_the_spot_sees_what_is_around_it(monkeypatch: pytest.MonkeyPatch) -> None:
