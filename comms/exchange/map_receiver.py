@@ -41,10 +41,11 @@ class MapReceiver:
     def _may_bring(self, peer: str, robot: str) -> bool:
         """Return whether a robot's map may be taken from a peer: one brings it, until it turns out to bring nothing.
 
-        A manifest is easily made up, so a peer that has let one pass without an item keeps nobody else from it.
+        A manifest is easily made up, so a peer that has let one pass without an item keeps nobody else from it; and one
+        that brings an item now and then keeps nobody from the robot itself.
         """
         source = self._source.get(robot)
-        return source is None or source.peer == peer or (source.peer, robot) in self._idle
+        return source is None or peer in (source.peer, robot) or (source.peer, robot) in self._idle
 
     def wants_more(self, exchange: Exchange) -> bool:
         """Return whether the peer has a version of some map that is still wanted from it."""

@@ -10,6 +10,7 @@ from mrslam.comms.maps.chunks import make_chunks
 from mrslam.comms.maps.manifests import make_manifest
 from mrslam.comms.maps.store import NOTHING
 from mrslam.comms.wire.bitmask import from_mask
+from mrslam.comms.wire.fields import is_saved
 from mrslam.comms.wire.messages import GIVE_NO_MORE, Accept, Ask, Done, Get, Open, Version
 
 RESEND = 4
@@ -79,6 +80,8 @@ class MapSender:
         ``staged``: what the peer has in part. Who holds more of the own map than this robot admits is offered it whole.
         """
         context = self._context
+        if is_saved(robot) and not context.shares_saved_maps:
+            return False
         if robot == context.own_id and context.store.seal is None and held > context.store.version(robot):
             held = NOTHING
         finish = staged if context.config.exchange_budget_bytes else None

@@ -29,15 +29,15 @@ class OwnMapClaims:
         """Take a peer's digest: go above its version of the own map, or with team keys ask for the proof of it."""
         context = self._context
         exchange.claim = None
-        for robot, epoch, revision in digest.digest:
-            if robot != context.own_id or not context.store.is_outranked_by((epoch, revision)):
-                continue
-            if context.store.seal is not None:
-                exchange.claim = (epoch, revision)
-                self.ask(exchange)
-            elif self._followed < MOST_UNPROVEN:
-                self._followed += 1
-                context.store.outrank((epoch, revision))
+        claim = {robot: (epoch, revision) for robot, epoch, revision in digest.digest}.get(context.own_id)
+        if claim is None or not context.store.is_outranked_by(claim):
+            return
+        if context.store.seal is not None:
+            exchange.claim = claim
+            self.ask(exchange)
+        elif self._followed < MOST_UNPROVEN:
+            self._followed += 1
+            context.store.outrank(claim)
 
     def ask(self, exchange: Exchange) -> None:
         """Ask for the manifest of the version claimed, which bears its signature, with as few items as can be."""

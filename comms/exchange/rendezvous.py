@@ -20,6 +20,8 @@ ANSWERER_DELAY_NS = 500_000_000
 0.1 s."""
 BUSY_PAUSE_NS = 500_000_000
 """Pause after a peer refused, nanoseconds, times 1 to 2 at random."""
+MOST_PEERS = 8192
+"""Peers remembered, in sight or not: above any ``max_robots``; bounds memory alone."""
 NEVER_NS = -(2**62)
 """Before every time: no pause."""
 
@@ -67,9 +69,13 @@ class Rendezvous:
 
     def forget(self, peer: str) -> None:
         """Drop what is known of a peer's link; when it was last met is kept."""
-        known = self.peers.get(peer)
+        known = self.peers.pop(peer, None)
         if known is not None:
             known.quality, known.state, known.is_busy = 0.0, WEAK, False
+            self.peers[peer] = known  # the newest comes last
+            if len(self.peers) > MOST_PEERS:
+                gone = (one for one, state in self.peers.items() if state.quality == 0.0 and not state.is_busy)
+                del self.peers[next(gone)]
 
     def on_restart(self, peer: str) -> None:
         """The peer restarted and holds nothing: the next exchange is due at once."""

@@ -23,8 +23,8 @@ class StagedMaps:
         self._store, self._max_robots = store, config.max_robots
 
     def has_room(self, robot_id: str) -> bool:
-        """Return whether there is room for this robot's map."""
-        return self._store.newest(robot_id) is not None or len(self._store.maps) < self._max_robots
+        """Return whether there is room for this map; saved maps take none of that of robots' maps."""
+        return robot_id in self._store.maps or self._store.sizes[is_saved(robot_id)] < self._max_robots
 
     def staged(self) -> dict[str, Version]:
         """Return (epoch, revision) of robots' snapshots that have arrived in part, by robot."""
@@ -45,14 +45,16 @@ class StagedMaps:
     def stage(self, manifest: Manifest) -> Staging:
         """Return the staging for this manifest's target, with the parts staged before that the manifest names.
 
-        At most ``max_robots`` have a map or a staging: of robots without a map, the longest unused staging goes first.
+        At most ``max_robots`` have a map or a staging, and as many saved maps: of those without a map, the longest
+        unused staging goes first.
         """
         staging = self._parts_of(manifest)
         self.staging.pop(manifest.robot, None)  # the newest comes last
         self.staging[manifest.robot] = staging
         staging.keep_for(manifest)
-        strangers = [robot for robot in self.staging if self._store.newest(robot) is None]
-        for robot in strangers[: max(len(self._store.maps) + len(strangers) - self._max_robots, 0)]:
+        kind = is_saved(manifest.robot)
+        strangers = [one for one in self.staging if one not in self._store.maps and is_saved(one) == kind]
+        for robot in strangers[: max(self._store.sizes[kind] + len(strangers) - self._max_robots, 0)]:
             del self.staging[robot]
         return staging
 
@@ -70,6 +72,7 @@ class StagedMaps:
         is_news = (manifest.epoch, manifest.target) > self._store.version(robot)
         if base is None or not is_news or any(staging.missing(manifest)):
             return None
+        self.check_proof(manifest)  # once more: its signer may have been revoked since
         whole = staging.laid_on(base, manifest, self._proof_of(manifest))
         self.staging.pop(robot, None)
         if whole.keyframes != manifest.keyframes:

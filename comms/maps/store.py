@@ -6,7 +6,7 @@ own robots made them, never merged, so no evidence is counted twice by whichever
 
 from __future__ import annotations
 
-from collections import OrderedDict
+from collections import Counter, OrderedDict
 from dataclasses import replace
 from typing import Any
 
@@ -32,6 +32,8 @@ class MapStore:
         self.own_id = own_id
         self.own_epoch = self._first_epoch = max(epoch, 1)
         self.maps: dict[str, LocalMap] = {}
+        self.sizes: Counter[bool] = Counter()
+        """How many maps it knows, by whether they are saved ones."""
         self.given: set[str] = set()
         """Saved maps that this robot was given itself: it takes no other map of their names."""
         self.disowned: dict[str, Version] = {}
@@ -162,5 +164,7 @@ class MapStore:
                 tile.cells.flags.writeable = False
         if self.seal is not None and (robot_id == self.own_id or robot_id in self.given):
             snapshot = replace(snapshot, proof=self.seal.sign(robot_id, snapshot))
-        self.maps[robot_id] = snapshot.local_map  # first: it raises where the parts do not fit together
+        local_map = snapshot.local_map  # first: it raises where the parts do not fit together
+        self.sizes[is_saved(robot_id)] += robot_id not in self.maps
+        self.maps[robot_id] = local_map
         self._newest[robot_id] = snapshot

@@ -13,7 +13,7 @@ from mrslam.comms.neighbours.link_quality import HeardBeacon
 from mrslam.comms.neighbours.link_states import LinkStates
 from mrslam.comms.neighbours.own_beacons import CM, LEVELS, LLR_SCALE, OwnBeacons
 from mrslam.comms.neighbours.presence import DuplicateIdWatch, Peer, am_newcomer
-from mrslam.comms.wire.frames import WireError
+from mrslam.comms.wire.frames import NAME, WireError
 from mrslam.comms.wire.keyframe_codec import SCALE
 from mrslam.comms.wire.messages import Beacon, Bye
 
@@ -121,10 +121,13 @@ class Neighbourhood:
     # -- coming and going ------------------------------------------------------------------------------------------
 
     def on_token(self, peer: str, now_ns: int) -> None:
-        """A teammate's liveliness token is up."""
-        if peer != self._context.own_id:
+        """A teammate's liveliness token is up; one that no robot can have is not heard, nor one too many."""
+        if peer != self._context.own_id and NAME.fullmatch(peer):
             known = self.peers.get(peer)
             if known is None:
+                if len(self.peers) >= self._context.config.max_robots:
+                    self._context.out.drop("too many robots", peer)
+                    return
                 known = self._see(peer, Peer(heard_ns=now_ns), now_ns)
             known.has_token = True
 

@@ -6,12 +6,12 @@ from typing import Annotated
 
 import msgspec
 
-Name = Annotated[str, msgspec.Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.-]+$")]
+Name = Annotated[str, msgspec.Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.-]+\Z")]
 """A robot id. ``frames.check_name`` also refuses a leading "." for the own names, which become file names."""
 SAVED_NAME = r"(?!\.)[A-Za-z0-9_.-]{1,64}@[A-Za-z0-9_.-]{1,64}"
 """Names of saved maps; no robot has an ``@`` in its name."""
-SavedName = Annotated[str, msgspec.Meta(max_length=129, pattern=f"^{SAVED_NAME}$")]
-MapName = Annotated[str, msgspec.Meta(max_length=129, pattern=f"^([A-Za-z0-9_.-]{{1,64}}|{SAVED_NAME})$")]
+SavedName = Annotated[str, msgspec.Meta(max_length=129, pattern=rf"^{SAVED_NAME}\Z")]
+MapName = Annotated[str, msgspec.Meta(max_length=129, pattern=rf"^([A-Za-z0-9_.-]{{1,64}}|{SAVED_NAME})\Z")]
 """Whose map it is: a robot id, or the name of a saved map."""
 Percent = Annotated[int, msgspec.Meta(ge=0, le=100)]
 U32 = Annotated[int, msgspec.Meta(ge=0, le=2**32 - 1)]

@@ -165,7 +165,7 @@ def unpack_block(raw: bytes, base: KeyframeBlock | None, revision: int, index: i
     steps, at = read_varints(raw, 1, 4 * count)
     with np.errstate(over="ignore"):
         rows = np.cumsum(steps.reshape(4, count).T, axis=0) + _columns(base, count)
-    if (np.abs(rows[:, 1:]) > POSE_LIMIT).any() or (np.abs(rows[:, 0]) > STAMP_LIMIT_NS).any():
+    if not (_within(rows[:, 1:], POSE_LIMIT) and _within(rows[:, 0], STAMP_LIMIT_NS)):
         raise WireError("bad keyframes", "out of range")
     edges, at = _unpack_edges(raw, at, base)
     if not are_edges(edges, index * BLOCK, index * BLOCK + count):
@@ -178,6 +178,11 @@ def unpack_block(raw: bytes, base: KeyframeBlock | None, revision: int, index: i
     if new:
         scans = scans.append(unpack_scans(raw[at : at + size], scans, new))
     return KeyframeBlock(revision, rows[:, 0].copy(), rows[:, 1:].astype(np.int32), scans, edges), at + size
+
+
+def _within(values: NDArray[np.int64], limit: int) -> bool:
+    """Return whether no value is beyond the limit; the least integer has no absolute value."""
+    return bool(((-limit <= values) & (values <= limit)).all())
 
 
 def _unpack_edges(raw: bytes, at: int, base: KeyframeBlock | None) -> tuple[NDArray[np.int64], int]:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import msgspec
 
-from mrslam.comms.wire.fields import I32, Count, Digest, Message, Milliseconds, Name, Percent
+from mrslam.comms.wire.fields import I32, Count, Digest, MapName, Message, Milliseconds, Name, Percent
 
 Centimetres = Annotated[int, msgspec.Meta(ge=-(2**15), le=2**15 - 1)]
 Body = tuple[Centimetres, Centimetres]
@@ -106,7 +106,7 @@ class Status(Message, frozen=True, tag=12):
     links: Annotated[list[LinkRow], msgspec.Meta(max_length=64)]
     digest: Digest
     """The maps it holds."""
-    alignments: Annotated[list[tuple[Name, Name, Words]], msgspec.Meta(max_length=64)]
-    """(robot, robot, state of the alignment of their maps)."""
+    alignments: Annotated[list[tuple[MapName, MapName, Words]], msgspec.Meta(max_length=64)]
+    """(map, map, state of their alignment); a map is a robot's or a saved one."""
     certificate_ends_s: Annotated[int, msgspec.Meta(ge=0, le=2**53)] | None = None
     """When the sender's certificate ends, seconds since 1970; nil, or left out, without keys."""

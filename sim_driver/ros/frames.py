@@ -16,6 +16,8 @@ KEPT = 1000
 """Most poses kept of a moving frame: 10 s at 100 Hz, more than a scan waits."""
 BACKWARD_NS = 1_000_000_000
 """Stamps that run backward by more than this begin a new time, as of a bag that loops; less is disorder."""
+FARTHEST_M = 1e9
+"""No robot is farther from where its odometry began, metres; differences of greater numbers may not be finite."""
 DEEPEST = 64
 """Most frames from a laser up to the odometry's: a longer chain is a loop in a broken tf."""
 
@@ -33,8 +35,8 @@ class RecentMotion:
         return self._stamps_ns[-1] if self._stamps_ns else None
 
     def add(self, stamp_ns: int, pose: Transform) -> None:
-        """Add a pose; one that is not finite, or a little out of order, is passed over."""
-        if not np.isfinite(pose).all():
+        """Add a pose; one that is not finite or absurdly far, or a little out of order, is passed over."""
+        if not (np.abs(pose) < FARTHEST_M).all():
             return
         if self._stamps_ns and stamp_ns < self._stamps_ns[-1] - BACKWARD_NS:
             self._stamps_ns, self._poses = [], []
@@ -90,13 +92,26 @@ class LiveFrames:
 
     def mounting(self, base: str, frame: str) -> tuple[Transform, bool] | None:
         """Return how a frame is mounted on the base in the plane, and whether upside down; None if tf does not say."""
-        chain = self._chain(frame, base)
-        if chain is None:
+        above = self._upward(base)
+        common = next((one for one in self._upward(frame) if one in above), None)
+        if common is None or any(one in self._moving for one in above[: above.index(common)]):
             return None
-        mount = np.eye(4)
-        for name in chain:
-            mount = self._fixed[name] @ mount
+        mount = np.linalg.inv(self._matrix(common, base)) @ self._matrix(common, frame)
         return _flat(mount), bool(mount[2, 2] < 0.0)
+
+    def _upward(self, frame: str) -> list[str]:
+        """Return a frame and those above it."""
+        names = [frame]
+        while names[-1] in self._parents and len(names) <= DEEPEST:
+            names.append(self._parents[names[-1]])
+        return names
+
+    def _matrix(self, above: str, frame: str) -> NDArray[np.float64]:
+        """Return ``T_above_frame (4, 4)`` as it was told last."""
+        matrix = np.eye(4)
+        for name in self._chain(frame, above) or ():
+            matrix = self._fixed[name] @ matrix
+        return matrix
 
     def pose(self, parent: str, frame: str, stamp_ns: int) -> tuple[Transform, int] | None:
         """Return ``T_parent_frame (3,)`` at a stamp, and by how much that lies beyond what is known.

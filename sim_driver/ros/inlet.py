@@ -35,6 +35,9 @@ HELD = 400
 """Most scans that wait for their mounting: 2 s of five lasers at 40 Hz."""
 QUIET_S = 5.0
 """Scans without odometry, or odometry without scans, for this long are worth a warning, seconds."""
+JUMP_PAUSE_S = 30.0
+"""Stamps that run backward within this of the last time are not told again, seconds: each costs a session's file, and
+two drivers on one topic whose clocks differ would run backward with every other scan."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +89,7 @@ class Inlet:
         self._beams: dict[str, int] = {}
         self._source: str | None = None
         self._begin_s = begin_s
+        self._jumped_s: float | None = None
 
     # -- messages ------------------------------------------------------------------------------------------------------
 
@@ -98,7 +102,7 @@ class Inlet:
         except (ValueError, TypeError, AttributeError, OverflowError) as error:
             self._complaints.once("bad scan", f"{topic}: a scan that cannot be read is dropped: {first_line(error)}")
             return
-        self._watch_stamps(topic, laser.stamp_ns)
+        self._watch_stamps(topic, laser.stamp_ns, now_s)
         self._watch_beams(topic, laser.ranges_m)
         self._held.append(Arrival(topic, laser, now_s))
         if len(self._held) > HELD:
@@ -201,7 +205,7 @@ class Inlet:
 
     # -- what is odd ---------------------------------------------------------------------------------------------------
 
-    def _watch_stamps(self, topic: str, stamp_ns: int) -> None:
+    def _watch_stamps(self, topic: str, stamp_ns: int, now_s: float) -> None:
         newest_ns = self._newest_ns.get(topic, stamp_ns)
         self._newest_ns[topic] = stamp_ns
         if stamp_ns < newest_ns - BACKWARD_NS:
@@ -213,7 +217,9 @@ class Inlet:
             )
             self.pump(np.inf)
             self._source = "before the jump"
-            self._on_jump(back_s)
+            if self._jumped_s is None or now_s - self._jumped_s >= JUMP_PAUSE_S:
+                self._jumped_s = now_s
+                self._on_jump(back_s)
 
     def _watch_beams(self, topic: str, ranges_m: Any) -> None:
         before = self._beams.setdefault(topic, ranges_m.size)
