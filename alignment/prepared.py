@@ -43,8 +43,14 @@ class PreparedMap:
     @cached_property
     def _walls(self) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
         cells, normals = wall_kernels.wall_points(self.state)
+        if len(cells) <= wall_kernels.NOTHING:
+            return cells, normals
+        # By cells: of a wall that is free on both sides, every second point would be the same side all along.
+        cell = np.cumsum((np.diff(cells, axis=0, prepend=-1) != 0).any(axis=1))
         thin = -(-len(cells) // wall_kernels.NOTHING)
-        return (cells, normals) if thin <= 1 else (cells[::thin].copy(), normals[::thin].copy())
+        while np.count_nonzero(kept := cell % thin == 0) > wall_kernels.NOTHING:
+            thin += 1
+        return cells[kept], normals[kept]
 
     @property
     def normals(self) -> NDArray[np.float64]:
@@ -167,12 +173,12 @@ def main_part(grid: OccupancyGrid) -> OccupancyGrid:
 
 
 def is_smaller(one: OccupancyGrid, two: OccupancyGrid) -> bool:
-    """Return an order that depends on the cropped cells alone, so that align(a, b) and align(b, a) do the same work."""
-    sizes = [int(np.count_nonzero(grid.is_known)) for grid in (one, two)]
+    """Return an order by the cropped cells and their edge alone, so that align(a, b) and (b, a) do the same work."""
+    sizes = [grid.known_area_m2() for grid in (one, two)]
     return sizes[0] < sizes[1] if sizes[0] != sizes[1] else _digest(one) < _digest(two)
 
 
 def _digest(grid: OccupancyGrid) -> bytes:
-    digest = hashlib.sha256(str(grid.shape).encode())
+    digest = hashlib.sha256(f"{grid.shape} {grid.resolution_m}".encode())
     digest.update(grid.cells.data)
     return digest.digest()

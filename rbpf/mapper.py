@@ -108,7 +108,7 @@ class Mapper:
             return reading  # one that stood, and sees another place, was carried
         particles = self._back.filter
         T_map_before = compose(particles.ends[particles.best], self._motion.T_key_base)
-        expected = compose(T_map_before, predictor.dead_reckoned(odom_motion))
+        expected = compose(T_map_before, predictor.dead_reckoned(odom_motion, reading.elapsed_s))
         looked = look_around(particles.store.tiles(particles.best), reading.sample, expected, self.config.sigma_m)
         if looked.place is None:
             is_left_out = looked.is_contradicted and self._intake.put_back()
@@ -120,7 +120,7 @@ class Mapper:
     def _drop(self, reading: Reading) -> UpdateInfo:
         """Count a scan that is of no use; odometry carries the pose on."""
         self.stats.dropped += 1
-        self._dead_reckoned = self._front.predictor.dead_reckoned(reading.odom_motion)
+        self._dead_reckoned = self._front.predictor.dead_reckoned(reading.odom_motion, reading.elapsed_s)
         return UpdateInfo(
             processed=False, T_map_base=self.T_map_base, neff=self._neff, health=self.health,
             dropped_beams=reading.dropped_beams, reason=reading.reason,
@@ -128,7 +128,7 @@ class Mapper:
 
     def _carry_on(self, reading: Reading) -> UpdateInfo:
         """Let odometry carry the pose to a scan that is matched together with the next ones."""
-        self._dead_reckoned = self._front.predictor.dead_reckoned(reading.odom_motion)
+        self._dead_reckoned = self._front.predictor.dead_reckoned(reading.odom_motion, reading.elapsed_s)
         self._history.add_scan(reading.scan.stamp_ns, self._T_key_base, self._motion.way_m, self.T_map_base)
         self.stopwatch.lap("record")
         return UpdateInfo(

@@ -41,6 +41,7 @@ class Dissimilarity:
     """psi as a function of ``T_a_b``, over free and occupied cells in both directions; unknown cells are ignored."""
 
     def __init__(self, a: PreparedMap, b: PreparedMap, cell_m: float = CELL_M) -> None:
+        cell_m = max(cell_m, a.res)  # finer would but take memory: both maps have cells of this edge
         self.sides = (_Coarse(a, cell_m), _Coarse(b, cell_m))
         self.evaluations = 0
 

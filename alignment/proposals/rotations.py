@@ -78,5 +78,5 @@ def rotations(a: PreparedMap, b: PreparedMap, most: int, floor: float = 0.0) -> 
         curve = left - 2 * smooth[k] + right
         fine = k + (0.5 * (left - right) / curve if curve < 0 else 0.0)
         for turn in (0.0, math.pi):
-            found.append((fine * 2 * math.pi / BINS + turn, float(smooth[k] / top)))
+            found.append((fine * 2 * math.pi / BINS + turn, float(smooth[k] / max(top, 1e-12))))
     return found

@@ -15,7 +15,7 @@ from mrslam.alignment.result import Alignment, Candidate, Rejection
 from mrslam.alignment.verification.bent_fits import BentFit, bent_fits
 from mrslam.alignment.verification.fits import Fit, fits_of, margin_over, rivalry, same, slid
 from mrslam.alignment.verification.reasons import CLEAN, Test, bent_bounds, tests
-from mrslam.alignment.verification.refine import covariance
+from mrslam.alignment.verification.refine import carried, covariance
 from mrslam.alignment.verification.verify import Agreement, Case, examine
 from mrslam.spatial.se2 import Transform
 
@@ -74,6 +74,7 @@ def decide(
     if not candidates:
         return Rejection("nothing in the two maps matches", 0.0, None, method)
     fits = fits_of(a, b, candidates, config)
+    proposed = len(fits)
     claim = rigid_claim(a, b, fits, config)
     if rivals is not None:
         if not claim.passed:
@@ -86,6 +87,8 @@ def decide(
         return answer(claim, method, config)
     bent = bent_fits(a, b, [T for _, T, _ in fits], config)
     if not claim.passed:
+        if bent[0].start >= proposed:  # a rival once more: it is not to be accepted
+            return answer(claim, method, config)
         other = bent_claim(a, b, bent, config)
         return answer(other if other.passed or other.lacks_lead else claim, method, config)
     own = next((fit for fit in bent if fit.start == 0), None)
@@ -128,16 +131,19 @@ def answer(claim: Claim, method: str, config: AlignmentConfig) -> Alignment | Re
     confidence = confidence_of(claim.judged)
     if claim.passed and confidence >= config.min_confidence:
         C = covariance(claim.found.H, claim.found.pivot, T_a_b, 0.5 * config.tolerance_m)
-        return Alignment(T_a_b, confidence, evidence, C + _of_bend(evidence), method)
+        return Alignment(T_a_b, confidence, evidence, C + _of_bend(evidence, claim.found), method)
     may_bend = all(test.slack >= 0 for test in claim.judged if not test.bends)
     why = complaint(claim.judged, confidence, evidence, config)
     return Rejection(why, confidence, evidence, method, T_a_b, may_bend, _places(claim))
 
 
-def _of_bend(evidence: Evidence) -> np.ndarray:
-    """Return the ``(3, 3)`` covariance that a rigid transform has of maps that are bent: what it leaves over."""
+def _of_bend(evidence: Evidence, found: Agreement) -> np.ndarray:
+    """Return the ``(3, 3)`` covariance that a rigid transform has of maps that are bent: what it leaves over.
+
+    The maps are turned about the middle of the walls that agree, not about b's origin.
+    """
     turn = evidence.bent_m / max(evidence.extent_m, 1.0)
-    return np.diag([evidence.bent_m**2, evidence.bent_m**2, turn**2])
+    return carried(np.diag([evidence.bent_m**2, evidence.bent_m**2, turn**2]), found.pivot, found.T_a_b)
 
 
 def _places(claim: Claim) -> tuple[Transform, ...]:

@@ -63,7 +63,12 @@ def covariance(
 
     ``sigma_m``: standard deviation of one independent wall point's distance, metres.
     """
-    C = np.linalg.inv(H / CELLS_PER_READING / sigma_m**2 + LEAST_INFORMATION * np.eye(3))
+    information = H / CELLS_PER_READING / sigma_m**2 + LEAST_INFORMATION * np.eye(3)
+    return carried(np.asarray(np.linalg.inv(information), dtype=np.float64), pivot, T_a_b)
+
+
+def carried(C: NDArray[np.float64], pivot: NDArray[np.float64], T_a_b: Transform) -> NDArray[np.float64]:
+    """Return the ``(3, 3)`` covariance of ``T_a_b`` by that of a shift, and of a turn about ``pivot``, in frame a."""
     # A turn about the pivot moves the origin of b: d t = shift + turn x (t - pivot).
     J = np.eye(3)
     J[0, 2], J[1, 2] = -(T_a_b[1] - pivot[1]), T_a_b[0] - pivot[0]

@@ -59,10 +59,11 @@ class BentTeam:
         )  # fmt: skip
 
     def without(self, robot_id: str) -> BentTeam:
-        """Return the same without a robot whose map was removed."""
+        """Return the same without a robot that was removed; nothing where it is bent: it may have bent the others."""
+        if robot_id in self.bends:
+            return BentTeam()
         return replace(
             self,
-            bends={name: bend for name, bend in self.bends.items() if name != robot_id},
             ties=tuple(tie for tie in self.ties if robot_id not in (tie.a, tie.b)),
             joined=self.joined - {robot_id},
         )

@@ -27,6 +27,9 @@ ENOUGH = 90
 """Returns that are matched together: as many as other scans have, half of ``rbpf.beams_match``."""
 WAY_MOST_M, TURN_MOST_RAD = 0.3, 0.2
 """They are matched earlier after this way or turn by odometry, whose errors blur them: by a centimetre at 3 %."""
+SINCE_KEY_MOST = 100
+"""Times that scans were matched whose points wait for the next keyframe, at most, the newest: a robot at rest makes no
+keyframe for hours."""
 
 
 class Gathering:
@@ -82,7 +85,7 @@ class Gathering:
 
     def remember(self, T_local_base: Transform, points: NDArray[np.float64]) -> None:
         """Keep matched ``points (N, 5)`` for the next keyframe; ``T_local_base (3,)`` is where they were matched."""
-        self._since_key.append((T_local_base.copy(), points.copy()))
+        self._since_key = [*self._since_key[1 - SINCE_KEY_MOST :], (T_local_base.copy(), points.copy())]
 
     def of_key(self, T_local_base: Transform, origin: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return all points ``(N, 5)`` since the last keyframe as seen from this pose, and begin the next one."""

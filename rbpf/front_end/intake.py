@@ -24,8 +24,10 @@ class Reading:
     """One scan and the motion to it; its arrays are overwritten by the next."""
 
     scan: Scan
+    returns: int
+    """Number of its beams that are usable returns."""
     points: NDArray[np.float64]
-    """``(N, 5)``, all usable returns, base frame."""
+    """``(N, 5)``, all usable returns, base frame; of several scans where they are matched together."""
     sample: NDArray[np.float64]
     """``(n, 5)``, those to match; empty where the scan is of no use."""
     odom_motion: Transform | None
@@ -42,7 +44,7 @@ class Reading:
     @property
     def dropped_beams(self) -> int:
         """Number of beams that are no usable return."""
-        return self.scan.ranges_m.size - self.points.shape[0]
+        return self.scan.ranges_m.size - self.returns
 
 
 class Intake:
@@ -66,13 +68,14 @@ class Intake:
         if T_odom_base is not None and self._T_odom_base is not None:
             odom_motion = between(self._T_odom_base, T_odom_base)
         points = self._sight.points(scan)
-        self._gathering.count(points.shape[0])
+        returns = points.shape[0]
+        self._gathering.count(returns)
         least = PART_LEAST if self._gathers(T_odom_base) else POINTS_LEAST
         reason = self._gate.refuse(
             scan, points, T_odom_base, least, lambda: self._is_known(scan, points, odom_motion)
         )  # fmt: skip
-        elapsed_s, sample = 0.0, points[:0]
-        waits = False
+        elapsed_s = 0.0 if self._stamp_ns is None else (scan.stamp_ns - self._stamp_ns) / 1e9
+        sample, waits = points[:0], False
         if reason is None and T_odom_base is not None and self._gathers(T_odom_base):
             self._gathering.add(T_odom_base, points)
             waits = self._stamp_ns is not None and not self._gathering.is_enough
@@ -83,15 +86,14 @@ class Intake:
         else:
             self._gathering.drop()
         if reason is None and not waits:
-            elapsed_s = 0.0 if self._stamp_ns is None else (scan.stamp_ns - self._stamp_ns) / 1e9
             self._before = (self._stamp_ns, self._T_odom_base)
             self._stamp_ns, self._T_odom_base = scan.stamp_ns, T_odom_base
             if scan.beam_interval_s > 0.0:
                 self._sight.straighten(points, scan, self._front.predictor.speed(odom_motion, elapsed_s))
             sample = self._sight.sample(points, scan.T_base_laser)
         return Reading(
-            scan=scan, points=points, sample=sample, odom_motion=odom_motion, elapsed_s=elapsed_s, reason=reason,
-            waits=waits,
+            scan=scan, returns=returns, points=points, sample=sample, odom_motion=odom_motion, elapsed_s=elapsed_s,
+            reason=reason, waits=waits,
         )  # fmt: skip
 
     def put_back(self) -> bool:

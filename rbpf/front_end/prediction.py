@@ -148,9 +148,12 @@ class Predictor:
         may_be_wrong = self._has_jumped(odom_motion) or self.says_it_stands(odom_motion)
         return [*others, self._steady()] if may_be_wrong else others
 
-    def dead_reckoned(self, odom_motion: Transform | None) -> Transform:
-        """Return the motion ``(3,)`` since the newest scan that was used, as far as odometry alone can say."""
-        if odom_motion is None or self._is_void(odom_motion):
+    def dead_reckoned(self, odom_motion: Transform | None, silent_s: float = 0.0) -> Transform:
+        """Return the motion ``(3,)`` since the newest scan that was used, as far as odometry alone can say.
+
+        ``silent_s`` : how long ago that scan was taken, where :meth:`wait` does not know of it yet.
+        """
+        if odom_motion is None or self._is_void(odom_motion, silent_s):
             return np.zeros(3)
         return self.odometry.corrected(odom_motion)
 
@@ -193,9 +196,9 @@ class Predictor:
                 missed = abs(math.remainder(guess[2] - motion[2], 2.0 * math.pi)) / turn
                 errors[1] = max(errors[1] + LEARN * (min(missed, MOST_ERROR) - errors[1]), LEAST_ERROR)
 
-    def _is_void(self, odom_motion: Transform) -> bool:
+    def _is_void(self, odom_motion: Transform, silent_s: float = 0.0) -> bool:
         """Return whether odometry says nothing: impossibly far, or wheels that stopped counting."""
-        most_m = max(MAX_STEP_M, min(MAX_SPEED_M_S * self._pause_s, PAUSE_MOST_M))
+        most_m = max(MAX_STEP_M, min(MAX_SPEED_M_S * max(self._pause_s, silent_s), PAUSE_MOST_M))
         return not math.hypot(odom_motion[0], odom_motion[1]) <= most_m or (
             self.odometry.is_dead and is_still(odom_motion)
         )

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
+from mrslam.rbpf.front_end.prediction import PAUSE_MOST_M
 from mrslam.spatial.hits.store import TileStore
 from mrslam.spatial.hits.views import Tiles
 from mrslam.spatial.poses import between
@@ -38,9 +39,8 @@ class RollingMap:
 
     def tiles_around(self, T_local_base: Transform) -> Tiles:
         """Return the map, with a window that holds all that can be seen from a pose ``(3,)``."""
-        if self._is_out_of_sight(T_local_base):
-            self._store.restart(T_local_base[:2])
-            self._scans.clear()
+        if self._is_out_of_sight(T_local_base, PAUSE_MOST_M):  # no motion that may be guessed, and given up, is longer
+            self._restart(T_local_base)
         self._store.cover(T_local_base[:2] - self._reach_m, T_local_base[:2] + self._reach_m)
         return self._store.tiles(0)
 
@@ -56,9 +56,13 @@ class RollingMap:
         for T_local_base, points in self._scans:
             self._store.add_points(0, T_local_base, points)
 
-    def _is_out_of_sight(self, T_local_base: Transform) -> bool:
-        """Return whether nothing in the map can be seen from a pose ``(3,)``."""
-        near_m, (x, y, _) = 2.0 * self._reach_m, T_local_base.tolist()
+    def _restart(self, T_local_base: Transform) -> None:
+        self._store.restart(T_local_base[:2])
+        self._scans.clear()
+
+    def _is_out_of_sight(self, T_local_base: Transform, farther_m: float = 0.0) -> bool:
+        """Return whether nothing in the map can be seen from a pose ``(3,)``, nor from ``farther_m`` nearer."""
+        near_m, (x, y, _) = 2.0 * self._reach_m + farther_m, T_local_base.tolist()
         return all(abs(place[0] - x) > near_m or abs(place[1] - y) > near_m for place, _ in reversed(self._scans))
 
     def is_due(self, T_local_base: Transform) -> bool:
@@ -70,6 +74,8 @@ class RollingMap:
 
     def add(self, T_local_base: Transform, points: NDArray[np.float64]) -> None:
         """Draw a scan's ``points (N, 5)`` as seen from a pose ``(3,)``."""
+        if self._is_out_of_sight(T_local_base):  # not before: a pose that is only guessed may be given up
+            self._restart(T_local_base)
         self._scans.append((T_local_base.copy(), points.copy()))
         if len(self._scans) >= SCANS_MOST:
             self._scans = self._scans[-SCANS_KEPT:]

@@ -61,9 +61,12 @@ class Sight:
         return self._sample[: spaced(points, T_base_laser, SPACING_M, self._points_most, self._sample)]
 
     def clearing_ends(self, scan: Scan) -> NDArray[np.float64]:
-        """Return ``(M, 2)`` where beams without a return end, in the base frame, if they are to clear the map."""
+        """Return ``(M, 2)`` where beams without a return end, in the base frame, if they are to clear the map.
+
+        Nothing is known of what lies beyond the laser's range.
+        """
         if self.clear_range_m <= 0.0:
             return np.empty((0, 2))
         none = np.isinf(scan.ranges_m)
-        ends = self.clear_range_m * np.stack([self._cos[none], self._sin[none]], axis=-1)
+        ends = min(self.clear_range_m, scan.range_max_m) * np.stack([self._cos[none], self._sin[none]], axis=-1)
         return se2.apply(scan.T_base_laser, ends)

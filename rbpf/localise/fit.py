@@ -29,7 +29,7 @@ class Fit:
         shown = inliers + conflicts
         is_seen = shown > SEEN_LEAST
         fit = min(max((inliers / shown - BAD_FIT) / FIT_RANGE, 0.0), 1.0) if is_seen else 0.0
-        share = min(way_m / MEMORY_M + elapsed_s / MEMORY_S, 1.0) * (1.0 if is_seen else UNSEEN_SHARE)
+        share = min(way_m / MEMORY_M + max(elapsed_s, 0.0) / MEMORY_S, 1.0) * (1.0 if is_seen else UNSEEN_SHARE)
         self.value += share * (fit - self.value)
         self.shown += share * (shown - self.shown)
 

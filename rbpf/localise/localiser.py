@@ -119,7 +119,7 @@ class Localiser:
         reading = self._intake.take(scan, T_odom_base)
         if reading.reason is not None or reading.waits:
             self.stats.dropped += reading.reason is not None
-            self._since = self._front.predictor.dead_reckoned(reading.odom_motion)
+            self._since = self._front.predictor.dead_reckoned(reading.odom_motion, reading.elapsed_s)
             return self._info(processed=False, reason=reading.reason)
         self._match(reading)
         return self._info(processed=True)

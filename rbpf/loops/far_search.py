@@ -143,7 +143,7 @@ class FarSearch:
         newest = T_map_key.shape[0] - 1
         for k, key in enumerate(reversed(self._asked)):
             most = (len(self._asked) - k) * self._evidence_beams
-            if key == newest or guess.log_weight + most < best - LIGHT:
+            if key == newest or key not in self._scans.points or guess.log_weight + most < best - LIGHT:
                 continue
             T_map_then = se2.compose(guess.T_map_newest, se2.between(T_map_key[newest], T_map_key[key]))
             fit = self._verified(T_map_key[: key + 1], old[old <= key], T_map_then)

@@ -112,7 +112,7 @@ def _are_twins(named: Path, image: Path) -> bool:
 def _load_yaml(path: Path) -> Any:
     try:
         return yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
+    except (OSError, ValueError, AttributeError, LookupError, yaml.YAMLError, RecursionError) as error:  # of odd tags
         raise InputError(f"{path}: not a readable YAML file ({first_line(error)})") from error
 
 

@@ -124,7 +124,7 @@ def read_saved_map(path: Path) -> SavedMap:
             Session(str(one["name"]), int(one["keyframes"]), float(one["way_m"])) for one in manifest["sessions"]
         )
         return SavedMap(grid, keyframes, scans, sessions)
-    except (TypeError, ValueError, LookupError) as error:
+    except (TypeError, ValueError, LookupError, OverflowError) as error:
         raise InputError(f"{path}: damaged: its manifest makes no sense ({first_line(error)})") from error
 
 

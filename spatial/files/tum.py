@@ -47,6 +47,6 @@ def read_tum(path: Path | str) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         rows.append(row[:8])
     values = np.array(rows, dtype=np.float64).reshape(-1, 8)
     qx, qy, qz, qw = values[:, 4:].T
-    theta = np.arctan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))
+    theta = np.arctan2(2 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)  # of any length
     stamps_ns = np.rint(values[:, 0] * 1e9).astype(np.int64)
     return stamps_ns, np.stack([values[:, 1], values[:, 2], theta], axis=-1)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mrslam.alignment.kernels.walls import FREE, OCCUPIED
-from mrslam.alignment.prepared import main_part, prepare
+from mrslam.alignment.prepared import is_smaller, main_part, prepare
 from mrslam.spatial import OccupancyGrid
 
 
@@ -35,3 +35,23 @@ def test_only_large_parts_that_nothing_joins_are_left_out():
     assert kept.origin_m == pytest.approx((0.5, 0.5))
     cells[50, 100:120] = 0  # a corridor joins them
     assert main_part(OccupancyGrid(cells, 0.05)).shape == (100, 200)
+
+
+def test_maps_have_one_order_whatever_their_cells():
+    fine, coarse = OccupancyGrid(np.zeros((99, 99), np.int8), 0.01), OccupancyGrid(np.zeros((20, 20), np.int8), 0.1)
+    assert is_smaller(fine, coarse) and not is_smaller(coarse, fine)  # by area
+    marks = np.zeros((20, 20), np.int8)
+    marks[3, 4] = 100
+    for other in (OccupancyGrid(marks, 0.1), OccupancyGrid(np.zeros((10, 10), np.int8), 0.2)):
+        assert is_smaller(coarse, other) != is_smaller(other, coarse)
+
+
+def test_of_too_many_wall_points_both_sides_of_a_wall_are_kept(monkeypatch):
+    cells = np.zeros((200, 200), np.int8)
+    cells[10:190:20, 10:190] = 100
+    grid = OccupancyGrid(cells, 0.05)
+    whole = prepare(grid, 0.05)
+    monkeypatch.setattr("mrslam.alignment.prepared.wall_kernels.NOTHING", len(whole.points) // 2)
+    up = prepare(grid, 0.05).normals[:, 1] > 0.5
+    assert 0.4 * len(whole.points) < len(up) <= len(whole.points) // 2
+    assert np.mean(up) == pytest.approx(0.5, abs=0.02)

@@ -9,7 +9,7 @@ import pytest
 
 from mrslam.rbpf import Mapper
 from mrslam.rbpf.checkpoint import load_checkpoint, save_checkpoint
-from mrslam.rbpf.front_end.gathering import ENOUGH, SPARSE
+from mrslam.rbpf.front_end.gathering import ENOUGH, SINCE_KEY_MOST, SPARSE, Gathering
 from mrslam.rbpf.front_end.scan_gate import POINTS_LEAST
 from mrslam.spatial import se2
 from mrslam.spatial.matching.cloud import NEIGHBOURS_LEAST, find_normals, joined, transformed
@@ -62,6 +62,21 @@ def test_a_sparse_mapper_saved_in_between_goes_on_the_same(tmp_path: Path) -> No
     resumed = load_checkpoint(tmp_path / "half")
     mapped(11, 120, 57, resumed)
     assert np.array_equal(whole.trajectory().T_map_base, resumed.trajectory().T_map_base)
+
+
+def test_a_robot_at_rest_gathers_no_points_without_end() -> None:
+    gathering = Gathering()
+    for _ in range(3 * SINCE_KEY_MOST):
+        gathering.remember(np.zeros(3), np.ones((2, 5)))
+    assert gathering.of_key(np.zeros(3), np.zeros(2)).shape == (2 * SINCE_KEY_MOST, 5)
+
+
+def test_no_beam_is_dropped_where_all_return() -> None:
+    mapper = Mapper(SMALL)
+    dropped = []
+    for k, pose in enumerate(drive(40)):
+        dropped.append(mapper.update(make_scan(pose, k * 10**8, beams=30), pose).dropped_beams)
+    assert set(dropped) == {0}
 
 
 def test_points_of_several_scans_are_one_scan_with_normals_towards_it() -> None:

@@ -281,3 +281,17 @@ def test_damaged_archives_raise_nothing_but_input_errors(tmp_path, data):
     path.write_bytes(bytes(raw[: data.draw(st.integers(0, len(raw)))]))
     with contextlib.suppress(InputError):
         read_map(path)
+
+
+@pytest.mark.parametrize("name", ["floor #2", "r1: kitchen", "@home", "[a]", "\U0001f916", "it's", "plan 9"])
+def test_a_map_of_any_name_is_read_again(tmp_path, name):
+    grid = OccupancyGrid(np.zeros((2, 3), dtype=np.int8), 0.05)
+    write_map(tmp_path / f"{name}.yaml", grid)
+    assert read_map(tmp_path / f"{name}.yaml").shape == (2, 3)
+
+
+@pytest.mark.parametrize("value", ["2001-99-99", "0x_", "!!int x", "!!bool x", "!!timestamp x"])
+def test_odd_yaml_values_are_named(tmp_path, value):
+    (tmp_path / "map.yaml").write_text(f"image: map.pgm\nresolution: {value}\norigin: [0, 0, 0]\n")
+    with pytest.raises(InputError, match=r"map\.yaml"):
+        read_map(tmp_path / "map.yaml")

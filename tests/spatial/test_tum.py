@@ -60,3 +60,8 @@ def test_a_path_may_be_text(tmp_path):
     np.testing.assert_allclose(poses, [[1.0, 2.0, 0.5]], atol=1e-6)
     with pytest.raises(InputError, match=r"no\.tum: cannot be read"):
         read_tum(str(tmp_path / "no.tum"))
+
+
+def test_a_quaternion_of_any_length_is_a_heading(tmp_path):
+    (tmp_path / "way.tum").write_text("1 0 0 0 0 0 1 1\n")
+    assert read_tum(tmp_path / "way.tum")[1][0, 2] == pytest.approx(np.pi / 2)

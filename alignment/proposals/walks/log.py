@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-
-from mrslam.spatial import se2
 
 F64 = NDArray[np.float64]
 Objective = Callable[[F64], float]
@@ -34,9 +33,9 @@ class Log:
         return value
 
     def clip(self, s: F64) -> F64:
-        """Return the sample within the bounds, its angle wrapped."""
+        """Return the sample within the bounds, its angle in the full turn that begins at the lower one."""
         s = np.clip(s, self.low, self.high)
-        s[2] = float(se2.wrap(s[2]))
+        s[2] = self.low[2] + (s[2] - self.low[2]) % (2.0 * math.pi)
         return s
 
     def visited(self) -> F64:

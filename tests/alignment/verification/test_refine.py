@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mrslam.alignment.prepared import prepare
-from mrslam.alignment.verification.refine import covariance, equations, refine
+from mrslam.alignment.verification.refine import carried, covariance, equations, refine
 from mrslam.spatial import OccupancyGrid, se2
 
 
@@ -67,3 +67,12 @@ def test_the_covariance_of_a_frame_far_from_the_walls_grows_by_the_lever():
     assert far[1, 2] == pytest.approx(50.0 * near[2, 2])
     beside = covariance(H, np.zeros(2), np.array([0.0, 50.0, 0.0]), 0.075)
     assert beside[0, 2] == pytest.approx(-50.0 * near[2, 2]) and beside[1, 2] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_turn_about_the_walls_moves_an_origin_that_is_far_from_them():
+    T_a_b, pivot = se2.transform(200.0, 30.0, 0.4), np.array([3.0, -4.0])
+    C = carried(np.diag([0.09, 0.09, 0.0009]), pivot, T_a_b)
+    lever = se2.apply(se2.inverse(T_a_b), pivot)  # the walls, frame b
+    x, y = se2.matrix(T_a_b)[:2, :2] @ lever
+    J = np.array([[1.0, 0.0, -y], [0.0, 1.0, x]])
+    np.testing.assert_allclose(J @ C @ J.T, np.diag([0.09, 0.09]), atol=1e-9)

@@ -49,3 +49,11 @@ def test_a_laser_that_tells_no_times_is_left_alone() -> None:
     before = points.copy()
     sight.straighten(points, scan, np.array([0.8, 0.0, 0.0]))
     assert np.array_equal(points, before)
+
+
+def test_beams_without_a_return_clear_no_farther_than_the_laser_sees() -> None:
+    sight, scan = Sight(MapperConfig(clear_range_m=10.0)), swept(np.zeros(3), 0.0, -1.0, 0.01)
+    none = scan.with_ranges(np.full(scan.ranges_m.size, np.inf))
+    sight.points(none)
+    ends = sight.clearing_ends(none) - none.T_base_laser[:2]
+    assert np.hypot(*ends.T) == pytest.approx(min(10.0, none.range_max_m))

@@ -32,6 +32,12 @@ def test_people_around_a_robot_that_stands_are_waited_for() -> None:
     assert 15.0 < way_until_lost(0.1, 0.9, step_m=0.0, step_s=1.0) < 40.0
 
 
+def test_stamps_that_go_back_are_no_time() -> None:
+    fit = Fit(0.9)
+    fit.follow(1.0, 0.0, 0.0, -1000.0)
+    assert fit.value == 0.9
+
+
 def test_words_say_what_is_wrong() -> None:
     fit = Fit()
     for _ in range(60):

@@ -47,7 +47,7 @@ class Asked:
 def searching(answer: Match, way_m: float, keys: int = 2) -> tuple[FarSearch, Asked]:
     """A search whose newest keyframe is ``way_m`` after the first; all stand where the first does."""
     asked = Asked(answer)
-    scans = SimpleNamespace(way_m=np.linspace(0.0, way_m, keys))
+    scans = SimpleNamespace(way_m=np.linspace(0.0, way_m, keys), points=range(keys))
     return FarSearch(scans, asked, EVIDENCE, 4), asked  # type: ignore[arg-type]
 
 
@@ -139,3 +139,11 @@ def test_of_places_to_begin_at_none_is_looked_for_that_fits_much_worse_than_the_
     far, _ = searching(match(inliers=0.0), 10.0)
     far._guess(np.zeros((2, 3)), np.array([0]), Drift(10.0, np.pi))
     assert least == pytest.approx([SHARE_LEAST, 0.8 * ALIKE, 0.8 * ALIKE, 0.8 * ALIKE])
+
+
+def test_a_new_history_is_not_weighed_by_scans_that_were_forgotten() -> None:
+    keys = 6
+    far, asked = searching(match(), 5.0, keys)
+    far._asked, far._scans.points = list(range(keys)), range(3, keys)  # type: ignore[assignment]
+    far._explain_before(Guess([Fit(0, keys - 1, match())], log_weight=0.0), np.zeros((keys, 3)), np.arange(keys))
+    assert asked.about == [4, 3]

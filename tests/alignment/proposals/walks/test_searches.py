@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from mrslam.alignment.proposals import walks
-from mrslam.alignment.proposals.walks.log import F64, Search
+from mrslam.alignment.proposals.walks.log import F64, Log, Search
+from mrslam.spatial import se2
 
 LOW, HIGH = np.array([-10.0, -10.0, -math.pi]), np.array([10.0, 10.0, math.pi])
 MINIMUM, START = np.array([3.0, -4.0, 0.7]), np.array([-6.0, 5.0, -1.5])
@@ -110,3 +111,8 @@ def test_no_search_exceeds_its_evaluations_or_its_bounds_and_all_repeat_themselv
     assert 0 < len(visited) == len(asked) <= 300
     assert (visited[:, :3] >= LOW - 1e-9).all() and (visited[:, :3] <= HIGH + 1e-9).all()
     np.testing.assert_array_equal(visited, search(valley, START, LOW, HIGH, 300, np.random.default_rng(2)))
+
+
+def test_bounds_about_half_a_turn_are_one_range():
+    log = Log(lambda s: abs(float(se2.wrap(s[2] - 3.25))), np.array([-1.0, -1.0, 2.9]), np.array([1.0, 1.0, 3.3]), 9)
+    assert log(log.clip(np.array([0.0, 0.0, 3.25]))) < 1e-9
