@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -114,3 +115,27 @@ def test_a_fit_that_is_not_clean_must_stand_against_places_that_are_bent(
     assert isinstance(found, Rejection) == ambiguous
     if ambiguous:
         assert len(found.rivals) == 1 and np.hypot(*(found.rivals[0] - found.T_a_b)[:2]) == pytest.approx(9.0, abs=0.6)
+
+
+def test_of_two_halls_the_one_that_was_not_asked_for_is_never_the_answer_however_well_it_fits_when_bent() -> None:
+    hall = House().cells[:, :394].copy()
+    filled, rng = hall.copy(), np.random.default_rng(3)
+    for _ in range(20):  # boxes in the hall that is asked for
+        row, col = rng.integers(20, 360, 2)
+        height, width = rng.integers(6, 16, 2)
+        filled[row : row + height, col : col + width] = 100
+    cells = np.full((400, 888), -1, np.int8)
+    cells[:, :394], cells[:, 494:] = shell(filled), shell(hall)
+    cells[196:204, 394:494] = 0  # a corridor
+    wide = cv2.resize(shell(hall).view(np.uint8), None, fx=1.006, fy=1.006, interpolation=cv2.INTER_NEAREST)
+    a, b = OccupancyGrid(cells, 0.05), OccupancyGrid(wide.view(np.int8), 0.05)
+    place = se2.transform(-0.06, -0.06, 0.0)
+    outcome = align(a, b, place=place, config=AlignmentConfig(min_margin=0.5))
+    assert isinstance(outcome, Rejection) and outcome.T_a_b is not None
+    assert se2.difference(outcome.T_a_b, place)[0] < 0.5
+
+
+def shell(cells: np.ndarray) -> np.ndarray:
+    """Return cells with the insides of walls unknown, as a laser sees them."""
+    beside_floor = cv2.dilate((cells == 0).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    return np.where((cells == 100) & ~beside_floor, -1, cells).astype(np.int8)

@@ -251,4 +251,41 @@ MUTANTS = (
         "        Test(evidence.walls, 0, 2.0,",
         "any corner is merged with any other",
     ),
+    Mutant(
+        "alignment/verification/decide.py",
+        "        if bent[0].start >= proposed:  # a rival once more: it is not to be accepted\n",
+        "        if False:\n",
+        "a place that was not asked for is the answer where it fits better when bent",
+    ),
+    Mutant(
+        "alignment/prepared.py",
+        "        while np.count_nonzero(kept := cell % thin == 0) > wall_kernels.NOTHING:\n            thin += 1\n"
+        "        return cells[kept], normals[kept]\n",
+        "        return cells[::thin].copy(), normals[::thin].copy()\n",
+        "of large plans' walls only one side is left, and the same on each",
+    ),
+    Mutant(
+        "alignment/proposals/dissimilarity.py",
+        "        cell_m = max(cell_m, a.res)  # finer would but take memory: both maps have cells of this edge\n",
+        "",
+        "maps of large cells take gigabytes to compare",
+    ),
+    Mutant(
+        "alignment/proposals/rotations.py",
+        "float(smooth[k] / max(top, 1e-12))",
+        "float(smooth[k] / top)",
+        "a warning of a division by nothing on the terminal",
+    ),
+    Mutant(
+        "alignment/proposals/walks/log.py",
+        "s[2] = self.low[2] + (s[2] - self.low[2]) % (2.0 * math.pi)",
+        "s[2] = (s[2] + math.pi) % (2.0 * math.pi) - math.pi",
+        "near half a turn a random walk does not reach half of where it may look",
+    ),
+    Mutant(
+        "alignment/verification/refine.py",
+        "J[0, 2], J[1, 2] = -(T_a_b[1] - pivot[1]), T_a_b[0] - pivot[0]",
+        "J[0, 2], J[1, 2] = -T_a_b[1], T_a_b[0]",
+        "how sure a transform is depends on where a's origin lies",
+    ),
 )

@@ -609,4 +609,10 @@ MUTANTS = (
         "return self._solved[1], self._solved[2]",
         "the first placement changes the next ones",
     ),
+    Mutant(
+        "merge/joint/bent_team.py",
+        "        if robot_id in self.bends:\n            return BentTeam()\n",
+        "",
+        "a robot that was removed still bends the others' maps",
+    ),
 )

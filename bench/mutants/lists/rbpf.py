@@ -524,4 +524,48 @@ MUTANTS = (
         "",
         "after one long pause others are not noticed",
     ),
+    Mutant(
+        "rbpf/mapper.py",
+        "expected = compose(T_map_before, predictor.dead_reckoned(odom_motion, reading.elapsed_s))",
+        "expected = compose(T_map_before, predictor.dead_reckoned(odom_motion))",
+        "after a drive in a pause the robot is looked for where it stood, and wheels that leapt are believed",
+    ),
+    Mutant(
+        "rbpf/mapper.py",
+        "        self.stats.dropped += 1\n        self._dead_reckoned = self._front.predictor.dead_reckoned("
+        "reading.odom_motion, reading.elapsed_s)\n",
+        "        self.stats.dropped += 1\n"
+        "        self._dead_reckoned = self._front.predictor.dead_reckoned(reading.odom_motion)\n",
+        "in an open yard a robot is told to be back where it saw something last after five metres",
+    ),
+    Mutant(
+        "rbpf/front_end/gathering.py",
+        "*self._since_key[1 - SINCE_KEY_MOST :]",
+        "*self._since_key",
+        "a sparse laser at rest takes more and more memory, then seconds for one scan",
+    ),
+    Mutant(
+        "rbpf/front_end/sight.py",
+        "min(self.clear_range_m, scan.range_max_m)",
+        "self.clear_range_m",
+        "beams without a return wear walls away that the laser cannot reach",
+    ),
+    Mutant(
+        "rbpf/localise/fit.py",
+        "max(elapsed_s, 0.0)",
+        "elapsed_s",
+        "a stamp that runs backward makes a tracked robot lost, or never lost",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        "key == newest or key not in self._scans.points or",
+        "key == newest or",
+        "a robot that turned on the spot while it is looked for stops mapping with an error",
+    ),
+    Mutant(
+        "rbpf/front_end/intake.py",
+        "return self.scan.ranges_m.size - self.returns",
+        "return self.scan.ranges_m.size - self.points.shape[0]",
+        "fewer beams than none are dropped",
+    ),
 )

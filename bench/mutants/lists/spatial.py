@@ -143,8 +143,8 @@ MUTANTS = (
     ),
     Mutant(
         "spatial/files/tum.py",
-        "theta = np.arctan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))",
-        "theta = np.arctan2(2 * (qw * qz - qx * qy), 1 - 2 * (qy * qy + qz * qz))",
+        "theta = np.arctan2(2 * (qw * qz + qx * qy), qw * qw",
+        "theta = np.arctan2(2 * (qw * qz - qx * qy), qw * qw",
         "trajectories of other tools with a slope are read with a wrong heading",
     ),
     Mutant(
@@ -236,5 +236,17 @@ MUTANTS = (
         "is_fixed = array.base is None and not array.flags.writeable",
         "is_fixed = not array.flags.writeable",
         "a checkpoint is written while what it holds changes",
+    ),
+    Mutant(
+        "spatial/files/trinary.py",
+        "    if not PLAIN.fullmatch(image):\n        image = json.dumps(image, ensure_ascii=False)\n",
+        "",
+        "a map whose name has a hash or a colon cannot be read again",
+    ),
+    Mutant(
+        "spatial/files/tum.py",
+        "qw * qw + qx * qx - qy * qy - qz * qz)",
+        "1 - 2 * (qy * qy + qz * qz))",
+        "headings of quaternions that are not of length one are wrong",
     ),
 )

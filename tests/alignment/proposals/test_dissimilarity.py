@@ -8,7 +8,7 @@ import numpy as np
 
 from mrslam.alignment.prepared import prepare
 from mrslam.alignment.proposals.dissimilarity import Dissimilarity, mean_distance
-from mrslam.spatial import se2
+from mrslam.spatial import OccupancyGrid, se2
 
 
 def test_mean_distance_like_its_twin():
@@ -31,3 +31,12 @@ def test_dissimilarity_is_symmetric_and_least_at_the_truth(house):
     off = np.array([0.7, -0.4, 0.3])
     assert psi(np.zeros(3)) < 0.1 < psi(np.array([0.4, 0.0, 0.0])) < psi(np.array([3.0, 0.0, 0.0]))
     assert math.isclose(psi(off), psi(se2.inverse(off)), rel_tol=1e-9)
+
+
+def test_maps_of_large_cells_are_compared_by_their_own_cells():
+    cells = np.zeros((300, 300), np.int8)
+    cells[100:110] = 100
+    one = prepare(OccupancyGrid(cells, 5.0), 5.0)
+    psi = Dissimilarity(one, one)
+    assert max(max(field.shape) for side in psi.sides for field in side.fields) < 400
+    assert psi(np.zeros(3)) < psi(np.array([0.0, 20.0, 0.0]))
