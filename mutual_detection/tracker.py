@@ -48,7 +48,7 @@ class TeammateTracker:
             return
         noise = (noise + noise.T) / 2.0 + self._config.position_sigma_m**2 * np.eye(2)
         track = self._tracks.get(robot_id)
-        if track is None or stamp_ns - track.stamp_ns > self._config.forget_after_s * NS:
+        if track is None or abs(stamp_ns - track.stamp_ns) > self._config.forget_after_s * NS:  # clocks are set, too
             self._tracks[robot_id] = _Track(_new_filter(xy, noise), stamp_ns)
             return
         if stamp_ns < track.stamp_ns:

@@ -132,3 +132,11 @@ print("filterpy" in sys.modules)
 """
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert out.split() == ["False", "True"]
+
+
+def test_a_teammate_is_masked_at_once_where_the_own_clock_was_set_back():
+    tracker = TeammateTracker()
+    for t_s in (600.0, 600.2, 100.0, 100.2):
+        tracker.observe("r2", round(t_s * S), (t_s % 10.0, 0.0))
+    centres, _ = tracker.predict(round(100.2 * S))
+    assert len(centres) == 1 and abs(centres[0, 0] - 0.2) < 0.1

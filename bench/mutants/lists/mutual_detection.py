@@ -190,4 +190,10 @@ MUTANTS = (
         "best is None",
         "of what bodies suggest the first is believed, though more moments agree on another",
     ),
+    Mutant(
+        "mutual_detection/tracker.py",
+        "if track is None or abs(stamp_ns - track.stamp_ns) >",
+        "if track is None or stamp_ns - track.stamp_ns >",
+        "after the clock was set back teammates are mapped as walls for as long",
+    ),
 )
