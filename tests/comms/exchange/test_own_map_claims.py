@@ -14,9 +14,10 @@ from mrslam.comms.exchange.own_map_claims import MOST_UNPROVEN
 from mrslam.comms.maps.manifests import make_manifest
 from mrslam.comms.maps.snapshots import Snapshot
 from mrslam.comms.maps.store import LAST_EPOCH, NOTHING, MapStore
-from mrslam.comms.wire.messages import Accept, Open, encode
+from mrslam.comms.wire.messages import GIVE_NO_MORE, HOLD_ALL, Accept, Ask, Done, Open, encode
+from tests.comms.puppet import Puppet
 from tests.comms.sealed import SealedTeam, seal, team_keys
-from tests.comms.team import SECOND, Team, fingerprint
+from tests.comms.team import QUICK, SECOND, Team, big_map, fingerprint
 
 LAST = (LAST_EPOCH, 5)
 
@@ -180,3 +181,35 @@ def test_without_keys_claims_cost_a_bounded_number_of_epochs_and_the_robot_is_he
     restart_from_nothing(team, "a", boot_id=1000)  # and once the robot is past what it disowned, all pass its map on
     assert team.run_until(lambda: all(holds_its_map(team, holder, "a") for holder in "bc"), 40)
     assert not any(team.nodes[holder].store.disowned for holder in "bc")
+
+
+def test_a_robot_whose_map_was_disowned_is_heard_again_though_there_is_no_room_for_more_robots() -> None:
+    config = replace(QUICK, max_robots=2)
+    node = CommsNode("a", "team", 1, config)
+    node.publish(big_map(200), 0)
+    robot, made_up, own = Puppet(node, "b"), MapStore("b", 90, config), MapStore("b", 50, config)
+    for store, epoch in ((made_up, 90), (own, 50)):
+        store.publish(big_map(200, seed=epoch))
+        robot.meet(("b", epoch, 1))
+        robot.bring(store, "b")
+        assert node.store.version("b") == (epoch, 1)
+
+
+def test_a_digest_that_names_the_own_map_many_times_is_one_claim() -> None:
+    node = CommsNode("a", "team", 1, QUICK)
+    peer = Puppet(node, "b")
+    peer.meet(*(("a", 100 + k, 1) for k in range(2 * MOST_UNPROVEN)))
+    assert node.store.own_epoch == 100 + 2 * MOST_UNPROVEN
+    for k in range(1, MOST_UNPROVEN):  # as many honest claims are followed as if it had named it once
+        peer.meet(("a", 1000 * k, 1))
+        assert node.store.own_epoch == 1000 * k + 1
+
+
+def test_with_keys_a_claim_whose_proof_the_peer_does_not_give_holds_up_no_exchange(keys) -> None:
+    node = CommsNode("a", "team", 1, QUICK)
+    node.seal_maps(seal(keys, "a"))
+    peer = Puppet(node, "c")
+    asked = peer.meet(("a", *LAST))
+    assert any(isinstance(one, Ask) for one in asked) and not any(isinstance(one, Done) for one in asked)
+    done = peer.say(Done("c", peer.xid, GIVE_NO_MORE))
+    assert [one.code for one in done if isinstance(one, Done)] == [HOLD_ALL]

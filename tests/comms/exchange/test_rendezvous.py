@@ -133,3 +133,18 @@ def test_a_restarted_peer_is_met_at_once():
     r.forget("b")  # only out of reach: the timeout still holds
     r.on_quality("b", 1.0, 2 * S)
     assert r.due(3 * S) == []
+
+
+def test_robots_that_come_and_go_under_ever_new_names_are_forgotten_and_those_in_sight_are_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("mrslam.comms.exchange.rendezvous.MOST_PEERS", 8)
+    r = rendezvous()
+    r.on_quality("b", 1.0, 0)
+    r.on_quality("busy", 0.0, 0)
+    r.started("busy")
+    for k in range(50):
+        r.on_quality(f"x{k}", 1.0, 0)
+        r.done(f"x{k}", 0)
+        r.forget(f"x{k}")
+    assert sorted(r.peers) == ["b", "busy", "x44", "x45", "x46", "x47", "x48", "x49"]

@@ -13,6 +13,7 @@ from mrslam.comms import CommsNode, Send
 from mrslam.comms.wire import messages as m
 from mrslam.comms.wire.frames import frame
 from mrslam.spatial import OccupancyGrid, TiledMap
+from tests.comms.puppet import Puppet
 from tests.comms.sealed import SealedTeam, team_keys
 from tests.comms.team import QUICK, SECOND, Team, big_map, fingerprint
 
@@ -124,3 +125,15 @@ def test_with_keys_a_map_that_the_giver_did_not_sign_is_refused(tmp_path: Path) 
     store._newest[OFFICE] = replace(signed, map=other, blocks=())
     team.run(8)
     assert prints(team)[1] is None and team.nodes["b"].dropped["forged"] > 0
+
+
+@pytest.mark.parametrize("shares", [True, False])
+def test_who_shares_no_saved_maps_gives_none_to_who_asks_for_one_by_name(shares: bool) -> None:
+    node = CommsNode("a", "team", 1, replace(WIDE, share_saved_maps=shares))
+    node.give_saved(OFFICE, big_map(200), 77)
+    asker = Puppet(node, "b")
+    asker.meet()
+    for question in (m.Ask("b", asker.xid, OFFICE, 0, 0), m.Get("b", asker.xid, OFFICE, 77, 0, 1, b"\1")):
+        answers = asker.say(question)
+        assert any(isinstance(one, m.Manifest | m.Chunk) for one in answers) == shares
+        assert [one.code for one in answers if isinstance(one, m.Done)] == ([] if shares else [m.GIVE_NO_MORE])

@@ -8,14 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mrslam.comms import CommsConfig, ExchangeDone, ExchangeFailed, ExchangeStarted, LinkConditions
+from mrslam.comms import CommsConfig, CommsNode, ExchangeDone, ExchangeFailed, ExchangeStarted, LinkConditions
 from mrslam.comms.exchange.in_flight import InFlight
 from mrslam.comms.maps.chunks import content_hash
+from mrslam.comms.maps.store import NOTHING, MapStore
 from mrslam.comms.wire.bitmask import to_mask
 from mrslam.comms.wire.frames import team_tag
-from mrslam.comms.wire.messages import Beacon, Chunk, Manifest, Open, encode
+from mrslam.comms.wire.messages import HOLD_ALL, Beacon, Chunk, Done, Manifest, Open, encode
 from mrslam.comms.wire.tile_codec import compress, pack_tiles, unknown_tile
 from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, Tile, TiledMap
+from tests.comms.puppet import Puppet
 from tests.comms.team import QUICK, SECOND, Team, big_map
 
 PATIENCE_NS = 4 * SECOND
@@ -231,3 +233,25 @@ def test_a_mapper_opens_to_who_takes_maps_though_other_mappers_have_waited_longe
     team.run(20)
     opened = [who for _, who, event in team.events if isinstance(event, ExchangeStarted) and event.opened_by_me]
     assert {"m1", "m2", "m3"} <= set(opened)
+
+
+def test_who_brings_an_item_now_and_then_keeps_nobody_from_the_robot_itself() -> None:
+    node = CommsNode("a", "team", 1, QUICK)
+    store = MapStore("c", 50, QUICK)
+    store.publish(big_map(400))
+    slow, robot = Puppet(node, "b"), Puppet(node, "c")
+    slow.meet(("c", 50, 1))
+    slow.bring(store, "c", most=1)
+    assert node.store.version("c") == NOTHING and node.staged_maps.staging
+    robot.meet(("c", 50, 1))
+    robot.bring(store, "c")
+    assert node.store.version("c") == (50, 1)
+
+
+def test_an_exchange_in_which_a_map_was_refused_is_done_at_once() -> None:
+    node = CommsNode("a", "team", 1, QUICK)
+    liar = Puppet(node, "b")
+    liar.meet(("c", 50, 9))
+    done = liar.say(Manifest("b", liar.xid, "c", 50, 0, 9, 0.05, 0, [], [], [0], [0], [99]))
+    assert node.dropped["bad manifest"] == 1
+    assert [message.code for message in done if isinstance(message, Done)] == [HOLD_ALL]

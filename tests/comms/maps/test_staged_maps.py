@@ -1,5 +1,7 @@
 """What has arrived replaces what is held only where it is newer."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -55,3 +57,31 @@ def test_a_map_whose_keyframes_do_not_fit_together_is_a_bad_message_and_changes_
     with pytest.raises(WireError):
         staged.try_commit(manifest)
     assert mine.newest("a") is None and "a" not in mine.maps
+
+
+def empty_map(revision: int = 1) -> LocalMap:
+    return LocalMap(TiledMap(0.05, {}, revision))
+
+
+def test_saved_maps_use_up_none_of_the_room_of_robots_maps_and_the_other_way_round() -> None:
+    config = replace(QUICK, max_robots=2)
+    store, theirs = MapStore("a", 1, config), MapStore("b", 1, config)
+    staged = StagedMaps(store, config)
+    for name in ("one@b", "two@b"):
+        store.give(name, empty_map(), 7)
+    assert staged.has_room("b") and staged.has_room("one@b") and not staged.has_room("three@b")
+    for name in ("b", "three@b"):
+        theirs.put(name, Snapshot(1, TiledMap(0.05, {}, 1), ()))
+        staged.stage(make_manifest(theirs, "b", 7, name, NOTHING, None))
+    assert set(staged.staging) == {"b"}
+    for robot in ("b", "c"):
+        store.put(robot, Snapshot(1, TiledMap(0.05, {}, 1), ()))
+    assert not staged.has_room("d")
+
+
+def test_further_versions_of_a_map_take_no_further_room() -> None:
+    config = replace(QUICK, max_robots=2)
+    store = MapStore("a", 1, config)
+    for revision in (1, 2, 3):
+        store.publish(empty_map(revision))
+    assert StagedMaps(store, config).has_room("b")

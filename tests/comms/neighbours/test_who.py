@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from msgspec.structs import replace as replace_fields
 
 from mrslam.comms import (
     CommsNode,
@@ -21,8 +22,9 @@ from mrslam.comms import (
     TeammateHint,
     TeammatePose,
 )
+from mrslam.comms.neighbours.presence import MOST_BOOTS, DuplicateIdWatch
 from mrslam.comms.wire.frames import team_tag
-from mrslam.comms.wire.messages import Bye, encode
+from mrslam.comms.wire.messages import Bye, decode, encode
 from mrslam.spatial import InputError, LocalMap, TiledMap
 from tests.comms.team import QUICK, SECOND, Team, big_map
 
@@ -302,3 +304,25 @@ def test_the_newest_claim_about_a_place_is_told_and_no_older_one() -> None:
         a.add_claims([("b", np.zeros(3), llr, 1)])
     claims = [one.llr for one in b.on_message(beacon_at(a, 0), 0, "a") if isinstance(one, TeammateClaim)]
     assert claims == [3.0]
+
+
+def test_tokens_put_no_more_robots_in_sight_than_there_may_be() -> None:
+    node = CommsNode("a", "team", 1, replace(QUICK, max_robots=2))
+    for k in range(5):
+        node.on_peer_joined(f"r{k}", 0)
+    node.on_peer_joined("r0", 0)
+    assert sorted(node.peers) == ["r0", "r1"] and node.dropped["too many robots"] == 3
+
+
+@pytest.mark.parametrize("name", ["a b", "b\n", "x" * 65, ".b"])
+def test_a_token_of_a_name_that_no_robot_can_have_is_not_heard(name: str) -> None:
+    node = CommsNode("a", "team", 1, QUICK)
+    assert node.on_peer_joined(name, 0) == [] and not node.peers
+
+
+def test_the_watch_for_twins_does_not_grow_with_their_boots() -> None:
+    node, watch = CommsNode("a", "team", 1, QUICK), DuplicateIdWatch()
+    beacon = decode(beacon_at(node, 0), TAG, 1000)
+    for boot in range(3 * MOST_BOOTS):
+        watch.hear(replace_fields(beacon, boot=boot))
+    assert len(watch._seen) <= MOST_BOOTS + 1

@@ -9,17 +9,32 @@ import time
 import pytest
 from cryptography import x509
 
-from mrslam.comms import CommsConfig, ExchangeDone, MapUpdated, PeerGone, TeamView, load_keys, make_team_keys, own_keys
+from mrslam.comms import (
+    CommsConfig,
+    CommsNode,
+    ExchangeDone,
+    MapUpdated,
+    PeerGone,
+    TeamView,
+    load_keys,
+    make_team_keys,
+    own_keys,
+)
 from mrslam.comms import revoke_robots as revoke
+from mrslam.comms.maps.chunks import make_chunks
+from mrslam.comms.maps.manifests import make_manifest
 from mrslam.comms.maps.snapshots import published
+from mrslam.comms.maps.store import NOTHING, MapStore
 from mrslam.comms.security.revocation import FILE, Revocations
 from mrslam.comms.wire.frames import WireError
+from mrslam.comms.wire.messages import Get
 from mrslam.comms.zenoh import ZenohWatcher
 from mrslam.sim_driver.cli.live.top_tables import _certificate_lines
 from mrslam.spatial import InputError
 from tests.comms.processes import Robot, free_port, robot_keys
+from tests.comms.puppet import Puppet
 from tests.comms.sealed import SealedTeam, seal, team_keys
-from tests.comms.team import big_map
+from tests.comms.team import QUICK, big_map
 
 EAGER = CommsConfig(exchange_timeout_s=1.0, beacon_period_s=0.1, beacon_window=20)
 DAY_S = 86_400
@@ -208,3 +223,21 @@ def test_a_saved_map_signed_by_a_revoked_robot_is_refused(tmp_path):
     judge.revocations.refresh()
     with pytest.raises(WireError, match="revoked"):
         judge.check("map@office", snapshot.version, proof)
+
+
+def test_a_map_whose_signer_is_revoked_while_it_arrives_is_refused(tmp_path):
+    team_keys(tmp_path, "abc")
+    node, theirs = CommsNode("a", "team", 1, QUICK), MapStore("c", 50, QUICK)
+    own = seal(tmp_path, "a")
+    node.seal_maps(own)
+    theirs.use_seal(seal(tmp_path, "c"))
+    theirs.publish(big_map(200))
+    bringer = Puppet(node, "b")
+    bringer.meet(("c", 50, 1))
+    manifest = make_manifest(theirs, "b", bringer.xid, "c", NOTHING, None)
+    assert any(isinstance(one, Get) for one in bringer.say(manifest))
+    revoke(tmp_path, "team", ["c"])
+    own.revocations.refresh()
+    for chunk in make_chunks(theirs, manifest, list(range(len(manifest.rows) + len(manifest.blocks))), QUICK):
+        bringer.say(chunk)
+    assert node.store.version("c") == NOTHING and node.dropped["revoked"] == 1

@@ -3,7 +3,9 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from mrslam.comms import LinkConditions, team_status
+from mrslam.comms import CommsNode, LinkConditions, team_status
+from mrslam.comms.status.report import status_report
+from mrslam.comms.wire.messages import Status, decode
 from tests.comms.team import QUICK, Team
 
 
@@ -33,3 +35,10 @@ def test_a_failing_link_is_told():
     row = team_status(team.nodes["a"], team.now_ns)[0]
     assert row.failures >= 1
     assert row.activity.startswith(("exchange failed", "exchanging"))
+
+
+def test_a_status_that_names_a_saved_map_is_read():
+    node = CommsNode("a", "team", 1, QUICK)
+    report = status_report(node, 0, [("office@r1", "b", "aligned")])
+    message = decode(report.payload, node.team_tag, 1 << 20)
+    assert isinstance(message, Status) and message.alignments == [("office@r1", "b", "aligned")]

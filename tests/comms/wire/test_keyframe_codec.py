@@ -251,3 +251,13 @@ def test_any_factor_in_range_makes_information(seed):
     assert are_edges(rows, 0, 6)
     assert len(from_rows(rows)) == 20
     assert are_edges(to_rows(from_rows(rows)), 0, 6)
+
+
+@pytest.mark.parametrize("column", range(4))
+@pytest.mark.parametrize("least", [-(2**63), -(2**63) + 1])
+def test_the_least_integers_are_no_stamp_and_no_pose(column: int, least: int) -> None:
+    steps = np.zeros(4, dtype=np.int64)
+    steps[column] = least
+    raw = b"\x01" + varints(steps) + ONE[5:] + b"\0\0\0"
+    with pytest.raises(WireError, match="out of range"):
+        unpack_block(raw, None, 1)

@@ -160,6 +160,10 @@ def test_each_reason_has_its_name():
         [10, "a/b", 1],  # a name that would break key expressions
         [10, "", 1],
         [10, "a" * 65, 1],
+        [10, "a\n", 1],
+        [5, "a", 1, "b\n", 1, 0],
+        [5, "a", 1, "office@b\n", 1, 0],
+        [2, "a", 1, 5, [], [], [["office@b\n", 1, 1]]],
         [10, "a", -1],
         [10, "a", 2**63],
         [9, "a", 1, 7],

@@ -90,3 +90,31 @@ def test_the_newest_mounting_counts(is_static: bool) -> None:
         frames.add(transform("base_link", "laser", float(k), float(k), 0.0, 0.0), is_static=is_static)
     mounted = frames.mounting("base_link", "laser")
     assert mounted is not None and mounted[0][0] == 2.0
+
+
+def test_a_laser_beside_the_base_is_mounted_through_what_both_are_fixed_to() -> None:
+    frames = LiveFrames()
+    frames.add(transform("base_link", "base_footprint", 0.0, 0.1, 0.2, math.pi / 2), is_static=True)
+    frames.add(transform("base_link", "laser", 0.0, 0.4, 0.2, math.pi / 2, roll=math.pi), is_static=True)
+    mounted = frames.mounting("base_footprint", "laser")
+    assert mounted is not None and mounted[1]
+    np.testing.assert_allclose(mounted[0], [0.0, -0.3, 0.0], atol=1e-9)
+
+
+@pytest.mark.parametrize("moving", ["base_link", "base_footprint"])
+def test_what_does_not_move_with_the_base_is_not_mounted_on_it(moving: str) -> None:
+    frames = LiveFrames()
+    frames.add(transform("base_footprint", "base_link", 1.0, 0.0, 0.0, 0.0), is_static=moving != "base_link")
+    frames.add(transform("odom", "base_footprint", 1.0, 3.0, 0.0, 0.0), is_static=moving != "base_footprint")
+    frames.add(transform("odom", "wall", 0.0, 5.0, 0.0, 0.0), is_static=True)
+    assert frames.mounting("base_link", "wall") is None
+
+
+@pytest.mark.parametrize("x_m", [1.1e9, -1.1e9, 1e300])
+def test_odometry_farther_than_any_robot_goes_is_passed_over(x_m: float) -> None:
+    motion = RecentMotion()
+    for k, pose in enumerate(([1.0, 0.0, 0.0], [x_m, 0.0, 0.0], [0.0, x_m, 0.0], [3.0, 0.0, 0.0])):
+        motion.add(k * NS, np.array(pose))
+    found = motion.at(2 * NS)
+    assert found is not None and found[1] == 0
+    np.testing.assert_allclose(found[0], [1.0 + 4.0 / 3.0, 0.0, 0.0])

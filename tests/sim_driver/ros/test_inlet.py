@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mrslam.sim_driver.ros.complaints import Complaints
-from mrslam.sim_driver.ros.inlet import HELD, MOUNTING_WAIT_S, ODOMETRY_WAIT_S, QUIET_S, Inlet
+from mrslam.sim_driver.ros.inlet import HELD, JUMP_PAUSE_S, MOUNTING_WAIT_S, ODOMETRY_WAIT_S, QUIET_S, Inlet
 from mrslam.sim_driver.ros.options import RosOptions
 from mrslam.spatial import Scan
 from mrslam.spatial.se2 import Transform
@@ -252,3 +252,15 @@ def test_scans_that_wait_are_handed_on_before_a_jump_of_the_clock_is_told() -> N
     assert not rig.out  # it waits for odometry
     rig.scan(3.0)
     assert at_jump == [1]
+
+
+def test_two_drivers_of_different_clocks_on_one_topic_ask_for_one_session_and_a_later_jump_for_another() -> None:
+    rig = Rig(odometry="none").mounted()
+    for k in range(20):
+        rig.at(0.1 * k)
+        rig.scan(1000.0 + 0.1 * k)
+        rig.scan(900.0 + 0.1 * k)
+    assert rig.jumps == [pytest.approx(100.0)] and len(rig.out) == 40
+    rig.at(JUMP_PAUSE_S + 1.0)
+    rig.scan(500.0)
+    assert len(rig.jumps) == 2
