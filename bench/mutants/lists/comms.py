@@ -81,8 +81,8 @@ MUTANTS = (
     ),
     Mutant(
         "comms/exchange/own_map_claims.py",
-        "                context.store.outrank((epoch, revision))\n",
-        "                pass\n",
+        "            context.store.outrank(claim)\n",
+        "            pass\n",
         "a robot that lost its memory cannot give its map to those who knew it",
     ),
     Mutant(
@@ -153,8 +153,8 @@ MUTANTS = (
     ),
     Mutant(
         "comms/exchange/own_map_claims.py",
-        "            elif self._followed < MOST_UNPROVEN:",
-        "            else:",
+        "        elif self._followed < MOST_UNPROVEN:",
+        "        else:",
         "small claims force a robot into a new epoch at every meeting",
     ),
     Mutant(SEAL, "if name != robot and not is_saved(robot):", "if False:", "a member can sign another robot's map"),
@@ -412,12 +412,8 @@ MUTANTS = (
     ),
     Mutant(
         "comms/maps/store.py",
-        """        self.maps[robot_id] = snapshot.local_map  # first: it raises where the parts do not fit together
-        self._newest[robot_id] = snapshot
-""",
-        """        self._newest[robot_id] = snapshot
-        self.maps[robot_id] = snapshot.local_map  # first: it raises where the parts do not fit together
-""",
+        "        local_map = snapshot.local_map  # first",
+        "        self._newest[robot_id] = snapshot\n        local_map = snapshot.local_map  # first",
         "a map that was refused counts as held, and is never asked for again",
     ),
     Mutant(
@@ -455,5 +451,131 @@ MUTANTS = (
         "state if held is snapshot else _snapshot_state(snapshot)",
         "state if held is not None else _snapshot_state(snapshot)",
         "a checkpoint holds maps as they were at the first one",
+    ),
+    Mutant(
+        "comms/wire/presence_messages.py",
+        "list[tuple[MapName, MapName, Words]]",
+        "list[tuple[Name, Name, Words]]",
+        "a robot that holds a saved map is shown to no watcher",
+    ),
+    Mutant(
+        RECEIVER,
+        "peer in (source.peer, robot)",
+        "source.peer == peer",
+        "who sends an item of a robot's map now and then keeps it from being taken from the robot itself",
+    ),
+    Mutant(
+        STAGED,
+        "self._store.sizes[is_saved(robot_id)] < self._max_robots",
+        "len(self._store.maps) < self._max_robots",
+        "a robot with many saved maps takes no teammate's map",
+    ),
+    Mutant(
+        STAGED,
+        "max(self._store.sizes[kind] + len(strangers)",
+        "max(len(self._store.maps) + len(strangers)",
+        "with many saved maps what has arrived of a teammate's map is thrown away",
+    ),
+    Mutant(
+        STAGED,
+        " and is_saved(one) == kind]",
+        "]",
+        "saved maps that arrive throw away what has arrived of a teammate's map",
+    ),
+    Mutant(
+        STORE,
+        "self.sizes[is_saved(robot_id)] += robot_id not in self.maps",
+        "self.sizes[is_saved(robot_id)] += 1",
+        "after a while a robot takes no map of a teammate that it has not met before",
+    ),
+    Mutant(
+        AROUND,
+        '                    self._context.out.drop("too many robots", peer)\n                    return\n',
+        "                    pass\n",
+        "tokens of made-up robots keep real ones from being seen",
+    ),
+    Mutant(
+        AROUND,
+        " and NAME.fullmatch(peer)",
+        "",
+        "a token with an odd name makes a robot's status unreadable",
+    ),
+    Mutant(
+        STAGED,
+        "        self.check_proof(manifest)  # once more: its signer may have been revoked since\n",
+        "",
+        "the map of a robot that is revoked while it arrives is taken",
+    ),
+    Mutant(
+        "comms/exchange/map_sender.py",
+        "        if is_saved(robot) and not context.shares_saved_maps:",
+        "        if False:",
+        "saved maps that are not to be shared are given to who asks by name",
+    ),
+    Mutant(
+        "comms/wire/keyframe_codec.py",
+        "return bool(((-limit <= values) & (values <= limit)).all())",
+        "return not bool((np.abs(values) > limit).any())",
+        "a keyframe 300 years before the others is taken from a teammate",
+    ),
+    Mutant(
+        RENDEZVOUS,
+        "                del self.peers[next(gone)]\n",
+        "                next(gone)\n",
+        "robots that come and go under new names fill the memory",
+    ),
+    Mutant(
+        RENDEZVOUS,
+        " if state.quality == 0.0 and not state.is_busy)",
+        ")",
+        "where many robots come and go, one in sight is forgotten",
+    ),
+    Mutant(
+        STAGED,
+        "return robot_id in self._store.maps or",
+        "return self._store.newest(robot_id) is not None or",
+        "in a full team a robot that disowned a made-up map of it is never heard again",
+    ),
+    Mutant(
+        "comms/wire/fields.py",
+        'pattern=r"^[A-Za-z0-9_.-]+\\Z")',
+        'pattern=r"^[A-Za-z0-9_.-]+$")',
+        "a robot may have a line feed in its name",
+    ),
+    Mutant(
+        "comms/wire/fields.py",
+        'rf"^{SAVED_NAME}\\Z"',
+        'rf"^{SAVED_NAME}$"',
+        "a saved map may have a line feed in its name",
+    ),
+    Mutant(
+        "comms/wire/fields.py",
+        '|{SAVED_NAME})\\Z"',
+        '|{SAVED_NAME})$"',
+        "the name of a map in a manifest may end in a line feed",
+    ),
+    Mutant(
+        "comms/exchange/own_map_claims.py",
+        "self._followed += 1",
+        "self._followed += sum(robot == context.own_id for robot, _, _ in digest.digest)",
+        "one digest uses up all claims that a robot follows, and its teammates keep its old map",
+    ),
+    Mutant(
+        RECEIVER,
+        "        exchange.theirs.pop(robot, None)\n",
+        "",
+        "an exchange in which a forged map was refused never completes",
+    ),
+    Mutant(
+        EXCHANGES,
+        "            exchange.claim = None\n",
+        "",
+        "who claims to hold a robot's map and has no proof keeps the exchange from being completed",
+    ),
+    Mutant(
+        "comms/neighbours/presence.py",
+        "        if len(self._seen) > MOST_BOOTS:\n            self._seen.clear()\n",
+        "",
+        "beacons of ever new twins fill the memory",
     ),
 )

@@ -167,4 +167,40 @@ MUTANTS = (
         "if False:",
         "a parameter that does not exist is passed over",
     ),
+    Mutant(
+        INLET,
+        "if self._jumped_s is None or now_s - self._jumped_s >= JUMP_PAUSE_S:",
+        "if True:",
+        "two drivers with different clocks on one topic write a session's file with every scan",
+    ),
+    Mutant(
+        INLET,
+        "if self._jumped_s is None or now_s - self._jumped_s >= JUMP_PAUSE_S:",
+        "if self._jumped_s is None:",
+        "the second bag that is played goes into the session of the first",
+    ),
+    Mutant(
+        FRAMES,
+        "np.linalg.inv(self._matrix(common, base)) @ self._matrix(common, frame)",
+        "self._matrix(common, frame)",
+        "a laser beside the base frame is mounted as if the frame above were the base",
+    ),
+    Mutant(
+        FRAMES,
+        "if common is None or any(one in self._moving for one in above[: above.index(common)]):",
+        "if common != base:",
+        "the mounting of a laser beside the base frame is not found",
+    ),
+    Mutant(
+        FRAMES,
+        "any(one in self._moving for one in above[: above.index(common)])",
+        "False",
+        "a laser that stands in the world is mounted on the robot where it happened to be",
+    ),
+    Mutant(
+        FRAMES,
+        "if not (np.abs(pose) < FARTHEST_M).all():",
+        "if not np.isfinite(pose).all():",
+        "one absurd message of odometry makes the pose not finite",
+    ),
 )
