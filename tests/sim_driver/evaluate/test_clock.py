@@ -56,3 +56,29 @@ def test_a_merge_before_a_new_map_is_not_one_of_it(tmp_path: Path, amount: float
     run.robots["r2"] = {}
     assert [event["t"] for event in run.events["r1"]] == pytest.approx([19.0, 28.0], abs=1e-3)
     assert run.events["r1"][1]["t"] < run.map_begun_s["r2"] == 30.0
+
+
+@pytest.mark.parametrize("amount", [20.0, -8.0, -40.0])
+def test_a_merge_by_a_clock_that_jumped_is_told_at_mission_time(tmp_path: Path, amount: float) -> None:
+    """Robot r1, whose clock jumped at 20 s, merges at 28 s; a clock set far back shows times before the begin."""
+    tables: dict[str, Any] = {
+        "mission": {"shell": "virtual"},
+        "world": {"name": "arena1"},
+        "robots": [{"id": "r1"}, {"id": "r2"}],
+        "faults": [{"kind": "clock", "robot": "r1", "at_s": 20.0, "amount": amount}],
+    }
+    known = {"T_a_b": [0.0, 0.0, 0.0], "confidence": 1.0}
+    pair = {"a": "r1", "b": "r2", "status": "accepted", "accepted_at_s": 28.008 + amount, "reason": "", **known}
+    areas = {"known_area_m2": 1.0, "team_area_m2": 1.0}
+    robot = {"id": "r1", "mode": "mapper", "placed": {}, "pairs": [pair], "links": [], **areas}
+    merge = {"event": "merged", "a": "r1", "b": "r2", **known}
+    lines = [
+        json.dumps({"robot": "r1", **event})
+        for event in ({"t": 19.0, "event": "mapped"}, {"t": 28.008 + amount, **merge})
+    ]
+    (tmp_path / "r1").mkdir()
+    (tmp_path / "r1" / "robot.json").write_text(json.dumps(robot))
+    (tmp_path / "r1" / "events.jsonl").write_text("\n".join(lines) + "\n")
+    run = RunResults.of(make_mission(tables, tmp_path / "clock.toml"), tmp_path)
+    assert run.damage == []
+    assert run.robots["r1"]["pairs"][0]["accepted_at_s"] == pytest.approx(28.0, abs=1e-3)

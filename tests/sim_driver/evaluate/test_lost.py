@@ -65,6 +65,7 @@ def test_what_was_taken_back_is_not_merged() -> None:
     ("between", "is_new"),
     [
         ({"event": "given_up"}, True),
+        ({"event": "lost"}, True),
         ({"event": "restarted", "checkpoint": False}, True),
         ({"event": "restarted", "checkpoint": True}, False),
     ],

@@ -16,6 +16,7 @@ from mrslam.sim_driver.faults.links import CUT, CorruptingTransport, faulty_cond
 from mrslam.sim_driver.faults.robot import FaultyDisk, MortalRobot
 from mrslam.sim_driver.faults.senses import FaultySenses
 from mrslam.sim_driver.missions.mission import make_mission
+from mrslam.sim_driver.replay import read_recording
 from mrslam.sim_driver.run.run_virtual import Kidnapper, VirtualTeam, run_in_virtual_time
 from mrslam.sim_driver.simulation.simulation import Simulation
 from mrslam.spatial import InputError, Scan
@@ -150,6 +151,15 @@ def test_a_robot_that_comes_back_counts_its_maps_on_and_saw_nothing_meanwhile(tm
     before = team.robots[0].runner.agent.node.boot_id  # teammates take the higher one's maps for the newer
     assert come_back(team).runner.agent.node.boot_id > before
     assert team.simulation is not None and team.simulation.take("r1") == [] != team.simulation.take("r2")
+
+
+@pytest.mark.parametrize("kind", ["crash", "amnesia"])
+def test_the_recording_of_a_robot_that_came_back_holds_both_its_lives(tmp_path: Path, kind: str) -> None:
+    fault = {"kind": kind, "robot": "r1", "at_s": 2.0, "for_s": 1.0}
+    run_in_virtual_time(small(tmp_path, fault, duration_s=5.0), tmp_path, quiet)
+    times_s = [sensed.t_ns / S for sensed in read_recording(tmp_path / "r1" / "scans.npz")]
+    assert times_s[0] < 0.2 and times_s[-1] > 4.5
+    assert not [t_s for t_s in times_s if 2.2 < t_s < 2.8]
 
 
 def test_a_recorded_robot_that_comes_back_has_missed_what_its_log_held_meanwhile(tmp_path: Path) -> None:

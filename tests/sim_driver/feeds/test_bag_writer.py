@@ -145,3 +145,23 @@ def test_a_robot_that_began_later_drives_later(run: Path) -> None:
     r1, r2 = (found[f"/{name}/path"][-1][1].poses for name in ("r1", "r2"))
     since = [pose.header.stamp.sec + pose.header.stamp.nanosec / 1e9 for pose in (r1[0], r2[0], r2[-1])]
     assert since == pytest.approx([0.1, 40.5, 42.7])
+
+
+def test_a_robot_that_gave_its_map_up_drives_from_where_its_last_one_began(run: Path) -> None:
+    events = [{"t": 0.0, "event": "mapped"}, {"t": 29.0, "event": "given_up"}, {"t": 30.5, "event": "mapped"}]
+    lines = [json.dumps({"robot": "r2", **event}) for event in events]
+    write_text(run / "r2" / "events.jsonl", "\n".join(lines) + "\n")
+    bag_run(run, None)
+    first = messages(run / "run.mcap")["/r2/path"][-1][1].poses[0].header.stamp
+    assert first.sec + first.nanosec / 1e9 == pytest.approx(30.5)
+
+
+@pytest.mark.parametrize("stamp_ns", [2**31 * 10**9, -1])
+def test_a_time_that_does_not_fit_into_a_recording_is_told(tmp_path: Path, stamp_ns: int) -> None:
+    with (
+        pytest.raises(InputError, match=r"run\.mcap: a time of .* s does not fit"),
+        BagWriter(tmp_path / "run.mcap") as bag,
+    ):
+        bag.scan("/r1/scan", "laser_r1", scan(2**31 * 10**9 - 1))
+        bag.scan("/r1/scan", "laser_r1", scan(stamp_ns))
+    assert list(tmp_path.iterdir()) == []

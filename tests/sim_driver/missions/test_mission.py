@@ -52,6 +52,14 @@ def test_a_trace_makes_the_links_traced() -> None:
         ({"mission": {"shell": "thread"}}, "'process' or 'virtual'"),
         ({"comms": {"exchange_timeout": 3}}, "did you mean 'exchange_timeout_s'"),
         ({"faults": [{"kind": "kidnapped", "robot": "r1", "at_s": 3}]}, "r1 plays a log, so nobody can carry it off"),
+        (
+            {
+                "world": {"name": "arena1"},
+                "robots": [{"id": "r1"}, {"id": "base", "mode": "central"}],
+                "faults": [{"kind": "kidnapped", "robot": "base", "at_s": 3}],
+            },
+            "base has no body, so nobody can carry it off",
+        ),
         ({"faults": [{"kind": "liar", "robot": "r1", "at_s": 3}]}, "liar must be 0 s: it lies from start to end"),
         (
             {"mission": {"duration_s": 20}, "faults": [{"kind": "slow", "robot": "r1", "at_s": 20}]},

@@ -136,3 +136,9 @@ def test_usage_is_none_where_it_is_not_whole(raw: bytes, tmp_path: Path) -> None
     assert read_usage(tmp_path) is None
     (tmp_path / "usage.json").write_text('{"cpu_s": 1}')
     assert read_usage(tmp_path) == {"cpu_s": 1}
+
+
+@pytest.mark.parametrize("robots", [["r1"], [{}], [{"id": ["r1"]}], [{"id": "r 1"}], [{"id": None}]])
+def test_a_damaged_list_of_robots_makes_a_folder_that_of_no_run(robots: list[object], tmp_path: Path) -> None:
+    (tmp_path / "config.json").write_text(json.dumps({**CONFIG, "robots": robots}))
+    assert robots_of(tmp_path) is None

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from mrslam.sim_driver.missions.settings import build, parse_assignment, read_toml, with_overrides
+from mrslam.sim_driver.missions.settings import build, build_section, parse_assignment, read_toml, with_overrides
 from mrslam.spatial import InputError
 from mrslam.spatial.errors import require
 
@@ -71,3 +71,21 @@ def test_broken_toml_names_file_and_place(tmp_path: Path) -> None:
         read_toml(path)
     with pytest.raises(InputError, match="no such file"):
         read_toml(tmp_path / "none.toml")
+
+
+ENDLESS = ["[" * 100_000, "9" * 5000]
+"""Values that Python's reader of TOML has no error of its own for."""
+
+
+@pytest.mark.parametrize("value", ENDLESS)
+def test_brackets_and_numbers_without_end_are_no_toml_and_plain_text_behind_set(tmp_path: Path, value: str) -> None:
+    (tmp_path / "m.toml").write_text(f"[mission]\nseed = {value}\n")
+    with pytest.raises(InputError, match=r"m\.toml: not valid TOML"):
+        read_toml(tmp_path / "m.toml")
+    assert parse_assignment(f"mission.seed={value}") == (["mission", "seed"], value)
+
+
+def test_a_command_takes_settings_of_its_one_section_and_refuses_those_of_others() -> None:
+    assert build_section(Knobs, "knobs", ["knobs.name=y"], count=3) == Knobs(name="y", count=3)
+    with pytest.raises(InputError, match="--set: unknown key 'knob'; did you mean 'knobs'"):
+        build_section(Knobs, "knobs", ["knobs.name=y", "knob.timeout_s=3"])

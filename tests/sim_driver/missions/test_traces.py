@@ -28,6 +28,7 @@ def test_quality_is_a_staircase_and_the_same_both_ways(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("", "holds no link quality"),
+        (f"0,r1,{'2' * 200_000},0.5\n", "t.csv: not a CSV file"),
         ("0,r1,r2\n", "line 1: needs t_s,a,b,quality"),
         ("0,r1,r2,high\n", "line 1: needs"),
         ("0,r1,r2,1.5\n", "quality in 0..1"),

@@ -121,3 +121,31 @@ def test_a_run_of_another_format_says_so_where_its_settings_cannot_be_read(recor
         (old / "config.json").write_text(json.dumps(config if written is None else config | {"format": written}))
         with pytest.raises(InputError, match=f"^{old}/config.json: {said}"):
             mission_of(old)
+
+
+@pytest.mark.parametrize(
+    ("array", "values", "told"),
+    [
+        ("t_ns", [0.5, 1.5], "times are no whole numbers"),
+        ("stamps_ns", [0.0, np.nan], "times are no whole numbers"),
+        ("T_odom_base", np.zeros((2, 2)), "odometry is no poses"),
+        ("T_odom_base", np.zeros((3, 3)), "odometry is no poses"),
+        ("t_ns", [9, 5], "times run backward"),
+        ("t_ns", [-1, 5], "times run backward, or beyond any mission"),
+        ("t_ns", [5, 2**62], "beyond any mission"),
+    ],
+)
+def test_a_recording_whose_times_or_odometry_cannot_be_is_refused_in_one_line(
+    tmp_path: Path, array: str, values: object, told: str
+) -> None:
+    scan = Scan(
+        stamp_ns=7, ranges_m=np.ones(3, dtype=np.float32), angle_min_rad=0.0, angle_increment_rad=0.1, range_max_m=5.0
+    )
+    path = tmp_path / "scans.npz"
+    write_recording(path, [Sensed(t_ns, scan, None) for t_ns in (5, 9)])
+    with np.load(path) as arrays:
+        whole = dict(arrays)
+    assert len(read_recording(path)) == 2
+    np.savez(path, **{**whole, array: np.asarray(values)})
+    with pytest.raises(InputError, match=rf"^[^\n]*scans\.npz: not a recording of scans \([^\n]*{told}[^\n]*$"):
+        read_recording(path)

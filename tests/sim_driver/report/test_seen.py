@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,10 +11,12 @@ import numpy as np
 import pytest
 
 from mrslam.agent import Sensed
+from mrslam.sim_driver.evaluate.trajectories import Trajectory
 from mrslam.sim_driver.report import seen as module
 from mrslam.sim_driver.report.layout import Layout
 from mrslam.sim_driver.report.seen import first_seen_s, mission_trajectory
 from mrslam.spatial import Scan
+from mrslam.spatial.files.tum import read_tum, write_tum
 
 S = 1_000_000_000
 
@@ -25,13 +29,20 @@ def looking_ahead(stamp_ns: int) -> Scan:
     )  # fmt: skip
 
 
-def run(poses: np.ndarray, log: str | None = None, began_s: float = 0.0, shell: str = "virtual") -> Any:
+def run(
+    poses: np.ndarray,
+    log: str | None = None,
+    began_s: float = 0.0,
+    shell: str = "virtual",
+    events: Sequence[dict[str, Any]] = (),
+    way: Trajectory | None = None,
+) -> Any:
     robot = SimpleNamespace(id="r1", log=log)
     mission = SimpleNamespace(robots=[robot], mission=SimpleNamespace(shell=shell))
     stamps = np.arange(len(poses)) * S
-    way = stamps, poses
+    way = (stamps, poses) if way is None else way
     return SimpleNamespace(
-        mission=mission, trajectory=lambda robot: way, began_s=lambda robot: began_s, events={"r1": []}
+        mission=mission, trajectory=lambda robot: way, began_s=lambda robot: began_s, events={"r1": events}
     )
 
 
@@ -50,3 +61,24 @@ def test_who_began_late_saw_nothing_before(log: str | None, shell: str) -> None:
     late = run(np.zeros((3, 3)), log, began_s=40.0, shell=shell)
     assert (mission_trajectory(late, "r1")[0] / S).tolist() == [40.0, 41.0, 42.0]
     assert (mission_trajectory(run(np.zeros((3, 3)), began_s=40.0), "r1")[0] / S).tolist() == [0.0, 1.0, 2.0]
+
+
+@pytest.mark.parametrize("rest_ns", [0, 357, 500, 999])
+def test_scans_of_a_log_with_nanoseconds_find_their_poses_in_a_file_of_microseconds(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, rest_ns: int
+) -> None:
+    stamps_ns = 1_700_000_000 * S + np.arange(3) * S + rest_ns
+    write_tum(tmp_path / "way.tum", stamps_ns, np.array([[5.1, 5.1, turn] for turn in (0.0, 1.57, 3.14)]))
+    way = read_tum(tmp_path / "way.tum")
+    scans = [Sensed((40 + k) * S, looking_ahead(int(stamp_ns)), None) for k, stamp_ns in enumerate(stamps_ns)]
+    monkeypatch.setattr(module, "_scans", lambda run, robot: scans)
+    layout = Layout("r1", "r1", {"r1": np.zeros(3)}, ("r1",), 0.25, np.zeros((40, 40), dtype=np.int8))
+    seen = first_seen_s(run(way[1], "a.log", 40.0, way=way), layout, "r1")
+    assert [seen[20, 30], seen[30, 20], seen[20, 10]] == [40.0, 41.0, 42.0]
+
+
+def test_a_recorded_robot_that_gave_its_map_up_begins_its_way_where_its_last_map_began() -> None:
+    events = [{"t": 0.5, "event": "mapped"}, {"t": 49.0, "event": "given_up"}, {"t": 50.0, "event": "mapped"}]
+    for told, begun_s in ((events, 50.0), (events[:1], 40.0)):
+        anew = run(np.zeros((3, 3)), "a.log", began_s=40.0, events=told)
+        assert (mission_trajectory(anew, "r1")[0] / S).tolist() == [begun_s, begun_s + 1.0, begun_s + 2.0]
