@@ -93,6 +93,7 @@ class _Watch:
                 self._say(f"{now_s:.0f} s: {child.robot_id} knows where the map of {other} lies")
             if child.alive or child.death_reported:
                 continue
+            child.read_status()  # its last words may have come since
             child.death_reported = True
             again = self._mission.restart and child.restarts < MOST_RESTARTS and not child.failure
             self._say(f"{now_s:.0f} s: {_death(child)}" + ("; it is started again" if again else ""))

@@ -17,7 +17,7 @@ from mrslam.sim_driver.missions.sections import SweepConfig
 from mrslam.sim_driver.missions.settings import build, parse_assignment, read_toml, with_overrides
 from mrslam.sim_driver.missions.shipped import find_mission
 from mrslam.sim_driver.replay.again import REPLAYABLE
-from mrslam.spatial import InputError
+from mrslam.spatial import InputError, read_map
 
 DRIVES = ("auto", "recorded", "anew")
 """Whether the points of a seed replay one recorded drive; "auto": where what is varied allows it."""
@@ -174,6 +174,8 @@ def _contents(mission: Mission) -> str:
             path = mission.find(name)
             for file in [path] if path.is_file() else sorted(one for one in path.rglob("*") if one.is_file()):
                 digest.update(file.read_bytes())
+            if path.suffix.lower() in (".yaml", ".yml"):
+                digest.update(read_map(path).cells.tobytes())  # of a picture beside it
     return digest.hexdigest()
 
 

@@ -73,7 +73,7 @@ def _finished(path: Path) -> dict[str, Any] | None:
     """Return the row of a finished point; None where there is none, or its file is damaged: then it is run again."""
     try:
         row = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return None
     return row if isinstance(row, dict) and "bytes_exchanged" in row else None
 

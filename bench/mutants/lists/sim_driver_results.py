@@ -137,8 +137,8 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/report/seen.py",
-        "        stamps = in_mission_time(stamps, run.began_s(robot_id))",
-        "        stamps = in_mission_time(stamps, 0.0)",
+        "run.began_s(robot_id) if begun_s is None else",
+        "0.0 if begun_s is None else",
         "agents that began late are shown too early",
     ),
     Mutant(
@@ -158,5 +158,41 @@ MUTANTS = (
         "        if truth.exists():",
         "        if False:",
         "a replay is not judged by the truth",
+    ),
+    Mutant(
+        "sim_driver/report/seen.py",
+        "(stamp_us, stamp_us - 1, stamp_us + 1)",
+        "(one.scan.stamp_ns,)",
+        "the report shows nothing seen by robots whose logs have nanoseconds",
+    ),
+    Mutant(
+        "sim_driver/report/seen.py",
+        "run.began_s(robot_id) if begun_s is None else begun_s)",
+        "run.began_s(robot_id))",
+        "the report shows what a robot saw in its last map as if it had driven there from the begin",
+    ),
+    Mutant(
+        "sim_driver/cli/runs/bag.py",
+        "began_s if begun_s is None else begun_s",
+        "began_s",
+        "a recording shows a robot that gave its map up too early in its last one",
+    ),
+    Mutant(
+        "sim_driver/evaluate/results.py",
+        "            run._set_right(robot_id)\n",
+        "            pass\n",
+        "merges of a robot whose clock was set forward are told at times after the mission",
+    ),
+    Mutant(
+        "sim_driver/missions/run_shapes.py",
+        "    accepted_at_s: Clock | None",
+        "    accepted_at_s: Seconds | None",
+        "a robot whose clock was set far back counts as lost",
+    ),
+    Mutant(
+        "sim_driver/evaluate/lost.py",
+        'event["event"] in ("given_up", "lost")',
+        'event["event"] == "given_up"',
+        "merges of a map in which a robot lost its place count as those of the new one",
     ),
 )

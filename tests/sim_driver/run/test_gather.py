@@ -149,6 +149,25 @@ def test_what_cannot_be_gathered_is_told(agents: Path, tmp_path: Path) -> None:
     assert (agents / "r1" / "robot.json").exists()
 
 
+@pytest.mark.parametrize("settings", [{"rbpf": 5}, {"robots": [{"id": "r9"}]}])
+def test_settings_of_an_agent_that_are_no_sections_are_refused_in_one_line(
+    agents: Path, tmp_path: Path, settings: object
+) -> None:
+    path = agents / "r1" / "agent.json"
+    path.write_text(json.dumps({**json.loads(path.read_text()), "settings": settings}))
+    with pytest.raises(InputError, match=r"^[^\n]*agent\.json: not what an agent writes[^\n]*$"):
+        gather([agents], tmp_path / "out", lambda text: None)
+
+
+def test_the_team_of_gathered_agents_is_theirs_whatever_their_settings_say(agents: Path, tmp_path: Path) -> None:
+    record = AgentRecord.read(agents / "r1")
+    others = {"mission": {"name": "yard", "shell": "virtual"}, "robots": {"id": "r9"}}
+    replace(record, settings={**record.settings, **others}).write(agents / "r1")
+    mission, _ = gather([agents], tmp_path / "out", lambda text: None)
+    assert (mission.mission.name, mission.mission.shell) == ("depot", "agents")
+    assert [robot.id for robot in mission.robots] == ["r1", "r2"]
+
+
 def test_what_agents_did_cannot_be_run_again(agents: Path, tmp_path: Path) -> None:
     mission, _ = gather([agents], tmp_path / "out", lambda text: None)
     with pytest.raises(InputError, match="cannot be run again"):

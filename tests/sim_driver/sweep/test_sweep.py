@@ -9,16 +9,18 @@ import zipfile
 from concurrent.futures import Future
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from mrslam.sim_driver.sweep import make_plan, parse_knob, run_sweep
 from mrslam.sim_driver.sweep.advice import Summary, advice, pareto, recommend, summarise
 from mrslam.sim_driver.sweep.plots import draw_all
-from mrslam.sim_driver.sweep.sweep import steps
+from mrslam.sim_driver.sweep.sweep import point_file, steps
 from mrslam.sim_driver.sweep.table import write_table
 from mrslam.sim_driver.sweep.work import Job, outcome_row, record_drive
 from mrslam.sim_driver.sweep.workers import DaskWorkers, LocalWorkers
-from mrslam.spatial import InputError
+from mrslam.spatial import InputError, OccupancyGrid, write_map
+from mrslam.spatial.files.images import write_image
 
 MISSION = """
 [mission]
@@ -75,6 +77,14 @@ class Here:
         return {future}
 
 
+def recorded(job):
+    return b"a drive"
+
+
+def finished(job, drive):
+    return {"bytes_exchanged": 5.0}
+
+
 def sweep(plan, out, workers):
     count = []
     rows = run_sweep(plan, out, workers, lambda: count.append(1), print)
@@ -103,9 +113,45 @@ def test_mistakes_are_named_before_anything_runs(path: Path) -> None:
         make_plan(path, [parse_knob("comms.link_treshold=0.2")], 1)
     with pytest.raises(InputError, match="radio changes where robots drive"):
         make_plan(path, [parse_knob("radio.power_dbm=5")], 1, drive="recorded")
+    with pytest.raises(InputError, match=r"mission\.seed is not varied: .* --seeds"):
+        make_plan(path, [parse_knob("mission.seed=1,2")], 1)
     with pytest.raises(InputError, match="twice"):
         parse_knob("comms.link_threshold=0.2,0.2")
     assert parse_knob('a.b=[1,2],"x,y",3').values == ("[1,2]", '"x,y"', "3")
+
+
+@pytest.mark.parametrize(
+    ("world", "file"),
+    [("arena2", "t.csv"), ("plan.png", "plan.png"), ("plan.yaml", "plan.yaml"), ("plan.yaml", "plan.pgm")],
+)
+def test_other_contents_of_a_file_that_the_mission_reads_are_another_sweep(path: Path, world: str, file: str) -> None:
+    links = '[links]\ntrace = "t.csv"\n[comms]'
+    path.write_text(MISSION.replace('"arena2"', f'"{world}"').replace("[comms]", links))
+    cells = np.zeros((60, 80), dtype=np.int8)
+    (path.parent / "t.csv").write_text("0,r1,r2,0.5\n")
+    write_image(path.parent / "plan.png", cells.view(np.uint8))
+    write_map(path.parent / "plan.yaml", OccupancyGrid(cells, 0.05))
+    before, again = make_plan(path), make_plan(path)
+    assert before.points == again.points and before.drive_name(2) == again.drive_name(2)
+    changed = path.parent / file
+    raw = changed.read_bytes()
+    changed.write_bytes(raw + b"\n" if changed.suffix != ".pgm" else raw[:-1] + b"\x00")
+    after = make_plan(path)
+    assert not {point.name for point in before.points} & {point.name for point in after.points}
+    assert before.drive_name(2) != after.drive_name(2)
+
+
+@pytest.mark.parametrize("damage", ["", "[]", '{"seed": 2}', '{"bytes_exchanged": 5', "[" * 100_000])
+def test_a_point_whose_file_is_damaged_is_run_again(path: Path, tmp_path: Path, monkeypatch, damage: str) -> None:
+    monkeypatch.setattr("mrslam.sim_driver.sweep.sweep.record_drive", recorded)
+    monkeypatch.setattr("mrslam.sim_driver.sweep.sweep.run_point", finished)
+    plan = make_plan(path, [parse_knob("comms.link_threshold=0.5")], 1)
+    (whole,) = run_sweep(plan, tmp_path / "out", Here(), lambda: None, print)
+    point_file(tmp_path / "out", plan.points[0]).write_text(damage)
+    again, idle = Here(), Here()
+    assert run_sweep(plan, tmp_path / "out", again, lambda: None, print) == [whole]
+    run_sweep(plan, tmp_path / "out", idle, lambda: None, print)
+    assert (again.calls, idle.calls) == (["finished"], [])
 
 
 def test_a_sweep_that_was_killed_goes_on_and_ends_with_the_same_table(path: Path, tmp_path: Path) -> None:
