@@ -47,6 +47,6 @@ def test_a_setting_of_a_section_that_a_command_does_not_have_is_refused(
     own, call = COMMANDS[command]
     with pytest.raises(InputError, match="--set: unknown key 'comms'"):
         call([own, "comms.link_threshold=0.5"])
-    with pytest.raises(InputError, match="no such|not found"):
+    with pytest.raises(InputError, match=r"no such|not found"):
         call([own])
     assert list(tmp_path.iterdir()) == []

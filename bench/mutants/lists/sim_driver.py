@@ -447,8 +447,8 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/run/robot_process.py",
-        '    trace = read_trace(mission)\n    pipe.send(Ready(getattr(body, "duration_ns", 0) / 1e9))\n    pipe.recv()  # Go\n',
-        '    pipe.send(Ready(getattr(body, "duration_ns", 0) / 1e9))\n    pipe.recv()  # Go\n    trace = read_trace(mission)\n',
+        "    trace = read_trace(mission)\n    pipe.send(",
+        "    pipe.send(Ready(0.0))\n    trace = read_trace(mission)\n    pipe.send(",
         "a mission with a broken trace goes on without its robots",
     ),
     Mutant(
