@@ -169,12 +169,12 @@ def _simulate(simulation: Simulation, children: Sequence[Child], now_ns: int) ->
     """Move the world on; hand every robot what it senses, and take what it drives."""
     simulation.advance(now_ns)
     for child in children:
+        sensed = simulation.take(child.robot_id)
         try:
             while child.simulator.poll(0):
                 news: RobotNews = child.simulator.recv()
                 child.taken = news.taken
                 simulation.command(child.robot_id, news.command)
-            sensed = simulation.take(child.robot_id)
             if sensed and child.ready and child.sent - child.taken < NEWS_AHEAD:
                 newest = replace(sensed[-1], taken_s=time.monotonic())
                 child.simulator.send(SimulatorNews([newest], simulation.qualities(child.robot_id)))
@@ -184,7 +184,7 @@ def _simulate(simulation: Simulation, children: Sequence[Child], now_ns: int) ->
                 child.scans_lost += len(sensed)  # it cannot keep up: newer scans will be worth more
         except (EOFError, OSError):
             simulation.command(child.robot_id, (0.0, 0.0))  # its process is gone; its body stands where it was
-            child.scans_lost += len(simulation.take(child.robot_id))
+            child.scans_lost += len(sensed)
 
 
 def _words(children: Sequence[Child]) -> str:

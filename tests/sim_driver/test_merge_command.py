@@ -54,6 +54,9 @@ def test_known_poses_name_maps_as_they_are_called_or_by_their_files(tmp_path: Pa
         path.write_text(f"{word},1,0,0\n")
         with pytest.raises(InputError, match="line 1: needs one of the maps"):
             read_poses(path, names)
+    path.write_text(f"b,{'1' * 200_000},0,0\n")
+    with pytest.raises(InputError, match=r"poses\.csv: not a CSV file"):
+        read_poses(path, names)
 
 
 def test_no_map_that_is_read_is_replaced(tmp_path: Path) -> None:

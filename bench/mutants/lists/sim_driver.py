@@ -471,9 +471,9 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/run/run_process.py",
-        "            child.scans_lost += len(simulation.take(child.robot_id))\n",
-        "",
-        "scans of a robot that is dead pile up in memory and count as taken",
+        "where it was\n            child.scans_lost += len(sensed)\n",
+        "where it was\n",
+        "scans of a robot that is dead count as taken",
     ),
     Mutant(
         "sim_driver/run/run_process.py",

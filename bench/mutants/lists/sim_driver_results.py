@@ -173,8 +173,8 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/cli/runs/bag.py",
-        "began_s if begun_s is None else begun_s",
-        "began_s",
+        "began_s.get(name, 0.0) if begun_s is None else begun_s)",
+        "began_s.get(name, 0.0))",
         "a recording shows a robot that gave its map up too early in its last one",
     ),
     Mutant(

@@ -50,7 +50,8 @@ def bag_run(run: Path, out: Path | None) -> None:
             bag.transform(TEAM, f"map_{name}", 0, np.array(T_team_map), "/tf_static")
         written = 0
         for name, folder in folders.items():
-            written += _write_robot(bag, name, folder, began_s.get(name, 0.0))
+            begun_s = anew_s(read_events(folder).events) if metrics else None  # agents' own events tell world time
+            written += _write_robot(bag, name, folder, began_s.get(name, 0.0) if begun_s is None else begun_s)
             advance()
         if not written:
             raise InputError(f"{run}: no map or trajectory there can be used")
@@ -96,7 +97,7 @@ def _team_frame(folder: Path) -> str | None:
 def _write_robot(bag: BagWriter, name: str, folder: Path, began_s: float) -> int:
     """Write what one robot left and return the number of its maps and trajectories.
 
-    Times are the mission's, in which a recorded robot began at ``began_s``.
+    Times are the mission's, in which a recorded robot began its map at ``began_s``.
     """
     frame, written = f"map_{name}", 0
     for file, of in ((MAP_FILE, frame), (TEAM_MAP_FILE, f"map_{_team_frame(folder) or name}")):
@@ -110,8 +111,7 @@ def _write_robot(bag: BagWriter, name: str, folder: Path, began_s: float) -> int
     stamps_ns, poses = trajectory
     is_simulated = (folder / SCANS_FILE).exists()
     if not is_simulated:
-        begun_s = anew_s(read_events(folder).events)
-        stamps_ns = in_mission_time(stamps_ns, began_s if begun_s is None else begun_s)
+        stamps_ns = in_mission_time(stamps_ns, began_s)
     bag.path(f"/{name}/path", frame, stamps_ns, poses)
     for stamp_ns, T_map_laser in zip(stamps_ns.tolist(), poses, strict=True):
         bag.transform(frame, f"laser_{name}", stamp_ns, T_map_laser)

@@ -147,13 +147,19 @@ def test_a_robot_that_began_later_drives_later(run: Path) -> None:
     assert since == pytest.approx([0.1, 40.5, 42.7])
 
 
-def test_a_robot_that_gave_its_map_up_drives_from_where_its_last_one_began(run: Path) -> None:
+@pytest.mark.parametrize(("is_run", "begun_s"), [(True, 30.5), (False, 0.0)])
+def test_a_robot_that_gave_its_map_up_drives_from_where_its_last_one_began(
+    run: Path, is_run: bool, begun_s: float
+) -> None:
+    """Folders of agents that were not gathered have events by the world's clock, which is not the mission's."""
+    if is_run:
+        write_text(run / "metrics.json", '{"name": "x", "mission_s": 50, "robots_lost": []}')
     events = [{"t": 0.0, "event": "mapped"}, {"t": 29.0, "event": "given_up"}, {"t": 30.5, "event": "mapped"}]
     lines = [json.dumps({"robot": "r2", **event}) for event in events]
     write_text(run / "r2" / "events.jsonl", "\n".join(lines) + "\n")
     bag_run(run, None)
     first = messages(run / "run.mcap")["/r2/path"][-1][1].poses[0].header.stamp
-    assert first.sec + first.nanosec / 1e9 == pytest.approx(30.5)
+    assert first.sec + first.nanosec / 1e9 == pytest.approx(begun_s)
 
 
 @pytest.mark.parametrize("stamp_ns", [2**31 * 10**9, -1])

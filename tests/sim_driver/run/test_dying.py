@@ -6,15 +6,18 @@ from collections.abc import Callable
 from multiprocessing import Pipe
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
+import numpy as np
 import pytest
 
+from mrslam.agent import Sensed
 from mrslam.sim_driver.missions.mission import Mission, make_mission
 from mrslam.sim_driver.run import robot_process
 from mrslam.sim_driver.run.children import Child
 from mrslam.sim_driver.run.robot_process import Failed, Go, RobotTask, run_robot
 from mrslam.sim_driver.run.run_process import _death, _simulate, _Watch
+from mrslam.spatial import Scan
 
 
 def mission(**tables: Any) -> Mission:
@@ -78,6 +81,9 @@ def test_every_way_to_die_has_words(exitcode: int, how: str) -> None:
     assert _death(dead(exitcode)[0]) == f"the process of r1 {how}"
 
 
+SCAN = Scan(stamp_ns=0, ranges_m=np.ones(3), angle_min_rad=0.0, angle_increment_rad=0.1, range_max_m=5.0)
+
+
 class World:
     """A simulation in which a robot senses three scans a step."""
 
@@ -87,9 +93,12 @@ class World:
     def advance(self, now_ns: int) -> None:
         self.waiting += 3
 
-    def take(self, robot_id: str) -> list[int]:
-        taken, self.waiting = [0] * self.waiting, 0
+    def take(self, robot_id: str) -> list[Sensed]:
+        taken, self.waiting = [Sensed(0, SCAN, None)] * self.waiting, 0
         return taken
+
+    def qualities(self, robot_id: str) -> dict[str, float]:
+        return {}
 
     def command(self, robot_id: str, command: tuple[float, float]) -> None:
         self.commands.append(command)
@@ -103,3 +112,13 @@ def test_scans_of_a_robot_that_is_dead_are_taken_and_counted_as_lost() -> None:
         _simulate(world, [child], now_ns)
     assert (child.scans_lost, world.waiting) == (6, 0)
     assert set(world.commands) == {(0.0, 0.0)}
+
+
+def test_scans_of_a_robot_that_dies_while_they_are_sent_are_counted_as_lost() -> None:
+    def broken(news: object) -> None:
+        raise BrokenPipeError
+
+    child, world = dead()[0], cast("Any", World())
+    child.simulator = SimpleNamespace(poll=lambda timeout: False, send=broken)
+    _simulate(world, [child], 1)
+    assert (child.scans_lost, child.sent) == (3, 0)
