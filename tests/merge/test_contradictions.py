@@ -25,6 +25,14 @@ def test_walls_on_free_space_are_a_contradiction_with_its_length():
     assert against is not None and "of wall of a and b" in against
 
 
+def test_placed_by_way_of_several_alignments_walls_may_lie_farther_off():
+    config = MergeConfig()
+    kept, grids = Contradictions(config), (room(5.0), room(5.0))
+    off = se2.transform(0.0, 1.5 * config.contradiction_tolerance_m, 0.0)
+    hops = [hops for hops in (1, 2, 4) if kept.against("a", "b", grids, off, hops) is not None]
+    assert hops == [1, 2]  # errors of several add up as a square root
+
+
 def test_a_forgotten_robots_maps_are_let_go():
     kept, gone, stays = Contradictions(MergeConfig()), room(5.0), room(4.0)
     of_gone, of_stays = weakref.ref(gone), weakref.ref(stays)

@@ -64,6 +64,15 @@ def test_it_is_less_sure_of_a_map_whose_origin_is_far_from_where_the_robots_met(
     assert np.sqrt(np.trace(fix.covariance[:2, :2])) == pytest.approx(lever_m * turn_rad, rel=0.1)
 
 
+def test_however_far_the_maps_began_it_is_sure_of_where_the_robots_met() -> None:
+    frames = (FRAMES[0], se2.transform(70.0, 4.0, -2.0))
+    fix = mutual_fix([moment(a, b, frames, seed=k) for k, (a, b) in enumerate(zip(OWN, MATE, strict=True))])
+    assert fix is not None
+    met = se2.apply(se2.inverse(frames[0]), np.array([6.3, CORRIDOR_Y])) - fix.T_map_mate[:2]
+    turns_with = np.array([[1.0, 0.0, -met[1]], [0.0, 1.0, met[0]]])
+    assert np.sqrt(np.trace(turns_with @ fix.covariance @ turns_with.T)) < 0.1 < np.sqrt(fix.covariance[0, 0])
+
+
 def test_of_two_transforms_that_bodies_suggest_the_one_that_most_moments_agree_on_is_taken() -> None:
     others = se2.compose(RIGHT, np.array([3.0, -1.0, 0.5]))  # by two people who walk along, seen from the 5th moment on
     seen = [

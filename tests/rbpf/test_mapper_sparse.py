@@ -71,6 +71,15 @@ def test_a_robot_at_rest_gathers_no_points_without_end() -> None:
     assert gathering.of_key(np.zeros(3), np.zeros(2)).shape == (2 * SINCE_KEY_MOST, 5)
 
 
+def test_scans_are_put_together_by_the_way_that_odometry_should_have_told() -> None:
+    gathering, wall = Gathering(), np.zeros((1, 5))
+    wall[0, :2] = 2.0, 0.5
+    for told_m in (0.0, 0.1, 0.2):
+        gathering.add(np.array([told_m, 0.0, 0.0]), wall)
+    points = gathering.take(np.zeros(2), lambda motion: 1.5 * motion)
+    assert np.sort(points[:, 0]) == pytest.approx([1.7, 1.85, 2.0]) and points[:, 1] == pytest.approx(0.5)
+
+
 def test_no_beam_is_dropped_where_all_return() -> None:
     mapper = Mapper(SMALL)
     dropped = []

@@ -60,6 +60,16 @@ def test_a_missing_image_is_named(tmp_path):
         read_image(tmp_path / "gone.pgm")
 
 
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16])
+def test_only_pixels_without_any_transparency_are_opaque(tmp_path, kind):
+    most = np.iinfo(kind).max
+    image = np.full((1, 3, 4), most, dtype=kind)
+    image[0, :, 3] = 0, most // 2, most
+    assert cv2.imwrite(str(tmp_path / "a.png"), image)
+    opaque = read_image(tmp_path / "a.png")[1]
+    assert opaque is not None and opaque.tolist() == [[False, False, True]]
+
+
 @pytest.mark.parametrize("name", ["a.nonsense", "a"])
 def test_unknown_formats_are_refused(tmp_path, name):
     with pytest.raises(InputError, match="cannot be written as"):

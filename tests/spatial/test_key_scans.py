@@ -119,3 +119,8 @@ def test_points_in_another_order_are_the_same_scan() -> None:
     points = np.array([[2.0, 0.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]])  # two in one direction
     one, other = (KeyScans.of_points([way], [[0.0, 0.0]]) for way in (points, points[::-1]))
     assert one.equals(other) and len(one.of(0)) == 4
+
+
+def test_a_laser_a_hair_left_or_right_of_the_middle_has_the_same_bytes() -> None:
+    left, right = (KeyScans.of_points([np.ones((1, 2))], [[0.0, y]]) for y in (1e-4, -1e-4))
+    assert left.origins.tobytes() == right.origins.tobytes()

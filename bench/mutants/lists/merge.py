@@ -615,4 +615,22 @@ MUTANTS = (
         "",
         "a robot that was removed still bends the others' maps",
     ),
+    Mutant(
+        "merge/contradictions.py",
+        "float(np.sqrt(hops))",
+        "1.0",
+        "maps that are joined by way of several others are told to contradict each other",
+    ),
+    Mutant(
+        "merge/joint/consistent.py",
+        "closes & closes.T",
+        "closes",
+        "matches between two robots are believed whose loop closes from one end only",
+    ),
+    Mutant(
+        "merge/joint/local_match.py",
+        "expected.tobytes() + np.float64(lost_m).tobytes()",
+        "expected.tobytes()",
+        "a place is not searched again when more may have drifted",
+    ),
 )

@@ -196,4 +196,10 @@ MUTANTS = (
         "if track is None or stamp_ns - track.stamp_ns >",
         "after the clock was set back teammates are mapped as walls for as long",
     ),
+    Mutant(
+        "mutual_detection/mutual.py",
+        "lever = T_map_mate[:2] - middle",
+        "lever = middle - T_map_mate[:2]",
+        "robots that meet far from where a map began are sure of its origin, and unsure of where they met",
+    ),
 )

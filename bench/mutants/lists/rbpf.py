@@ -568,4 +568,52 @@ MUTANTS = (
         "return self.scan.ranges_m.size - self.points.shape[0]",
         "fewer beams than none are dropped",
     ),
+    Mutant(
+        "rbpf/front_end/sight.py",
+        "np.arctan2(y - scan.T_base_laser[1], x - scan.T_base_laser[0])",
+        "np.arctan2(y, x)",
+        "where a laser sits off the middle of its robot, walls bend while it drives",
+    ),
+    Mutant(
+        "rbpf/filter/particles.py",
+        "T_map_key.T @ self.information[index] @ T_map_key",
+        "T_map_key @ self.information[index] @ T_map_key.T",
+        "what a scan says of a keyframe's pose is turned the wrong way, and loops pull maps along corridors",
+    ),
+    Mutant(
+        "rbpf/filter/uncertainty.py",
+        "turned(matched, arrivals[:, 2])",
+        "turned(matched, -arrivals[:, 2])",
+        "after each turn a map is thought to be sure along the direction in which it is not",
+    ),
+    Mutant(
+        "rbpf/front_end/motion.py",
+        "cov[:, [0, 1, 2], [0, 1, 2]] += arrivals[:, GUESSED][:, [0, 0, 1]]",
+        "pass",
+        "where scans fitted nothing a guessed motion is believed like a measured one",
+    ),
+    Mutant(
+        "rbpf/localise/localiser.py",
+        "reach_rad = min(SIGMAS * math.sqrt(float(self._covariance[2, 2])), START_RAD)",
+        "reach_rad = 0.0",
+        "a robot that has become unsure of its heading in a saved map too is not searched for at other headings",
+    ),
+    Mutant(
+        "rbpf/front_end/health.py",
+        "else key.inliers",
+        "else 1.0",
+        "a robot whose scans fit neither its map nor what it just saw says that all is well",
+    ),
+    Mutant(
+        "rbpf/front_end/gathering.py",
+        "corrected(between(T_odom_base, newest))",
+        "between(T_odom_base, newest)",
+        "scans of few beams are put together by wheels that are known to be wrong",
+    ),
+    Mutant(
+        "rbpf/front_end/prediction.py",
+        "max(elapsed_s, 0.0) - self._interval_s",
+        "elapsed_s - self._interval_s",
+        "a pause is not noticed after stamps that leapt back",
+    ),
 )

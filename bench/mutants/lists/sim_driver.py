@@ -607,4 +607,40 @@ MUTANTS = (
         "    except tomllib.TOMLDecodeError:\n",
         "a number of 5000 digits behind --set is a traceback",
     ),
+    Mutant(
+        "sim_driver/run/shaping.py",
+        "math.sqrt(quality)",
+        "quality",
+        "a rehearsed radio loses far more beacons than the real one",
+    ),
+    Mutant(
+        "sim_driver/run/shaping.py",
+        "if quality < CUT_BELOW:",
+        "if quality < 0.0:",
+        "links that are dead in a rehearsal bring maps",
+    ),
+    Mutant(
+        "sim_driver/report/coverage.py",
+        "floor.sum() / inside.mean() / 100.0",
+        "floor.sum() / 100.0",
+        "the report says that all of a world is known where the map ends half way",
+    ),
+    Mutant(
+        "sim_driver/report/coverage.py",
+        "merged_s.get(other, np.inf) <= t",
+        "True",
+        "the report shows what teammates saw as known before any merge",
+    ),
+    Mutant(
+        "sim_driver/report/coverage.py",
+        "first <= news[-1]",
+        "first <= t",
+        "the report shows as known what teammates have not told yet",
+    ),
+    Mutant(
+        "sim_driver/simulation/simulation.py",
+        "apart_from=np.array(others).reshape(-1, 2)",
+        "apart_from=None",
+        "a robot that is carried off is put down in another",
+    ),
 )

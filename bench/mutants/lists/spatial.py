@@ -249,4 +249,16 @@ MUTANTS = (
         "1 - 2 * (qy * qy + qz * qz))",
         "headings of quaternions that are not of length one are wrong",
     ),
+    Mutant(
+        "spatial/files/images.py",
+        "== np.iinfo(whole.dtype).max",
+        "> 0",
+        "half transparent pixels of a saved map are taken for walls or floor",
+    ),
+    Mutant(
+        "spatial/key_scans.py",
+        "ORIGIN_M + 0.0",
+        "ORIGIN_M",
+        "one scan has two hashes, by the sign of a laser's zero",
+    ),
 )

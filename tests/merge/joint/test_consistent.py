@@ -2,7 +2,9 @@ import numpy as np
 import pytest
 
 from bench import joint as bench
-from mrslam.merge.joint.consistent import agreeing, choose
+from mrslam.merge import Trail
+from mrslam.merge.joint.consistent import KeyMatch, agreeing, choose
+from mrslam.spatial import KeyScans
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2, 3])
@@ -53,3 +55,12 @@ def test_a_loop_that_goes_far_may_miss_by_more():
     way = trails["r1"].way_from(np.array([first.i]))[0, [m.i for m in off]]
     way += trails["r2"].way_from(np.array([first.j]))[0, [m.j for m in off]]
     assert not agrees[way < 5.0].any() and agrees[way > 60.0].all()
+
+
+def test_two_matches_agree_only_if_the_loop_closes_from_either_of_them():
+    way = np.zeros((31, 3))
+    way[:, 0] = np.arange(31)
+    trail = Trail(way, KeyScans.blank(31))
+    turned = [KeyMatch(k, k, np.array([0.0, 0.0, 0.3 * (k > 0)]), np.eye(3)) for k in (0, 30)]
+    # From the first on the second is where it should be, from the second on the first is 9 m off.
+    assert agreeing(trail, trail, turned).tolist() == [[True, False], [False, True]]

@@ -60,3 +60,11 @@ def test_loops_hold_the_map() -> None:
     loop = Edges(np.array([0]), np.array([2]), se2.between(poses[0], poses[2])[None], 50.0 * np.eye(3)[None])
     assert map_covariance(poses, chain, loop, NO_HEADINGS)[0, 0] == pytest.approx(0.01, rel=1e-2)
     assert not map_covariance(poses[:1], chain[:1], loop, NO_HEADINGS).any()
+
+
+def test_a_match_holds_a_keyframe_along_where_it_came_to_look_after_any_turn() -> None:
+    arrivals = np.zeros((1, ARRIVAL_COLUMNS))
+    arrivals[0, :3] = 0.6, 0.0, 0.4
+    found = chain_information(MapperConfig(), arrivals, np.diag([1e6, 1.0, 1e6])[None])[0]
+    ahead = np.array([np.cos(0.4), np.sin(0.4), 0.0])  # in the axes of the keyframe before
+    assert ahead @ found @ ahead == pytest.approx(1e6 / DRIFT_SHARE, rel=0.01)

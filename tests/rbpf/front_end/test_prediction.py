@@ -223,3 +223,12 @@ def test_a_laser_that_becomes_slow_for_good_pauses_no_more() -> None:
     for elapsed_s in (*[0.1] * 50, *[5.0] * 10):
         predictor.wait(elapsed_s)
     assert not predictor.is_after_pause
+
+
+def test_a_pause_is_noticed_right_after_stamps_that_leapt_back() -> None:
+    predictor = Predictor(0.1)
+    for elapsed_s in (*[0.1] * 50, -600.0):
+        predictor.wait(elapsed_s)
+    assert not predictor.is_after_pause
+    predictor.wait(30.0)
+    assert predictor.is_after_pause

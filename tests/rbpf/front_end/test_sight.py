@@ -57,3 +57,16 @@ def test_beams_without_a_return_clear_no_farther_than_the_laser_sees() -> None:
     sight.points(none)
     ends = sight.clearing_ends(none) - none.T_base_laser[:2]
     assert np.hypot(*ends.T) == pytest.approx(min(10.0, none.range_max_m))
+
+
+def test_each_point_is_put_back_by_the_time_of_its_beam_wherever_the_laser_sits() -> None:
+    corner, velocity = np.array([0.9, -0.6, 0.4]), np.array([0.5, -0.2, 0.0])
+    scan = Scan(
+        stamp_ns=0, ranges_m=np.full(300, 1.5, dtype=np.float32), angle_min_rad=-1.5, angle_increment_rad=0.01,
+        range_max_m=8.0, T_base_laser=corner, beam_interval_s=1e-3,
+    )  # fmt: skip
+    sight = Sight(MapperConfig())
+    points = sight.points(scan)
+    before = points[:, :2].copy()
+    sight.straighten(points, scan, velocity)
+    assert points[:, :2] - before == pytest.approx(np.arange(300)[:, None] * 1e-3 * velocity[:2], abs=1e-5)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mrslam.rbpf import FixedMap, Localiser, MapperConfig
 from mrslam.rbpf.front_end.local_matcher import BETTER
+from mrslam.rbpf.localise.localiser import START_RAD
 from mrslam.spatial import OccupancyGrid, Scan, se2
 from mrslam.spatial.matching.gauss_newton import Match
 
@@ -227,3 +228,15 @@ def test_a_place_farther_off_must_fit_better_by_more_than_chance(monkeypatch: py
         assert np.array_equal(localiser.T_map_base, there if is_taken else here)
     sure = found._replace(inliers=1.0)
     assert localiser._look_farther(np.zeros((1, 5)), sure) is sure  # what fits is not doubted
+
+
+def test_it_looks_as_far_and_turns_as_far_as_the_pose_has_become_unsure(monkeypatch: pytest.MonkeyPatch) -> None:
+    localiser, searched = begun(house()), []
+    found = Match(START, -1.0, 0.5, 0.1, np.zeros((3, 3)), 0.0, np.zeros(2))
+    monkeypatch.setattr(
+        localiser, "_search", lambda _, turn_rad, reach_m: searched.append((turn_rad, reach_m)) or found
+    )
+    for sigma_rad in (0.05, 1.0):
+        monkeypatch.setattr(localiser, "_covariance", np.diag(np.square([0.3, 0.2, sigma_rad])))
+        assert localiser._look_farther(np.zeros((1, 5)), found) is found
+    assert searched == [pytest.approx((0.15, 0.9)), pytest.approx((START_RAD, 0.9))]

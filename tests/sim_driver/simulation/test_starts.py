@@ -40,6 +40,14 @@ def test_robots_that_start_at_random_keep_off_the_given_starts() -> None:
         assert min(gaps) > 0.36
 
 
+def test_a_robot_that_is_carried_off_is_never_put_down_in_another() -> None:
+    truth = simulation(*[None] * 8)
+    for seed in range(25):
+        truth.kidnap("r0", 3.0, np.random.default_rng(seed))
+        r0, *others = truth.fleet.T_world_base().values()
+        assert min(np.hypot(*(r0 - other)[:2]) for other in others) > 0.36
+
+
 def test_starts_outside_of_the_floor_are_refused() -> None:
     with pytest.raises(InputError, match=r"robot r0: start -5, 2 is no floor of the world arena1, which has x from 0"):
         simulation([-5.0, 2.0, 0.0])
