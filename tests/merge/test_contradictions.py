@@ -25,7 +25,7 @@ def test_walls_on_free_space_are_a_contradiction_with_its_length():
     assert against is not None and "of wall of a and b" in against
 
 
-def test_placed_by_way_of_several_alignments_walls_may_lie_farther_off():
+def test_placed_by_way_of_several_alignments_walls_may_lie_farther_off() -> None:
     config = MergeConfig()
     kept, grids = Contradictions(config), (room(5.0), room(5.0))
     off = se2.transform(0.0, 1.5 * config.contradiction_tolerance_m, 0.0)

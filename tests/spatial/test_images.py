@@ -1,3 +1,5 @@
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
@@ -61,7 +63,7 @@ def test_a_missing_image_is_named(tmp_path):
 
 
 @pytest.mark.parametrize("kind", [np.uint8, np.uint16])
-def test_only_pixels_without_any_transparency_are_opaque(tmp_path, kind):
+def test_only_pixels_without_any_transparency_are_opaque(tmp_path: Path, kind: type[np.unsignedinteger]) -> None:
     most = np.iinfo(kind).max
     image = np.full((1, 3, 4), most, dtype=kind)
     image[0, :, 3] = 0, most // 2, most

@@ -57,7 +57,7 @@ def test_a_loop_that_goes_far_may_miss_by_more():
     assert not agrees[way < 5.0].any() and agrees[way > 60.0].all()
 
 
-def test_two_matches_agree_only_if_the_loop_closes_from_either_of_them():
+def test_two_matches_agree_only_if_the_loop_closes_from_either_of_them() -> None:
     way = np.zeros((31, 3))
     way[:, 0] = np.arange(31)
     trail = Trail(way, KeyScans.blank(31))

@@ -64,7 +64,7 @@ def test_what_a_solution_moved_by_less_than_is_searched_is_not_matched_again(mov
     assert matcher.matched == 2  # more may have drifted: more is searched
 
 
-def test_a_place_is_searched_again_when_more_may_have_drifted_though_the_same_pose_is_expected():
+def test_a_place_is_searched_again_when_more_may_have_drifted_though_the_same_pose_is_expected() -> None:
     matcher = LocalMatcher()
     for lost_m in (FIRST_LOST_M, 4.0 * FIRST_LOST_M):
         matcher.match(A.trail, 30, B.trail, 12, se2.IDENTITY, lost_m)  # rounded it is the same

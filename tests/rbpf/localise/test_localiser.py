@@ -231,11 +231,15 @@ def test_a_place_farther_off_must_fit_better_by_more_than_chance(monkeypatch: py
 
 
 def test_it_looks_as_far_and_turns_as_far_as_the_pose_has_become_unsure(monkeypatch: pytest.MonkeyPatch) -> None:
-    localiser, searched = begun(house()), []
+    localiser = begun(house())
+    searched: list[tuple[float, float]] = []
     found = Match(START, -1.0, 0.5, 0.1, np.zeros((3, 3)), 0.0, np.zeros(2))
-    monkeypatch.setattr(
-        localiser, "_search", lambda _, turn_rad, reach_m: searched.append((turn_rad, reach_m)) or found
-    )
+
+    def search(_: NDArray[np.float64], turn_rad: float, reach_m: float) -> Match:
+        searched.append((turn_rad, reach_m))
+        return found
+
+    monkeypatch.setattr(localiser, "_search", search)
     for sigma_rad in (0.05, 1.0):
         monkeypatch.setattr(localiser, "_covariance", np.diag(np.square([0.3, 0.2, sigma_rad])))
         assert localiser._look_farther(np.zeros((1, 5)), found) is found

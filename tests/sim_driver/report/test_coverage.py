@@ -32,7 +32,7 @@ def test_a_teammates_places_are_known_once_it_is_merged_and_as_far_as_it_had_tol
         {"event": "merged", "a": "r1", "b": "r2", "t": 4.0},
         {"event": "map_updated", "robot_id": "r2", "t": 6.0},
     ]
-    seen_s = {"r1": np.array([[0.0, np.inf, np.inf, np.inf]]), "r2": np.array([[np.inf, 1.0, 3.0, 7.0]])}
+    seen_s = {"r1": np.float32([[0.0, np.inf, np.inf, np.inf]]), "r2": np.float32([[np.inf, 1.0, 3.0, 7.0]])}
     told = coverage_data(run(events, {}), layout(np.ones((1, 4))), seen_s, CURVE_POINTS - 1.0)
     assert told["unit"] == "m²" and told["times"][:9] == list(range(9))
     assert told["curves"]["r1"]["own"][:9] == [1.0] * 9
@@ -45,6 +45,6 @@ def test_a_robot_that_mapped_half_a_world_knows_half_of_it() -> None:
     middle_m = float(np.median(x))
     cells = np.ones((int(np.ceil(world.size_m[1] / 0.1)), round(middle_m / 0.1)))  # the picture ends there
     at_origin = {"r1": np.array([*world.grid.origin_m, 0.0])}
-    seen_s = {robot: np.zeros(cells.shape) for robot in ("r1", "r2")}
+    seen_s = {robot: np.zeros(cells.shape, np.float32) for robot in ("r1", "r2")}
     told = coverage_data(run([], at_origin), layout(cells, 0.1), seen_s, 1.0)
     assert told["unit"] == "%" and told["curves"]["r1"]["own"][-1] == pytest.approx(50.0, abs=2.0)
