@@ -32,7 +32,8 @@ def test_a_teammates_places_are_known_once_it_is_merged_and_as_far_as_it_had_tol
         {"event": "merged", "a": "r1", "b": "r2", "t": 4.0},
         {"event": "map_updated", "robot_id": "r2", "t": 6.0},
     ]
-    seen_s = {"r1": np.float32([[0.0, np.inf, np.inf, np.inf]]), "r2": np.float32([[np.inf, 1.0, 3.0, 7.0]])}
+    first_s = {"r1": [[0.0, np.inf, np.inf, np.inf]], "r2": [[np.inf, 1.0, 3.0, 7.0]]}
+    seen_s = {robot: np.array(places, dtype=np.float32) for robot, places in first_s.items()}
     told = coverage_data(run(events, {}), layout(np.ones((1, 4))), seen_s, CURVE_POINTS - 1.0)
     assert told["unit"] == "m²" and told["times"][:9] == list(range(9))
     assert told["curves"]["r1"]["own"][:9] == [1.0] * 9
