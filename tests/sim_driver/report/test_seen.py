@@ -63,7 +63,7 @@ def test_who_began_late_saw_nothing_before(log: str | None, shell: str) -> None:
     assert (mission_trajectory(run(np.zeros((3, 3)), began_s=40.0), "r1")[0] / S).tolist() == [0.0, 1.0, 2.0]
 
 
-@pytest.mark.parametrize("rest_ns", [0, 357, 500, 999])
+@pytest.mark.parametrize("rest_ns", [0, 357, 1500, 2500])
 def test_scans_of_a_log_with_nanoseconds_find_their_poses_in_a_file_of_microseconds(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, rest_ns: int
 ) -> None:
