@@ -112,7 +112,8 @@ class Mapper:
         looked = look_around(particles.store.tiles(particles.best), reading.sample, expected, self.config.sigma_m)
         if looked.place is None:
             is_left_out = looked.is_contradicted and self._intake.put_back()
-            return replace(reading, reason=STALE) if is_left_out else reading
+            # The map contradicts the wheels: until the next scan the robot is where it was.
+            return replace(reading, reason=STALE, odom_motion=None) if is_left_out else reading
         if is_elsewhere(expected, looked.place):
             odom_motion = between(T_map_before, looked.place)
         return replace(reading, odom_motion=odom_motion, is_confirmed=True)

@@ -616,4 +616,10 @@ MUTANTS = (
         "elapsed_s - self._interval_s",
         "a pause is not noticed after stamps that leapt back",
     ),
+    Mutant(
+        "rbpf/mapper.py",
+        "replace(reading, reason=STALE, odom_motion=None) if is_left_out",
+        "replace(reading, reason=STALE) if is_left_out",
+        "for one scan a robot is told to be where wheels say that the map contradicts",
+    ),
 )
