@@ -57,7 +57,7 @@ class Layout:
         if robot_id == self.robot_id:
             self.placement = Placement(anchor=self.placement.anchor, T_team_map={robot_id: se2.IDENTITY})
         else:
-            self.placement = self.placement.without({robot_id})
+            self.placement = self.placement.without(robot_id)
         self._is_old = self._is_wrong = True
 
     def bend(self, bent: BentTeam) -> None:

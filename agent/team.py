@@ -105,7 +105,6 @@ class Team:
         """Reset the beliefs of a robot's pairs, for its new map has another frame."""
         self.schedule.forget_start(robot_id)
         self.hints.forget(robot_id)
-        self._confirmed = frozenset(pair for pair in self._confirmed if robot_id not in pair)
         for pair in self.beliefs:
             if robot_id in pair:
                 self.beliefs[pair] = PairBelief(reason=f"{robot_id} started a new map")
@@ -119,13 +118,13 @@ class Team:
         self.doubted[robot_id] = reason
         self.maps.pop(robot_id, None)
         self.beliefs = {pair: belief for pair, belief in self.beliefs.items() if robot_id not in pair}
-        self._confirmed = frozenset(pair for pair in self._confirmed if robot_id not in pair)
         self.displace(robot_id)
         return True
 
     def displace(self, robot_id: str) -> None:
         """Remove a robot's map and place at once; of the own robot, all places: its map frame was the team frame."""
         self._is_own_frame_new |= robot_id == self.robot_id
+        self._confirmed = frozenset(pair for pair in self._confirmed if robot_id not in pair)
         self.layout.displace(robot_id)
         self._map = None
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
@@ -44,13 +44,13 @@ class Placement:
     dropped: dict[Pair, str] = field(default_factory=dict)
     """The alignments not used, and why."""
 
-    def without(self, robots: Collection[str]) -> Placement:
-        """Return the placement as far as it says nothing of these robots' maps."""
-        edges = tuple(edge for edge in self.edges if not set(edge.pair) & set(robots))
-        dropped = {pair: reason for pair, reason in self.dropped.items() if not set(pair) & set(robots)}
+    def without(self, robot_id: str) -> Placement:
+        """Return the placement as far as it says nothing of this robot's map."""
+        edges = tuple(edge for edge in self.edges if robot_id not in edge.pair)
+        dropped = {pair: reason for pair, reason in self.dropped.items() if robot_id not in pair}
         return replace(
-            self, T_team_map=_except(robots, self.T_team_map), unplaced=_except(robots, self.unplaced),
-            T_rigid=_except(robots, self.T_rigid), bends=_except(robots, self.bends), edges=edges, dropped=dropped,
+            self, T_team_map=_except(robot_id, self.T_team_map), unplaced=_except(robot_id, self.unplaced),
+            T_rigid=_except(robot_id, self.T_rigid), bends=_except(robot_id, self.bends), edges=edges, dropped=dropped,
         )  # fmt: skip
 
     def weakest_between(self, a: str, b: str) -> Pair | None:
@@ -62,8 +62,8 @@ class Placement:
 T = TypeVar("T")
 
 
-def _except(robots: Collection[str], by_robot: Mapping[str, T]) -> dict[str, T]:
-    return {robot_id: one for robot_id, one in by_robot.items() if robot_id not in robots}
+def _except(robot_id: str, by_robot: Mapping[str, T]) -> dict[str, T]:
+    return {other: one for other, one in by_robot.items() if other != robot_id}
 
 
 class TeamGraph:

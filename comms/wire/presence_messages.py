@@ -6,6 +6,7 @@ from typing import Annotated
 
 import msgspec
 
+from mrslam.comms.effects import EPOCHS
 from mrslam.comms.wire.fields import I32, Count, Digest, MapName, Message, Milliseconds, Name, Percent
 
 Centimetres = Annotated[int, msgspec.Meta(ge=-(2**15), le=2**15 - 1)]
@@ -13,8 +14,8 @@ Body = tuple[Centimetres, Centimetres]
 """x and y of a body that the sender saw from its pose, in its base frame."""
 Claim = tuple[Name, I32, I32, I32, Annotated[int, msgspec.Meta(ge=-(2**15), le=2**15 - 1)]]
 """(robot, T_sender_robot: x (mm), y (mm), theta (0.1 mrad), what the sender's sightings say of it: 0.1 nats)."""
-Epoch = Annotated[int, msgspec.Meta(ge=0, le=2**16 - 1)]
-"""Epoch of a robot's map, its last 16 bits."""
+Epoch = Annotated[int, msgspec.Meta(ge=0, lt=EPOCHS)]
+"""Epoch of a robot's map, modulo ``EPOCHS``."""
 Hint = tuple[Name, I32, I32, I32]
 """(robot, T_sender_robot: x (mm), y (mm), theta (0.1 mrad)), as the sender found it by their maps."""
 

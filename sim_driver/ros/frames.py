@@ -136,13 +136,8 @@ class LiveFrames:
 
     def _chain(self, frame: str, above: str) -> list[str] | None:
         """Return the frames from this one up to below ``above``; None where they do not lead there."""
-        chain: list[str] = []
-        while frame != above:
-            chain.append(frame)
-            if frame not in self._parents or len(chain) > DEEPEST:
-                return None
-            frame = self._parents[frame]
-        return chain
+        names = self._upward(frame)
+        return names[: names.index(above)] if above in names else None
 
 
 def _flat(matrix: NDArray[np.float64]) -> Transform:

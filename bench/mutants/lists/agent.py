@@ -392,14 +392,14 @@ MUTANTS = (
     ),
     Mutant(
         "agent/layout.py",
-        "            self.placement = self.placement.without({robot_id})\n",
+        "            self.placement = self.placement.without(robot_id)\n",
         "            del self.placement.T_team_map[robot_id]\n",
         "a map begun anew is joined where the old one lay",
     ),
     Mutant(
         "agent/layout.py",
         "            self.placement = Placement(anchor=self.placement.anchor, T_team_map={robot_id: se2.IDENTITY})\n",
-        "            self.placement = self.placement.without(self.T_team_map.keys() - {robot_id})\n",
+        "            self.placement = self.placement\n",
         "a robot that began a new map is taken to be bent as its old one was",
     ),
     Mutant(
