@@ -288,6 +288,7 @@ def test_nothing_of_a_map_that_was_given_up_goes_into_the_next_joint_solution() 
     align(team)
     joined(team)
     team.layout.place(team._alignments(), 16 * S)
+    team._confirmed = frozenset({("a", "b")})
     team.take_map("b", KnownMap((2, 1), MAPS["b"]))
     layout = team.layout
     assert "b" not in layout.T_team_map | layout.placement.T_rigid | layout.bends
