@@ -111,12 +111,12 @@ def spoilt(
 
 
 def judged(trails: dict[str, Trail], matches: Matches) -> tuple[Matches, Matches]:
-    """Return the matches that are believable, pair by pair, and the others of tied pairs."""
+    """Return the matches that are believable, pair by pair, and the others of robots that these tie."""
     found: dict[Pair, dict[tuple[int, int], KeyMatch]] = {}
     for a, b, match in matches:
         found.setdefault((a, b), {})[match.i, match.j] = match
-    chosen, _ = believable(trails, found)
-    return chosen, others(found, chosen)
+    chosen, ambiguous = believable(trails, found)
+    return chosen, others(found, chosen, ambiguous)
 
 
 def ends(one: NamedMatch) -> tuple[str, str, int, int]:

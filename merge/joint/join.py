@@ -7,7 +7,7 @@ keyframes within reach of a comparison; it ends when a round finds no new match,
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 from typing import NamedTuple
@@ -102,7 +102,7 @@ def join(
             if not sum(_compare(trails, poses, pair, found[pair], ties, matcher) for pair in found):
                 break
             chosen, ambiguous = believable(trails, found)
-            poses, ties = solve({name: trails[name] for name in names}, poses, chosen, others(found, chosen))
+            poses, ties = solve({name: trails[name] for name in names}, poses, chosen, others(found, chosen, ambiguous))
     return JointMap(T_team_key=poses, ties=ties, ambiguous=ambiguous)
 
 
@@ -143,15 +143,27 @@ def believable(
     return chosen, ambiguous
 
 
-def others(found: Mapping[Pair, Mapping[tuple[int, int], KeyMatch]], chosen: Sequence[NamedMatch]) -> list[NamedMatch]:
-    """Return the matches of tied pairs that are not ``chosen``: a wrong one may have kept right ones out of the set."""
+def others(
+    found: Mapping[Pair, Mapping[tuple[int, int], KeyMatch]],
+    chosen: Sequence[NamedMatch],
+    ambiguous: Collection[Pair],
+) -> list[NamedMatch]:
+    """Return the matches that are not ``chosen``, between robots that the chosen ones tie, through others too.
+
+    A wrong match may have kept right ones out of its pair's set; and where two robots lie says also what ties them to
+    third ones: against that even a single match of the two can be held.
+    """
     used = {(a, b, match.i, match.j) for a, b, match in chosen}
-    tied = {(a, b) for a, b, _ in chosen}
+    group = {name: {name} for pair in found for name in pair}
+    for a, b in {(a, b) for a, b, _ in chosen}:
+        if group[a] is not group[b]:
+            group[a] |= group[b]
+            group.update(dict.fromkeys(group[b], group[a]))
     return [
         (a, b, match)
         for (a, b), by_keys in found.items()
         for match in by_keys.values()
-        if (a, b) in tied and (a, b, match.i, match.j) not in used
+        if b in group[a] and (a, b) not in ambiguous and (a, b, match.i, match.j) not in used
     ]
 
 

@@ -365,9 +365,27 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/join.py",
-        "poses, chosen, others(found, chosen))",
+        "poses, chosen, others(found, chosen, ambiguous))",
         "poses, chosen)",
         "a right match that a wrong one kept out of the largest set is lost",
+    ),
+    Mutant(
+        "merge/joint/join.py",
+        "        if b in group[a] and (a, b) not in ambiguous and",
+        "        if (a, b) in {(one, two) for one, two, _ in chosen} and (a, b) not in ambiguous and",
+        "two robots that saw two places in common are laid by third ones alone",
+    ),
+    Mutant(
+        "merge/joint/join.py",
+        "        if b in group[a] and (a, b) not in ambiguous and",
+        "        if (a, b) not in ambiguous and",
+        "two matches that agree by chance tie robots that nothing else ties",
+    ),
+    Mutant(
+        "merge/joint/join.py",
+        "        if b in group[a] and (a, b) not in ambiguous and",
+        "        if b in group[a] and",
+        "one of two answers that are as good as each other is believed",
     ),
     Mutant(
         "merge/joint/join.py",

@@ -13,6 +13,13 @@ A, B = drive(0.0, 70.0, 0.001, seed=1), drive(30.0, 80.0, -0.001, seed=2)
 T_A_B = se2.between(A.truth[0], B.truth[0])
 
 
+PAIRS = (("a", "b"), ("a", "c"), ("b", "c"))
+
+
+def matches_between(joint, a, b):
+    return [tie.match for tie in joint.ties if (tie.a, tie.b) == (a, b)]
+
+
 def joined(matcher=None, T_a_b=T_A_B):
     return join({"a": A.trail, "b": B.trail}, {"a": se2.IDENTITY, "b": T_a_b}, matcher)
 
@@ -108,7 +115,27 @@ def test_a_spare_match_is_believed_where_it_agrees_and_is_no_tie_where_it_does_n
     again, ties = solve(trails, poses, good[1:], [wrong, good[0]])
     assert len(ties) == len(all_ties) and {tie.match.i for tie in ties} == {match.i for *_, match in good}
     assert all(tie.believed for tie in ties) and np.abs(again["b"] - whole["b"]).max() < 1e-3
-    assert [one[2].i for one in others({("a", "b"): {(m.i, m.j): m for *_, m in good}}, good[1:])] == [good[0][2].i]
+    found = {("a", "b"): {(m.i, m.j): m for *_, m in good}}
+    assert [one[2].i for one in others(found, good[1:], {})] == [good[0][2].i]
+
+
+def test_matches_too_few_to_tie_two_robots_are_held_against_what_third_ones_say():
+    """Of a short drive c along a's way only two matches are left beside those with b, which bridges the two."""
+    c = drive(45.0, 60.0, 0.0, seed=3)
+    trails = {"a": A.trail, "b": B.trail, "c": c.trail}
+    T_team_map = {"a": se2.IDENTITY, "b": T_A_B, "c": se2.between(A.truth[0], c.truth[0])}
+    found = {pair: {(m.i, m.j): m for m in matches_between(join(trails, T_team_map), *pair)} for pair in PAIRS}
+    few = dict(list(found["a", "c"].items())[: MATCHES_LEAST - 1])
+    chosen, ambiguous = believable(trails, {**found, ("a", "c"): few})
+    assert {(a, b) for a, b, _ in chosen} == {("a", "b"), ("b", "c")} and not ambiguous
+    spare = others({**found, ("a", "c"): few}, chosen, ambiguous)
+    assert [(match.i, match.j) for a, b, match in spare if (a, b) == ("a", "c")] == list(few)
+    # Nothing else ties c, or it is not to be decided: then they say nothing.
+    assert not others({("a", "b"): found["a", "b"], ("a", "c"): few}, [one for one in chosen if "c" not in one[:2]], {})
+    assert not [one for one in others({**found, ("a", "c"): few}, chosen, {("a", "c"): "two answers"}) if one[1] == "c"]
+    poses = {name: se2.compose(T_team_map[name], trails[name].T_map_key) for name in trails}
+    _, ties = solve(trails, poses, chosen, spare)
+    assert sum((tie.a, tie.b) == ("a", "c") and tie.believed for tie in ties) == len(few)
 
 
 def test_right_matches_that_were_kept_out_of_the_largest_set_are_believed_in_the_end(monkeypatch):
