@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mrslam.merge.graph.edges import Pair
+from mrslam.merge.graph.tree import components
 from mrslam.merge.joint.candidates import candidates
 from mrslam.merge.joint.consistent import Chosen, KeyMatch, agreeing, choose
 from mrslam.merge.joint.local_match import LocalMatcher
@@ -154,17 +155,18 @@ def others(
     third ones: against that even a single match of the two can be held.
     """
     used = {(a, b, match.i, match.j) for a, b, match in chosen}
-    group = {name: {name} for pair in found for name in pair}
-    for a, b in {(a, b) for a, b, _ in chosen}:
-        if group[a] is not group[b]:
-            group[a] |= group[b]
-            group.update(dict.fromkeys(group[b], group[a]))
+    first = _groups({name for pair in found for name in pair}, {(a, b) for a, b, _ in chosen})
     return [
         (a, b, match)
         for (a, b), by_keys in found.items()
         for match in by_keys.values()
-        if b in group[a] and (a, b) not in ambiguous and (a, b, match.i, match.j) not in used
+        if first[a] == first[b] and (a, b) not in ambiguous and (a, b, match.i, match.j) not in used
     ]
+
+
+def _groups(names: Collection[str], pairs: Collection[Pair]) -> dict[str, str]:
+    """Return by robot the first of all that pairs connect with it."""
+    return {name: group[0] for group in components(names, pairs) for name in group}
 
 
 def solve(
@@ -189,7 +191,10 @@ def solve(
     together, weight = relax_again(begin, together, edges, is_tie, weight, CHI2_MOST)
     is_believed = weight[is_tie] > 0.0
     ties = [Tie(*match, bool(one)) for match, one in zip([*matches, *spare], is_believed, strict=True)]
-    kept = (*ties[: len(matches)], *(tie for tie in ties[len(matches) :] if tie.believed))
+    # What tied two robots to third ones may have been dropped: then a spare match has nothing to be held against.
+    first = _groups(trails, {(tie.a, tie.b) for tie in ties if tie.believed} & {(a, b) for a, b, _ in matches})
+    agree = (tie for tie in ties[len(matches) :] if tie.believed and first[tie.a] == first[tie.b])
+    kept = (*ties[: len(matches)], *agree)
     return {name: together[starts[name] : starts[name] + len(trail)] for name, trail in trails.items()}, kept
 
 

@@ -371,21 +371,27 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/join.py",
-        "        if b in group[a] and (a, b) not in ambiguous and",
+        "        if first[a] == first[b] and (a, b) not in ambiguous and",
         "        if (a, b) in {(one, two) for one, two, _ in chosen} and (a, b) not in ambiguous and",
         "two robots that saw two places in common are laid by third ones alone",
     ),
     Mutant(
         "merge/joint/join.py",
-        "        if b in group[a] and (a, b) not in ambiguous and",
+        "        if first[a] == first[b] and (a, b) not in ambiguous and",
         "        if (a, b) not in ambiguous and",
         "two matches that agree by chance tie robots that nothing else ties",
     ),
     Mutant(
         "merge/joint/join.py",
-        "        if b in group[a] and (a, b) not in ambiguous and",
-        "        if b in group[a] and",
+        "        if first[a] == first[b] and (a, b) not in ambiguous and",
+        "        if first[a] == first[b] and",
         "one of two answers that are as good as each other is believed",
+    ),
+    Mutant(
+        "merge/joint/join.py",
+        "if tie.believed and first[tie.a] == first[tie.b])",
+        "if tie.believed)",
+        "one match ties a robot after all that tied it to others was dropped",
     ),
     Mutant(
         "merge/joint/join.py",
