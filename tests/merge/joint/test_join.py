@@ -124,7 +124,8 @@ def test_matches_too_few_to_tie_two_robots_are_held_against_what_third_ones_say(
     c = drive(45.0, 60.0, 0.0, seed=3)
     trails = {"a": A.trail, "b": B.trail, "c": c.trail}
     T_team_map = {"a": se2.IDENTITY, "b": T_A_B, "c": se2.between(A.truth[0], c.truth[0])}
-    found = {pair: {(m.i, m.j): m for m in matches_between(join(trails, T_team_map), *pair)} for pair in PAIRS}
+    joint = join(trails, T_team_map)
+    found = {pair: {(m.i, m.j): m for m in matches_between(joint, *pair)} for pair in PAIRS}
     few = dict(list(found["a", "c"].items())[: MATCHES_LEAST - 1])
     chosen, ambiguous = believable(trails, {**found, ("a", "c"): few})
     assert {(a, b) for a, b, _ in chosen} == {("a", "b"), ("b", "c")} and not ambiguous
