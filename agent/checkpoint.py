@@ -22,7 +22,7 @@ from mrslam.spatial.files.state_file import MISFIT, Packed, pack, read_state, wr
 
 KIND = "mrslam-agent"
 """Names the kind of file in its head."""
-VERSION = 3
+VERSION = 4
 """Of the state's layout; a file of another version is refused."""
 WITHOUT_EFFECT = ("threads",)
 """Mapper settings that change no result."""

@@ -140,15 +140,16 @@ class Agent(Robot):
 
     def _watch_health(self, info: UpdateInfo, scan: Scan, now_ns: int) -> list[Effect]:
         """Return an event where the robot begins to doubt its pose, has recovered, or gives its map up."""
-        if info.reason is not None:
-            return []
 
         def fits() -> bool | None:
             published = self.team.maps.get(self.robot_id)
             return published is None or fits_map(scan, info.T_map_base, published.grid)
 
-        motion = self._moved(info.T_map_base)
-        verdict = self.self_doubt.look(info.health, info.match_score, fits, now_ns, motion)
+        if info.reason is not None:
+            verdict = self.self_doubt.leave_out(info.health)
+        else:
+            motion = self._moved(info.T_map_base)
+            verdict = self.self_doubt.look(info.health, info.match_score, fits, now_ns, motion)
         if verdict is None:
             return []
         if verdict == "given_up":

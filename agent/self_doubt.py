@@ -30,7 +30,7 @@ KNOWN_LEAST = 0.3
 """Least share of a scan's end points in known cells for the map to say anything about the scan."""
 FITS = 0.7
 """Least share of those end points at walls for the scan to fit; the rest are people, doors and noise."""
-SAVED = ("doubtful", "torn", "_usual", "_seen", "_fitting", "_doubted_ns")
+SAVED = ("doubtful", "torn", "_usual", "_seen", "_fitting", "_doubted_ns", "_is_for_now")
 """The fields a checkpoint keeps: the state without the limits."""
 
 
@@ -53,6 +53,18 @@ class SelfDoubt:
     _fitting: int = 0
     _doubted_ns: int = 0
     _looked_ns: int | None = None
+    _is_for_now: bool = False
+    """Whether it doubts only until the next scan that is used (:meth:`leave_out`)."""
+
+    def leave_out(self, health: float) -> str | None:
+        """Return "doubtful" at a scan that was not used where the state changes, else None.
+
+        The next one that is used is looked at as if there had been no doubt.
+        """
+        if self.doubtful or health >= self.min_health:
+            return None
+        self.doubtful = self._is_for_now = True
+        return "doubtful"
 
     def look(
         self,
@@ -71,6 +83,10 @@ class SelfDoubt:
         A resumed robot has driven on since it was saved, so its view may well have changed: its pose by odometry is
         doubted unless that map confirms it, for odometry may have been reset, or the robot carried.
         """
+        if self._is_for_now:
+            self.doubtful = self._is_for_now = False
+            verdict = self.look(health, match_score, fits, now_ns, motion)
+            return {None: "recovered", "doubtful": None}.get(verdict, verdict)
         is_back = self._looked_ns is None and self._seen > 0
         self._seen += 1
         waited_ns = 0 if self._looked_ns is None else max(now_ns - self._looked_ns, 0)

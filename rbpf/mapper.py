@@ -122,8 +122,10 @@ class Mapper:
         """Count a scan that is of no use; odometry carries the pose on."""
         self.stats.dropped += 1
         self._dead_reckoned = self._front.predictor.dead_reckoned(reading.odom_motion, reading.elapsed_s)
+        # It was some way off when the pause began, and the map says only that it is not where the wheels have it.
+        health = min(self.health, LOST) if reading.reason == STALE else self.health
         return UpdateInfo(
-            processed=False, T_map_base=self.T_map_base, neff=self._neff, health=self.health,
+            processed=False, T_map_base=self.T_map_base, neff=self._neff, health=health,
             dropped_beams=reading.dropped_beams, reason=reading.reason,
         )  # fmt: skip
 

@@ -30,6 +30,28 @@ def test_a_robot_doubts_recovers_and_gives_up() -> None:
     assert not doubt.doubtful
 
 
+def test_where_a_scan_is_left_out_it_doubts_until_the_next_one() -> None:
+    doubt = SelfDoubt(0.4, 10 * S)
+    assert doubt.look(0.9, 1.0, never, 0) is None
+    assert doubt.leave_out(0.4) is None and not doubt.doubtful
+    assert [doubt.leave_out(0.39), doubt.leave_out(0.39)] == ["doubtful", None] and doubt.doubtful
+    assert doubt.look(0.41, 1.0, never, 1 * S) == "recovered" and not doubt.doubtful
+    assert doubt.leave_out(0.2) == "doubtful"
+    assert doubt.look(0.3, 1.0, never, 2 * S) is None and doubt.doubtful
+    assert doubt.leave_out(0.2) is None
+    assert [doubt.look(health, 1.0, never, 3 * S) for health in (0.41, 0.5)] == [None, "recovered"]
+
+
+def test_a_robot_that_resumes_where_a_scan_was_left_out_doubts_unless_its_map_shows_the_next() -> None:
+    for fits, told in ((lambda: True, "recovered"), (never, None)):
+        doubt = SelfDoubt(0.4, 10 * S)
+        assert doubt.look(0.9, 1.0, never, 0) is None
+        assert doubt.leave_out(0.2) == "doubtful"
+        resumed = SelfDoubt(0.4, 10 * S).resumed(doubt.state())
+        assert resumed.look(0.9, 0.1, fits, 9 * S) == told
+        assert resumed.doubtful == resumed.torn == (told is None)
+
+
 def test_the_time_that_it_was_off_is_no_time_of_doubt() -> None:
     doubt = SelfDoubt(0.4, 10 * S)
     assert doubt.look(0.3, 1.0, never, 0) == "doubtful"

@@ -40,6 +40,7 @@ def test_old_odometry_with_the_first_scan_after_a_pause_turns_no_map() -> None:
     infos = [turned(mapper, k, told, 1.4 + 0.05 * k) for k, told in enumerate([0.4, 1.45, 1.5, 1.55])]
     assert [info.reason for info in infos] == [STALE, None, None, None]
     assert mapper.stats.dropped == 1
+    assert infos[0].health < 0.3 and all(info.health > 0.8 for info in infos[1:])
     assert np.abs(se2.between(infos[0].T_map_base, BEFORE)).max() < 0.05  # not where the wheels have it
     assert np.abs(se2.between(infos[-1].T_map_base, se2.compose(BEFORE, np.array([0.0, 0.0, 1.55])))).max() < 0.05
     assert mapper.health > 0.8

@@ -583,6 +583,30 @@ MUTANTS = (
         "robots that hardly moved believe whatever they see",
     ),
     Mutant(
+        DOUBT,
+        "            self.doubtful = self._is_for_now = False\n",
+        "            self._is_for_now = False\n",
+        "a resumed robot forgets that it may be elsewhere once its scans fit each other",
+    ),
+    Mutant(
+        DOUBT,
+        "        self.doubtful = self._is_for_now = True\n",
+        "        self.doubtful = True\n",
+        "a scan with old odometry makes a robot doubt for longer than that scan",
+    ),
+    Mutant(
+        DOUBT,
+        ', "_is_for_now")',
+        ")",
+        "a robot saved while it doubts for a scan does not look whether its map shows the next",
+    ),
+    Mutant(
+        CORE,
+        "verdict = self.self_doubt.leave_out(info.health)",
+        "verdict = None",
+        "a robot tells teammates where it is though its map contradicts its wheels",
+    ),
+    Mutant(
         CORE,
         "return se2.between(T_odom_before, self._T_odom_base)",
         "return None",

@@ -622,4 +622,10 @@ MUTANTS = (
         "replace(reading, reason=STALE) if is_left_out",
         "for one scan a robot is told to be where wheels say that the map contradicts",
     ),
+    Mutant(
+        "rbpf/mapper.py",
+        "min(self.health, LOST) if reading.reason == STALE else self.health",
+        "self.health",
+        "a robot whose map contradicts the wheels after a pause is sure of where it was before",
+    ),
 )
