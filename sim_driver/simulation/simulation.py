@@ -56,6 +56,9 @@ class Simulation:
     def _placed(self, mission: Mission, rng: np.random.Generator) -> dict[str, SimulatedRobot]:
         given = {robot.id: start for robot in self.robots if (start := start_of(mission, robot)) is not None}
         self._check_starts(given)
+        for robot in self.robots:
+            if robot.driver == "waypoints" and robot.id in given:
+                self._check_waypoints(robot, given[robot.id])
         placed: dict[str, SimulatedRobot] = {}
         for robot in self.robots:
             start = given.get(robot.id)
@@ -70,18 +73,28 @@ class Simulation:
         """Refuse starts that are no floor of the world, and two in one place."""
         apart_m = 2.0 * ChassisConfig().radius_m
         for robot_id, (x, y, _) in given.items():
-            if not self.world.clearance_m(np.array([x, y])) > 0.0:
-                (x0, y0), (width, height) = self.world.grid.origin_m, self.world.size_m
-                raise InputError(
-                    f"robot {robot_id}: start {x:g}, {y:g} is no floor of the world {self.world.name}, "
-                    f"which has x from {x0:g} to {x0 + width:g} m and y from {y0:g} to {y0 + height:g} m"
-                )
+            self._check_floor(robot_id, "start", x, y)
         for (a, T_world_a), (b, T_world_b) in combinations(given.items(), 2):
             gap_m = float(np.hypot(*(T_world_a - T_world_b)[:2]))
             if gap_m < apart_m:
                 raise InputError(
                     f"robots {a} and {b} start {gap_m:g} m apart, one in the other; keep them {apart_m:g} m apart"
                 )
+
+    def _check_waypoints(self, robot: RobotConfig, start: Transform) -> None:
+        """Refuse waypoints that are no floor of the world, or that no floor joins to the start: none is reached."""
+        for x, y in robot.waypoints:
+            self._check_floor(robot.id, "waypoint", x, y)
+            if not self.world.is_joined(start[:2], np.array([x, y])):
+                raise InputError(f"robot {robot.id}: no floor leads from its start to the waypoint {x:g}, {y:g}")
+
+    def _check_floor(self, robot_id: str, what: str, x: float, y: float) -> None:
+        if not self.world.clearance_m(np.array([x, y])) > 0.0:
+            (x0, y0), (width, height) = self.world.grid.origin_m, self.world.size_m
+            raise InputError(
+                f"robot {robot_id}: {what} {x:g}, {y:g} is no floor of the world {self.world.name}, "
+                f"which has x from {x0:g} to {x0 + width:g} m and y from {y0:g} to {y0 + height:g} m"
+            )
 
     def advance(self, now_ns: int) -> None:
         """Move the world on to this mission time."""

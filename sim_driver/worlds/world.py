@@ -59,14 +59,24 @@ class World:
         return euclidean(self.is_wall)
 
     @cached_property
+    def _floors(self) -> NDArray[np.int32]:
+        """``(H, W)``: the number of the connected free region of each cell, from 1 on; 0 in walls."""
+        return np.asarray(ndimage.label(~self.is_wall)[0], dtype=np.int32)
+
+    def is_joined(self, one_m: NDArray[np.float64], other_m: NDArray[np.float64]) -> bool:
+        """Return whether free cells lead from one point ``(2,)`` of the floor to another, metres."""
+        a, b = (self._floors[self._cell(xy_m)] for xy_m in (one_m, other_m))
+        return bool(a == b)
+
+    @cached_property
     def reachable(self) -> NDArray[np.bool_]:
         """``(H, W)`` the floor that missions are about.
 
         The largest connected free region that does not touch the border, or the largest of all where each does (a plan
         that is open to the outside).
         """
-        labels, count = ndimage.label(~self.is_wall)
-        area = np.bincount(labels.ravel(), minlength=count + 1)
+        labels = self._floors
+        area = np.bincount(labels.ravel())
         area[0] = 0
         ring = np.concatenate([labels[1], labels[-2], labels[:, 1], labels[:, -2]])
         inside = area.copy()
@@ -76,7 +86,7 @@ class World:
 
     def clearance_m(self, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the distance from points ``(..., 2)`` to the nearest wall cell's near edge, metres, to half a cell."""
-        col, row = np.moveaxis(np.floor((xy_m - np.asarray(self.grid.origin_m)) / self.resolution_m).astype(int), -1, 0)
+        row, col = self._cell(xy_m)
         height, width = self.grid.shape
         inside = (row >= 0) & (row < height) & (col >= 0) & (col < width)
         cells = self.clearance_cells[np.clip(row, 0, height - 1), np.clip(col, 0, width - 1)]
@@ -104,6 +114,11 @@ class World:
             raise InputError(f"world {self.name}: no free place {clearance_m:g} m from every wall and robot")
         x, y = self._centre(*divmod(candidates[rng.integers(len(candidates))], is_free.shape[1]))
         return se2.transform(x, y, rng.uniform(-np.pi, np.pi))
+
+    def _cell(self, xy_m: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return row and column of points ``(..., 2)``, metres."""
+        col, row = np.moveaxis(np.floor((xy_m - np.asarray(self.grid.origin_m)) / self.resolution_m).astype(int), -1, 0)
+        return row, col
 
     def _centre(self, rows: NDArray[np.int64], cols: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the centres ``(..., 2)`` of cells, metres."""

@@ -643,4 +643,16 @@ MUTANTS = (
         "apart_from=None",
         "a robot that is carried off is put down in another",
     ),
+    Mutant(
+        "sim_driver/simulation/simulation.py",
+        '            self._check_floor(robot.id, "waypoint", x, y)\n',
+        "",
+        "a mission with a waypoint in a wall never ends",
+    ),
+    Mutant(
+        "sim_driver/worlds/world.py",
+        "return bool(a == b)",
+        "return True",
+        "a mission with a waypoint in a closed room never ends",
+    ),
 )

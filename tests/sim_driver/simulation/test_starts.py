@@ -11,7 +11,7 @@ import pytest
 
 from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.sim_driver.simulation.simulation import Simulation
-from mrslam.spatial import InputError
+from mrslam.spatial import InputError, OccupancyGrid, write_map
 
 
 def simulation(*starts: list[float] | None, seed: int = 0) -> Simulation:
@@ -51,3 +51,20 @@ def test_a_robot_that_is_carried_off_is_never_put_down_in_another() -> None:
 def test_starts_outside_of_the_floor_are_refused() -> None:
     with pytest.raises(InputError, match=r"robot r0: start -5, 2 is no floor of the world arena1, which has x from 0"):
         simulation([-5.0, 2.0, 0.0])
+
+
+def to_waypoint(world: str, waypoint: list[float]) -> Simulation:
+    robot = {"id": "r0", "start": [2.0, 2.0, 0.0], "driver": "waypoints", "waypoints": [[2.5, 2.0], waypoint]}
+    return Simulation(make_mission({"world": {"name": world}, "robots": [robot]}, Path("m.toml")))
+
+
+def test_waypoints_where_nobody_can_arrive_are_refused(tmp_path: Path) -> None:
+    cells = np.zeros((80, 120), dtype=np.int8)
+    cells[[0, -1], :] = cells[:, [0, -1]] = cells[:, 60] = 100  # two rooms, no door
+    world = str(tmp_path / "rooms.yaml")
+    write_map(Path(world), OccupancyGrid(cells, 0.05, (0.0, 0.0)))
+    assert to_waypoint(world, [1.0, 3.0]).starts["r0"].tolist() == [2.0, 2.0, 0.0]
+    with pytest.raises(InputError, match=r"robot r0: waypoint 3\.02, 1 is no floor of the world .*, which has"):
+        to_waypoint(world, [3.02, 1.0])
+    with pytest.raises(InputError, match=r"robot r0: no floor leads from its start to the waypoint 5, 1"):
+        to_waypoint(world, [5.0, 1.0])
