@@ -28,8 +28,8 @@ def try_every_pair(pairs: PairAligner, T_team_map: Mapping[str, se2.Transform]) 
         if prior is None or _may_touch(pairs, a, b, prior):
             jobs.append((a, b, prior))
     pairs.align_pairs(jobs, report=True)
-    for group in components(names, pairs.edges):
-        vet(pairs, pairs.cluster(group))
+    for cluster in [one for group in components(names, pairs.edges) for one in pairs.clusters(group)]:
+        vet(pairs, cluster)
 
 
 def _prior(pairs: PairAligner, a: str, b: str, T_team_map: Mapping[str, se2.Transform]) -> Prior | None:

@@ -49,25 +49,22 @@ class ClusterSearch:
         """Try clusters' fused maps against each other, beginning with that of most maps, until nothing more fits."""
         names = sorted(self.pairs.grids)
         self.pairs.align_pairs([(a, b, None) for a, b in pairwise(names)])
-        clusters = [self.pairs.cluster(group) for group in components(names, self.pairs.edges)]
-        clusters += [self.pairs.cluster([x]) for x in names if not any(x in cluster.T_team_map for cluster in clusters)]
+        clusters = [one for group in components(names, self.pairs.edges) for one in self.pairs.clusters(group)]
         while True:
             clusters.sort(key=lambda one: (-len(one.T_team_map), -one.grid.known_area_m2(), first(one)))
             main, joined = self._next_join(clusters)
             if not joined:
                 break
             clusters = [cluster for cluster in clusters if cluster is not main and cluster not in joined]
-            together = {x for cluster in (main, *joined) for x in cluster.T_team_map}
-            while together:  # what does not hold together falls apart again
-                cluster = self.pairs.cluster(sorted(together))
-                clusters.append(cluster)
-                together -= cluster.T_team_map.keys()
+            clusters += self.pairs.clusters(x for cluster in (main, *joined) for x in cluster.T_team_map)
             self.pairs.report(len(names) - len(clusters), len(names))
 
         for cluster in clusters:
+            parts = [cluster]
             for _ in range(DENSE_ROUNDS if len(cluster.T_team_map) > 2 else 0):
-                cluster = self._densify(cluster)
-            vet(self.pairs, cluster)
+                parts = self._densify(parts[0]) + parts[1:]
+            for part in parts:
+                vet(self.pairs, part)
 
     def _next_join(self, clusters: Sequence[TeamMap]) -> tuple[TeamMap, list[TeamMap]]:
         """Return a cluster and those that fit it: as wholes, else where a single member of theirs fits."""
@@ -82,8 +79,11 @@ class ClusterSearch:
                 return main, [other]
         return clusters[0], []
 
-    def _densify(self, cluster: TeamMap) -> TeamMap:
-        """Align members with those they share most wall with, for loops that check the cluster and make it rigid."""
+    def _densify(self, cluster: TeamMap) -> list[TeamMap]:
+        """Align members with those they share most wall with, for loops that check the cluster and make it rigid.
+
+        Return the cluster, and what falls off it.
+        """
         place = cluster.T_team_map
         walls = {name: self.pairs.walls(name) for name in place}
         shared = {(a, b): self._shared_m(walls, place, a, b) for a in place for b in place if a < b}
@@ -92,7 +92,7 @@ class ClusterSearch:
             mine = sorted((pair for pair in shared if name in pair), key=lambda pair: (-shared[pair], pair))
             wanted |= {pair for pair in mine[:NEIGHBOURS] if shared[pair] >= LEAST_WALL_M}
         self.pairs.align_pairs(self._follow(place, sorted(wanted - self.pairs.rejections.keys())))
-        return self.pairs.cluster(sorted(place))
+        return self.pairs.clusters(place)
 
     def _is_due(self, main: TeamMap, other: TeamMap) -> bool:
         """Whether two clusters were not tried yet, or have grown since; notes that they are tried now."""

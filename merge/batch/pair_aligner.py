@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 
@@ -104,6 +104,14 @@ class PairAligner:
         for name in names:
             mapper.set_map(name, self.grids[name])
         return mapper.team_map(self.edges)
+
+    def clusters(self, names: Iterable[str]) -> list[TeamMap]:
+        """Return the team maps of these maps: one, or several where not all hold together."""
+        rest, found = set(names), list[TeamMap]()
+        while rest:
+            found.append(self.cluster(sorted(rest)))
+            rest -= found[-1].T_team_map.keys()
+        return found
 
 
 def first(cluster: TeamMap) -> str:

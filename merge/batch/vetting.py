@@ -31,8 +31,8 @@ def vet(pairs: PairAligner, cluster: TeamMap) -> None:
         if against is not None:
             del pairs.edges[edge.pair]
             pairs.rejections[edge.pair] = against
-            for side in sides:
-                vet(pairs, pairs.cluster(side))
+            for part in [one for side in sides for one in pairs.clusters(side)]:
+                vet(pairs, part)
             return
 
 

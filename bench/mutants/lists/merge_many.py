@@ -111,4 +111,22 @@ MUTANTS = (
         "layers=team_map.layers)",
         "the overlay is painted where the bent maps are",
     ),
+    Mutant(
+        "merge/batch/all_pairs.py",
+        "for one in pairs.clusters(group)]",
+        "for one in [pairs.cluster(group)]]",
+        "of few maps what falls off a cluster is believed unchecked",
+    ),
+    Mutant(
+        "merge/batch/cluster_search.py",
+        "return self.pairs.clusters(place)",
+        "return [self.pairs.cluster(sorted(place))]",
+        "of many maps what falls off a cluster is believed unchecked",
+    ),
+    Mutant(
+        "merge/batch/pair_aligner.py",
+        "            rest -= found[-1].T_team_map.keys()\n",
+        "            rest.clear()\n",
+        "maps that do not hold together with the first one are forgotten",
+    ),
 )

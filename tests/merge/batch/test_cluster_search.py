@@ -10,6 +10,7 @@ import pytest
 
 from mrslam.alignment import Alignment, Prior, Rejection
 from mrslam.merge import MergeConfig
+from mrslam.merge.batch.all_pairs import try_every_pair
 from mrslam.merge.batch.cluster_search import ClusterSearch
 from mrslam.merge.batch.pair_aligner import PairAligner
 from mrslam.merge.graph.edges import Pair
@@ -127,6 +128,38 @@ def test_a_bridge_goes_where_the_merged_maps_of_its_sides_do_not_fit(pool: Execu
     assert len(kept[False]) < 2
     (_, reason) = next(iter(pairs.rejections.items()))
     assert "the merged maps of both sides speak against it: told so" in reason.reason
+
+
+class Misled(Told):
+    """Finds the maps a and b where their walls contradict each other."""
+
+    def _align(self, job: tuple[str, str, Prior | None]) -> Alignment | Rejection:
+        if job[:2] == ("a", "b"):
+            return alignment(se2.compose(truth(self.poses, "a", "b"), np.array([0.0, 2.0, 0.3])), self.confidence)
+        return super()._align(job)
+
+
+@pytest.mark.parametrize("search", [lambda pairs: ClusterSearch(pairs).run(), lambda pairs: try_every_pair(pairs, {})])
+def test_bridges_of_what_falls_off_a_cluster_are_checked_too(pool: Executor, search: Callable[[Told], None]) -> None:
+    spans = {"a": (0.0, 0.5), "b": (0.0, 0.5), "c": (0.2, 0.6), "d": (0.55, 1.0)}
+    pairs = Misled(spans, pool, [("b", "c"), ("c", "d")], lambda main, other: False)
+    pairs.confidence = 0.6
+    search(pairs)
+    assert set(pairs.cluster(["a", "b"]).T_team_map) == {"a"}
+    assert ("c", "d") not in pairs.edges or ("b", "c") not in pairs.edges
+
+
+def test_what_further_overlaps_show_to_be_wrong_falls_off_a_cluster_as_a_part_of_its_own(pool: Executor) -> None:
+    spans = {"a": (0.0, 0.5), "b": (0.0, 0.5), "c": (0.2, 0.6), "d": (0.55, 1.0)}
+    pairs = Misled(spans, pool, [("a", "c"), ("b", "c"), ("c", "d")], lambda main, other: True)
+    pairs.align_pairs([("b", "c", None), ("c", "d", None)])
+    pairs.edges["a", "b"] = alignment(truth(pairs.poses, "a", "b"), 0.9)
+    whole = pairs.cluster(sorted(spans))
+    assert names(whole) == set(spans)
+    pairs.fitting.clear()
+    del pairs.edges["a", "b"]
+    pairs.align_pairs([("a", "b", None)])
+    assert [names(part) for part in ClusterSearch(pairs)._densify(whole)] == [{"a"}, {"b", "c", "d"}]
 
 
 def test_a_pair_is_kept_under_its_names_in_order_and_is_rejected_no_more(pool: Executor) -> None:
