@@ -85,8 +85,7 @@ class SelfDoubt:
         """
         if self._is_for_now:
             self.doubtful = self._is_for_now = False
-            verdict = self.look(health, match_score, fits, now_ns, motion)
-            return {None: "recovered", "doubtful": None}.get(verdict, verdict)
+            return "recovered" if self.look(health, match_score, fits, now_ns, motion) is None else None
         is_back = self._looked_ns is None and self._seen > 0
         self._seen += 1
         waited_ns = 0 if self._looked_ns is None else max(now_ns - self._looked_ns, 0)
