@@ -21,6 +21,7 @@ from mrslam.comms import TeammateClaim, TeammatePose
 from mrslam.comms.effects import EPOCHS
 from mrslam.merge.graph.edges import pair_of
 from mrslam.mutual_detection import MutualDetectionConfig, find_bodies
+from mrslam.mutual_detection.encounters import MOST_SEEN_LLR, MOST_UNSEEN_LLR
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
 from tests.agent.duo import S, live, merge, robot
@@ -412,3 +413,11 @@ def test_what_was_told_of_places_that_are_gone_is_forgotten() -> None:
     assert witness.claims(one.team, BEGIN + 9 * S) and witness._told
     one.team.beliefs["r1", "r2"] = PairBelief()
     assert not witness.claims(one.team, BEGIN + 10 * S) and not witness._told
+
+
+@pytest.mark.parametrize(("claimed", "counted"), [(99.0, MOST_SEEN_LLR), (-99.0, MOST_UNSEEN_LLR), (1.5, 1.5)])
+def test_a_claim_counts_for_no_more_than_sightings_can_say(claimed: float, counted: float) -> None:
+    one = met()
+    Witness("r1", MutualDetectionConfig()).on_claim(claim(one, RIGHT, claimed), one.team, BEGIN)
+    (place,) = one.team.beliefs["r1", "r2"].places
+    assert place.told == {"r2": counted}

@@ -210,3 +210,13 @@ def test_what_was_solved_is_not_solved_again_and_whatever_changes_is(monkeypatch
             x: T.tobytes() for x, T in fresh.place("a").T_team_map.items()
         }
     assert graph.place("b").anchor == "b" and np.allclose(graph.place("b").T_team_map["b"], 0.0)
+
+
+@pytest.mark.parametrize("scale", [1.0, 100.0])
+def test_known_poses_are_as_sure_as_set_however_little_alignments_are_believed(scale: float) -> None:
+    graph, _ = graph_of({"a": 5, "b": 5}, MergeConfig(covariance_scale=scale, known_pose_sigma_m=0.05))
+    graph.set_known_poses({"a": np.zeros(3), "b": np.array([3.0, 0.0, 0.0])})
+    graph.found["a", "b"] = alignment(np.array([3.1, 0.0, 0.0]), sigma_m=0.05, sigma_rad=0.01)
+    T_a, T_b = (graph.place().T_team_map[x] for x in "ab")
+    moved_m = abs(T_b[0] - T_a[0] - 3.0)
+    assert 0.04 < moved_m < 0.08 if scale == 1.0 else moved_m < 0.005

@@ -630,4 +630,10 @@ MUTANTS = (
         "T_a_b = None if belief.alignment is None else belief.alignment.T_a_b",
         "robots that others lead to each other send for ever what they see of each other",
     ),
+    Mutant(
+        WITNESS,
+        "min(max(claim.llr, MOST_UNSEEN_LLR), MOST_SEEN_LLR)",
+        "max(claim.llr, MOST_UNSEEN_LLR)",
+        "one robot's claim lays maps anywhere, against all that another one saw",
+    ),
 )

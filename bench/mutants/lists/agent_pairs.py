@@ -397,4 +397,58 @@ MUTANTS = (
         "CONFIRMED_GROWTH = 1e9",
         "a pair that its scans tie is never searched for again, wherever it lies",
     ),
+    Mutant(
+        "agent/pairs/loops.py",
+        "min(held[0].confidence * held[1].confidence, SUREST)",
+        "held[0].confidence * held[1].confidence",
+        "two alignments of full confidence end the process",
+    ),
+    Mutant(
+        "agent/pairs/hypotheses.py",
+        "        return min(near, key=lambda one: se2.difference(one.T_a_b, T_a_b)[0], default=None)",
+        "        return next(iter(near), None)",
+        "of two places near each other what is seen of one counts for the other",
+    ),
+    Mutant(
+        SCHEDULE,
+        "    T_a_b = se2.inverse(T_a_b) if prior.of_inverse else T_a_b\n",
+        "",
+        "a pair of which one heading is known at the start is searched for everywhere though it lies where it started",
+    ),
+    Mutant(
+        SCHEDULE,
+        "se2.wrap(T_a_b[2] - prior.T_a_b[2]))",
+        "T_a_b[2] - prior.T_a_b[2])",
+        "robots that started back to back are searched for everywhere though they lie where they started",
+    ),
+    Mutant(
+        SCHEDULE,
+        "trails = (map_a.trail, map_b.trail)",
+        "trails = (map_b.trail, map_a.trail)",
+        "maps that fit only when bent are bent by each other's keyframes",
+    ),
+    Mutant(
+        HINTS,
+        "(a.trail, b.trail),",
+        "(b.trail, a.trail),",
+        "where a teammate found maps they are bent by each other's keyframes",
+    ),
+    Mutant(
+        "agent/pairs/sighted.py",
+        "(map_a.trail, map_b.trail)",
+        "(map_b.trail, map_a.trail)",
+        "where robots saw each other their maps are bent by each other's keyframes",
+    ),
+    Mutant(
+        BELIEF,
+        'is_new = self.status != "accepted"',
+        "is_new = True",
+        "a pair is reported as merged each time that it is aligned again",
+    ),
+    Mutant(
+        BELIEF,
+        'self.status, self.reason, self.accepted_at_ns = "revoked", reason, None',
+        'self.status, self.reason = "revoked", reason',
+        "a pair that was unmerged is listed with the time of its merge",
+    ),
 )

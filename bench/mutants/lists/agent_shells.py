@@ -123,4 +123,10 @@ MUTANTS = (
         "self._executor.shutdown(wait=False)",
         "a robot that was stopped in good order is set back by a save that was still being written",
     ),
+    Mutant(
+        "agent/shells/sensors.py",
+        "share * se2.between(T0, T1)",
+        "(1.0 - share) * se2.between(T0, T1)",
+        "a scan of a driver gets the odometry of another moment",
+    ),
 )

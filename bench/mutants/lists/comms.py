@@ -578,4 +578,52 @@ MUTANTS = (
         "",
         "beacons of ever new twins fill the memory",
     ),
+    Mutant(
+        RENDEZVOUS,
+        "known.is_busy, known.failures, known.done_ns,",
+        "known.is_busy, _, known.done_ns,",
+        "a link that was bad for a while is left alone for a minute after every single failure since",
+    ),
+    Mutant(
+        "comms/exchange/outgoing.py",
+        "completed=isinstance(effect, ExchangeDone)",
+        "completed=True",
+        "exchanges that broke off are reported as saving whole maps",
+    ),
+    Mutant(
+        LINKS,
+        "(neighbour.nlq >= STEADY_NLQ and neighbour.window.is_steady(now_ns, neighbour.period_ns))",
+        "neighbour.window.is_steady(now_ns, neighbour.period_ns)",
+        "a link that loses one way only is watched at half the rate",
+    ),
+    Mutant(
+        "comms/neighbours/link_states.py",
+        "        self.monitor.forget(peer)\n",
+        "",
+        "beacons report the links to robots that are gone in place of those that are here",
+    ),
+    Mutant(
+        "comms/neighbours/link_states.py",
+        " if quality == quality else 0.0",
+        "",
+        "an exchange over a link of which the radio model gives no number holds up others until it stalls",
+    ),
+    Mutant(
+        AROUND,
+        "past_boots=past, has_token=known.has_token)",
+        "past_boots=past)",
+        "a robot that was restarted is gone when its beacons are lost for seconds",
+    ),
+    Mutant(
+        "comms/neighbours/presence.py",
+        "(own_uptime_ms, -own_boot) < (other.uptime_ms, -other.boot)",
+        "(own_uptime_ms, own_boot) < (other.uptime_ms, other.boot)",
+        "of two processes with one name the one with the lesser boot id, the older one, stops",
+    ),
+    Mutant(
+        "comms/maps/snapshots.py",
+        "tiles[index] = old[index] if is_gone else Tile(new.revision, unknown_tile())",
+        "tiles[index] = Tile(new.revision, unknown_tile())",
+        "what a robot took out of its map is sent again with every version",
+    ),
 )

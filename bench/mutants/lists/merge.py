@@ -657,4 +657,22 @@ MUTANTS = (
         "expected.tobytes()",
         "a place is not searched again when more may have drifted",
     ),
+    Mutant(
+        "merge/graph/nodes.py",
+        "np.array([col0, row0]) * known.resolution_m",
+        "np.array([row0, col0]) * known.resolution_m",
+        "loops of robots' maps, which come in tiles, are judged beside them",
+    ),
+    Mutant(
+        SOLVE,
+        "    residual[2] = se2.wrap(residual[2])\n",
+        "",
+        "where maps lie turned by half a turn the gap of a loop falls on one alignment",
+    ),
+    Mutant(
+        GRAPH,
+        "sigma_rad**2]) / self.config.covariance_scale",
+        "sigma_rad**2])",
+        "alignments move known poses by far more than their doubt",
+    ),
 )

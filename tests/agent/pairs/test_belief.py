@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mrslam.agent.effects import Event
 from mrslam.agent.pairs.belief import UNCONFIRMED, WEAK
 from mrslam.alignment import Alignment, Evidence, Rejection
-from tests.agent.pairs.floors import Floors, found, merged, walls, weak
+from tests.agent.pairs.floors import Floors, S, found, merged, walls, weak
 
 
 def test_an_alignment_is_believed_when_a_second_one_agrees() -> None:
@@ -134,3 +135,19 @@ def test_a_merge_that_turns_out_ambiguous_or_lies_elsewhere_is_revoked(
     team = merged()
     team.grow("r1", 90, 2)
     assert team.align(outcome, 60)["status"] == status
+
+
+def test_a_pair_that_is_aligned_again_where_it_is_merged_is_reported_as_merged_no_second_time() -> None:
+    team, merges = Floors("r1", "r2"), []
+    for k in range(4):
+        team.grow("r1", 64 + 32 * k, k + 1)
+        effects = team.on_aligned(team.job(100.0 * k), found(), round(100 * k * S))
+        merges.append([effect.kind for effect in effects if isinstance(effect, Event)].count("merged"))
+    assert merges == [0, 1, 0, 0]
+
+
+def test_a_pair_that_was_unmerged_has_no_time_of_its_merge() -> None:
+    team = merged()
+    assert team.beliefs["r1", "r2"].row("r1", "r2")["accepted_at_s"] == 10.0
+    team.unmerge(("r1", "r2"), "nobody was there", 20 * S)
+    assert team.beliefs["r1", "r2"].row("r1", "r2")["accepted_at_s"] is None

@@ -250,3 +250,12 @@ def test_every_try_of_a_pair_is_independent_of_the_last(monkeypatch: pytest.Monk
     for attempt in range(3):
         runner.Runner._align(shell, replace(job, attempt=attempt))  # type: ignore[arg-type]
     assert len(set(seeds)) == 3
+
+
+@pytest.mark.parametrize(("peer", "other"), [("r1", "r3"), ("r3", "r1")])
+def test_maps_that_are_examined_where_a_teammate_has_them_go_with_their_own_keyframes(peer: str, other: str) -> None:
+    team = tried()
+    team.hints.hear(hint(peer, other))
+    job = team.job(5.0)
+    assert job.hinted_by == peer and job.trails is not None
+    assert job.trails[0] is team.maps["r1"].trail and job.trails[1] is team.maps["r3"].trail

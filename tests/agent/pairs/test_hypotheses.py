@@ -63,3 +63,10 @@ def test_a_pair_is_ambiguous_between_two_places_until_one_is_decided(decided: st
     said = "ambiguous between (1.0 m, 0.0 m, 0 deg) and (-4.0 m, 0.0 m, 178 deg); another place fits 94% as well"
     assert row["reason"] == (said if decided == "nothing" else "another place fits 94% as well")
     assert [place["T_a_b"][0] for place in row["places"]] == [1.0, -4.0]
+
+
+def test_of_two_places_within_reach_of_a_transform_the_nearer_one_is_meant() -> None:
+    places = Hypotheses()
+    first, second = places.add(at(0.0), "maps", 0), places.add(at(0.8), "maps", 1)
+    assert first is not second
+    assert places.at(at(0.45)) is second and places.at(at(0.35)) is first

@@ -7,7 +7,7 @@ import pytest
 
 from mrslam.agent.pairs.belief import PairBelief
 from mrslam.agent.pairs.hypotheses import Hypotheses
-from mrslam.agent.pairs.loops import Loop, loops_of
+from mrslam.agent.pairs.loops import SUREST, Loop, loops_of
 from mrslam.agent.pairs.weighing import LOOP_METHOD, weighed
 from mrslam.alignment import Alignment, Evidence, Rejection, WallEvidence
 from mrslam.spatial import se2
@@ -75,3 +75,7 @@ def test_a_loop_says_nothing_against_walls() -> None:
     assert weighed(Hypotheses(), fits, loops) is fits
     refused = Rejection("walls contradict", 0.1, WALLS, "auto", HERE)
     assert weighed(Hypotheses(), refused, loops) is refused
+
+
+def test_alignments_of_full_confidence_are_trusted_as_far_as_those_of_robots_that_saw_each_other() -> None:
+    assert seen_by("r3", ("r1", "r2"), 1.0)[0].llr == pytest.approx(np.log(SUREST / (1 - SUREST)))

@@ -229,3 +229,10 @@ def test_a_teammates_map_and_a_place_once_believed_wait_for_their_time() -> None
     team.grow("r2", 640, 9)
     assert team.due(4.0) is None
     assert team.due(13.0) == ("office@monday", "r2")
+
+
+def test_each_map_of_a_pair_goes_with_its_own_keyframes() -> None:
+    team = Floors("r1", "r2")
+    job = team.job(0)
+    assert job.trails is not None and [job.a, job.b] == ["r1", "r2"]
+    assert job.trails[0] is team.maps["r1"].trail and job.trails[1] is team.maps["r2"].trail

@@ -61,3 +61,10 @@ def test_maps_that_are_merged_where_nobody_looked_are_laid_where_their_robots_sa
     team.end(job, found(1.0), 31.0)
     assert belief.alignment is not None and place.is_at(belief.alignment.T_a_b)
     assert due(team, 60.0) is None
+
+
+def test_maps_that_are_laid_where_their_robots_saw_each_other_go_with_their_own_keyframes() -> None:
+    team, _ = met()
+    job = due(team, 1.0)
+    assert job is not None and job.trails is not None
+    assert job.trails[0] is team.maps["r1"].trail and job.trails[1] is team.maps["r2"].trail

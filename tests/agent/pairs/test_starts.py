@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from mrslam.agent.config import AgentConfig, Settings
 from mrslam.agent.known_map import KnownMap
 from mrslam.alignment import Rejection
-from mrslam.spatial import InputError, LocalMap, OccupancyGrid, TiledMap
+from mrslam.spatial import InputError, LocalMap, OccupancyGrid, TiledMap, se2
 from tests.agent.pairs.floors import Floors, found
 
 NOWHERE = Rejection("overlap 2 %", 0.0, None, "auto")
@@ -16,8 +18,8 @@ NOWHERE = Rejection("overlap 2 %", 0.0, None, "auto")
 
 def started(**agent: object) -> Floors:
     """Return a team of r1 and r2, which started 3 m ahead of r1 and turned by a quarter."""
-    starts = {"r1": [1.0, 2.0, np.pi / 2], "r2": [1.0, 5.0, np.pi]}
-    config = AgentConfig(align_interval_s=10.0, align_growth=0.1, starts=starts, **agent)  # type: ignore[arg-type]
+    agent = {"starts": {"r1": [1.0, 2.0, np.pi / 2], "r2": [1.0, 5.0, np.pi]}, **agent}
+    config = AgentConfig(align_interval_s=10.0, align_growth=0.1, **agent)  # type: ignore[arg-type]
     return Floors("r1", "r2", settings=Settings(agent=config))
 
 
@@ -108,3 +110,25 @@ def test_a_hint_is_of_the_map_that_the_robot_began_with() -> None:
 def saved_floor() -> KnownMap:
     grid = OccupancyGrid(np.zeros((64, 64), dtype=np.int8), 0.05)
     return KnownMap((7, 1), LocalMap(TiledMap.from_grid(grid)))
+
+
+@pytest.mark.parametrize(("y_m", "follows"), [(3.0, True), (-9.0, False)])
+def test_a_pair_is_followed_where_only_the_seconds_heading_at_its_start_is_known(y_m: float, follows: bool) -> None:
+    team = started(start_sigma_m=0.3, start_sigma_rad=0.1, starts={"r1": [1.0, 2.0], "r2": [1.0, 5.0, np.pi]})
+    T_r1_r2 = se2.inverse(se2.transform(0.0, y_m, 2.0))  # r1 as seen from r2, whichever way it looks
+    for t_s in (0.0, 20.0):
+        team.align(replace(found(), T_a_b=T_r1_r2), t_s)
+    assert team.beliefs["r1", "r2"].status == "accepted"
+    team.grow("r1", 200, 9)
+    assert (team.job(60.0).prior is not None) == follows
+
+
+@pytest.mark.parametrize("theta", [np.pi - 0.05, 0.05 - np.pi])
+def test_a_pair_that_started_back_to_back_is_followed_on_whichever_side_of_half_a_turn_it_was_found(
+    theta: float,
+) -> None:
+    team = started(starts={"r1": [1.0, 2.0, 0.0], "r2": [4.0, 2.0, np.pi]})
+    for t_s in (0.0, 20.0):
+        team.align(found(3.0, theta=theta), t_s)
+    team.grow("r1", 200, 9)
+    assert team.job(60.0).prior is not None

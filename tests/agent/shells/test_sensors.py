@@ -79,7 +79,7 @@ def test_a_scan_gets_the_odometry_of_its_moment() -> None:
     body = SensorBody(WallClock())
     for k in range(3):
         body.on_odometry(k * 100_000_000, np.array([float(k), 0.0, 0.0]))
-    for stamp_ns, x_m in ((150_000_000, 1.5), (250_000_000, 2.0)):
+    for stamp_ns, x_m in ((150_000_000, 1.5), (130_000_000, 1.3), (250_000_000, 2.0)):
         body.on_scan(scan(stamp_ns=stamp_ns))
         sensed = body.sense(0)
         assert sensed is not None and sensed.T_odom_base is not None

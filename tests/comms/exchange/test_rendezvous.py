@@ -148,3 +148,13 @@ def test_robots_that_come_and_go_under_ever_new_names_are_forgotten_and_those_in
         r.done(f"x{k}", 0)
         r.forget(f"x{k}")
     assert sorted(r.peers) == ["b", "busy", "x44", "x45", "x46", "x47", "x48", "x49"]
+
+
+def test_a_failure_after_a_success_pauses_as_shortly_as_the_first_one() -> None:
+    r = rendezvous(backoff_s=2, backoff_max_s=200, exchange_timeout_s=0)
+    r.on_quality("b", 1.0, 0)
+    for _ in range(6):
+        r.failed("b", 0)
+    r.done("b", 0)
+    r.failed("b", 0)
+    assert 2.0 <= r.next_exchange_s("b", 0) <= 2.4

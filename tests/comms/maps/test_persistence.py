@@ -84,3 +84,11 @@ def test_of_maps_that_have_not_changed_nothing_is_copied_for_the_next_checkpoint
     node.publish(replace(newer, map=TiledMap(newer.map.resolution_m, newer.map.tiles, 9)), 0)
     third = store_state(node.store)["maps"]["a"]
     assert third["revision"] == 9 and third["cells"].tobytes() != first["cells"].tobytes()
+
+
+def test_a_tile_that_left_the_map_is_sent_once_and_not_with_every_version():
+    floor = {index: np.zeros((64, 64), dtype=np.int8) for index in ((0, 0), (0, 1))}
+    held = published(LocalMap(TiledMap(0.05, {index: Tile(1, cells) for index, cells in floor.items()}, 1)), None, 5)
+    for revision in (2, 3, 4):
+        held = published(LocalMap(TiledMap(0.05, {(0, 0): Tile(1, floor[0, 0])}, revision)), held, 5)
+        assert {index: tile.revision for index, tile in held.map.tiles.items()} == {(0, 0): 1, (0, 1): 2}

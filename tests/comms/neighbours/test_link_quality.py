@@ -124,3 +124,11 @@ def test_a_neighbour_that_says_no_more_what_it_hears_of_me_counts_as_deaf():
         monitor.hear("b", HeardBeacon(k, k * PERIOD, PERIOD, nlq), k * PERIOD + MS)
         qualities.append(monitor.update(k * PERIOD + MS)["b"])
     assert qualities[20] == 1.0 and qualities[-1] == 0.0
+
+
+@pytest.mark.parametrize(("nlq", "is_calm"), [(1.0, True), (0.5, False)])
+def test_a_link_of_which_the_other_end_loses_beacons_is_not_calm_though_all_of_its_own_arrive(nlq, is_calm):
+    monitor = LinkMonitor(CommsConfig())
+    for k in range(30):
+        monitor.hear("b", HeardBeacon(k, k * PERIOD, PERIOD, nlq), k * PERIOD)
+    assert monitor.is_calm(29 * PERIOD) is is_calm

@@ -22,7 +22,7 @@ from mrslam.comms import (
     TeammateHint,
     TeammatePose,
 )
-from mrslam.comms.neighbours.presence import MOST_BOOTS, DuplicateIdWatch
+from mrslam.comms.neighbours.presence import MOST_BOOTS, DuplicateIdWatch, am_newcomer
 from mrslam.comms.wire.frames import team_tag
 from mrslam.comms.wire.messages import Bye, decode, encode
 from mrslam.spatial import InputError, LocalMap, TiledMap
@@ -326,3 +326,33 @@ def test_the_watch_for_twins_does_not_grow_with_their_boots() -> None:
     for boot in range(3 * MOST_BOOTS):
         watch.hear(replace_fields(beacon, boot=boot))
     assert len(watch._seen) <= MOST_BOOTS + 1
+
+
+def test_beacons_say_nothing_of_the_link_to_who_is_gone() -> None:
+    a, b = CommsNode("a", "team", 1, QUICK), CommsNode("b", "team", 1, QUICK)
+    b.on_message(beacon_at(a, 0), 0, "a")
+    first, _, last = (decode(beacon_at(b, k * SECOND), TAG, 1000) for k in (0, 10, 20))  # a is gone in the second tick
+    assert [peer for peer, _ in first.heard] == ["a"] and last.heard == []
+
+
+def test_a_robot_whose_token_is_up_stays_though_it_restarted_and_is_silent() -> None:
+    b = CommsNode("b", "team", 1, QUICK)
+    b.on_peer_joined("a", 0)
+    for boot in (1, 2):
+        b.on_message(beacon_at(CommsNode("a", "team", boot, QUICK), 0), 0, "a")
+    assert not [e for e in b.on_tick(round(QUICK.peer_timeout_s * SECOND) + 1) if isinstance(e, PeerGone)]
+    assert list(b.peers) == ["a"]
+
+
+def test_of_two_processes_that_began_at_once_the_one_with_the_greater_boot_id_stops() -> None:
+    beacons = {boot: decode(beacon_at(CommsNode("r", "team", boot, QUICK), 0), TAG, 1000) for boot in (5, 9)}
+    assert not am_newcomer(0, 5, beacons[9])
+    assert am_newcomer(0, 9, beacons[5])
+
+
+def test_a_link_quality_that_is_no_number_is_no_link() -> None:
+    a, b = CommsNode("a", "team", 1, QUICK), CommsNode("b", "team", 1, QUICK)
+    b.on_message(beacon_at(a, 0), 0, "a")
+    for given, quality in ((0.9, 0.9), (float("nan"), 0.0), (7.0, 1.0)):
+        b.set_link_quality("a", given, 0)
+        assert b.rendezvous.peers["a"].quality == quality

@@ -102,3 +102,14 @@ def test_derivatives_are_those_of_the_residual(which):
                 moved[which] = moved[which] + sign * step
                 ends.append(_residual(*moved, T[2])[0])
             np.testing.assert_allclose((ends[0] - ends[1]) / 2e-6, analytic[:, k], atol=1e-5)
+
+
+def test_the_gap_of_a_loop_is_shared_where_headings_lie_on_both_sides_of_half_a_turn():
+    poses = {"r0": np.zeros(3), "r1": se2.transform(3.0, 1.0, np.pi - 0.003), "r2": se2.transform(-2.0, 4.0, 0.4)}
+    beyond = {**poses, "r1": se2.transform(3.0, 1.0, np.pi + 0.017)}
+    edges = [
+        make_edge(a, b, alignment(se2.between(told[a], told[b]), sigma_m=1.0, sigma_rad=0.01))
+        for a, b, told in (("r0", "r1", poses), ("r0", "r2", poses), ("r1", "r2", beyond))
+    ]
+    found = jointly(poses, edges, "r0", MergeConfig())
+    assert se2.wrap(found["r1"][2] - poses["r1"][2]) == pytest.approx(0.02 / 3.0, rel=0.1)
