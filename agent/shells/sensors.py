@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from bisect import bisect_right
 from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -62,9 +63,10 @@ class SensorBody:
 
     def _odometry_at(self, stamp_ns: int) -> Transform | None:
         """Return the pose at this moment, between the readings around it; None where none is near."""
-        before = [one for one in self._odometry if one[0] <= stamp_ns]
-        after = [one for one in self._odometry if one[0] > stamp_ns]
-        near = [one for one in (before[-1:] + after[:1]) if abs(one[0] - stamp_ns) <= ODOMETRY_AGE_NS]
+        by_stamp = sorted(self._odometry, key=lambda one: one[0])  # networks may deliver one late
+        after = bisect_right(by_stamp, stamp_ns, key=lambda one: one[0])
+        around = by_stamp[max(after - 1, 0) : after + 1]
+        near = [one for one in around if abs(one[0] - stamp_ns) <= ODOMETRY_AGE_NS]
         if len(near) < 2:
             return near[0][1] if near else None
         (t0, T0), (t1, T1) = near

@@ -129,4 +129,10 @@ MUTANTS = (
         "(1.0 - share) * se2.between(T0, T1)",
         "a scan of a driver gets the odometry of another moment",
     ),
+    Mutant(
+        "agent/shells/sensors.py",
+        "sorted(self._odometry, key=lambda one: one[0])",
+        "list(self._odometry)",
+        "odometry that a network delivers late gives scans the pose of another moment",
+    ),
 )

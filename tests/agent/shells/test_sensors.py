@@ -75,9 +75,10 @@ def test_a_patient_body_keeps_scans_that_have_not_waited_long() -> None:
     assert first is not None and (first.scan.stamp_ns, body.scans_lost) == (1, 1)
 
 
-def test_a_scan_gets_the_odometry_of_its_moment() -> None:
+@pytest.mark.parametrize("order", [(0, 1, 2), (0, 2, 1), (2, 1, 0)])
+def test_a_scan_gets_the_odometry_of_its_moment_in_whatever_order_it_comes(order: tuple[int, ...]) -> None:
     body = SensorBody(WallClock())
-    for k in range(3):
+    for k in order:
         body.on_odometry(k * 100_000_000, np.array([float(k), 0.0, 0.0]))
     for stamp_ns, x_m in ((150_000_000, 1.5), (130_000_000, 1.3), (250_000_000, 2.0)):
         body.on_scan(scan(stamp_ns=stamp_ns))
