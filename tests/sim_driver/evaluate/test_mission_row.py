@@ -30,7 +30,11 @@ def pair(overlap: float | None, error_m: float | None, error_deg: float, verdict
 
 
 def row_of(
-    tmp_path: Path, noted: list[dict[str, Any]], pairs: list[dict[str, Any]], begun_s: float | None = None
+    tmp_path: Path,
+    noted: list[dict[str, Any]],
+    pairs: list[dict[str, Any]],
+    begun_s: float | None = None,
+    references: References | None = None,
 ) -> dict[str, Any]:
     """Return the row of a mission in which r2 sets out 2 m ahead of r1, and r1 noted this.
 
@@ -45,7 +49,7 @@ def row_of(
             write_tum(tmp_path / robot / "trajectory.tum", np.array([round(begun_s * 1e9)]), np.zeros((1, 3)))
             run.robots[robot] = {}
     run.metrics.update({"mission_s": 60.0, "links": []})
-    return mission_row(run, pair_judge(run, References()), {}, pairs)
+    return mission_row(run, pair_judge(run, references or References()), {}, pairs)
 
 
 def test_a_wrong_merge_on_the_way_counts_though_it_was_put_right(tmp_path: Path) -> None:
@@ -57,6 +61,25 @@ def test_a_wrong_merge_on_the_way_counts_though_it_was_put_right(tmp_path: Path)
 def test_a_merge_of_maps_that_were_given_up_is_neither_right_nor_wrong(tmp_path: Path) -> None:
     row = row_of(tmp_path, [merged(8.0, 2.0), merged(9.0, 5.0), merged(20.0, 2.0)], [], begun_s=15.0)
     assert (row["first_merge_s"], row["first_correct_merge_s"], row["wrong_merges_on_the_way"]) == (8.0, 20.0, 0)
+
+
+def test_a_place_in_a_saved_map_is_no_merge_of_two_robots(tmp_path: Path) -> None:
+    (tmp_path / "some.relations").write_text("0 1 2 0 0 0 0 0\n")
+    placed = {**merged(5.0, 9.0), "a": "office@monday"}
+    row = row_of(tmp_path, [placed, merged(8.0, 2.0)], [], references=References(tmp_path / "some.relations"))
+    assert (row["first_correct_merge_s"], row["wrong_merges_on_the_way"]) == (8.0, 0)
+
+
+def test_pairs_are_counted_by_their_verdicts(tmp_path: Path) -> None:
+    verdicts = {
+        "correct merge": 0.5, "merged by one only": 0.5, "missed merge": 0.4, "never met": 0.0, "not merged": 0.1,
+        "never met, though the maps overlap": 0.9, "merged, not judged": None,
+    }  # fmt: skip
+    pairs = [pair(overlap, None, 0.0, verdict) for verdict, overlap in verdicts.items()]
+    pairs += [pair(overlap, 3.0, 0.0, "false merge") for overlap in (0.0, 0.1, 0.5, None)]
+    row = row_of(tmp_path, [], pairs)
+    kinds = ("correct_merges", "one_sided_merges", "missed_merges", "false_merges", "false_merges_without_overlap")
+    assert [row[kind] for kind in kinds] == [1, 1, 2, 4, 3]
 
 
 def test_alignments_are_counted_by_overlap_and_by_how_accurate_they_are(tmp_path: Path) -> None:

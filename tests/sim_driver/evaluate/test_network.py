@@ -49,6 +49,11 @@ def test_quality_is_weighed_by_time_and_nothing_while_the_peer_is_out_of_sight(t
     assert row["share_strong"] == pytest.approx(0.2)
 
 
+def test_what_was_noted_after_the_missions_end_does_not_count(tmp_path: Path) -> None:
+    row = row_of(tmp_path, quality(10.0, 0.8), quality(104.0, 0.4))
+    assert (row["quality_mean"], row["share_strong"]) == (pytest.approx(0.8 * 0.9), pytest.approx(0.9))
+
+
 def test_time_in_sight_ends_when_the_peer_is_gone_or_the_mission_ends(tmp_path: Path) -> None:
     row = row_of(tmp_path, seen(10.0), seen(20.0, "r3"), gone(30.0), gone(40.0, "r3"), gone(50.0), seen(90.0))
     assert row["in_sight_s"] == 30.0
