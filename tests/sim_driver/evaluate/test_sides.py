@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from mrslam.sim_driver.evaluate.sides import apart_text, givers_of, merged_text, pairs_of, placed_together, sides_of
+from mrslam.sim_driver.evaluate.sides import (
+    apart_text,
+    givers_of,
+    merged_text,
+    pairs_of,
+    placed_together,
+    sides_of,
+    speaker_of,
+)
 
 
 def view(at_s: float | None, reason: str = "weak evidence") -> dict[str, Any]:
@@ -58,6 +66,14 @@ def test_nobody_has() -> None:
     assert sides == {
         "accepted_at_s": None, "both_at_s": None, "accepted_by": [], "not_by": {"r1": "weak evidence", "r2": ""}
     }  # fmt: skip
+
+
+def test_of_a_pair_the_first_that_merged_speaks_then_one_of_the_two_and_a_third_last() -> None:
+    assert speaker_of({"r0": view(None), "r1": view(20.0), "r2": view(16.0)}, "r1", "r2") == "r2"
+    assert speaker_of({"r0": view(9.0), "r2": view(None)}, "r1", "r2") == "r0"
+    assert speaker_of({"r0": view(None), "r2": view(None)}, "r1", "r2") == "r2"
+    assert speaker_of({"r0": view(None)}, "r1", "r2") == "r0"
+    assert speaker_of({}, "r1", "r2") is None
 
 
 def test_who_merges_nothing_is_not_waited_for() -> None:
