@@ -33,6 +33,16 @@ def test_a_teammates_way_gets_every_scan_of_its_laser(tmp_path):
     assert np.abs(np.diff(poses, n=2, axis=0)).max() < 0.02  # no jumps between keyframes
 
 
+def test_keyframes_that_a_teammate_lacks_do_not_shift_the_others(tmp_path):
+    run_folder(tmp_path)
+    known = np.array([2, 3, 5, 8])  # of nine: the first came before the robots met, and some are on their way
+    write_tum(tmp_path / "r1" / team_file("r2"), STAMPS[::5][known], BENT[known])
+    fill_team_ways(tmp_path, ["r1", "r2"], print)
+    stamps, poses = read_tum(tmp_path / "r1" / team_file("r2"))
+    assert np.array_equal(stamps, STAMPS)
+    assert poses[5 * known] == pytest.approx(se2.compose(BENT[known], T_BASE_LASER), abs=1e-5)
+
+
 @pytest.mark.parametrize("damaged", [f"r2/{KEYFRAMES_FILE}", f"r2/{TRAJECTORY_FILE}"])
 def test_what_is_damaged_is_named_and_the_keyframes_stay(tmp_path, damaged):
     run_folder(tmp_path)
