@@ -24,6 +24,13 @@ def test_poses_that_no_reference_is_near_in_time_are_left_out() -> None:
     assert ours[:, 0].tolist() == [1.0, 4.0] and theirs[:, 0] == pytest.approx([1.0 + near_s, 4.0 - near_s])
 
 
+def test_a_reference_need_not_be_in_the_order_of_time() -> None:
+    stamps_ns, poses = line([4.0, 1.0, 3.0, 2.0])
+    stamps, ours, theirs = matched(line([1.0, 2.0, 3.0, 4.0]), (stamps_ns, poses))
+    assert stamps.tolist() == [S, 2 * S, 3 * S, 4 * S]
+    assert theirs[:, 0].tolist() == ours[:, 0].tolist() == [1.0, 2.0, 3.0, 4.0]
+
+
 def test_drift_is_of_poses_one_span_apart_and_not_of_those_across_a_gap() -> None:
     stamps_s = [*np.arange(0.0, 2.1, 0.5), *np.arange(30.0, 32.1, 0.5)]  # no scans for 28 s
     found = errors(line(stamps_s, speed_m_s=1.1), line(stamps_s))

@@ -37,6 +37,25 @@ def test_of_a_thick_wall_a_map_need_show_the_face_only() -> None:
     assert Judge(world, world.cells == 0).occupied_recall(found, np.zeros(3)) == pytest.approx(0.7, abs=0.06)
 
 
+def test_walls_that_are_missing_count_only_where_a_map_knows_the_floor_before_them() -> None:
+    world, found = room(10), room(10)
+    judge = Judge(world, world.cells == 0)
+    found.cells[10:] = -1  # half of the room was never seen
+    assert judge.occupied_recall(found, np.zeros(3)) == 1.0
+    found.cells[10:15] = 0  # floor without the wall, but near the end of the wall that was found
+    assert judge.occupied_recall(found, np.zeros(3)) == pytest.approx(0.7, abs=0.06)
+    found.cells[:] = -1
+    assert judge.occupied_recall(found, np.zeros(3)) is None
+
+
+def test_floor_of_a_map_within_a_wall_of_the_world_is_wrong() -> None:
+    world, found = room(10), room(0)
+    world.cells[:, 10:] = 100  # half a metre thick
+    assert Judge(world, world.cells == 0).free_agreement(found, np.zeros(3)) == pytest.approx(11 / 19)
+    found.cells[:] = -1
+    assert Judge(world, world.cells == 0).free_agreement(found, np.zeros(3)) is None
+
+
 def test_a_wall_at_the_worlds_edge_is_near_on_its_far_side_too() -> None:
     world = room(19)
     judge = Judge(world, world.cells == 0)
