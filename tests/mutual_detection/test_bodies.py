@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mrslam.mutual_detection import find_bodies
-from mrslam.spatial import se2
+from mrslam.spatial import Scan, se2
 from tests.mutual_detection.sights import OFFICE, RADIUS_M, sweep
 
 
@@ -63,6 +63,23 @@ def test_a_body_half_covered_by_another_is_not_measured() -> None:
     bodies = find_bodies(sweep(T_world_base, [place, nearer]), RADIUS_M)
     off = np.hypot(*(bodies[:, None] - there[None]).transpose(2, 0, 1)).min(axis=0)
     assert off[1] < 0.08 and off[0] > 0.3
+
+
+@pytest.mark.parametrize("edge", ["first", "last", "none"])
+def test_a_body_at_the_edge_of_the_view_is_not_measured(edge: str) -> None:
+    step = np.radians(0.5)
+    half = np.arcsin(RADIUS_M / 2.0)  # a body 2 m ahead
+    low, high = -half if edge == "first" else -1.0, half if edge == "last" else 1.0
+    angles = np.arange(low + step / 2, high, step)
+    across = 2.0 * np.sin(angles)
+    depth = np.sqrt(np.maximum(RADIUS_M**2 - across**2, 0.0))
+    ranges = np.where(np.abs(angles) < half, 2.0 * np.cos(angles) - depth, np.inf).astype(np.float32)
+    scan = Scan(
+        stamp_ns=0, ranges_m=ranges, angle_min_rad=float(angles[0]), angle_increment_rad=float(step), range_max_m=8.0
+    )
+    bodies = find_bodies(scan, RADIUS_M)
+    assert len(bodies) == (edge == "none")
+    assert not len(bodies) or bodies[0] == pytest.approx([2.0, 0.0], abs=0.05)
 
 
 def test_a_body_is_found_in_the_robots_frame_however_its_laser_is_mounted() -> None:

@@ -14,6 +14,7 @@ from mrslam.spatial import (
     Tile,
     TiledMap,
 )
+from mrslam.spatial.tiles import window
 
 
 def random_grid(seed: int, row0: int, col0: int, height: int, width: int) -> OccupancyGrid:
@@ -37,6 +38,18 @@ def test_a_grid_survives_the_way_through_tiles(seed, row0, col0, height, width):
     np.testing.assert_array_equal(back.cells, grid.cells)
     if grid.cells.size:
         assert back.cell0 == grid.cell0
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**31), *[st.integers(-150, 150)] * 4, *[st.integers(0, 150)] * 2)
+def test_a_window_of_tiles_holds_what_the_grid_does_there(seed, row0, col0, row, col, height, width):
+    grid = random_grid(seed, row0, col0, 100, 90)
+    tiles = {index: tile.cells for index, tile in TiledMap.from_grid(grid).tiles.items()}
+    expected = np.full((height, width), UNKNOWN, dtype=np.int8)
+    for r in range(max(row, row0), min(row + height, row0 + 100)):
+        for c in range(max(col, col0), min(col + width, col0 + 90)):
+            expected[r - row, c - col] = grid.cells[r - row0, c - col0]
+    np.testing.assert_array_equal(window(tiles, row, col, height, width), expected)
 
 
 def test_tiles_lie_where_their_index_says_also_below_zero():

@@ -32,7 +32,7 @@ def test_ghosts_in_a_robots_map_are_what_stands_where_others_drove_not_where_it_
     others_m = floor_m[np.hypot(*(floor_m - own_m).T) > 2.0][0]
     run = RunResults.of(mission, tmp_path)
     cells = np.zeros(world.grid.shape, dtype=np.int8)
-    for x, y in (own_m, others_m, others_m + [world.resolution_m, 0.0]):
+    for x, y in (own_m, others_m, others_m + np.array([world.resolution_m, 0.0])):
         col, row = np.floor((np.array([x, y]) - world.grid.origin_m) / world.resolution_m).astype(int)
         cells[row, col] = 100
     for robot, at_m in (("r1", own_m), ("r2", others_m)):

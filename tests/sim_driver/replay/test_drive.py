@@ -39,9 +39,7 @@ def test_a_drive_holds_until_robots_that_have_merged_know_something_else(
     tmp_path: Path, then: list[dict[str, Any]], now: list[dict[str, Any]], holds_s: float | None
 ) -> None:
     mission = make_mission({"world": {"name": "arena1"}, "robots": [{"id": "r1"}]}, tmp_path / "m.toml")
-    idle = make_mission(
-        {"world": {"name": "arena1"}, "robots": [{"id": "r1", "driver": "idle"}]}, tmp_path / "m.toml"
-    )
+    idle = make_mission({"world": {"name": "arena1"}, "robots": [{"id": "r1", "driver": "idle"}]}, tmp_path / "m.toml")
     for run, events in (("then", then), ("now", now)):
         (tmp_path / run / "r1").mkdir(parents=True)
         (tmp_path / run / "r1" / "events.jsonl").write_text("".join(json.dumps(one) + "\n" for one in events))

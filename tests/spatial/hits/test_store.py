@@ -72,7 +72,7 @@ def test_pool_shrinks_and_keeps_its_content() -> None:
     for k in range(60):
         write(store, 1, (15.0 * k, 0, 0), points((10, 3), (-10, 3), (0, 12)))
     write(store, 0, (0, 0, 0), points((2, 1)))
-    size, before = store.refs.size, content(store, 0)
+    size, before, stamped = store.refs.size, content(store, 0), stamps(store, 0)
     store.pool.resize((max(size, 5000), 1024), refcheck=False)
     grown = store.pool.shape[0] - size
     store.refs = np.concatenate([store.refs, np.zeros(grown, dtype=np.int32)])
@@ -84,6 +84,53 @@ def test_pool_shrinks_and_keeps_its_content() -> None:
     recount(store)
     assert store.refs.size < 4096
     assert content(store, 0) == before == content(store, 1)
+    assert stamps(store, 0) == stamped == stamps(store, 1)
+
+
+def stamps(store: TileStore, index: int) -> dict[tuple[int, int], int]:
+    table = store.stamps_of(index)
+    return {(r, c): int(table[r - store.row0, c - store.col0]) for r, c in content(store, index)}
+
+
+def test_a_stamp_changes_where_its_tile_does_and_nowhere_else() -> None:
+    store = TileStore(2, 0.05)
+    write(store, 0, (0, 0, 0), points((2, 0), (0, 3)))
+    first = content(store, 0), stamps(store, 0)
+    write(store, 0, (0.1, 0, 0), points((5, 0), (0, 0.2)))  # some tiles of before, and new ones
+    second = content(store, 0), stamps(store, 0)
+    assert first[1].keys() < second[1].keys() and min(first[1].values()) > 0
+    changed = {at for at in second[0] if first[0].get(at) != second[0][at]}
+    assert {at for at in second[1] if first[1].get(at) != second[1][at]} == changed
+    assert first[1].keys() & changed and first[1].keys() - changed
+    store.resample(np.zeros(2, dtype=np.int64))  # from here on both maps share all tiles
+    write(store, 1, (0, 0, 0), points((0, 3)))
+    assert stamps(store, 0) == second[1]
+    mine = {at for at in content(store, 1) if content(store, 1)[at] != second[0].get(at)}
+    assert {at for at, stamp in stamps(store, 1).items() if stamp != second[1].get(at)} == mine != set()
+
+
+def test_a_store_that_begins_again_holds_nothing_and_is_where_it_was_told() -> None:
+    store = TileStore(2, 0.05)
+    write(store, 0, (0, 0, 0), points((10, 3), (-10, 3)))
+    write(store, 1, (40, 0, 0), points((2, 0)))
+    store.restart(np.array([100.0, -60.0]))
+    recount(store)
+    assert store.tiles_used == 0
+    box = np.array([98.0, -62.0]), np.array([102.0, -58.0])
+    size = store.tables[0].size
+    assert store.window_tiles(*box) == size
+    write(store, 1, (100, -60, 0), points((2, 0)))
+    recount(store)
+    assert content(store, 1) and not content(store, 0)
+
+
+def test_how_large_a_window_would_be_is_known_before_it_grows() -> None:
+    store = TileStore(1, 0.05)
+    for low, high in ((-5.0, 5.0), (-80.0, 5.0), (3.0, 170.0)):
+        corners = np.array([low, -1.0]), np.array([high, 2.0])
+        tiles = store.window_tiles(*corners)
+        store.cover(*corners)
+        assert store.tables[0].size == tiles
 
 
 def test_growing_any_way_moves_nothing() -> None:
