@@ -44,6 +44,14 @@ def test_wrong_content_is_named(tmp_path, name, wrong, says):
     assert "\n" not in str(error.value) and str(path) in str(error.value)
 
 
+def test_more_scans_than_keyframes_are_named(tmp_path):
+    few = Keyframes(KEYFRAMES.stamps_ns[:3], KEYFRAMES.T_map_base[:3])
+    write_keyframes(tmp_path / "k.npz", few, SCANS)
+    for read in (read_keyframes, read_scanned_keyframes):
+        with pytest.raises(InputError, match=r"k\.npz: 4 scans of 3 keyframes"):
+            read(tmp_path / "k.npz")
+
+
 @pytest.mark.parametrize("content", [b"", b"nonsense", b"PK\x03\x04 cut"])
 def test_what_is_no_archive_is_named(tmp_path, content):
     path = tmp_path / "keyframes.npz"

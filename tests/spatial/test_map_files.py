@@ -100,6 +100,14 @@ def test_what_is_transparent_is_unknown(tmp_path, mode):
     assert read_map(tmp_path / "m.yaml").cells.tolist() == [[0, -1, 100, -1]]
 
 
+def test_what_is_transparent_is_unknown_where_it_is_in_the_image(tmp_path):
+    image = np.full((2, 3, 4), 255, dtype=np.uint8)
+    image[0, 1, 3] = 0  # in the upper row, which is the map's last one
+    cv2.imwrite(str(tmp_path / "m.png"), image)
+    (tmp_path / "m.yaml").write_text("image: m.png\nresolution: 0.1\norigin: [0, 0, 0]\n")
+    assert read_map(tmp_path / "m.yaml").cells.tolist() == [[0, 0, 0], [0, -1, 0]]
+
+
 @pytest.mark.parametrize("suffix", [".yaml", ".yml"])
 @pytest.mark.parametrize("image", ["map.png", "map.pgm"])
 def test_an_image_is_read_by_the_yaml_that_names_it(tmp_path, caplog, image, suffix):

@@ -99,6 +99,43 @@ def test_edges_that_agree_after_all_are_believed_again_and_others_are_not() -> N
     assert kept is torn and not believed[19:].any()  # nothing within reach
 
 
+def test_a_second_try_that_believes_fewer_edges_is_not_taken() -> None:
+    truth = ring(12)
+    good = edges_of(truth, [*chain(12), (11, 0), (0, 6), (3, 9)])
+    near = Edges(np.array([2]), np.array([8]), se2.between(truth[[2]], truth[[8]]), TIGHT[None])
+    near.T_first_second[0, 0] += 0.08
+    edges = Edges.joined([good, near])  # the last one misses by four times the bound: it is tried again
+    doubtful, weight = np.ones(15, dtype=bool), np.append(np.ones(14), 0.0)
+    begin = truth + np.random.default_rng(2).normal(0.0, (6.0, 6.0, 2.5), truth.shape)  # nothing is found from there
+    begin[0] = truth[0]
+    solved, believed = relax_again(begin, truth, edges, doubtful, weight, 16.27)
+    assert solved is truth and believed is weight
+
+
+def test_an_edge_that_misses_by_far_bends_less_where_it_may_be_wrong() -> None:
+    truth = ring()
+    wrong = Edges(np.array([0]), np.array([10]), np.array([[0.0, 12.0, np.pi]]), TIGHT[None])
+    edges = Edges.joined([edges_of(truth, [*chain(20), (19, 0)]), wrong])
+    robust = np.arange(edges.first.size) == 20
+    off_m = [np.abs(relax(truth, edges, those) - truth).max() for those in (robust, np.zeros_like(robust))]
+    assert off_m[0] < 0.1 * off_m[1] and off_m[1] > 0.1
+
+
+def test_a_heading_stays_within_half_a_turn_either_way() -> None:
+    begin = np.array([[0.0, 0.0, 3.0], [0.0, 0.0, 3.0]])
+    edges = Edges(np.array([0]), np.array([1]), np.array([[1.0, 0.0, 0.5]]), TIGHT[None])
+    solved = relax(begin, edges, np.zeros(1, dtype=bool))
+    assert solved[1] == pytest.approx(se2.compose(begin[0], np.array([1.0, 0.0, 0.5])), abs=1e-3)
+    assert solved[1, 2] < 0.0
+
+
+def test_a_node_that_no_edge_holds_stays_where_it_is() -> None:
+    truth = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [7.0, 8.0, 1.0]])
+    begin = truth + np.array([[0.0] * 3, [0.3, 0.2, 0.1], [0.0] * 3])
+    solved = relax(begin, edges_of(truth, [(0, 1)]), np.zeros(1, dtype=bool))
+    assert solved == pytest.approx(truth, abs=1e-3)
+
+
 @pytest.mark.parametrize("count", [0, 1])
 def test_nothing_to_relax(count):
     poses, weight = relax_graduated(np.zeros((count, 3)), Edges.none(), np.zeros(0, dtype=bool), 1.0)

@@ -48,6 +48,17 @@ def test_a_packed_state_does_not_follow_later_changes(tmp_path: Path) -> None:
     assert not read_state(tmp_path / "state", "thing", 1)["cells"].any()
 
 
+@pytest.mark.parametrize("is_fixed", [False, True])
+def test_an_array_of_any_layout_is_packed(tmp_path: Path, is_fixed: bool) -> None:
+    rows = np.arange(12.0).reshape(3, 4)
+    columns, strided = np.array(rows, order="F"), rows[:, ::2]
+    for cells in (columns, strided):
+        cells.flags.writeable = not is_fixed
+    write_state(tmp_path / "state", "thing", 1, pack([columns, strided]))
+    back = read_state(tmp_path / "state", "thing", 1)
+    assert [cells.tolist() for cells in back] == [rows.tolist(), rows[:, ::2].tolist()]
+
+
 @given(data=st.data())
 def test_one_changed_byte_is_noticed(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
     path = tmp_path_factory.getbasetemp() / "damaged"

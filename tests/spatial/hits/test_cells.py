@@ -21,6 +21,17 @@ def test_cells_count_and_average() -> None:
     assert abs(((cell >> 23) & 0xFF) - 64) <= 1  # 90 degrees
 
 
+@pytest.mark.parametrize(("times", "is_taken"), [(1, True), (2, False)])
+def test_a_cell_of_a_thin_wall_holds_the_side_that_was_seen_more_than_once(times: int, is_taken: bool) -> None:
+    cell = 0
+    for _ in range(times):
+        cell = add_hit(np.int64(cell), 0.25, 0.5, 0.0, 1.0, 0.9)
+    cell = add_hit(np.int64(cell), 0.75, 0.5, 0.0, -1.0, 0.9)
+    x, direction = (cell >> 11) & 0x3F, (cell >> 23) & 0xFF
+    assert (x, direction) == ((48, 192) if is_taken else (16, 64))
+    assert hits_of(np.int64(cell)) == times + 1
+
+
 def test_counts_never_overflow_and_what_went_away_fades() -> None:
     cell = 0
     for _ in range(1000):
