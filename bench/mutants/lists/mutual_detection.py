@@ -202,4 +202,10 @@ MUTANTS = (
         "lever = middle - T_map_mate[:2]",
         "robots that meet far from where a map began are sure of its origin, and unsure of where they met",
     ),
+    Mutant(
+        "mutual_detection/bodies.py",
+        "    if before < 0 or after >= ranges_m.size:",
+        "    if before < 0:",
+        "a body at the last beam of a laser ends the search for bodies with an error",
+    ),
 )
