@@ -205,7 +205,7 @@ MUTANTS = (
     Mutant(
         "mutual_detection/bodies.py",
         "    if before < 0 or after >= ranges_m.size:",
-        "    if before < 0:",
-        "a body at the last beam of a laser ends the search for bodies with an error",
+        "    if after >= ranges_m.size:",
+        "a body at the first beam of a laser is measured though its edge is not seen, and stands elsewhere",
     ),
 )

@@ -28,7 +28,8 @@ def test_a_cell_of_a_thin_wall_holds_the_side_that_was_seen_more_than_once(times
         cell = add_hit(np.int64(cell), 0.25, 0.5, 0.0, 1.0, 0.9)
     cell = add_hit(np.int64(cell), 0.75, 0.5, 0.0, -1.0, 0.9)
     x, direction = (cell >> 11) & 0x3F, (cell >> 23) & 0xFF
-    assert (x, direction) == ((48, 192) if is_taken else (16, 64))
+    assert direction == (192 if is_taken else 64)
+    assert x == pytest.approx(48 if is_taken else 16, abs=1)
     assert hits_of(np.int64(cell)) == times + 1
 
 
