@@ -299,12 +299,6 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/replay/drive.py",
-        "return max(min(differ_s), min(merged_s))",
-        "return min(differ_s)",
-        "a replay warns too early: a robot alone drives by its own scans",
-    ),
-    Mutant(
-        "sim_driver/replay/drive.py",
         'return [rest[0]["t"]] if rest else []',
         "return []",
         "a replay in which robots never merge does not say that they would have driven elsewhere",
