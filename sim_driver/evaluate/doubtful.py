@@ -38,12 +38,16 @@ class Doubts:
         )
 
 
-def find_doubts(stamps_ns: NDArray[np.int64], health: NDArray[np.float64]) -> Doubts:
-    """Return the doubtful ones of the used scans: their stamps ``(S,)`` and the health reported with each ``(S,)``."""
+def find_doubts(stamps_ns: NDArray[np.int64], health: NDArray[np.float64], begin_ns: int) -> Doubts:
+    """Return the doubtful ones of the used scans.
+
+    ``stamps_ns (S,)`` and ``health (S,)`` of each, as it was reported; ``begin_ns`` : stamp of the log's first scan,
+    which need not be one of them.
+    """
     doubtful = np.flatnonzero(health < DOUBTFUL_BELOW)
     if not doubtful.size:
         return Doubts(0, 0.0, [])
-    seconds = (stamps_ns[doubtful] - stamps_ns[0]) / 1e9
+    seconds = (stamps_ns[doubtful] - begin_ns) / 1e9
     parts = np.split(seconds, 1 + np.flatnonzero(np.abs(np.diff(seconds)) > APART_S))
     stretches = [[round(float(part.min()), 1), round(float(part.max()), 1)] for part in parts]
     return Doubts(int(doubtful.size), round(doubtful.size / health.size, 4), stretches)

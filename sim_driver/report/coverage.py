@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mrslam.sim_driver.evaluate.results import RunResults
 from mrslam.sim_driver.report.layout import Layout
+from mrslam.sim_driver.report.tied import tied_s
 from mrslam.sim_driver.simulation.simulation import make_world
 from mrslam.spatial import se2
 
@@ -53,13 +54,10 @@ def _team_curve(
 ) -> NDArray[np.float64]:
     """Return how many counted places the robot's team map held over time: what teammates had seen when it was told."""
     told: dict[str, list[float]] = {}
-    merged_s: dict[str, float] = {run.robots[robot].get("frame") or robot: 0.0}
+    merged_s = tied_s(run.events[robot], run.robots[robot].get("frame") or robot)
     for event in run.events[robot]:
         if event["event"] == "map_updated":
             told.setdefault(event["robot_id"], []).append(event["t"])
-        elif event["event"] == "merged":
-            for other in (event["a"], event["b"]):
-                merged_s.setdefault(other, event["t"])
     mine = {other: first_seen_s[other][counted] for other in run.robots[robot]["placed"] if other in first_seen_s}
     counts = np.empty(len(times))
     for i, t in enumerate(times):

@@ -11,6 +11,7 @@ from mrslam.sim_driver.evaluate.results import RunResults
 from mrslam.sim_driver.report.layout import Layout
 from mrslam.sim_driver.report.png import png_uri
 from mrslam.sim_driver.report.seen import mission_trajectory, spread
+from mrslam.sim_driver.report.tied import tied_s
 from mrslam.spatial import se2
 
 PATH_POINTS = 500
@@ -53,17 +54,7 @@ def map_data(
 def joined_s(run: RunResults, layout: Layout) -> dict[str, float | None]:
     """Return when each robot's map was first tied to the anchor's, None for never."""
     joined: dict[str, float | None] = {robot.id: None for robot in run.mission.robots}
-    joined[layout.frame] = 0.0
-    edges: list[tuple[str, str]] = []
-    for event in run.events[layout.anchor]:
-        if event["event"] != "merged":
-            continue
-        edges.append((event["a"], event["b"]))
-        for _ in edges:
-            for a, b in edges:
-                for one, other in ((a, b), (b, a)):
-                    if joined.get(one) is not None and joined.get(other) is None:
-                        joined[other] = event["t"]
+    joined |= tied_s(run.events[layout.anchor], layout.frame)
     return {robot: time for robot, time in joined.items() if robot in layout.placed or time is None}
 
 

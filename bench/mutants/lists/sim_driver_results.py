@@ -328,15 +328,15 @@ MUTANTS = (
         "the report shows exchanges with all robots on every link",
     ),
     Mutant(
-        "sim_driver/report/map_data.py",
-        "        for _ in edges:\n            for a, b in edges:",
-        "        if True:\n            for a, b in edges:",
+        "sim_driver/report/tied.py",
+        "components({frame}.union(*pairs), pairs)",
+        "components({frame}.union(*pairs), pairs[-1:])",
         "the player never joins a map that came by way of two others",
     ),
     Mutant(
-        "sim_driver/report/map_data.py",
-        " and joined.get(other) is None:",
-        ":",
+        "sim_driver/report/tied.py",
+        " for robot in group if robot not in tied}",
+        " for robot in group}",
         "the player joins maps when the last merge came, not the first",
     ),
     Mutant(

@@ -89,7 +89,7 @@ def results_of(
     mapped: Mapped, readings: Sequence[Reading], way: Way, truth: Relations | None, known: Metrics
 ) -> Results:
     """Return the results after ``way.fed`` of the readings; ``known`` metrics come first."""
-    doubts = find_doubts(mapped.trajectory.stamps_ns, np.array(way.health))
+    doubts = find_doubts(mapped.trajectory.stamps_ns, np.array(way.health), readings[0].scan.stamp_ns)
     metrics = {**known, **_counts(mapped, way), "doubtful": asdict(doubts)}
     if way.fed < len(readings):
         metrics["interrupted_after_scans"] = way.fed

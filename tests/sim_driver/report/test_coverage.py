@@ -40,6 +40,16 @@ def test_a_teammates_places_are_known_once_it_is_merged_and_as_far_as_it_had_tol
     assert told["curves"]["r1"]["team"][:9] == [1.0, 1.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 3.0]
 
 
+def test_what_two_others_merged_is_known_once_one_of_them_is_merged_with_the_robot() -> None:
+    events: list[dict[str, Any]] = [{"event": "map_updated", "robot_id": name, "t": 1.0} for name in ("r2", "r3")]
+    events += [{"event": "merged", "a": a, "b": b, "t": t} for a, b, t in (("r2", "r3", 2.0), ("r1", "r2", 6.0))]
+    seen_s = {f"r{k + 1}": np.where(np.arange(3) == k, 0.0, np.inf).astype(np.float32)[None] for k in range(3)}
+    told = run(events, {})
+    told.robots["r1"]["placed"]["r3"] = [0.0, 0.0, 0.0]
+    team = coverage_data(told, layout(np.ones((1, 3))), seen_s, CURVE_POINTS - 1.0)["curves"]["r1"]["team"]
+    assert team[:8] == [1.0] * 6 + [3.0] * 2
+
+
 def test_a_robot_that_mapped_half_a_world_knows_half_of_it() -> None:
     world = make_world(MISSION)
     x, _ = world.grid.centres(world.reachable).T
