@@ -23,8 +23,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/batch/cluster_search.py",
-        "            vet(self.pairs, cluster)",
-        "            pass",
+        "                vet(self.pairs, part)",
+        "                pass",
         "bridges are not checked",
     ),
     Mutant(
