@@ -626,4 +626,28 @@ MUTANTS = (
         "tiles[index] = Tile(new.revision, unknown_tile())",
         "what a robot took out of its map is sent again with every version",
     ),
+    Mutant(
+        "comms/exchange/exchange.py",
+        "while len(self.offered) > MAX_OFFERED:",
+        "while False:",
+        "a peer that asks without end fills the memory with manifests",
+    ),
+    Mutant(
+        "comms/exchange/exchange.py",
+        "self.in_flight.pop(self.offered.popitem(last=False)[0], None)",
+        "self.offered.popitem(last=False)",
+        "what was sent of manifests that are forgotten is kept without end",
+    ),
+    Mutant(
+        "comms/exchange/exchange.py",
+        "<< min(self.retries, 2)",
+        "<< self.retries",
+        "one who is not answered hardly asks again",
+    ),
+    Mutant(
+        "comms/exchange/past_exchanges.py",
+        "while len(self._completed) > REMEMBERED:",
+        "while False:",
+        "every exchange that ever was is remembered",
+    ),
 )
