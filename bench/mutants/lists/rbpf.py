@@ -646,4 +646,10 @@ MUTANTS = (
         "del self.points[int(here[-1])]",
         "a robot that goes round in one room compares with what it saw there first for ever",
     ),
+    Mutant(
+        "rbpf/front_end/front_end.py",
+        "found.score + (0.0 if found.blind > 0.0 else BETTER)",
+        "found.score + BETTER",
+        "wheels that leap are believed where walls do not show the leap",
+    ),
 )

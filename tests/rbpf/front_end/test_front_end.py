@@ -19,22 +19,29 @@ STALLED, CAUGHT_UP, MOVED = np.zeros(3), np.array([0.66, 0.0, 0.0]), np.array([0
 class Scripted(FrontEnd):
     """A front end whose matches score as they are told to: steps of 0.22 m fit so well, any others so badly."""
 
-    moved_score, other_score, moved_inliers = -0.2, -0.7, 0.9
+    moved_score, other_score, moved_inliers, other_blind = -0.2, -0.7, 0.9, 0.0
 
     def _match(self, points: np.ndarray, guess: Guess) -> Match:
         fits = abs(guess.motion[0] - MOVED[0]) < 0.1
         score, inliers = (self.moved_score, self.moved_inliers) if fits else (self.other_score, 0.55)
         place = compose(self.T_local_base, MOVED if fits else guess.motion)
-        return Match(place, score, inliers, 0.0, np.eye(3), 0.0, np.array([1.0, 0.0]))
+        blind = 0.0 if fits else self.other_blind
+        return Match(place, score, inliers, 0.0, np.eye(3), blind, np.array([1.0, 0.0]))
 
 
 @pytest.mark.parametrize(
-    ("score", "inliers", "taken_m"),
-    [(-0.2, 0.9, 0.22), (-0.5, 0.9, 0.22), (-0.66, 0.9, 0.66), (-0.5, 0.1, 0.66)],
-    ids=["as usual", "clearly better, in new surroundings", "hardly better", "better, for it lies where nothing is"],
-)
+    ("score", "inliers", "blind", "taken_m"),
+    [
+        (-0.2, 0.9, 0.0, 0.22), (-0.5, 0.9, 0.0, 0.22), (-0.66, 0.9, 0.0, 0.66), (-0.5, 0.1, 0.0, 0.66),
+        (-0.66, 0.9, 0.4, 0.22), (-0.74, 0.9, 0.4, 0.66),
+    ],
+    ids=[
+        "as usual", "clearly better, in new surroundings", "hardly better", "better, for it lies where nothing is",
+        "hardly better, and no wall shows how far the wheels leapt", "worse, though no wall shows it",
+    ],
+)  # fmt: skip
 def test_where_the_wheels_leap_another_way_to_move_is_taken_if_it_fits_clearly_better(
-    score: float, inliers: float, taken_m: float
+    score: float, inliers: float, blind: float, taken_m: float
 ) -> None:
     _, points = seen_room()
     front_end = Scripted(MapperConfig(particles=1, threads=1))
@@ -42,7 +49,7 @@ def test_where_the_wheels_leap_another_way_to_move_is_taken_if_it_fits_clearly_b
         front_end.step(points, points, None if k == 0 else MOVED, 0.2, np.zeros(2))
     front_end._matcher.usual_score = -0.2
     front_end.step(points, points, STALLED, 0.2, np.zeros(2))
-    front_end.moved_score, front_end.moved_inliers = score, inliers
+    front_end.moved_score, front_end.moved_inliers, front_end.other_blind = score, inliers, blind
     step = front_end.step(points, points, CAUGHT_UP, 0.2, np.zeros(2))
     assert step.T_before_base[0] == pytest.approx(taken_m, abs=0.05)
 
