@@ -12,7 +12,6 @@ from mrslam.merge.batch.pair_aligner import PairAligner
 from mrslam.merge.batch.vetting import vet
 from mrslam.merge.graph.carried import between, sigma_at
 from mrslam.merge.graph.nodes import node_of
-from mrslam.merge.graph.tree import components
 from mrslam.spatial import se2
 
 CAUTION = 2.0
@@ -28,7 +27,7 @@ def try_every_pair(pairs: PairAligner, T_team_map: Mapping[str, se2.Transform]) 
         if prior is None or _may_touch(pairs, a, b, prior):
             jobs.append((a, b, prior))
     pairs.align_pairs(jobs, report=True)
-    for cluster in [one for group in components(names, pairs.edges) for one in pairs.clusters(group)]:
+    for cluster in pairs.clusters(names):
         vet(pairs, cluster)
 
 

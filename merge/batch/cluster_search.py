@@ -18,7 +18,6 @@ from mrslam.merge.batch.pair_aligner import Job, PairAligner, first
 from mrslam.merge.batch.vetting import vet
 from mrslam.merge.graph.carried import moved, seen_from
 from mrslam.merge.graph.edges import Pair, pair_of
-from mrslam.merge.graph.tree import components
 from mrslam.merge.grids.agreement import Walls, compare
 from mrslam.merge.team import TeamMap
 from mrslam.spatial import se2
@@ -49,7 +48,7 @@ class ClusterSearch:
         """Try clusters' fused maps against each other, beginning with that of most maps, until nothing more fits."""
         names = sorted(self.pairs.grids)
         self.pairs.align_pairs([(a, b, None) for a, b in pairwise(names)])
-        clusters = [one for group in components(names, self.pairs.edges) for one in self.pairs.clusters(group)]
+        clusters = self.pairs.clusters(names)
         while True:
             clusters.sort(key=lambda one: (-len(one.T_team_map), -one.grid.known_area_m2(), first(one)))
             main, joined = self._next_join(clusters)

@@ -10,6 +10,7 @@ from mrslam.alignment import Alignment, AlignmentConfig, Prior, Rejection, align
 from mrslam.merge.config import MergeConfig
 from mrslam.merge.graph.carried import turned
 from mrslam.merge.graph.edges import Pair, pair_of
+from mrslam.merge.graph.tree import components
 from mrslam.merge.grids.agreement import Walls
 from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.merge.joint.align_bent import Scanned, align_bent
@@ -107,10 +108,12 @@ class PairAligner:
 
     def clusters(self, names: Iterable[str]) -> list[TeamMap]:
         """Return the team maps of these maps: one, or several where not all hold together."""
-        rest, found = set(names), list[TeamMap]()
-        while rest:
-            found.append(self.cluster(sorted(rest)))
-            rest -= found[-1].T_team_map.keys()
+        inside, found = set(names), list[TeamMap]()
+        for group in components(inside, [pair for pair in self.edges if inside.issuperset(pair)]):
+            rest = set(group)
+            while rest:
+                found.append(self.cluster(sorted(rest)))
+                rest -= found[-1].T_team_map.keys()
         return found
 
 

@@ -101,7 +101,7 @@ class World:
         """
         is_free = self.reachable & (self.clearance_cells >= clearance_m / self.resolution_m + 1.0)
         for taken in () if apart_from is None else np.asarray(apart_from):
-            col, row = np.floor((taken - np.asarray(self.grid.origin_m)) / self.resolution_m).astype(int)
+            row, col = (int(one) for one in self._cell(taken))
             reach = int(2.0 * clearance_m / self.resolution_m) + 2
             top, left = max(row - reach, 0), max(col - reach, 0)
             part = is_free[top : max(row + reach + 1, 0), left : max(col + reach + 1, 0)]

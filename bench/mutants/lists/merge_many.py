@@ -113,8 +113,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/batch/all_pairs.py",
-        "for one in pairs.clusters(group)]",
-        "for one in [pairs.cluster(group)]]",
+        "for cluster in pairs.clusters(names):",
+        "for cluster in [pairs.cluster(names)]:",
         "of few maps what falls off a cluster is believed unchecked",
     ),
     Mutant(
@@ -125,8 +125,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/batch/pair_aligner.py",
-        "            rest -= found[-1].T_team_map.keys()\n",
-        "            rest.clear()\n",
+        "                rest -= found[-1].T_team_map.keys()\n",
+        "                rest.clear()\n",
         "maps that do not hold together with the first one are forgotten",
     ),
 )
