@@ -48,15 +48,19 @@ def judge(scratch: Scratch, mutant: Mutant, timeout_s: float) -> Verdict:
     with scratch.mutated(mutant) as is_there:
         if not is_there:
             return Verdict(mutant, "stale", "its text is not there once", 0.0)
-        ended = scratch.run(command(mutant, scratch.top), timeout_s, spends_cache=has_kernels(mutant))
-    return Verdict(mutant, "killed" if ended.failed else "SURVIVED", _killer(ended), ended.seconds)
+        start_s = time.monotonic()
+        for arguments in runs(mutant, scratch.top):
+            ended = scratch.run([sys.executable, *arguments], timeout_s, spends_cache=has_kernels(mutant))
+            if ended.failed:
+                break
+    return Verdict(mutant, "killed" if ended.failed else "SURVIVED", _killer(ended), time.monotonic() - start_s)
 
 
-def command(mutant: Mutant, top: Path) -> list[str]:
-    """Return the command that must fail, run in the copy of the repository at ``top``."""
+def runs(mutant: Mutant, top: Path) -> list[list[str]]:
+    """Return the arguments of the runs of Python of which one must fail, in the copy of the repository at ``top``."""
     if mutant.chaos is not None:
-        return [sys.executable, *CHAOS, str(mutant.chaos)]
-    return [sys.executable, *nearest_first(mutant.package, mutant.file, top)]
+        return [[*CHAOS, str(mutant.chaos)]]
+    return nearest_first(mutant.package, mutant.file, top)
 
 
 def _killer(ended: Ended) -> str:

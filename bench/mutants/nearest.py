@@ -7,23 +7,30 @@ from pathlib import Path
 TESTS = Path("tests")
 SLOW = ("mark.slow", "subprocess", "processes")
 """Words in test files that take long."""
+IS_SLOW = 4
+"""Added to the rank of such files."""
+PYTEST = ("-m", "pytest", "-p", "no:cacheprovider", "-q", "-x")
 
 
-def nearest_first(package: str, file: str = "", top: Path = Path()) -> list[str]:
-    """Return the arguments that run all tests of a package, nearest to a file first.
+def nearest_first(package: str, file: str = "", top: Path = Path()) -> list[list[str]]:
+    """Return the arguments of the runs that are all tests of a package, those nearest to a file in one before the rest.
 
     Nearest are those that bear its name, then those of its sub-package that import it, then others that do, then the
-    rest of its sub-package. Those that start processes or say that they are slow come after all of these.
+    rest of its sub-package. Those that start processes or say that they are slow come with the rest, first of all: to
+    collect a package's tests takes as long as to run those next to a module.
 
     file : str, path of a module from the top of the repository.
     """
     folder = TESTS / package
-    arguments = ["-m", "pytest", "-p", "no:cacheprovider", "-q", "-x"]
-    if not file:
-        return [*arguments, str(folder)]
-    found = sorted((top / folder).rglob("test_*.py"))
-    near = sorted((rank, path) for path in found if (rank := _rank(path, Path(file), top)) is not None)
-    return [*arguments, *(str(path.relative_to(top)) for _, path in near), str(folder)]
+    found = sorted((top / folder).rglob("test_*.py")) if file else []
+    ranked = sorted((rank, path) for path in found if (rank := _rank(path, Path(file), top)) is not None)
+    near, slow = (
+        [str(path.relative_to(top)) for rank, path in ranked if (rank >= IS_SLOW) == is_slow]
+        for is_slow in (False, True)
+    )
+    rest = [*PYTEST, *(f"--ignore={path}" for path in near), *slow, str(folder)]
+    runs = [[*PYTEST, *near]] if near else []
+    return runs if runs and len(near) == len(found) else [*runs, rest]
 
 
 def _rank(path: Path, file: Path, top: Path) -> int | None:
@@ -40,4 +47,4 @@ def _rank(path: Path, file: Path, top: Path) -> int | None:
         rank = 3
     else:
         return None
-    return rank + 4 * any(word in text for word in SLOW)
+    return rank + IS_SLOW * any(word in text for word in SLOW)

@@ -114,6 +114,13 @@ def test_a_building_that_is_not_the_saved_one_is_said_to_be_another() -> None:
     assert agent.whereabouts()[0].state == "localised"
 
 
+def test_a_robot_that_finds_once_more_that_it_is_elsewhere_says_so_once_more() -> None:
+    agent = robot_with_map()
+    assert [len(barren(agent, n)) for n in range(3)] == [0, 0, 1]
+    assert not barren(agent, 3, matched_m=30.0)  # something of it may fit
+    assert [len(barren(agent, n)) for n in range(4, 8)] == [0, 0, 1, 0]
+
+
 def test_two_places_that_fit_near_where_it_is_said_to_be_are_ambiguous_whatever_searches_found_before() -> None:
     agent = robot_with_map()
     for n in range(3):

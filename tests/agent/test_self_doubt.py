@@ -30,6 +30,15 @@ def test_a_robot_doubts_recovers_and_gives_up() -> None:
     assert not doubt.doubtful
 
 
+def test_a_robot_that_gave_up_learns_anew_what_it_usually_sees() -> None:
+    doubt = SelfDoubt(0.4, 10 * S)
+    assert all(doubt.look(0.9, 1.0, never, t * S) is None for t in range(30))
+    assert [doubt.look(0.3, 1.0, never, t * S) for t in (30, 40)] == ["doubtful", "given_up"]
+    # Where it is now, scans match less, and what it saw before says nothing of that.
+    assert all(doubt.look(0.9, 0.45, never, t * S) is None for t in range(41, 91))
+    assert doubt.look(0.9, 0.1, never, 91 * S) == "doubtful"
+
+
 def test_where_a_scan_is_left_out_it_doubts_until_the_next_one() -> None:
     doubt = SelfDoubt(0.4, 10 * S)
     assert doubt.look(0.9, 1.0, never, 0) is None

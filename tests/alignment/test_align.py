@@ -285,6 +285,21 @@ def test_where_nothing_is_proposed_the_priors_own_place_is_examined(method, pair
     assert align(a, b, method=method).evidence is None
 
 
+@pytest.mark.parametrize("method", ["auto", "orb"])
+def test_a_prior_that_is_too_sure_still_lets_walls_say_where_they_lie_to_a_cell(method, pair):
+    a, b, truth = pair
+    found = align(a, b, method=method, prior=Prior(truth + np.array([0.03, -0.02, 0.0]), np.zeros((3, 3))))
+    assert isinstance(found, Alignment), found.reason
+    assert apart(found.T_a_b, truth, b)[0] < 0.03
+
+
+def test_a_rejection_says_how_many_of_the_matched_features_agree(pair):
+    found = align(pair[0], House(seed=7).part(slice(0, 400), slice(0, 300), T_A), method="orb")
+    assert isinstance(found, Rejection) and found.evidence is not None
+    inliers, matches = (found.evidence.proposal[name] for name in ("inliers", "matches"))
+    assert 0 < inliers < matches and f"{inliers:.0f} of {matches:.0f} matched features agree" in found.reason
+
+
 def test_wrong_prior_is_not_followed(pair):
     a, b, truth = pair
     prior = Prior(truth + np.array([6.0, 0.0, 0.0]), np.diag([0.2, 0.2, 0.05]) ** 2)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mrslam.alignment import AlignmentConfig
 from mrslam.alignment.kernels.walls import FREE, OCCUPIED
-from mrslam.alignment.prepared import is_smaller, main_part, prepare
+from mrslam.alignment.prepared import is_smaller, main_part, prepare, working_resolution
 from mrslam.spatial import OccupancyGrid
 
 
@@ -22,6 +23,22 @@ def test_coarser_cells_hold_a_wall_where_any_of_theirs_does_else_free_space(res)
             at = int((r + 0.5) * 0.05 / res) + border, int((c + 0.5) * 0.05 / res) + border
             expected[at] = value
     np.testing.assert_array_equal(side.state, expected)
+
+
+@pytest.mark.parametrize(
+    ("cells_m", "worked_m"), [((0.01, 0.02), 0.05), ((0.02, 0.045), 0.045), ((0.05, 0.1), 0.1), ((0.05, 0.05), 0.05)]
+)
+def test_maps_are_compared_by_the_coarser_cells_and_no_finer_than_asked_for(
+    cells_m: tuple[float, float], worked_m: float
+) -> None:
+    a, b = (OccupancyGrid(np.zeros((50, 40), np.int8), cell_m) for cell_m in cells_m)
+    assert working_resolution(a, b, AlignmentConfig()) == working_resolution(b, a, AlignmentConfig()) == worked_m
+
+
+def test_maps_of_too_many_cells_are_compared_by_larger_ones() -> None:
+    small, large = (OccupancyGrid(np.zeros((n, n), np.int8), 0.05) for n in (100, 500))
+    for most, worked_m in ((250_000, 0.05), (249_999, 0.1), (62_499, 0.2)):
+        assert working_resolution(small, large, AlignmentConfig(max_cells=most)) == worked_m
 
 
 def test_only_large_parts_that_nothing_joins_are_left_out():

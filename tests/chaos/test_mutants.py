@@ -81,8 +81,29 @@ def test_every_mutant_is_a_program_so_that_a_test_and_not_the_compiler_kills_it(
 )
 def test_the_nearest_tests_come_first_and_all_of_the_package_come(file: str, first: str) -> None:
     package = file.partition("/")[0]
-    names = [name for name in nearest_first(package, file, TOP) if name.startswith("tests/")]
-    assert names[0] == first and names[-1] == f"tests/{package}" and len(set(names)) == len(names)
+    near, rest = nearest_first(package, file, TOP)
+    names = [name for name in near if name.startswith("tests/")]
+    assert names[0] == first and len(set(names)) == len(names)
+    assert rest[-1] == f"tests/{package}" and {f"--ignore={name}" for name in names} <= set(rest)
+
+
+def test_where_no_test_is_near_all_of_the_package_are_run_at_once() -> None:
+    (only,) = nearest_first("agent", "agent/no_such_module.py", TOP)
+    assert only[-1] == "tests/agent" and not any("--ignore" in word for word in only)
+
+
+def test_a_mutant_that_only_the_rest_of_the_tests_notices_is_killed(tmp_path: Path) -> None:
+    scratch = Scratch(tmp_path)
+    tests = scratch.top / "tests" / "spatial"
+    for path in tests.rglob("test_*.py"):
+        path.unlink()
+    (tests / "test_se2.py").write_text("def test_holds(): pass\n")
+    (tests / "test_rest.py").write_text("import mrslam.spatial.se2 as se2\ndef test_fails(): assert not se2.BROKEN\n")
+    mutant = Mutant("spatial/se2.py", "def inverse(", "BROKEN = True\n\n\ndef inverse(", "nothing")
+    verdict = judge(scratch, mutant, 60.0)
+    assert verdict.word == "killed" and "test_rest.py" in verdict.by
+    (tests / "test_rest.py").unlink()  # no test is left for the second run
+    assert judge(scratch, mutant, 60.0).word == "SURVIVED"
 
 
 def test_a_test_that_fails_on_the_program_as_it_is_proves_nothing(tmp_path: Path) -> None:

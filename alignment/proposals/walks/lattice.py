@@ -12,7 +12,7 @@ def brute_force(
 ) -> F64:
     """Search every point of a lattice of about ``evaluations`` over the range, angles twice as dense as shifts."""
     log = Log(objective, low, high, evaluations)
-    side = max(2, int((evaluations / 2.0) ** (1.0 / 3.0)))
+    side = max(2, int((evaluations / 2.0) ** (1.0 / 3.0) + 1e-9))
     turns = max(1, evaluations // side**2)
     for theta in low[2] + (high[2] - low[2]) * (np.arange(turns) + 0.5) / turns:
         for y in np.linspace(low[1], high[1], side):

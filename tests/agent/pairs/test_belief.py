@@ -92,6 +92,14 @@ def test_two_that_disagree_are_not_believed() -> None:
     assert team.beliefs["r1", "r2"].status == "rejected"
 
 
+def test_two_that_agree_are_not_believed_where_one_between_them_found_nothing() -> None:
+    team = Floors("r1", "r2")
+    for t_s, outcome in ((0, found()), (10, Rejection("too little wall", 0.0, None, "auto")), (20, found(1.05))):
+        assert team.align(outcome, t_s)["status"] == "rejected"
+        team.grow("r1", 96 + 4 * t_s, 2 + t_s)
+    assert team.align(found(1.1), 40)["status"] == "accepted"
+
+
 def test_a_rejection_does_not_outweigh_what_is_accepted_but_revoking_does() -> None:
     team = merged()
     team.grow("r1", 66, 2)

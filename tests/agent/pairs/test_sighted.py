@@ -40,6 +40,15 @@ def test_the_same_maps_are_laid_together_anew_where_the_place_is_corrected() -> 
     assert due(team, 7.0) is not None
 
 
+def test_where_a_place_is_seen_is_known_no_better_than_maps_are_corrected_meanwhile() -> None:
+    team, place = met()
+    assert place.fix is not None
+    place.fix = MutualFix(place.T_a_b, np.eye(3) * 1e-6, 3)
+    job = due(team, 1.0)
+    assert job is not None and job.prior is not None
+    np.testing.assert_allclose(np.sqrt(np.diag(job.prior.covariance)), [0.1, 0.1, 0.03], rtol=0.01)
+
+
 def test_maps_are_not_laid_together_where_their_robots_looked_and_nobody_was() -> None:
     team, place = met()
     place.told["r2"] = -9.0

@@ -9,7 +9,7 @@ import numpy as np
 from mrslam.alignment.kernels import correlation as correlate_kernels
 from mrslam.alignment.prepared import prepare
 from mrslam.alignment.proposals import correlate
-from mrslam.spatial import OccupancyGrid
+from mrslam.spatial import OccupancyGrid, se2
 
 
 def test_spectrum_of_the_rows_in_use_is_that_of_the_picture(sides):
@@ -38,3 +38,34 @@ def test_maps_that_share_only_their_far_ends_are_proposed():
     b = prepare(OccupancyGrid(cells[:, 620:].copy(), 0.05), 0.05)
     found = correlate.correlate(a, b, [0.0], 0.2, per_angle=40, against=2.0)
     assert min(np.hypot(*(c.T_a_b[:2] - (31.0, 0.0))) for c in found) < 0.2
+
+
+def rooms(box: bool) -> OccupancyGrid:
+    """Return a room, with a box in the middle or without."""
+    cells = np.zeros((80, 120), dtype=np.int8)
+    cells[[0, -1]], cells[:, [0, -1]] = 100, 100
+    if box:
+        cells[30:50, 50:70] = 100
+    return OccupancyGrid(np.pad(cells, 4, constant_values=-1), 0.05)
+
+
+def test_walls_of_either_map_on_free_space_of_the_other_speak_against_a_place() -> None:
+    empty, filled = prepare(rooms(False), 0.05), prepare(rooms(True), 0.05)
+    for a, b in ((empty, filled), (filled, empty)):
+        kind, strict = (correlate.correlate(a, b, [0.0], 0.2, against=against)[0] for against in (0.0, 1.0))
+        for one in (kind, strict):
+            assert np.hypot(*one.T_a_b[:2]) < 0.1
+        # The box has 4 m of wall; half of it and more lies where the walls' blur does not reach.
+        assert 2.0 < kind.score - strict.score < 6.0
+    same = [correlate.correlate(filled, filled, [0.0], 0.2, against=against)[0].score for against in (0.0, 1.0)]
+    assert abs(same[0] - same[1]) < 1.0
+
+
+def test_shifts_come_best_first_and_only_where_the_middle_may_lie(sides) -> None:
+    a, b = sides
+    every = correlate.correlate(a, b, [0.1, 1.2], 0.2)
+    scores = [one.score for one in every]
+    assert scores == sorted(scores, reverse=True) and len(every) > 20
+    near = (se2.apply(every[5].T_a_b, b.centre), 1.0)
+    for one in correlate.correlate(a, b, [0.1, 1.2], 0.2, near=near):
+        assert np.hypot(*(se2.apply(one.T_a_b, b.centre) - near[0])) < 1.5

@@ -88,3 +88,35 @@ def test_a_map_overlaps_another_by_no_more_than_all_of_it(beside: int) -> None:
     cells[beside : beside + 61, beside : beside + 61] = room(61, 61).cells  # odd: every second cell is looked at
     a = prepare(OccupancyGrid(cells, 0.05, (0.0, 0.0)), 0.05)
     assert 0.9 < examine(a, a, se2.IDENTITY, 0.15).evidence.overlap <= 1.0
+
+
+def test_what_lies_deep_in_the_free_space_of_the_other_map_is_told_of_each_map() -> None:
+    empty, furnished = room(160, 240), room(160, 240)
+    furnished.cells[70:90, 100:130] = 100
+    a, b = prepare(empty, 0.05), prepare(furnished, 0.05)
+    for one, two, with_table, without in ((a, b, "b", "a"), (b, a, "a", "b")):
+        found = examine(one, two, se2.IDENTITY, 0.15).evidence
+        assert 3.0 < getattr(found, with_table).deep_m <= getattr(found, with_table).contradicted_m
+        assert getattr(found, without).deep_m == 0.0
+
+
+def test_the_walls_that_hold_a_fit_are_measured_across_and_about_their_middle() -> None:
+    side = prepare(room(160, 240), 0.05)  # 8 x 12 m
+    found = examine(side, side, se2.IDENTITY, 0.15)
+    assert found.evidence.crosswise_m == pytest.approx(2 * 7.6, rel=0.05)  # its shorter walls
+    assert found.evidence.residual == pytest.approx(0.0, abs=1e-6) and found.evidence.walls == 4
+    assert found.evidence.extent_m == pytest.approx(float(np.sqrt(side.points.var(axis=0).sum())), rel=1e-6)
+    assert found.pivot == pytest.approx(side.centre)
+    off = examine(side, side, np.array([0.1, 0.1, 0.0]), 0.15).evidence
+    assert 0.3 < off.residual < 0.8
+
+
+def test_another_side_of_a_wall_counts_as_one_of_the_walls_that_agree() -> None:
+    """Two rooms on either side of a thin wall, seen from one each: it is all that they share."""
+    cells = np.full((120, 200), -1, dtype=np.int8)
+    cells[10:110, 100:102] = 100
+    left, right = cells.copy(), cells.copy()
+    left[10:110, 20:100], right[10:110, 102:180] = 0, 0
+    a, b = (prepare(OccupancyGrid(one, 0.05), 0.05) for one in (left, right))
+    found = examine(a, b, se2.IDENTITY, 0.15).evidence
+    assert found.a.opposed_m > 4.0 and found.a.matched_m == 0.0 and found.walls == 1

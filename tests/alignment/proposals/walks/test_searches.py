@@ -73,6 +73,18 @@ def test_a_search_that_accepts_what_is_worse_leaves_a_shallow_minimum(search):
     assert sum(value < 0.3 for value in reached(search, trap, START)) >= 4
 
 
+def test_a_climb_that_ends_in_a_shallow_minimum_begins_elsewhere() -> None:
+    assert sum(value < 0.3 for value in reached(walks.hill_climb, trap, START)) >= 4
+
+
+def test_brute_force_looks_everywhere_at_angles_twice_as_dense_as_shifts() -> None:
+    visited = walks.brute_force(bowl, START, LOW, HIGH, 2000, np.random.default_rng(0))
+    xs, ys, turns = (np.unique(visited[:, k]) for k in range(3))
+    assert len(xs) == len(ys) == 10 and len(turns) == 20 and len(visited) == 2000
+    assert (xs[0], xs[-1], ys[0], ys[-1]) == (-10.0, 10.0, -10.0, 10.0)
+    np.testing.assert_allclose(np.diff(turns), math.pi / 10.0)
+
+
 @pytest.mark.parametrize("search", [walks.multi_point_hill_climb, walks.simulated_annealing])
 def test_algorithms_2_and_3_end_where_nothing_improves(search):
     visited = search(lambda s: 1.0, START, LOW, HIGH, 2000, np.random.default_rng(0))
