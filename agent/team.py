@@ -156,7 +156,7 @@ class Team:
                 self.maps,
                 self.layout.T_team_map,
                 self._confirmed,
-                self.hints.awaited(self.beliefs, searching),
+                lambda pair, belief: self.hints.is_awaited(pair, belief, searching, now_ns),
                 now_ns,
             )
         )

@@ -16,7 +16,7 @@ from mrslam.agent.known_map import KnownMap
 from mrslam.agent.pairs.belief import PairBelief
 from mrslam.agent.pairs.hypotheses import SAME_PLACE
 from mrslam.agent.pairs.others import is_predicted, tied_enough
-from mrslam.agent.pairs.schedule import PRIOR_COVARIANCE
+from mrslam.agent.pairs.schedule import PATIENCE_S, PRIOR_COVARIANCE
 from mrslam.alignment import Alignment, Prior, Rejection
 from mrslam.comms import TeammateHint
 from mrslam.merge import Pair
@@ -64,6 +64,8 @@ class Hints:
         self._heard: dict[str, dict[str, _Heard]] = {}
         self._failed: dict[str, int] = {}
         """By teammate: its hints that failed, since the last one that did not."""
+        self._left: dict[Pair, int] = {}
+        """By pair of two others that was never tried: since when it is due, and left to them."""
 
     # -- telling -------------------------------------------------------------------------------------------------------
 
@@ -107,23 +109,27 @@ class Hints:
             del hints[next(iter(hints))]
         hints[hint.robot] = _Heard(hint.epoch, hint.T_peer_robot)
 
-    def awaited(self, beliefs: Mapping[Pair, PairBelief], searching: Collection[str]) -> set[Pair]:
-        """Return the own pairs that the other robot, the first by id, searches for: what it finds it will tell.
+    def is_awaited(self, pair: Pair, belief: PairBelief, searching: Collection[str], now_ns: int) -> bool:
+        """Return whether a pair that is due is left to a robot of it for now: what it finds it will tell.
 
         ``searching`` : teammates in sight that search for the pairs of their own maps. Both hold nearly the same maps.
-        A robot whose hint failed is not relied on.
+        Of the own pairs these are the other robot's if it is the first by id, once a try here found nothing. One whose
+        hint failed is not relied on, and who tells nothing for ``PATIENCE_S`` is waited for no longer.
         """
-        return {
-            (a, b)
-            for (a, b), belief in beliefs.items()
-            if b == self.own_id and a in searching and a not in self._failed and belief.found is None
-        }
+        last_ns = None if belief.last is None else belief.last.t_ns
+        is_own = self.own_id in pair
+        if last_ns is None and not is_own:
+            last_ns = self._left.setdefault(pair, now_ns)
+        tellers = pair[:1] if is_own else pair
+        is_told = any(name in searching and name not in self._failed for name in tellers)
+        return is_told and last_ns is not None and now_ns - last_ns < PATIENCE_S * 1e9 and belief.found is None
 
     def forget(self, robot_id: str) -> None:
         """Forget what concerns a robot that began another map."""
         self._heard.pop(robot_id, None)
         for hints in self._heard.values():
             hints.pop(robot_id, None)
+        self._left = {pair: since_ns for pair, since_ns in self._left.items() if robot_id not in pair}
         if robot_id == self.own_id:
             self._told.clear()
 

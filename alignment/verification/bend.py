@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.alignment.kernels.bending import bent_state, shifts_at
-from mrslam.alignment.kernels.walls import REACH
 from mrslam.alignment.prepared import PreparedMap
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
@@ -65,6 +64,4 @@ class Bend:
         x0, y0 = b.x0 - most * b.res, b.y0 - most * b.res
         place = (self.nodes, self.x0, self.y0, self.spacing_m)
         state = bent_state(b.state, b.x0, b.y0, b.res, place, (shape[0], shape[1], x0, y0), ROUNDS_BACK)
-        for edge in (state[:REACH], state[-REACH:], state[:, :REACH], state[:, -REACH:]):
-            edge[:] = 0
         return PreparedMap(state, x0, y0, b.res)

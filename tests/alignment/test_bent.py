@@ -57,7 +57,37 @@ def test_maps_that_other_mappers_warped_fit_by_a_small_bend(scale: float, bend_m
 def test_without_bending_warped_maps_are_refused() -> None:
     a, straight = parts()
     found = align(a, warped(straight, 1.03, 0.0)[0], config=AlignmentConfig(strain=0.0))
-    assert isinstance(found, Rejection)
+    assert isinstance(found, Rejection) and found.may_bend
+
+
+def test_what_is_refused_bent_as_well_is_refused_in_the_words_of_the_maps_as_they_are() -> None:
+    a, _ = parts()
+    other = House(7).part(slice(0, 400), slice(100, 520), T_B_WORLD)
+    bent, rigid = (align(a, other, config=AlignmentConfig(strain=strain)) for strain in (0.03, 0.0))
+    assert isinstance(bent, Rejection) and isinstance(rigid, Rejection)
+    assert bent.reason == rigid.reason and bent.evidence == rigid.evidence
+
+
+def test_two_starts_that_are_bent_to_one_place_are_one_fit() -> None:
+    a, straight = parts()
+    b, _ = warped(straight, 0.985, 0.3)
+    sides = [prepare(grid.cropped(), 0.05) for grid in (a, b)]
+    truth = se2.inverse(T_B_WORLD)
+    near = truth + np.array([0.3, -0.2, 0.0])
+    found = bent_fits(sides[0], sides[1], [truth, near, truth + np.array([9.0, 4.0, 1.0])], AlignmentConfig())
+    assert [fit.start for fit in found if fit.start < 2] in ([0], [1])
+
+
+@pytest.mark.parametrize("is_first", [False, True])
+def test_contradictions_of_either_map_count_under_a_bend(is_first: bool) -> None:
+    empty = np.zeros((160, 200), dtype=np.int8)
+    empty[[0, -1]], empty[:, [0, -1]] = 100, 100
+    filled = empty.copy()
+    filled[60:100, 80:120] = 100
+    sides = [prepare(OccupancyGrid(cells, 0.05), 0.05) for cells in (empty, filled)]
+    a, b = sides[::-1] if is_first else sides
+    (fit,) = bent_fits(a, b, [se2.IDENTITY], AlignmentConfig())
+    assert 5.0 < fit.case.contradicted_m < 9.0
 
 
 def test_maps_that_fit_as_they_are_are_not_bent() -> None:

@@ -147,8 +147,8 @@ MUTANTS = (
     ),
     Mutant(
         HINTS,
-        "b == self.own_id and a in searching and a not in self._failed",
-        "b == self.own_id and a in searching",
+        "name in searching and name not in self._failed for",
+        "name in searching for",
         "a robot relies on the searches of a teammate whose hints are wrong",
     ),
     Mutant(
@@ -195,8 +195,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/hints.py",
-        "and a in searching and",
-        "and",
+        "name in searching and name not",
+        "name not",
         "a robot waits for the searches of a teammate that is gone",
     ),
     Mutant(
@@ -237,8 +237,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/hints.py",
-        "            hints.pop(robot_id, None)\n        if robot_id",
-        "            pass\n        if robot_id",
+        "            hints.pop(robot_id, None)\n        self._left",
+        "            pass\n        self._left",
         "hints about a map that was given up are tried on the new one",
     ),
     Mutant(
@@ -249,20 +249,50 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/schedule.py",
-        "            awaited = ()\n",
-        "            pass\n",
+        "may_wait = self.config.align_method == EXHAUSTIVE",
+        "may_wait = True",
         "with a random method a pair waits for a teammate's search, which is no evidence",
     ),
     Mutant(
-        "agent/pairs/schedule.py",
-        "return belief.last is not None and now_ns - belief.last.t_ns < PATIENCE_S * 1e9",
-        "return belief.last is not None",
+        HINTS,
+        "last_ns is not None and now_ns - last_ns < PATIENCE_S * 1e9 and",
+        "last_ns is not None and",
         "pairs that a teammate searches for are never searched for again here",
     ),
     Mutant(
-        "agent/pairs/schedule.py",
-        "return belief.last is not None and now_ns - belief.last.t_ns < PATIENCE_S * 1e9",
-        "return True",
+        HINTS,
+        "tellers = pair[:1] if is_own else pair",
+        "tellers = pair[:1] if is_own else ()",
+        "of sixteen robots in sight of each other every one searches for the pairs of all others",
+    ),
+    Mutant(
+        HINTS,
+        "tellers = pair[:1] if is_own else pair",
+        "tellers = pair",
+        "of two robots in sight of each other neither searches for their pair",
+    ),
+    Mutant(
+        HINTS,
+        "            last_ns = self._left.setdefault(pair, now_ns)\n",
+        "            pass\n",
+        "pairs of two others are searched for once by everybody before they are left to them",
+    ),
+    Mutant(
+        HINTS,
+        "        self._left = {pair: since_ns for pair, since_ns in self._left.items() if robot_id not in pair}\n",
+        "",
+        "a new map of a teammate is searched for by everybody at once",
+    ),
+    Mutant(
+        HINTS,
+        " < PATIENCE_S * 1e9 and belief.found is None",
+        " < PATIENCE_S * 1e9",
+        "what a hint has found of two others in sight is confirmed a minute and a half later",
+    ),
+    Mutant(
+        HINTS,
+        "        if last_ns is None and not is_own:\n",
+        "        if last_ns is None:\n",
         "the first search for a pair waits for the teammate's",
     ),
     Mutant(

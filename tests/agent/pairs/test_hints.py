@@ -10,12 +10,14 @@ import pytest
 
 from mrslam.agent.config import AgentConfig, Settings
 from mrslam.agent.effects import AlignJob
-from mrslam.agent.pairs.belief import PairBelief
+from mrslam.agent.pairs.belief import Attempt, PairBelief
 from mrslam.agent.pairs.hints import MOST_FAILED, MOST_HINTS, REPEAT_NS, TIMES, Hints
+from mrslam.agent.pairs.others import TRIES_ENOUGH
 from mrslam.agent.pairs.schedule import PATIENCE_S
 from mrslam.agent.shells import runner
 from mrslam.alignment import Prior, Rejection
 from mrslam.comms import TeammateHint
+from mrslam.merge.graph.edges import pair_of
 from tests.agent.duo import live, robot, talk
 from tests.agent.pairs.floors import Floors, S, found, merged
 
@@ -181,13 +183,59 @@ def test_who_is_followed_is_searched_for_nearby_if_it_is_not_at_its_place_and_wh
     assert asked == [place, None][:times]
 
 
-def test_the_second_of_two_robots_waits_for_what_the_first_finds_while_that_can_be_relied_on() -> None:
-    beliefs = {("r1", "r2"): PairBelief(), ("r2", "r3"): PairBelief(), ("r1", "r3"): PairBelief()}
-    hints = Hints("r2")
-    assert hints.awaited(beliefs, ()) == set()
-    assert hints.awaited(beliefs, {"r1", "r3"}) == {("r1", "r2")}
-    hints._failed["r1"] = 1
-    assert hints.awaited(beliefs, {"r1", "r3"}) == set()
+def tried_at(t_s: float) -> PairBelief:
+    """Return what is believed of a pair in which a search found nothing."""
+    return PairBelief(attempts=1, last=Attempt(round(t_s * S), ((1, 1), (1, 1)), (10.0, 10.0), False))
+
+
+@pytest.mark.parametrize(
+    ("pair", "searching", "waits"),
+    [
+        (("r1", "r2"), {"r1", "r3"}, True),
+        (("r1", "r2"), {"r3"}, False),
+        (("r2", "r3"), {"r1", "r3"}, False),  # r2 is the first by id: it searches
+        (("r1", "r3"), {"r3"}, True),
+        (("r1", "r3"), {"r1"}, True),
+        (("r1", "r3"), {"r4"}, False),
+    ],
+)
+def test_a_pair_is_left_to_a_robot_of_it_that_searches_while_that_can_be_relied_on(
+    pair: tuple[str, str], searching: set[str], waits: bool
+) -> None:
+    hints, belief = Hints("r2"), tried_at(10.0)
+    assert hints.is_awaited(pair, belief, searching, 20 * S) == waits
+    assert not hints.is_awaited(pair, belief, searching, round((10.0 + PATIENCE_S) * S))
+    hints._failed = {"r1": 1, "r3": 1}
+    assert not hints.is_awaited(pair, belief, searching, 20 * S)
+    hints._failed = {next(iter(searching - {"r3"}), "r1"): 1}
+    assert hints.is_awaited(pair, belief, {"r1", "r3"}, 20 * S) == (pair == ("r1", "r3"))  # the other one will tell
+
+
+def test_a_pair_that_was_never_tried_is_left_to_two_others_for_a_while_and_an_own_one_is_not() -> None:
+    hints, belief = Hints("r2"), PairBelief()
+    assert not hints.is_awaited(("r1", "r2"), belief, {"r1"}, 0)
+    for t_s, waits in ((5.0, True), (94.0, True), (96.0, False)):
+        assert hints.is_awaited(("r1", "r3"), belief, {"r1", "r3"}, round(t_s * S)) == waits
+    hints.forget("r3")  # it began another map
+    assert hints.is_awaited(("r1", "r3"), belief, {"r1", "r3"}, 97 * S)
+
+
+def test_what_was_found_of_two_others_is_confirmed_here_without_waiting() -> None:
+    belief = tried_at(10.0)
+    belief.stability.update(found())
+    assert not Hints("r2").is_awaited(("r1", "r3"), belief, {"r1", "r3"}, 20 * S)
+
+
+def test_two_others_in_sight_search_for_their_pair_themselves() -> None:
+    for searching, left in ((set[str](), False), ({"r1"}, True)):
+        team = Floors("r1", "r2", "r3")
+        for name in ("r1", "r3"):
+            team.beliefs[pair_of("r2", name)].attempts = TRIES_ENOUGH
+        for _ in range(2):
+            team.align(NOT_THERE, 0.0)
+        team.searching = searching
+        assert team.due(5.0) == (None if left else ("r1", "r3"))
+        assert team.due(6.0 + PATIENCE_S) == ("r1", "r3")
 
 
 def test_a_pair_that_a_teammate_searches_for_is_searched_for_here_with_patience() -> None:

@@ -40,3 +40,9 @@ def test_maps_of_large_cells_are_compared_by_their_own_cells():
     psi = Dissimilarity(one, one)
     assert max(max(field.shape) for side in psi.sides for field in side.fields) < 400
     assert psi(np.zeros(3)) < psi(np.array([0.0, 20.0, 0.0]))
+
+
+def test_a_cell_that_holds_a_wall_is_not_free_as_well(sides):
+    for side in Dissimilarity(*sides).sides:
+        free, occupied = ({tuple(at) for at in points.tolist()} for points in side.points)
+        assert free and occupied and free.isdisjoint(occupied)

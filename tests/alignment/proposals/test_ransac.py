@@ -40,3 +40,10 @@ def test_best_draw_like_its_twin():
         counts.append(int((np.hypot(*(se2.apply(T, p_b) - p_a).T) <= 0.5).sum()))
     assert most == max(counts)
     assert counts[k] == most
+
+
+def test_two_matches_next_to_each_other_and_two_whose_distance_differs_give_no_transform():
+    p_b = np.array([[0.0, 0.0], [3.0, 0.0], [0.9, 0.0], [0.0, 3.0]])
+    p_a = np.array([[1.0, 1.0], [4.5, 1.0], [1.9, 1.0], [1.0, 4.3]])
+    for draw, found in (((0, 1), -1), ((0, 2), -1), ((0, 3), 0), ((2, 2), -1)):
+        assert ransac.best_draw(p_a, p_b, np.array([draw]), 0.2)[0] == found

@@ -53,6 +53,12 @@ def test_poses_are_odometry_and_mounting(tmp_path):
     assert np.allclose(reading.scan.T_base_laser, (0.25, 0.0, 0.1), atol=1e-3)
 
 
+def test_the_mounting_is_that_of_most_lines_for_each_is_rounded(tmp_path):
+    offsets = (0.21, 0.25, 0.26, 0.25, 0.2)
+    path = write(tmp_path, *(flaser([1.0, 2.0], laser=(x, 0, 0.1), stamp=k + 1.0) for k, x in enumerate(offsets)))
+    assert [r.scan.T_base_laser.tolist() for r in CarmenFeed(path).readings] == [[0.25, 0.0, 0.1]] * 5
+
+
 def test_robotlaser_bears_its_own_geometry(tmp_path):
     path = write(tmp_path, robotlaser([1.0, 0.0, 6.0, 2.0], remissions=(7, 8), stamp=1403706654.585976))
     scan = CarmenFeed(path).readings[0].scan

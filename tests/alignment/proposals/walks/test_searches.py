@@ -34,6 +34,11 @@ def trap(s: F64) -> float:
     return min(1.0 + 0.3 * min(here, 1.0), 1.3 * math.sqrt(min(there, 6.0) / 6.0) + 0.05)
 
 
+def pit(s: F64) -> float:
+    """The bowl, with a pit at the start that hardly anything about it is as low as."""
+    return 0.5 if float(np.linalg.norm((s - START) / SCALE)) < 0.01 else bowl(s)
+
+
 def reached(search: Search, objective: walks.Objective, start: F64, evaluations: int = 2000) -> list[float]:
     """Return the least value visited, by seed."""
     return [
@@ -75,6 +80,10 @@ def test_a_search_that_accepts_what_is_worse_leaves_a_shallow_minimum(search):
 
 def test_a_climb_that_ends_in_a_shallow_minimum_begins_elsewhere() -> None:
     assert sum(value < 0.3 for value in reached(walks.hill_climb, trap, START)) >= 4
+
+
+def test_a_walk_that_cannot_narrow_any_more_begins_elsewhere() -> None:
+    assert max(reached(walks.adaptive_walk, pit, START)) < 0.3
 
 
 def test_brute_force_looks_everywhere_at_angles_twice_as_dense_as_shifts() -> None:
