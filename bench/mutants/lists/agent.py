@@ -636,4 +636,10 @@ MUTANTS = (
         "max(claim.llr, MOST_UNSEEN_LLR)",
         "one robot's claim lays maps anywhere, against all that another one saw",
     ),
+    Mutant(
+        "agent/self_doubt.py",
+        "self.doubtful, self._seen = False, 0",
+        "self.doubtful = False",
+        "a robot that gave up doubts for ever where it sees less than before",
+    ),
 )

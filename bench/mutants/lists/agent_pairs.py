@@ -481,4 +481,22 @@ MUTANTS = (
         'self.status, self.reason = "revoked", reason',
         "a pair that was unmerged is listed with the time of its merge",
     ),
+    Mutant(
+        "agent/saved_maps.py",
+        "            self._elsewhere.discard(map_id)\n",
+        "",
+        "a robot that has come elsewhere once more does not say so",
+    ),
+    Mutant(
+        "agent/pairs/sighted.py",
+        "covariance_of(place) + MARGIN",
+        "covariance_of(place)",
+        "maps that were corrected since their robots met are not laid where they are",
+    ),
+    Mutant(
+        "agent/pairs/belief.py",
+        "            self.stability.previous = self.stability.believed\n",
+        "            pass\n",
+        "two alignments that agree are believed though one between them found nothing",
+    ),
 )

@@ -655,4 +655,10 @@ MUTANTS = (
         "return True",
         "a mission with a waypoint in a closed room never ends",
     ),
+    Mutant(
+        "sim_driver/feeds/carmen.py",
+        "np.median(T_base_laser, axis=0)",
+        "T_base_laser[0]",
+        "a laser is mounted as the first line of a log rounds it",
+    ),
 )
