@@ -291,8 +291,8 @@ MUTANTS = (
     Mutant(
         "alignment/align.py",
         "slack = np.diag([a.res, a.res, a.res / max(math.hypot(*np.ptp(b.points, axis=0)), a.res)]) ** 2",
-        "slack = 1e-12 * np.eye(3)",
-        "two robots that know where they started to a millimetre are not merged, for maps are drawn to a cell",
+        "slack = 0.0",
+        "where robots started is known exactly, and aligning their maps ends in an error",
     ),
     Mutant(
         "alignment/prepared.py",
