@@ -50,11 +50,10 @@ class Trail:
 
     @classmethod
     def of(cls, local: LocalMap) -> Trail:
-        """Return the trail of a robot's map: those of its keyframes that have scans (the newest may come without)."""
-        count = min(len(local.key_scans), len(local.keyframes.stamps_ns))
-        poses = np.asarray(local.keyframes.T_map_base[:count], dtype=np.float64)
-        scans = local.key_scans if count == len(local.key_scans) else local.key_scans.part(0, count)
-        return cls(poses, scans, local.keyframes.stamps_ns[:count])
+        """Return the trail of a robot's map, empty where that came without scans."""
+        count, keyframes = len(local.key_scans), local.keyframes
+        poses = np.asarray(keyframes.T_map_base[:count], dtype=np.float64)
+        return cls(poses, local.key_scans, keyframes.stamps_ns[:count])
 
     def __len__(self) -> int:
         """Return the number of keyframes."""

@@ -675,4 +675,40 @@ MUTANTS = (
         "sigma_rad**2])",
         "alignments move known poses by far more than their doubt",
     ),
+    Mutant(
+        "merge/joint/trail.py",
+        "sigma_m[chain.size :], sigma_rad[chain.size :] = SEEN_AGAIN_M, SEEN_AGAIN_RAD",
+        "pass",
+        "a robot's own loops bend as if it had driven from one side to the other",
+    ),
+    Mutant(
+        "merge/joint/trail.py",
+        "    if np.ptp(T_b_key[:, :2], axis=0).max() < EXTENT_LEAST_M:\n",
+        "    if False:\n",
+        "a robot that stands still is turned about by centimetres",
+    ),
+    Mutant(
+        "merge/joint/candidates.py",
+        "        if away_m[j] > within_m(lost_m):\n",
+        "        if False:\n",
+        "keyframes metres apart are compared, next to matches that say where they are",
+    ),
+    Mutant(
+        "merge/joint/candidates.py",
+        "np.abs(done_m - last_m).min() >= 0.5 * COMPARED_EVERY_M",
+        "True",
+        "what was matched is matched again in every round",
+    ),
+    Mutant(
+        "merge/joint/candidates.py",
+        "float((to_a[:, i] + to_b[:, j]).min()) if believed else FIRST_LOST_M",
+        "FIRST_LOST_M",
+        "far from any match as little is looked for as next to it",
+    ),
+    Mutant(
+        "merge/joint/candidates.py",
+        "if b.way_m[j] - last_m < COMPARED_EVERY_M:",
+        "if False:",
+        "joining takes five times as long",
+    ),
 )

@@ -652,4 +652,34 @@ MUTANTS = (
         "found.score + BETTER",
         "wheels that leap are believed where walls do not show the leap",
     ),
+    Mutant(
+        "rbpf/filter/wall_directions.py",
+        "        if likely[one] < SURE * likely.sum():",
+        "        if False:",
+        "a wall that may be of either of two directions turns the map",
+    ),
+    Mutant(
+        "rbpf/filter/wall_directions.py",
+        "self._surprise += SURPRISE_MEMORY * (float(missed[one] ** 2 / sigma2[one]) - self._surprise)",
+        "pass",
+        "in a building whose walls are not parallel the map is turned to and fro",
+    ),
+    Mutant(
+        "rbpf/filter/wall_directions.py",
+        "self.angles = self.angles + gain[1:] * missed[one]",
+        "pass",
+        "a direction stays as it was first seen, askew",
+    ),
+    Mutant(
+        "rbpf/filter/wall_directions.py",
+        "            self._seen_by_key.rows[gone] = NOTHING\n",
+        "            pass\n",
+        "keyframes are turned to a direction that they never saw",
+    ),
+    Mutant(
+        "rbpf/filter/wall_directions.py",
+        "self.cov[n + 1] = self.cov[:, n + 1] = self.cov[0]",
+        "pass",
+        "a direction that is new corrects the heading it was seen from",
+    ),
 )

@@ -59,6 +59,50 @@ def test_no_more_directions_are_kept_than_stated_and_the_rarest_goes() -> None:
     assert walls.angles.size == MOST
     assert sorted(walls.seen.tolist()) == [1, *[3] * (MOST - 1)]
     assert np.all(np.linalg.eigvalsh(walls.cov) > -1e-12)
+    assert len(walls.readings().keys) == 3 * (MOST - 1) + 1  # what saw those that went says nothing any more
+
+
+def seen(walls: WallDirections, angle_deg: float, times: int = 1, way_m: float = 0.0) -> float:
+    """Let a wall of this direction be seen so many times; return the last correction of the heading, degrees."""
+    for _ in range(times):
+        turned = walls.turn(line((1, -2), angle_deg, 6.0), ORIGIN, 0.0, way_m)
+    return math.degrees(turned)
+
+
+def test_a_wall_between_two_directions_that_it_may_be_of_says_nothing() -> None:
+    walls = WallDirections()
+    for angle_deg in (0.0, 1.8):
+        seen(walls, angle_deg, 30)
+    assert walls.angles.size == 2
+    assert seen(walls, 0.9, way_m=5.0) == 0.0 and walls.angles.size == 2
+    assert len(walls.readings().keys) == 60
+    assert seen(walls, 0.1, way_m=5.0) != 0.0  # this one is of the first
+
+
+def test_walls_less_parallel_than_usual_count_less() -> None:
+    calm, noisy = WallDirections(), WallDirections()
+    for k in range(60):
+        seen(calm, 0.0)
+        seen(noisy, 0.9 if k % 2 else -0.9)
+    turned = [abs(seen(walls, 0.5, way_m=2.0)) for walls in (calm, noisy)]
+    assert 0.0 < turned[1] < 0.7 * turned[0]
+
+
+def test_a_direction_is_learnt_from_all_that_saw_it_and_walls_off_by_a_third_of_a_degree_are_of_one() -> None:
+    walls = WallDirections()
+    seen(walls, 0.0)
+    seen(walls, 0.6, 40)
+    assert math.degrees(walls.angles[0]) == pytest.approx(0.55, abs=0.06)
+    seen(walls, 0.6 + 0.9)
+    assert walls.angles.size == 1
+
+
+def test_a_new_direction_is_as_unsure_as_the_heading_that_saw_it_and_corrects_nothing_of_that() -> None:
+    walls = WallDirections()
+    assert seen(walls, 0.0, way_m=50.0) == 0.0
+    assert math.sqrt(walls.cov[1, 1]) > math.sqrt(walls.cov[0, 0]) > math.radians(0.9)
+    assert seen(walls, 0.5) == pytest.approx(0.0, abs=1e-9)
+    assert abs(seen(walls, 0.5, way_m=5.0)) > 0.01  # what drifted since
 
 
 def test_a_bent_trajectory_bends_the_directions_and_joins_those_that_were_one() -> None:
