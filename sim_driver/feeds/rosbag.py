@@ -88,8 +88,6 @@ class RosbagFeed:
         return tree.motion(base), base
 
     def _mounting(self, tree: TransformTree, base: str | None, laser_frame: str) -> tuple[Transform, bool]:
-        if base == laser_frame:
-            return np.zeros(3), False
         mounted = None if base is None else tree.between(base, laser_frame)
         if mounted is None:
             self.notes.append(

@@ -661,4 +661,58 @@ MUTANTS = (
         "T_base_laser[0]",
         "a laser is mounted as the first line of a log rounds it",
     ),
+    Mutant(
+        "sim_driver/feeds/tf_tree.py",
+        'order = np.argsort(np.array(self._stamps_ns, dtype=np.int64), kind="stable")',
+        "order = np.arange(len(self._stamps_ns))",
+        "odometry recorded out of order gives scans the wrong pose",
+    ),
+    Mutant(
+        "sim_driver/feeds/tf_tree.py",
+        "if not np.isfinite(mount).all() or parent == child:",
+        "if not np.isfinite(mount).all():",
+        "a frame that is mounted on itself is the robot",
+    ),
+    Mutant(
+        "sim_driver/feeds/tf_tree.py",
+        'for word in ("odom", "map", "world"))',
+        'for word in ("odom",))',
+        "the laser is mounted on the map",
+    ),
+    Mutant(
+        "sim_driver/feeds/tf_tree.py",
+        "    if n < 1e-12:\n",
+        "    if False:\n",
+        "a driver that leaves its orientation empty gives no poses",
+    ),
+    Mutant(
+        "sim_driver/feeds/tf_tree.py",
+        "        if np.isfinite(pose).all():",
+        "        if True:",
+        "one odometry message that is not finite spoils those beside it",
+    ),
+    Mutant(
+        "sim_driver/feeds/rosbag.py",
+        "max(sorted(by_topic), key=lambda name: len(by_topic[name]))",
+        "sorted(by_topic)[0]",
+        "of two lasers the first by name is used, however rarely it speaks",
+    ),
+    Mutant(
+        "sim_driver/feeds/rosbag.py",
+        "told = {topic: motion for topic, motion in contents.odometry.items() if len(motion)}",
+        "told = dict(contents.odometry)",
+        "an odometry topic that says nothing hides TF's",
+    ),
+    Mutant(
+        "sim_driver/feeds/rosbag.py",
+        "if base is None or above is None or not tree.moves(base):",
+        "if base is None or above is None:",
+        "a robot whose odometry is missing is said to stand still",
+    ),
+    Mutant(
+        "sim_driver/feeds/bag_contents.py",
+        "                    if broken > BROKEN_AFTER:",
+        "                    if False:",
+        "of a recording that cannot be decoded hours are read",
+    ),
 )

@@ -339,4 +339,46 @@ MUTANTS = (
         "part = tile[max(-r, 0) : height - r, 0 : width - c]",
         "parts of a team map are drawn shifted to one side",
     ),
+    Mutant(
+        "spatial/matching/global_search.py",
+        "turned -= 2.0 * math.pi * math.floor((turned + math.pi) / (2.0 * math.pi))",
+        "pass",
+        "a place that was ruled out is found again, half a turn on",
+    ),
+    Mutant(
+        "spatial/matching/scan_points.py",
+        "        if toward < GRAZING * r:",
+        "        if False:",
+        "mixed pixels in sparse scans are walls along the beams",
+    ),
+    Mutant(
+        "spatial/matching/scan_points.py",
+        "    if toward < GRAZING * math.hypot(x, y):",
+        "    if False:",
+        "mixed pixels behind edges are walls along the beams",
+    ),
+    Mutant(
+        "spatial/matching/scan_points.py",
+        "if not (r > 0.0 and r <= usable_range_m):",
+        "if not (r > 0.0):",
+        "mapper.usable_range_m does nothing",
+    ),
+    Mutant(
+        "spatial/matching/scan_points.py",
+        "if length < 1e-6 or length > LONE_REACH * r:",
+        "if length < 1e-6:",
+        "three points of three rooms are a wall",
+    ),
+    Mutant(
+        "spatial/matching/scan_points.py",
+        "if off > LINE_M + LINE_SHARE * r:",
+        "if False:",
+        "a pillar before a wall is a slanting wall",
+    ),
+    Mutant(
+        "spatial/matching/scan_points.py",
+        "        if kept <= most:\n            return kept\n        spacing_m *= WIDER",
+        "        return min(kept, most)",
+        "of a dense laser's scan the last beams are never matched",
+    ),
 )

@@ -7,7 +7,7 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from mrslam.sim_driver.feeds import open_feed
+from mrslam.sim_driver.feeds import bag_contents, open_feed
 from mrslam.sim_driver.feeds.bag_contents import LaserMessage
 from mrslam.sim_driver.feeds.rosbag import RosbagFeed
 from mrslam.spatial import InputError, se2
@@ -151,6 +151,44 @@ def test_odometry_from_tf(tmp_path, kind):
     assert np.allclose(feed.readings[0].scan.T_base_laser, (0.15, 0, 0))
 
 
+def test_a_base_that_stands_still_in_tf_is_no_odometry(tmp_path):
+    path = tmp_path / "run.bag"
+    with Recorder(path, "bag") as out:
+        for i in range(5):
+            out.tf(NS + i * NS, "odom", "base_link", 0.3, 1.0, 0.0)
+            out.tf(NS + i * NS, "base_link", "laser", 0.15, 0.0, 0.0)
+            out.scan(NS + i * NS, [1.0, 2.0, 3.0])
+    feed = open_feed(path)
+    assert any(note.startswith("no odometry") for note in feed.notes)
+    assert all(reading.T_odom_base is None for reading in feed.readings)
+    assert feed.readings[0].scan.T_base_laser == pytest.approx([0.15, 0.0, 0.0])
+
+
+def test_the_busiest_topic_is_used_and_odometry_that_is_none_is_not(tmp_path):
+    path = tmp_path / "run.bag"
+    with Recorder(path, "bag") as out:
+        out.scan(NS, [9.0, 9.0], topic="/a_rare_one")
+        for i in range(3):
+            out.odometry(NS + i * NS, np.nan, 0.0, 0.0)
+            out.tf(NS + i * NS, "odom", "base_link", 0.3 * i, 0.0, 0.0)
+            out.tf(NS + i * NS, "base_link", "laser", 0.15, 0.0, 0.0)
+            out.scan(NS + i * NS, [1.0, 2.0], topic="/scan")
+    feed = open_feed(path)
+    assert "scan topic /scan is used, /a_rare_one are not" in feed.notes
+    assert "odometry is taken from TF, odom to base_link" in feed.notes
+    assert [reading.T_odom_base[0] for reading in feed.readings] == pytest.approx([0.0, 0.3, 0.6])
+
+
+def test_a_laser_that_is_the_base_sits_at_its_centre(tmp_path):
+    path = tmp_path / "run.bag"
+    with Recorder(path, "bag") as out:
+        for i in range(3):
+            out.odometry(NS + i * NS, 0.1 * i, 0.0, 0.0)
+            out.scan(NS + i * NS, [1.0, 2.0], frame="base_link")
+    feed = open_feed(path)
+    assert not feed.notes and feed.readings[0].scan.T_base_laser.tolist() == [0.0, 0.0, 0.0]
+
+
 def test_a_laser_upside_down_is_mirrored(tmp_path):
     path = tmp_path / "run.bag"
     with Recorder(path, "bag") as out:
@@ -257,7 +295,7 @@ def test_an_impossible_time_between_beams_is_not_believed(interval_s, scan_s, be
     assert message.beam_interval_s == (interval_s if believed else 0.0)
 
 
-def test_a_recording_whose_own_message_definition_lacks_a_field(tmp_path):
+def test_a_recording_whose_own_message_definition_lacks_a_field(tmp_path, monkeypatch):
     path = target(tmp_path, "mcap")
     with Recorder(path, "mcap") as out:
         for i in range(3):
@@ -274,6 +312,9 @@ def test_a_recording_whose_own_message_definition_lacks_a_field(tmp_path):
             feed = open_feed(broken)
             assert len(feed.readings) == 3 and feed.readings[0].T_odom_base is None
             assert "3 messages could not be decoded" in feed.notes
+    monkeypatch.setattr(bag_contents, "BROKEN_AFTER", 2)
+    with pytest.raises(InputError, match="more than 2 messages cannot be decoded"):
+        open_feed(broken)
 
 
 def test_the_real_bag_equals_its_carmen_copy(data_dir):

@@ -76,3 +76,16 @@ def test_scans_are_found_far_from_where_they_were_expected(pose: tuple[float, fl
     assert away_m < 1.5 * CELL_M and turned < 0.04
     assert find(grid, seen, np.zeros(3), 20.0, 0.5, 0.6, [spot.T_map_scan]).spot is None
     assert find(grid, seen, np.zeros(3), 4.0, 0.5, 0.6).spot is None
+
+
+def test_a_place_that_is_left_out_is_so_on_either_side_of_half_a_turn() -> None:
+    rng, T_map_scan = np.random.default_rng(5), np.array([2.0, -1.0, math.pi - 0.02])
+    seen = se2.apply(se2.inverse(T_map_scan), walls(1))
+    seen = seen[np.hypot(*seen.T) < 14.0]
+    seen = seen[rng.choice(len(seen), 150, replace=False)]
+    beyond = T_map_scan + np.array([0.0, 0.0, 0.1 - 2.0 * math.pi])
+    free, barred = (find(wall_grid(walls(1)), seen, np.zeros(3), 5.0, math.pi, 0.3, other) for other in ((), (beyond,)))
+    assert free.spot is not None and se2.difference(free.spot.T_map_scan, T_map_scan)[0] < 0.5
+    if barred.spot is not None:
+        away_m, turned_rad = se2.difference(barred.spot.T_map_scan, T_map_scan)
+        assert away_m > 1.5 or turned_rad > 0.2

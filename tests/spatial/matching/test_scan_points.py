@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mrslam.spatial.matching.scan_points import UNSURE, scan_points, spaced
+from mrslam.spatial.matching.scan_points import LONE_QUALITY, UNSURE, scan_points, spaced
 from tests.rbpf.rooms import seen_room
 
 
@@ -25,7 +25,9 @@ def test_spacing_is_measured_across_the_beams() -> None:
     count = spaced(arc, origin, 0.05, 500, out)
     gaps = np.hypot(*np.diff(out[:count, :2], axis=0).T)
     assert 80 < count <= 101 and gaps.min() >= 0.045
-    assert 20 < spaced(arc, origin, 0.05, 40, out) <= 40
+    count = spaced(arc, origin, 0.05, 40, out)
+    assert 20 < count <= 40
+    assert np.arctan2(out[count - 1, 1], out[count - 1, 0] - 0.3) > 0.95 * angles[-1]  # wider apart, of the whole scan
     arc[::2, 4] = UNSURE
     count = spaced(arc, origin, 0.001, 500, out)
     assert count == 250 and (out[:count, 4] == 0.0).all()
@@ -61,3 +63,35 @@ def test_sparse_points_of_a_wall_are_no_things_of_their_own() -> None:
     assert (np.abs(lines[:, 3]) > 0.99).all() and (lines[:, 1] * lines[:, 3] < 0.0).all()
     pillar = points[:n][np.abs(np.hypot(points[:n, 0], points[:n, 1]) - 2.0).argmin()]
     assert pillar[4] == 0.0
+
+
+def seen(angles_deg: list[float], ranges_m: list[float], usable_m: float = 30.0) -> np.ndarray:
+    """Return what a laser at the origin sees as points."""
+    angles, points = np.radians(angles_deg), np.zeros((len(angles_deg), 5))
+    ranges = np.array(ranges_m, dtype=np.float32)
+    return points[: scan_points(ranges, np.cos(angles), np.sin(angles), np.zeros(3), usable_m, points)]
+
+
+def test_only_returns_within_the_usable_range_are_points() -> None:
+    points = seen([0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0], [1.0, np.nan, np.inf, 0.0, -1.0, 4.0, 4.1], usable_m=4.0)
+    np.testing.assert_allclose(np.hypot(points[:, 0], points[:, 1]), [1.0, 4.0], rtol=1e-6)
+
+
+def test_what_lies_along_the_beams_may_be_nothing_between_an_edge_and_the_wall_behind_it() -> None:
+    steps = np.arange(11)
+    mixed = seen(list(0.02 * steps), list(2.0 + 0.06 * steps))  # an edge, close points in line with the laser
+    assert (mixed[:, 4] == UNSURE).all() and (mixed[:, 2:4] == 0.0).all()
+    slanting = seen(list(0.4 * steps), list(2.0 + 0.06 * steps))
+    assert (slanting[1:-1, 4] > 0.5).all()
+    far_apart = seen([0.0, 0.02, 0.04, 0.06], [4.0, 4.7, 5.4, 6.1])
+    assert (far_apart[:, 4] == UNSURE).all()
+    wall = seen([0.0, 8.0, 16.0, 24.0], [4.0 / np.cos(np.radians(angle)) for angle in (0.0, 8.0, 16.0, 24.0)])
+    assert (wall[:, 4] == LONE_QUALITY).all()
+    np.testing.assert_allclose(wall[:, 2:4], [[-1.0, 0.0]] * 4, atol=1e-6)
+
+
+def test_three_points_far_from_each_other_or_out_of_line_are_no_wall() -> None:
+    angles = np.array([0.0, 40.0, 60.0])
+    assert (seen(list(angles), list(4.0 / np.cos(np.radians(angles))))[:, 4] == 0.0).all()  # 7 m of it, seen from 4 m
+    bent = seen([0.0, 8.0, 16.0], [4.0, 4.4, 4.0])
+    assert (bent[:, 4] == 0.0).all()
