@@ -381,4 +381,28 @@ MUTANTS = (
         "        return min(kept, most)",
         "of a dense laser's scan the last beams are never matched",
     ),
+    Mutant(
+        "spatial/matching/gauss_newton.py",
+        "    if norm2 > STEP_MOST_M * STEP_MOST_M:",
+        "    if False:",
+        "one bad step of a match carries the robot through a wall",
+    ),
+    Mutant(
+        "spatial/matching/gauss_newton.py",
+        "min(max(dt, -TURN_MOST_RAD), TURN_MOST_RAD)",
+        "dt",
+        "one bad step of a match turns the robot round",
+    ),
+    Mutant(
+        "spatial/matching/gauss_newton.py",
+        "    et -= 2.0 * math.pi * math.floor((et + math.pi) / (2.0 * math.pi))\n",
+        "",
+        "a robot that faces backwards is turned the long way round to where its wheels have it",
+    ),
+    Mutant(
+        "spatial/matching/gauss_newton.py",
+        "pose[2] = theta - 2.0 * math.pi * math.floor((theta + math.pi) / (2.0 * math.pi))",
+        "pose[2] = theta",
+        "headings grow beyond half a turn",
+    ),
 )

@@ -67,3 +67,23 @@ def test_information_is_never_negative_where_a_corridor_just_ends(seed: int) -> 
     found = match(store.tiles(0), points, start, start, np.diag([1.0 / 0.2**2] * 3), 0.03, int(rng.integers(0, 8)))
     least, _, most = np.linalg.eigvalsh(found.information)
     assert least > -1e-9 * most
+
+
+def test_one_step_leads_no_farther_than_walls_belong_together() -> None:
+    nothing, points = TileStore(1, 0.05).tiles(0), seen_room()[1]
+    sure = np.diag([1e6] * 3)
+    for prior, expected in (
+        ([3.0, -4.0, 1.0], [0.18, -0.24, 0.06]),
+        ([0.0, 0.0, 1.0], [0.0, 0.0, 0.2]),
+        ([0.0, 0.0, -1.0], [0.0, 0.0, -0.2]),
+        ([0.1, 0.0, 0.1], [0.1, 0.0, 0.1]),
+    ):
+        found = match(nothing, points, np.zeros(3), np.array(prior), sure, 0.03, 1)
+        np.testing.assert_allclose(found.pose, expected, atol=1e-6)
+
+
+@pytest.mark.parametrize(("start", "told"), [(3.1, -3.1), (-3.1, 3.1), (3.1, 3.05)])
+def test_a_prior_beyond_half_a_turn_is_reached_the_short_way(start: float, told: float) -> None:
+    nothing, points = TileStore(1, 0.05).tiles(0), seen_room()[1]
+    found = match(nothing, points, np.array([0.0, 0.0, start]), np.array([0.0, 0.0, told]), np.diag([1e6] * 3), 0.03, 4)
+    assert found.pose[2] == pytest.approx(told, abs=1e-6)
