@@ -41,7 +41,7 @@ class Reading:
     is_confirmed: bool = False
     """Whether the robot's whole map shows the scan where ``odom_motion`` leads."""
     is_lost: bool = False
-    """Whether it shows something else there, and that at the second scan after a pause: nobody knows where the robot is."""
+    """Whether it shows something else there at two scans after a pause: nobody knows where the robot is."""
 
     @property
     def dropped_beams(self) -> int:
