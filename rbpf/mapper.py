@@ -81,7 +81,7 @@ class Mapper:
         self._dead_reckoned = se2.IDENTITY
         step = self._front.step(
             reading.sample, reading.points, reading.odom_motion, reading.elapsed_s, scan.T_base_laser[:2],
-            is_confirmed=reading.is_confirmed, is_lost=reading.is_lost,
+            is_confirmed=reading.is_confirmed,
         )  # fmt: skip
         self._motion.add(step)
         self._intake.matched(reading, self._front.T_local_base)
@@ -102,10 +102,7 @@ class Mapper:
         )  # fmt: skip
 
     def _after_pause(self, reading: Reading) -> Reading:
-        """Return the first reading after a pause with the motion that the map shows.
-
-        Where the map shows another place than odometry leads to, and none near by, it is refused, and the next is lost.
-        """
+        """Return the first reading after a pause with the motion that the map shows; refused where it shows none."""
         odom_motion, predictor = reading.odom_motion, self._front.predictor
         if odom_motion is None or has_stood(odom_motion) or not predictor.is_pause(reading.elapsed_s):
             return reading  # one that stood, and sees another place, was carried
@@ -114,11 +111,9 @@ class Mapper:
         expected = compose(T_map_before, predictor.dead_reckoned(odom_motion, reading.elapsed_s))
         looked = look_around(particles.store.tiles(particles.best), reading.sample, expected, self.config.sigma_m)
         if looked.place is None:
-            if not looked.is_contradicted:
-                return reading
+            is_left_out = looked.is_contradicted and self._intake.put_back()
             # The map contradicts the wheels: until the next scan the robot is where it was.
-            is_left_out = self._intake.put_back()
-            return replace(reading, reason=STALE, odom_motion=None) if is_left_out else replace(reading, is_lost=True)
+            return replace(reading, reason=STALE, odom_motion=None) if is_left_out else reading
         if is_elsewhere(expected, looked.place):
             odom_motion = between(T_map_before, looked.place)
         return replace(reading, odom_motion=odom_motion, is_confirmed=True)

@@ -116,14 +116,12 @@ class FrontEnd:
         origin: NDArray[np.float64],
         *,
         is_confirmed: bool = False,
-        is_lost: bool = False,
     ) -> Step:
         """Match a scan, and extend the rolling map.
 
         ``points (n, 5)`` are those of ``all_points (N, 5)`` to match; ``odom_motion (3,)`` is ``T_before_base``
         as odometry measured it since the scan before, which was taken ``elapsed_s`` earlier. ``origin (2,)`` : of the
-        laser on the base, metres. ``is_confirmed`` : whether the scan is known to fit where odometry leads;
-        ``is_lost`` : whether it is known not to, nor anywhere near.
+        laser on the base, metres. ``is_confirmed`` : whether the scan is known to fit where odometry leads.
         """
         before, view = self.T_local_base, View(all_points.copy(), origin)
         if self._map.is_empty:
@@ -131,8 +129,6 @@ class FrontEnd:
             self._view = view
             return Step(np.zeros(3), 0.0, 1.0, np.zeros(2))
         self.predictor.wait(elapsed_s)
-        if is_lost:
-            return self._begin_elsewhere(view)
         guess, found = self._best_of_guesses(points, odom_motion, is_confirmed=is_confirmed)
         self.newest = found
         if elapsed_s >= CARRIED_S and self._was_carried(view, guess, found):

@@ -40,8 +40,6 @@ class Reading:
     """Whether the scan shows too little alone, and is matched together with the next ones."""
     is_confirmed: bool = False
     """Whether the robot's whole map shows the scan where ``odom_motion`` leads."""
-    is_lost: bool = False
-    """Whether it shows something else there at two scans after a pause: nobody knows where the robot is."""
 
     @property
     def dropped_beams(self) -> int:

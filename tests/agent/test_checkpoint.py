@@ -16,7 +16,6 @@ from mrslam.agent.checkpoint import KIND, REVISIONS_LOST, VERSION, freeze, resto
 from mrslam.agent.effects import Event
 from mrslam.alignment import Alignment, Evidence
 from mrslam.rbpf import MapperConfig
-from mrslam.rbpf.front_end.health import LOST
 from mrslam.spatial import InputError
 from mrslam.spatial.files.state_file import pack, read_state, write_state
 from tests.agent.duo import SETTINGS, S, live, robot, scan
@@ -81,7 +80,7 @@ def test_one_that_wakes_up_elsewhere_doubts_where_it_is(tmp_path: Path) -> None:
     for one in (again, third):
         effects = one.on_scan(replace(elsewhere, stamp_ns=elsewhere.stamp_ns + S // 10), there, 9 * S + S // 10)
         assert not any(isinstance(effect, Event) and effect.kind == "recovered" for effect in effects)
-        assert one.self_doubt.doubtful and one.mapper.health <= LOST  # until it is found in its map
+        assert one.self_doubt.doubtful and one.self_doubt.torn
     write(freeze(again), tmp_path / "state")
     fourth = robot("r1", 4)
     resume(fourth, tmp_path / "state")

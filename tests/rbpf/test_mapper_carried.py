@@ -11,7 +11,6 @@ import pytest
 from numpy.typing import NDArray
 
 from mrslam.rbpf import Mapper, MapperConfig, load_checkpoint, save_checkpoint
-from mrslam.rbpf.front_end.health import LOST
 from mrslam.spatial import se2
 from mrslam.spatial.files.state_file import pack
 from tests.rbpf import rooms
@@ -63,19 +62,6 @@ def test_odometry_that_jumped_while_nothing_was_seen_does_not_place_the_robot(ju
     played(mapper, way[170:], 150 + PAUSE, jumped)
     gap = se2.between(way[170:], mapper.trajectory().T_map_base[150:])
     assert np.hypot(gap[:, 0], gap[:, 1]).max() < 0.1 and np.abs(gap[:, 2]).max() < 0.05
-
-
-@pytest.mark.parametrize("jump", [(-2.0, 2.0, -2.0), (-2.5, -1.0, -1.2)])
-def test_a_robot_whose_wheels_leapt_farther_than_it_looks_around_is_lost_until_it_is_found(
-    jump: tuple[float, float, float],
-) -> None:
-    mapper, way = Mapper(MapperConfig(particles=6, threads=1), seed=1), drive(200)
-    played(mapper, way[:150], 0, np.zeros(3))
-    jumped = se2.compose(way[149], se2.between(way[149], way[170]) + np.array(jump))
-    after = np.concatenate([way[170:], way])
-    health = played(mapper, after, 150 + PAUSE, jumped)
-    assert max(health[:50]) <= LOST
-    assert np.abs(se2.between(after[-1], mapper.T_map_base)).max() < 0.1 and health[-1] > 0.5
 
 
 WING = [[0, 0, 6, 0], [0, 0, 0, 5], [0, 5, 6, 5], [6, 0, 6, 2], [6, 3, 6, 5], [1, 1, 1.5, 1], [4, 3.8, 4, 4.4]]

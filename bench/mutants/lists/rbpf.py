@@ -26,9 +26,9 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/mapper.py",
-        "is_left_out = self._intake.put_back()",
+        "is_left_out = looked.is_contradicted and self._intake.put_back()",
         "is_left_out = False",
-        "old odometry with the first scan after a pause makes a robot lose its place",
+        "old odometry with the first scan after a pause turns the map",
     ),
     Mutant(
         "rbpf/front_end/intake.py",
@@ -681,17 +681,5 @@ MUTANTS = (
         "self.cov[n + 1] = self.cov[:, n + 1] = self.cov[0]",
         "pass",
         "a direction that is new corrects the heading it was seen from",
-    ),
-    Mutant(
-        "rbpf/mapper.py",
-        "else replace(reading, is_lost=True)",
-        "else reading",
-        "a robot whose wheels leapt while it was blinded is sure of where they have it",
-    ),
-    Mutant(
-        "rbpf/front_end/front_end.py",
-        "        if is_lost:\n",
-        "        if False:\n",
-        "a robot that its map contradicts twice drives on as if it knew where it is",
     ),
 )
