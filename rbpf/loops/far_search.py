@@ -48,8 +48,6 @@ AGREE_LEAST = 5
 """Stretches that must fit."""
 SURE = 0.99
 """Least posterior of a history that is believed."""
-ALIKE = 0.8
-"""Places are worth a closer look that fit this share of what the best one does."""
 EXTENT_LEAST_M = 5.0
 """They span at least this, metres, along one axis: a place, not a spot."""
 ASKED_MOST = 12
@@ -58,7 +56,7 @@ QUIET_MOST_M = 25.0
 """A guess is given up where nothing spoke for it on this much way."""
 LOOKS_UNKNOWN = 5 * LOOKS_MOST
 """The same for a robot that may be anywhere: with ``LOOKS_MOST`` the right place was passed over in an office."""
-NOWHERE = Search(None, True)
+NOWHERE = Search([], True)
 RIVAL = 0.9
 """Another place that fits this share of what the guess does makes it ambiguous."""
 
@@ -122,14 +120,8 @@ class FarSearch:
         """Begin a history for every place that the newest stretch fits about as well as the best one."""
         self._searched_m = self._asked_m
         known = [guess.T_map_newest for guess in self.guesses]
-        share_least = SHARE_LEAST
-        most = min(self.most, BEGUN_MOST) if drift.is_unknown else 1
-        for _ in range(min(most, self.most - len(self.guesses))):
-            spot = self._search(T_map_key, old, drift, STRETCH, known, share_least=share_least).spot
-            if spot is None:
-                return
-            share_least = max(share_least, ALIKE * spot.share)
-            known.append(spot.T_map_scan)
+        most = min(self.most - len(self.guesses), BEGUN_MOST if drift.is_unknown else 1)
+        for spot in self._search(T_map_key, old, drift, STRETCH, known, most=most).spots:
             fit = self._verified(T_map_key, old, spot.T_map_scan)
             if fit is not None and places.fits(fit.found) and fit.found.blind == 0.0:
                 guess = Guess([fit], T_map_newest=se2.compose(T_map_key[fit.old], fit.found.pose))
@@ -218,8 +210,9 @@ class FarSearch:
         other_than: list[Transform],
         centre: Transform | None = None,
         share_least: float = SHARE_LEAST,
+        most: int = 1,
     ) -> Search:
-        """Return where the newest ``count`` keyframes fit what the ``old`` ones ``(n,)`` saw best."""
+        """Return where the newest ``count`` keyframes fit what the ``old`` ones ``(n,)`` saw best, ``most`` places."""
         newest = T_map_key.shape[0] - 1
         centre = T_map_key[-1] if centre is None else centre
         stretch = self._scans.uncarried(newest - count + 1, newest + 1, newest)
@@ -231,7 +224,7 @@ class FarSearch:
             return NOWHERE
         points = points[:: max(1, points.shape[0] // POINTS_MOST)]
         looks_most = LOOKS_UNKNOWN if drift.is_unknown else LOOKS_MOST
-        return find(grid, points, centre, drift.reach_m, drift.turn_rad, share_least, other_than, looks_most)
+        return find(grid, points, centre, drift.reach_m, drift.turn_rad, share_least, other_than, looks_most, most)
 
     def _walls(
         self, T_map_key: Transform, old: NDArray[np.int64], centre: Transform, reach_m: float
