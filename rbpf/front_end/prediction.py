@@ -249,7 +249,8 @@ def can_move(motion: Transform, elapsed_s: float) -> bool:
     return way_m <= JUMP_M + MAX_SPEED_M_S * time_s and turn_rad <= JUMP_RAD + MAX_TURN_RAD_S * time_s
 
 
-def has_leapt(predicted: Transform, motion: Transform) -> bool:
-    """Return whether a motion ``(3,)`` is far from the one that was predicted."""
+def has_leapt(predicted: Transform, motion: Transform, *, stands: bool = False) -> bool:
+    """Return whether a motion ``(3,)`` is far from the one that was predicted, half as far if the robot ``stands``."""
     turn = abs(math.remainder(predicted[2] - motion[2], 2.0 * math.pi))
-    return math.hypot(predicted[0] - motion[0], predicted[1] - motion[1]) > JUMP_M or turn > JUMP_RAD
+    away_m, share = math.hypot(predicted[0] - motion[0], predicted[1] - motion[1]), 0.5 if stands else 1.0
+    return away_m > share * JUMP_M or turn > share * JUMP_RAD

@@ -297,9 +297,27 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/loops/far_search.py",
-        "            share_least = max(share_least, ALIKE * spot.share)",
-        "            share_least = SHARE_LEAST",
-        "places that fit much worse than the best are followed as well",
+        "most = min(self.most - len(self.guesses), BEGUN_MOST if drift.is_unknown else 1)",
+        "most = 1",
+        "a lost robot follows one place of those that look alike",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        "share_least, other_than, looks_most, most)",
+        "share_least, [], looks_most, most)",
+        "places that are followed already are begun again",
+    ),
+    Mutant(
+        "rbpf/front_end/prediction.py",
+        "share * JUMP_M or turn > share * JUMP_RAD",
+        "JUMP_M or turn > JUMP_RAD",
+        "a robot that stands believes leaps as far as one that drives",
+    ),
+    Mutant(
+        "rbpf/front_end/front_end.py",
+        "            stands = is_still(guess.motion)",
+        "            stands = False",
+        "a standing robot that is carried to a place that looks much alike does not notice",
     ),
     Mutant(
         "rbpf/loops/far_search.py",

@@ -10,13 +10,15 @@ import pytest
 from numpy.typing import NDArray
 
 from mrslam.rbpf import Mapper, MapperConfig, load_checkpoint, save_checkpoint
-from mrslam.rbpf.front_end.elsewhere import Elsewhere
+from mrslam.rbpf.front_end.elsewhere import TORN, TORN_LEAPT, Elsewhere, View
+from mrslam.rbpf.front_end.front_end import FrontEnd
 from mrslam.rbpf.front_end.health import LOST
 from mrslam.rbpf.front_end.prediction import Guess, can_move, has_leapt
 from mrslam.rbpf.front_end.rolling_map import RollingMap
 from mrslam.rbpf.front_end.visibility import contradicted
 from mrslam.spatial import Scan, se2
 from mrslam.spatial.files.state_file import pack
+from mrslam.spatial.matching.gauss_newton import Match
 from tests.rbpf.rooms import drive, make_scan, seen_room
 
 WAY = drive(200)
@@ -114,3 +116,21 @@ def test_a_leap_is_far_from_what_was_predicted() -> None:
     assert has_leapt(at_rest, np.array([0.0, 0.0, 0.4])) and not has_leapt(
         np.array([0, 0, 3.1]), np.array([0, 0, -3.1])
     )
+    for motion in (np.array([0.2, 0.0, 0.0]), np.array([0.0, 0.0, -0.2])):
+        assert has_leapt(at_rest, motion, stands=True) and not has_leapt(at_rest, 0.5 * motion, stands=True)
+
+
+@pytest.mark.parametrize(("told_m", "doubts"), [(0.0, True), (0.02, False)])
+def test_a_robot_that_stands_doubts_a_smaller_leap_than_one_that_drives(
+    monkeypatch: pytest.MonkeyPatch, told_m: float, doubts: bool
+) -> None:
+    _, points = seen_room()
+    front, zero = FrontEnd(MapperConfig()), np.zeros(2)
+    front.step(points, points, None, 0.1, zero)
+    leap = np.array([0.23, 0.0, 0.0])  # 0.21 m from what is told at most
+    fit = Match(leap, -1.0, 0.5, 0.3, np.eye(3), 0.0, np.array([1.0, 0.0]))
+    guess = Guess(np.array([told_m, 0.0, 0.0]), 0.02, 0.02, 0.03)
+    monkeypatch.setattr(FrontEnd, "_best_of_guesses", lambda *_, **__: (guess, fit))
+    monkeypatch.setattr(View, "contradiction", lambda *_: 0.5 * (TORN + TORN_LEAPT))
+    front.step(points, points, guess.motion, 0.1, zero)
+    assert (front.state()["elsewhere"] is not None) == doubts

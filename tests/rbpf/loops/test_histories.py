@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,8 +11,8 @@ from numpy.typing import NDArray
 
 from mrslam.rbpf.loops.drift import Drift
 from mrslam.rbpf.loops.far_search import (
-    ALIKE,
     ASKED_MOST,
+    BEGUN_MOST,
     CARRIED_EVERY_M,
     EVERY_M,
     NEAR_M,
@@ -126,19 +127,21 @@ def test_what_was_asked_is_remembered_within_a_bound_and_by_a_resumed_robot(monk
     assert resumed.state()[:3] == far.state()[:3] and len(resumed.guesses) == len(far.guesses) == 1
 
 
-def test_of_places_to_begin_at_none_is_looked_for_that_fits_much_worse_than_the_best(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize(("histories", "turn_rad", "most"), [(30, np.pi, BEGUN_MOST), (4, np.pi, 3), (30, 0.3, 1)])
+def test_a_history_begins_at_each_place_that_fits_as_many_as_may_be(
+    monkeypatch: pytest.MonkeyPatch, histories: int, turn_rad: float, most: int
 ) -> None:
-    least = []
+    asked = []
 
-    def search(*_: object, share_least: float) -> Search:
-        least.append(share_least)
-        return Search(Spot(THERE, 0.9 - 0.1 * len(least)), True)
+    def search(*args: Any, most: int, **_: object) -> Search:
+        asked.append((most, len(args[5])))
+        return Search([Spot(THERE, 0.9 - 0.01 * k) for k in range(most)], True)
 
     monkeypatch.setattr(FarSearch, "_search", search)
-    far, _ = searching(match(inliers=0.0), 10.0)
-    far._guess(np.zeros((2, 3)), np.array([0]), Drift(10.0, np.pi))
-    assert least == pytest.approx([SHARE_LEAST, 0.8 * ALIKE, 0.8 * ALIKE, 0.8 * ALIKE])
+    far, _ = searching(match(), 10.0)
+    far.most, far.guesses = histories, [Guess([Fit(0, 1, match())], T_map_newest=ELSEWHERE)]
+    far._guess(np.zeros((2, 3)), np.array([0]), Drift(10.0, turn_rad))
+    assert asked == [(most, 1)] and len(far.guesses) == 1 + most
 
 
 def test_a_new_history_is_not_weighed_by_scans_that_were_forgotten() -> None:

@@ -9,7 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from mrslam.spatial import se2
-from mrslam.spatial.matching.global_search import BESIDE, CELL_M, HIT, LEVELS, branch_and_bound, find, wall_grid
+from mrslam.spatial.matching.branch_and_bound import ALIKE, CELL_M, DISTINCT_M, DISTINCT_RAD, branch_and_bound
+from mrslam.spatial.matching.global_search import BESIDE, HIT, LEVELS, find, wall_grid
 
 
 def walls(seed: int) -> NDArray[np.float64]:
@@ -41,13 +42,48 @@ def test_the_best_is_that_of_a_slow_twin(seed: int) -> None:
 
     shifts = range(-half, half + 1)
     expected = max(score(turn, row, col) for turn in range(3) for row in shifts for col in shifts)
-    best = np.zeros(4, dtype=np.int64)
-    assert branch_and_bound(grid.levels, rows, cols, turns, half, banned, 10**9, best) == (True, True)
-    assert best[0] == expected == score(*best[1:])
-    best[0] = expected  # nothing is better
-    assert branch_and_bound(grid.levels, rows, cols, turns, half, banned, 10**9, best) == (False, True)
-    best[0] = 0
-    assert not branch_and_bound(grid.levels, rows, cols, turns, half, banned, 10, best)[1]  # no time to see all
+    best = np.zeros((1, 4), dtype=np.int64)
+    assert branch_and_bound(grid.levels, rows, cols, turns, half, banned, 10**9, 0, best) == (1, True)
+    assert best[0, 0] == expected == score(*best[0, 1:])
+    # Nothing is better.
+    assert branch_and_bound(grid.levels, rows, cols, turns, half, banned, 10**9, expected, best) == (0, True)
+    assert not branch_and_bound(grid.levels, rows, cols, turns, half, banned, 10, 0, best)[1]  # no time to see all
+
+
+@pytest.mark.parametrize("most", [2, 5, 40])
+@pytest.mark.parametrize("seed", range(4))
+def test_all_places_that_fit_about_as_well_as_the_best_are_found_at_once(seed: int, most: int) -> None:
+    rng = np.random.default_rng(seed)
+    grid = wall_grid(walls(seed))
+    height, width = grid.levels.shape[1:]
+    half, turns = 40, np.arange(3) * 0.4  # each heading is a place of its own
+    rows, cols = (rng.integers(0, n, (3, 12)).astype(np.int32) for n in (height, width))
+    poses = {}
+    for turn in range(3):
+        for row in range(-half, half + 1):
+            for col in range(-half, half + 1):
+                r, c = rows[turn] + row, cols[turn] + col
+                inside = (r >= 0) & (r < height) & (c >= 0) & (c < width)
+                poses[turn, row, col] = int(grid.levels[0][r[inside], c[inside]].astype(int).sum())
+    best = max(poses.values())
+    spots = np.zeros((most, 4), dtype=np.int64)
+    count, is_complete = branch_and_bound(grid.levels, rows, cols, turns, half, np.zeros((0, 3)), 10**9, 0, spots)
+    assert is_complete and 1 < count <= most
+    found = spots[:count]
+    assert found[0, 0] == best and np.all(np.diff(found[:, 0]) <= 0)
+    assert all(score == poses[turn, row, col] for score, turn, row, col in found.tolist())
+
+    def is_same(one: tuple[int, int, int], two: tuple[int, int, int]) -> bool:
+        away_m = CELL_M * math.hypot(one[1] - two[1], one[2] - two[2])
+        return away_m < DISTINCT_M and abs(turns[one[0]] - turns[two[0]]) < DISTINCT_RAD
+
+    places = [(turn, row, col) for _, turn, row, col in found.tolist()]
+    assert not any(is_same(one, two) for k, one in enumerate(places) for two in places[:k])
+    least = max(int(ALIKE * best), found[-1, 0] if count == most else 0)
+    missed = [pose for pose, score in poses.items() if score > least and not any(is_same(pose, p) for p in places)]
+    # What lay next to a place that a better one drove out may be passed over: all of it lies within twice of the rest.
+    away_m = [min(CELL_M * math.hypot(m[1] - p[1], m[2] - p[2]) for p in places if p[0] == m[0]) for m in missed]
+    assert max(away_m, default=0.0) < 2.0 * DISTINCT_M
 
 
 def test_levels_are_maxima_of_squares_and_walls_are_blurred_by_a_cell() -> None:
