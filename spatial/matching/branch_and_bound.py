@@ -75,10 +75,10 @@ def _is_near(d_row: float, d_col: float, turned: float) -> bool:  # pragma: no c
 @njit(cache=True, nogil=True)
 def _is_banned(banned: NDArray[np.float64], row: int, col: int, turn: float) -> bool:  # pragma: no cover - compiled
     """Return whether a shift and turn is that of one of the ``banned (B, 3)`` places."""
+    is_near = False
     for k in range(banned.shape[0]):
-        if _is_near(row - banned[k, 1], col - banned[k, 0], turn - banned[k, 2]):
-            return True
-    return False
+        is_near |= _is_near(row - banned[k, 1], col - banned[k, 0], turn - banned[k, 2])
+    return is_near
 
 
 @njit(cache=True, nogil=True)

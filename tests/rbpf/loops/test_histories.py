@@ -17,7 +17,6 @@ from mrslam.rbpf.loops.far_search import (
     EVERY_M,
     NEAR_M,
     QUIET_MOST_M,
-    SHARE_LEAST,
     FarSearch,
 )
 from mrslam.rbpf.loops.guesses import DISAGREE_MOST, NEW, Fit, Guess
