@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.spatial import se2
-from mrslam.spatial.matching.branch_and_bound import CELL_M, branch_and_bound
+from mrslam.spatial.matching.branch_and_bound import ALIKE, CELL_M, branch_and_bound
 from mrslam.spatial.se2 import Transform
 
 TURN_STEP_RAD = 0.02
@@ -57,7 +57,7 @@ class Search(NamedTuple):
 
 def wall_grid(walls: NDArray[np.float64]) -> WallGrid:
     """Return the grid of points on walls, ``(N, 2)``, map frame, metres."""
-    pad = 1 << LEVELS
+    pad = 1 << LEVELS  # scoring relies on a rim without walls
     low = np.floor(walls.min(axis=0) / CELL_M).astype(np.int64) - pad
     size = np.floor(walls.max(axis=0) / CELL_M).astype(np.int64) - low + pad
     cells = np.floor(walls / CELL_M).astype(np.int64) - low
@@ -107,9 +107,9 @@ def find(
         banned[k] = away[0] / CELL_M, away[1] / CELL_M, se2.wrap(away[2])
     spots = np.zeros((most, 4), dtype=np.int64)
     least = int(share_least * perfect)
-    count, is_complete = branch_and_bound(grid.levels, rows, cols, turns, half, banned, looks_most, least, spots)
+    is_complete = branch_and_bound(grid.levels, rows, cols, turns, half, banned, looks_most, least, spots)
     found = []
-    for score, turn, row, col in spots[:count]:
+    for score, turn, row, col in spots[spots[:, 0] > int(ALIKE * spots[0, 0])]:
         pose = np.array([centre[0] + col * CELL_M, centre[1] + row * CELL_M, se2.wrap(theta[turn])])
         found.append(Spot(pose, float(score) / perfect))
     return Search(found, is_complete)

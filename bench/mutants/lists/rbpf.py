@@ -213,12 +213,6 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/loops/far_search.py",
-        "most = min(self.most, BEGUN_MOST) if drift.is_unknown else 1",
-        "most = 1",
-        "of places that look alike only the best is followed",
-    ),
-    Mutant(
-        "rbpf/loops/far_search.py",
         "if len(fits) < AGREE_LEAST or",
         "if len(fits) < 1 or",
         "a place is believed when one stretch fits",

@@ -346,15 +346,9 @@ MUTANTS = (
         "a quarter of each square is bounded by another one",
     ),
     Mutant(
-        "spatial/matching/branch_and_bound.py",
-        "            i, j = r + (q >> 1) * side, c + (q & 1) * side",
-        "            i, j = r, c",
-        "at the rim of a map places are looked for beside where they are",
-    ),
-    Mutant(
-        "spatial/matching/branch_and_bound.py",
-        "least = max(least, spots[-1, 0], int(ALIKE * spots[0, 0]))",
-        "least = max(least, spots[-1, 0])",
+        "spatial/matching/global_search.py",
+        "spots[spots[:, 0] > int(ALIKE * spots[0, 0])]",
+        "spots[spots[:, 0] > 0]",
         "places that fit much worse than the best are followed as well",
     ),
     Mutant(
