@@ -54,7 +54,7 @@ ASKED_MOST = 12
 """Most keyframes asked about before that a new guess is asked about, too: some 24 m of way."""
 QUIET_MOST_M = 25.0
 """A guess is given up where nothing spoke for it on this much way."""
-LOOKS_UNKNOWN = 5 * LOOKS_MOST
+LOOKS_UNKNOWN = 20 * LOOKS_MOST
 """The same for a robot that may be anywhere: with ``LOOKS_MOST`` the right place was passed over in an office."""
 NOWHERE = Search([], True)
 RIVAL = 0.9

@@ -47,8 +47,8 @@ def _score_quarters(
 ) -> None:  # pragma: no cover - compiled
     """Write what :func:`_score` returns at a shift, and ``side`` farther in col, row and both, to ``scores (4,)``.
 
-    The rim of a level, as wide as its squares and those next to it, has no walls: where one of the four is outside, none
-    of them scores. One pass over the points takes a third of the time of four.
+    Along the rim of a level, two of its squares wide, are no walls: where one of the four is outside, none of them
+    scores. One pass over the points takes a third of the time of four.
     """
     height, width = level.shape
     scores[:] = 0

@@ -117,9 +117,10 @@ def test_scans_are_found_far_from_where_they_were_expected(pose: tuple[float, fl
 
 def test_places_are_found_together_that_fit_about_as_well_as_the_best_alone() -> None:
     seen = se2.apply(se2.inverse(np.array([0.0, 0.0, 0.3])), walls(1))[::6]
-    worse = walls(1)[np.random.default_rng(0).random(len(walls(1))) < 0.25]  # the same again 60 m on, most of it missing
-    for copy, count in ((walls(1), 2), (worse, 1)):
-        grid = wall_grid(np.concatenate([walls(1), copy + (60.0, 0.0)]))
+    again = walls(1) + np.array([60.0, 0.0])
+    worse = again[np.random.default_rng(0).random(len(again)) < 0.25]
+    for copy, count in ((again, 2), (worse, 1)):
+        grid = wall_grid(np.concatenate([walls(1), copy]))
         spots = find(grid, seen, np.array([30.0, 0.0, 0.0]), 40.0, 0.5, 0.1, most=4).spots
         assert sorted(round(spot.T_map_scan[0] / 60.0) for spot in spots) == list(range(count))
         assert all(spot.share > ALIKE * spots[0].share for spot in spots)
