@@ -81,7 +81,7 @@ class Mapper:
         self._dead_reckoned = se2.IDENTITY
         step = self._front.step(
             reading.sample, reading.points, reading.odom_motion, reading.elapsed_s, scan.T_base_laser[:2],
-            is_confirmed=reading.is_confirmed,
+            is_confirmed=reading.is_confirmed, is_contradicted=reading.is_contradicted,
         )  # fmt: skip
         self._motion.add(step)
         self._intake.matched(reading, self._front.T_local_base)
@@ -102,7 +102,10 @@ class Mapper:
         )  # fmt: skip
 
     def _after_pause(self, reading: Reading) -> Reading:
-        """Return the first reading after a pause with the motion that the map shows; refused where it shows none."""
+        """Return the first reading after a pause with the motion that the map shows.
+
+        Where the map contradicts the wheels, the first one is refused, and the next one is doubted.
+        """
         odom_motion, predictor = reading.odom_motion, self._front.predictor
         if odom_motion is None or has_stood(odom_motion) or not predictor.is_pause(reading.elapsed_s):
             return reading  # one that stood, and sees another place, was carried
@@ -111,9 +114,9 @@ class Mapper:
         expected = compose(T_map_before, predictor.dead_reckoned(odom_motion, reading.elapsed_s))
         looked = look_around(particles.store.tiles(particles.best), reading.sample, expected, self.config.sigma_m)
         if looked.place is None:
-            is_left_out = looked.is_contradicted and self._intake.put_back()
-            # The map contradicts the wheels: until the next scan the robot is where it was.
-            return replace(reading, reason=STALE, odom_motion=None) if is_left_out else reading
+            if looked.is_contradicted and self._intake.put_back():  # until the next scan the robot is where it was
+                return replace(reading, reason=STALE, odom_motion=None)
+            return replace(reading, is_contradicted=looked.is_contradicted)
         if is_elsewhere(expected, looked.place):
             odom_motion = between(T_map_before, looked.place)
         return replace(reading, odom_motion=odom_motion, is_confirmed=True)

@@ -40,6 +40,8 @@ class Reading:
     """Whether the scan shows too little alone, and is matched together with the next ones."""
     is_confirmed: bool = False
     """Whether the robot's whole map shows the scan where ``odom_motion`` leads."""
+    is_contradicted: bool = False
+    """Whether it shows something else there, and nothing like the scan near by."""
 
     @property
     def dropped_beams(self) -> int:
