@@ -81,17 +81,18 @@ class Mapper:
         self._dead_reckoned = se2.IDENTITY
         step = self._front.step(
             reading.sample, reading.points, reading.odom_motion, reading.elapsed_s, scan.T_base_laser[:2],
-            is_confirmed=reading.is_confirmed, is_contradicted=reading.is_contradicted,
+            is_confirmed=reading.is_confirmed,
         )  # fmt: skip
         self._motion.add(step)
         self._intake.matched(reading, self._front.T_local_base)
         watch.lap("front end")
-        is_key = self._history.keys == 0 or self._motion.is_due(self.config, scan.stamp_ns)
+        is_due = self._motion.is_due(self.config, scan.stamp_ns)
+        is_key = self._history.keys == 0 or is_due or reading.is_contradicted
         self._settle_in -= 1
         resampled = self._settle() if is_key or self._settle_in == 0 else False
         if is_key:
             self._begin_key(reading, step.inliers)
-        if step.is_carried:
+        if step.is_carried or reading.is_contradicted:
             self._health = min(self._health, LOST)
         watch.start()  # the back end has a watch of its own
         self._history.add_scan(scan.stamp_ns, self._T_key_base, self._motion.way_m, self.T_map_base)
@@ -157,7 +158,10 @@ class Mapper:
     def _begin_key(self, reading: Reading, inliers: float) -> None:
         """Make a keyframe of a scan, and let the back end begin with it."""
         back, stamp_ns = self._back, reading.scan.stamp_ns
-        key = Keyframe(beams=self._intake.beams(reading), arrival=self._motion.restart(stamp_ns), inliers=inliers)
+        key = Keyframe(
+            beams=self._intake.beams(reading), arrival=self._motion.restart(stamp_ns), inliers=inliers,
+            is_contradicted=reading.is_contradicted,
+        )  # fmt: skip
         self._reported.begin_key(key.arrival[MOTION])
         self._history.add_key(stamp_ns, key.beams)
         self._pending = self._crew.begin(lambda: back.add(key))

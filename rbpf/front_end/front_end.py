@@ -35,8 +35,6 @@ DOUBT_MEMORY, OFTEN_DOUBTED = 0.05, 0.1
 REPLACED = 0.7
 """Share of what a robot sees after a pause that must contradict what it saw before for it to be elsewhere. Of robots
 that were carried, 21 drives, it was 0.83 and more; of one that stood in a museum for a minute 0.56."""
-LEAPT_M = 2.0
-"""Error to expect where the map contradicts the wheels after a pause, metres: farther than a robot looks around then."""
 ADRIFT_MEMORY = 0.1
 """Share of a new scan in ``FrontEnd.adrift``."""
 
@@ -119,14 +117,12 @@ class FrontEnd:
         origin: NDArray[np.float64],
         *,
         is_confirmed: bool = False,
-        is_contradicted: bool = False,
     ) -> Step:
         """Match a scan, and extend the rolling map.
 
         ``points (n, 5)`` are those of ``all_points (N, 5)`` to match; ``odom_motion (3,)`` is ``T_before_base``
         as odometry measured it since the scan before, which was taken ``elapsed_s`` earlier. ``origin (2,)`` : of the
-        laser on the base, metres. ``is_confirmed`` : whether the scan is known to fit where odometry leads;
-        ``is_contradicted`` : whether it is known not to.
+        laser on the base, metres. ``is_confirmed`` : whether the scan is known to fit where odometry leads.
         """
         before, view = self.T_local_base, View(all_points.copy(), origin)
         if self._map.is_empty:
@@ -145,11 +141,7 @@ class FrontEnd:
         self._learn(guess, motion, odom_motion, found)
         if self._map.is_due(found.pose):
             self._map.add(found.pose, all_points)
-        blind_m = _blind_m(motion, guess.slip, found)
-        if is_contradicted:  # what was seen lately fits about anywhere, and the wheels may have leapt
-            self.adrift = 1.0
-            blind_m = np.array([LEAPT_M, 0.0])
-        return Step(motion, found.score, found.inliers, blind_m, _guessed(guess, found))
+        return Step(motion, found.score, found.inliers, _blind_m(motion, guess.slip, found), _guessed(guess, found))
 
     def _was_carried(self, view: View, guess: Guess, found: Match) -> bool:
         """Return whether a robot that should still see what it saw before a pause sees something else.

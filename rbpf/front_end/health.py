@@ -17,7 +17,8 @@ SEEN_LEAST = 0.2
 DOUBTFUL = 0.45
 """Health of a robot that may be elsewhere though its scans fit: just below 0.5, where doubt begins."""
 LOST = 0.2
-"""Health of a robot that was carried off and does not know where to: its pose is wrong, not just doubtful."""
+"""Health of a robot that was carried off and does not know where to, or whose map contradicts its wheels after a pause:
+its pose is wrong, not just doubtful."""
 ADRIFT_MOST = 0.5
 """Where ``FrontEnd.adrift`` is larger than this, the robot may be elsewhere."""
 UNSEEN_M, UNSEEN_SHARE = 1.0, 0.05
@@ -31,12 +32,12 @@ class Health:
     def __init__(self) -> None:
         self._fit = 1.0
         self._unseen_m, self._way_m = 0.0, 0.0  # since the last loop edge
-        self._is_carried = False  # and not found in its map since
+        self._is_lost = False  # carried, or contradicted by its map, and not found in its map since
 
     @property
     def value(self) -> float:
         """0..1."""
-        most = LOST if self._is_carried else DOUBTFUL if self.is_adrift else 1.0
+        most = LOST if self._is_lost else DOUBTFUL if self.is_adrift else 1.0
         return min(self._fit, most)
 
     @property
@@ -46,7 +47,7 @@ class Health:
 
     def follow(self, agreement: Agreement, key: Keyframe) -> None:
         """Take a keyframe, and how far the best particle's map agrees with it, into account."""
-        self._is_carried |= key.is_carried
+        self._is_lost |= key.is_carried or key.is_contradicted
         seen = agreement.inliers + agreement.conflicts
         fits = agreement.inliers / seen if seen > SEEN_LEAST else key.inliers
         fit = float(np.clip((fits - BAD_FIT) / FIT_RANGE, 0.0, 1.0))
@@ -58,13 +59,13 @@ class Health:
     def anchor(self) -> None:
         """Forget way covered unseen: the robot is back at a place it knows."""
         self._unseen_m = self._way_m = 0.0
-        self._is_carried = False
+        self._is_lost = False
 
     def state(self) -> list[float]:
         """Return everything that a resumed health needs."""
-        return [self._fit, self._unseen_m, self._way_m, float(self._is_carried)]
+        return [self._fit, self._unseen_m, self._way_m, float(self._is_lost)]
 
     def restore(self, state: list[float]) -> None:
         """Continue from what :meth:`state` returned."""
         self._fit, self._unseen_m, self._way_m = state[:3]
-        self._is_carried = bool(state[3])
+        self._is_lost = bool(state[3])

@@ -41,7 +41,7 @@ class Reading:
     is_confirmed: bool = False
     """Whether the robot's whole map shows the scan where ``odom_motion`` leads."""
     is_contradicted: bool = False
-    """Whether it shows something else there, and nothing like the scan near by."""
+    """Whether it shows something else there, and nothing like the scan near by, at the second scan after a pause."""
 
     @property
     def dropped_beams(self) -> int:

@@ -18,8 +18,8 @@ from mrslam.rbpf.loops.guesses import DISAGREE_MOST, LIGHT, Fit, Guess, shares, 
 from mrslam.rbpf.loops.kept_scans import KeptScans
 from mrslam.spatial import se2
 from mrslam.spatial.matching import places
-from mrslam.spatial.matching.gauss_newton import Match
 from mrslam.spatial.matching.branch_and_bound import CELL_M
+from mrslam.spatial.matching.gauss_newton import Match
 from mrslam.spatial.matching.global_search import LOOKS_MOST, Search, WallGrid, find, wall_grid
 from mrslam.spatial.se2 import Transform
 
