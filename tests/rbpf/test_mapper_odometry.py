@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mrslam.rbpf import Mapper, MapperConfig, UpdateInfo
+from mrslam.rbpf.front_end.health import LOST
 from mrslam.rbpf.mapper import STALE
 from mrslam.spatial import Scan, se2
 from tests.rbpf.rooms import SMALL, drive, errors, feed, make_scan
@@ -55,6 +56,16 @@ def test_no_two_scans_in_a_row_are_left_out_after_a_pause_nor_by_a_robot_that_re
     scan = make_scan(BEFORE, 130 * 10**8)
     nowhere = replace(scan, ranges_m=0.3 * scan.ranges_m)
     assert mapper.update(nowhere, se2.compose(BEFORE, np.array([0.0, 0.0, 1.4]))).reason == STALE  # after another pause
+
+
+@pytest.mark.parametrize("close_loops", [False, True])
+def test_a_robot_that_its_map_contradicts_twice_is_lost_until_it_is_back_at_a_place_it_knows(close_loops: bool) -> None:
+    mapper = Mapper(replace(SMALL, close_loops=close_loops), seed=1)
+    feed(mapper, drive(60))
+    infos = [turned(mapper, k, 0.4, 1.4) for k in range(30)]
+    assert [info.reason for info in infos] == [STALE] + 29 * [None] and infos[1].processed
+    assert max(info.health for info in infos[:6]) <= LOST
+    assert (mapper.health > LOST) == (mapper._back.loops.edges > 0) == close_loops
 
 
 def test_a_robot_that_stood_while_the_wheels_leapt_is_where_it_was() -> None:

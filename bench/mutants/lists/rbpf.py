@@ -26,8 +26,8 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/mapper.py",
-        "is_left_out = looked.is_contradicted and self._intake.put_back()",
-        "is_left_out = False",
+        "            if looked.is_contradicted and self._intake.put_back():",
+        "            if False:",
         "old odometry with the first scan after a pause turns the map",
     ),
     Mutant(
@@ -249,8 +249,8 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/front_end/health.py",
-        "most = LOST if self._is_carried else",
-        "most = DOUBTFUL if self._is_carried else",
+        "most = LOST if self._is_lost else",
+        "most = DOUBTFUL if self._is_lost else",
         "a robot that knows it was carried off publishes on",
     ),
     Mutant(
@@ -300,6 +300,36 @@ MUTANTS = (
         "share_least, other_than, looks_most, most)",
         "share_least, [], looks_most, most)",
         "places that are followed already are begun again",
+    ),
+    Mutant(
+        "rbpf/mapper.py",
+        "return replace(reading, is_contradicted=looked.is_contradicted)",
+        "return reading",
+        "a robot whose map contradicts its wheels twice is sure of where they have it",
+    ),
+    Mutant(
+        "rbpf/mapper.py",
+        "        is_key = self._history.keys == 0 or is_due or reading.is_contradicted",
+        "        is_key = self._history.keys == 0 or is_due",
+        "a contradicted robot is sure again before its next keyframe",
+    ),
+    Mutant(
+        "rbpf/mapper.py",
+        "        if step.is_carried or reading.is_contradicted:",
+        "        if step.is_carried:",
+        "a contradicted robot is sure until its keyframe is settled",
+    ),
+    Mutant(
+        "rbpf/mapper.py",
+        "            is_contradicted=reading.is_contradicted,\n        )",
+        "        )",
+        "a contradicted robot is sure again once its keyframe is settled",
+    ),
+    Mutant(
+        "rbpf/front_end/health.py",
+        "        self._is_lost |= key.is_carried or key.is_contradicted",
+        "        self._is_lost |= key.is_carried",
+        "a robot that its map contradicts is not lost",
     ),
     Mutant(
         "rbpf/front_end/prediction.py",
@@ -630,8 +660,8 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/mapper.py",
-        "replace(reading, reason=STALE, odom_motion=None) if is_left_out",
-        "replace(reading, reason=STALE) if is_left_out",
+        "replace(reading, reason=STALE, odom_motion=None)",
+        "replace(reading, reason=STALE)",
         "for one scan a robot is told to be where wheels say that the map contradicts",
     ),
     Mutant(

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from mrslam.rbpf.front_end.health import DOUBTFUL, Health
-from mrslam.rbpf.front_end.motion import Agreement, Keyframe
+from mrslam.rbpf.front_end.health import DOUBTFUL, LOST, Health
+from mrslam.rbpf.front_end.motion import CARRIED, Agreement, Keyframe
 from mrslam.spatial.hits.views import NO_ENDS, Beams
 
 
@@ -55,4 +57,19 @@ def test_a_little_unseen_of_a_long_way_is_no_doubt() -> None:
     health = Health()
     for _ in range(200):
         health.follow(agreement(1.0, 0.0), key(unseen_m=0.015))
+    assert health.value > 0.9
+
+
+@pytest.mark.parametrize("is_contradicted", [True, False])
+def test_a_robot_that_was_carried_or_that_its_map_contradicts_is_lost_until_it_is_back(is_contradicted: bool) -> None:
+    health, begin = Health(), replace(key(), is_contradicted=is_contradicted)
+    begin.arrival[CARRIED] = not is_contradicted
+    for there in [begin] + 50 * [key()]:
+        health.follow(agreement(1.0, 0.0), there)
+        assert health.value == LOST
+    other = Health()
+    other.restore(health.state())
+    assert other.value == LOST
+    health.anchor()
+    health.follow(agreement(1.0, 0.0), key())
     assert health.value > 0.9
