@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from mrslam.rbpf import Mapper, MapperConfig, UpdateInfo
+from mrslam.rbpf.front_end.front_end import has_stood
 from mrslam.rbpf.front_end.health import LOST
+from mrslam.rbpf.front_end.look_around import Looked
 from mrslam.rbpf.mapper import STALE
 from mrslam.spatial import Scan, se2
 from tests.rbpf.rooms import SMALL, drive, errors, feed, make_scan
@@ -66,6 +68,17 @@ def test_a_robot_that_its_map_contradicts_twice_is_lost_until_it_is_back_at_a_pl
     assert [info.reason for info in infos] == [STALE] + 29 * [None] and infos[1].processed
     assert max(info.health for info in infos[:6]) <= LOST
     assert (mapper.health > LOST) == (mapper._back.loops.edges > 0) == close_loops
+
+
+def test_a_contradicted_robot_that_moved_little_is_lost_at_once_and_remains_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    mapper, step = Mapper(replace(SMALL, close_loops=False), seed=1), np.array([0.31, 0.0, 0.0])
+    feed(mapper, drive(60))
+    monkeypatch.setattr("mrslam.rbpf.mapper.look_around", lambda *_: Looked(None, True))
+    there = se2.compose(BEFORE, step)
+    scans = [make_scan(there, (90 + k) * 10**8, rng=np.random.default_rng(k)) for k in range(20)]
+    assert not mapper._motion.is_due(SMALL, scans[0].stamp_ns) and not has_stood(step)
+    infos = [mapper.update(scan, there) for scan in scans]
+    assert infos[0].reason == STALE and infos[1].processed and max(info.health for info in infos) <= LOST
 
 
 def test_a_robot_that_stood_while_the_wheels_leapt_is_where_it_was() -> None:
