@@ -63,3 +63,11 @@ def test_a_robot_whose_map_was_removed_bends_no_other_map_any_more() -> None:
     bent = solution().without("b")
     assert not bent.bends and bent.ties == () and not bent.joined
     assert list(solution().without("c").bends) == ["a", "b"]  # not part of it
+
+
+def test_a_robot_that_was_removed_is_tied_to_nobody_and_those_it_did_not_bend_stay_as_they_are() -> None:
+    bent, (tie,) = solution(), solution().ties
+    others = Tie("c", "d", None, believed=False)  # type: ignore[arg-type]
+    both = replace(bent, ties=(tie, others), joined=frozenset("abcd"))
+    left = both.without("d")
+    assert left.ties == (tie,) and left.joined == frozenset("abc") and left.bends == both.bends
