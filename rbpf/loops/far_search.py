@@ -56,7 +56,8 @@ ASKED_MOST = 12
 QUIET_MOST_M = 25.0
 """A guess is given up where nothing spoke for it on this much way."""
 LOOKS_UNKNOWN = 20 * LOOKS_MOST
-"""The same for a robot that may be anywhere: with ``LOOKS_MOST`` the right place was passed over in an office."""
+"""Most squares looked at for a robot that may be anywhere: with ``LOOKS_MOST`` the right place was passed over in an
+office."""
 NOWHERE = Search([], True)
 RIVAL = 0.9
 """Another place that fits this share of what the guess does makes it ambiguous."""
