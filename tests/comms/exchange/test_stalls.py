@@ -255,3 +255,17 @@ def test_an_exchange_in_which_a_map_was_refused_is_done_at_once() -> None:
     done = liar.say(Manifest("b", liar.xid, "c", 50, 0, 9, 0.05, 0, [], [], [0], [0], [99]))
     assert node.dropped["bad manifest"] == 1
     assert [message.code for message in done if isinstance(message, Done)] == [HOLD_ALL]
+
+
+@pytest.mark.parametrize("silent_s", [0.0, 1.1 * QUICK.retry_s])
+def test_who_lets_a_manifest_pass_without_an_item_keeps_nobody_from_bringing_the_map(silent_s: float) -> None:
+    node = CommsNode("a", "team", 1, QUICK)
+    store = MapStore("c", 50, QUICK)
+    store.publish(big_map(400))
+    liar, third = Puppet(node, "b"), Puppet(node, "d")
+    liar.meet(("c", 50, 9))
+    liar.say(Manifest("b", liar.xid, "c", 50, 0, 9, 0.05, 0, [], [], [0], [0], [0]))
+    third.meet(("c", 50, 1))
+    node.on_tick(round(silent_s * SECOND))
+    third.bring(store, "c")
+    assert (node.store.version("c") == (50, 1)) == (silent_s > 0.0)
