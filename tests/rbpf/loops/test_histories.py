@@ -15,13 +15,17 @@ from mrslam.rbpf.loops.far_search import (
     BEGUN_MOST,
     CARRIED_EVERY_M,
     EVERY_M,
+    LOOKS_UNKNOWN,
     NEAR_M,
+    POINTS_LEAST,
     QUIET_MOST_M,
+    SHARE_LEAST,
+    STRETCH,
     FarSearch,
 )
 from mrslam.rbpf.loops.guesses import DISAGREE_MOST, NEW, Fit, Guess
 from mrslam.spatial.matching.gauss_newton import Match
-from mrslam.spatial.matching.global_search import Search, Spot
+from mrslam.spatial.matching.global_search import LOOKS_MOST, Search, Spot
 
 EVIDENCE = 10.0
 THERE, ELSEWHERE = np.zeros(3), np.array([2.0, 0.0, 0.0])
@@ -141,6 +145,26 @@ def test_a_history_begins_at_each_place_that_fits_as_many_as_may_be(
     far.most, far.guesses = histories, [Guess([Fit(0, 1, match())], T_map_newest=ELSEWHERE)]
     far._guess(np.zeros((2, 3)), np.array([0]), Drift(10.0, turn_rad))
     assert asked == [(most, 1)] and len(far.guesses) == 1 + most
+
+
+@pytest.mark.parametrize(("turn_rad", "looks_most"), [(np.pi, LOOKS_UNKNOWN), (0.3, LOOKS_MOST)])
+def test_places_are_looked_for_that_fit_well_enough_and_not_at_those_followed(
+    monkeypatch: pytest.MonkeyPatch, turn_rad: float, looks_most: int
+) -> None:
+    asked: list[Any] = []
+
+    def find(*args: Any) -> Search:
+        asked.append(args[3:])
+        return Search([], True)
+
+    monkeypatch.setattr("mrslam.rbpf.loops.far_search.find", find)
+    monkeypatch.setattr(FarSearch, "_walls", lambda *_: "walls")
+    far, _ = searching(match(), 10.0)
+    far._scans.uncarried = lambda *_: range(2)  # type: ignore[method-assign]
+    far._scans.joined = lambda *_: np.ones((POINTS_LEAST, 5))  # type: ignore[method-assign]
+    known = [ELSEWHERE]
+    assert not far._search(np.zeros((2, 3)), np.array([0]), Drift(10.0, turn_rad), STRETCH, known, most=3).spots
+    assert asked == [(10.0, turn_rad, SHARE_LEAST, known, looks_most, 3)]
 
 
 def test_a_new_history_is_not_weighed_by_scans_that_were_forgotten() -> None:
