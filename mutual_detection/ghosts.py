@@ -38,24 +38,40 @@ def clear_ghosts(
         return grid, 0
     marks = np.zeros(grid.shape, dtype=np.uint8)
     disc = _disc(radius_m, grid.resolution_m)
+    fresh = _fresh(*disc)
     for path in paths_m:
         path = np.asarray(path, dtype=np.float64).reshape(-1, 2)
         path = path[np.isfinite(path).all(axis=1)]
         cells = (path - np.asarray(grid.origin_m)) / grid.resolution_m
-        mark(marks, cells, LONGEST_STEP_M / grid.resolution_m, *disc)
+        mark(marks, cells, LONGEST_STEP_M / grid.resolution_m, *disc, *fresh)
     cells = grid.cells.copy()
     cleared = free(cells, marks, OCCUPIED_MIN, GAP_CELLS)
     return (OccupancyGrid(cells, grid.resolution_m, grid.origin_m), cleared) if cleared else (grid, 0)
 
 
 def _disc(radius_m: float, resolution_m: float) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.uint8]]:
-    """Return rows, columns and marks of the cells around one that a body stands on."""
+    """Return rows, columns and marks ``(N,)`` of the cells around one that a body stands on."""
     reach = math.ceil((radius_m + AROUND_M) / resolution_m)
     rows, cols = np.mgrid[-reach : reach + 1, -reach : reach + 1].astype(np.int32)
     away_m = np.hypot(rows, cols) * resolution_m
     marks = np.where(away_m <= radius_m - INSIDE_M, INSIDE, NEAR).astype(np.uint8)
     near = away_m <= radius_m + AROUND_M
     return rows[near], cols[near], marks[near]
+
+
+def _fresh(
+    rows: NDArray[np.int32], cols: NDArray[np.int32], marks: NDArray[np.uint8]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return which cells of a disc one step of a body raises, for the nine steps to a cell beside or the same.
+
+    The cells of step ``(dr, dc)`` are ``cells[ends[k]:ends[k + 1]]`` with ``k = 3 (dr + 1) + dc + 1``.
+    """
+    reach = int(rows.max()) + 1
+    before = np.zeros((2 * reach + 1, 2 * reach + 1), dtype=np.uint8)
+    before[rows + reach, cols + reach] = marks
+    steps = [(dr, dc) for dr in (-1, 0, 1) for dc in (-1, 0, 1)]
+    raised = [np.flatnonzero(marks > before[rows + dr + reach, cols + dc + reach]) for dr, dc in steps]
+    return np.concatenate(raised), np.cumsum([0, *(cells.size for cells in raised)])
 
 
 @njit(cache=True, nogil=True)
@@ -66,11 +82,16 @@ def mark(
     rows: NDArray[np.int32],
     cols: NDArray[np.int32],
     disc: NDArray[np.uint8],
+    fresh: NDArray[np.int64],
+    ends: NDArray[np.int64],
 ) -> None:  # pragma: no cover - compiled
-    """Raise ``marks`` ``(H, W)`` to ``disc`` around every cell that a path ``(K, 2)`` (x, y in cells) passes."""
+    """Raise ``marks`` ``(H, W)`` to ``disc`` around every cell that a path ``(K, 2)`` (x, y in cells) passes.
+
+    ``fresh``, ``ends`` : the cells of the disc that a step raises (:func:`_fresh`); a path is many small steps.
+    """
     height, width = marks.shape
     reach = rows.max()  # a body beside the map may reach into it
-    last_row, last_col = -1 - reach, -1 - reach
+    last_row, last_col = -3 - reach, -3 - reach  # beside no cell that is marked
     for i in range(path.shape[0]):
         steps, dx, dy = 0, 0.0, 0.0
         if i + 1 < path.shape[0]:
@@ -86,8 +107,12 @@ def mark(
                 continue
             if row < -reach or col < -reach or row >= height + reach or col >= width + reach:
                 continue
+            down, right = row - last_row, col - last_col
             last_row, last_col = row, col
-            for j in range(rows.size):
+            is_step = -1 <= down <= 1 and -1 <= right <= 1
+            step = 3 * (down + 1) + right + 1
+            for n in range(ends[step] if is_step else 0, ends[step + 1] if is_step else rows.size):
+                j = fresh[n] if is_step else n
                 r, c = row + rows[j], col + cols[j]
                 if 0 <= r < height and 0 <= c < width and marks[r, c] < disc[j]:
                     marks[r, c] = disc[j]

@@ -17,15 +17,14 @@ def _along_columns(mask: NDArray[np.bool_]) -> NDArray[np.float32]:  # pragma: n
     """Return the distance of every cell to the nearest true cell of its column, in cells."""
     height, width = mask.shape
     column = np.empty((height, width), dtype=np.float32)
-    for c in range(width):
-        gap = FAR
-        for r in range(height):
-            gap = 0.0 if mask[r, c] else gap + 1.0
-            column[r, c] = gap
-        gap = FAR
-        for r in range(height - 1, -1, -1):
-            gap = 0.0 if mask[r, c] else gap + 1.0
-            column[r, c] = min(column[r, c], gap)
+    far, one = np.float32(FAR), np.float32(1.0)
+    for r in range(height):  # row by row, as they lie in memory
+        for c in range(width):
+            above = column[r - 1, c] if r > 0 else far
+            column[r, c] = 0.0 if mask[r, c] else above + one
+    for r in range(height - 2, -1, -1):
+        for c in range(width):
+            column[r, c] = min(column[r, c], column[r + 1, c] + one)
     return column
 
 

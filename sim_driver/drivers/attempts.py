@@ -18,8 +18,6 @@ PROGRESS_M = 0.2
 class Attempt:
     """How a goal has been approached, over all times it was chosen: two goals taken in turns both run out of time."""
 
-    x_m: float
-    y_m: float
     nearest_m: float = math.inf
     spent_s: float = 0.0
     passed_over_until_ns: int = 0
@@ -40,16 +38,18 @@ class Attempts:
         """Start with none."""
         self._radius_m = radius_m
         self._all: list[Attempt] = []
+        self._at_m = np.empty((0, 2))
 
     def at(self, xy_m: NDArray[np.float64]) -> Attempt:
         """Return the attempt at a place ``(2,)``, a new one where there was none."""
-        x, y = xy_m.tolist()
-        for attempt in self._all:
-            if math.hypot(attempt.x_m - x, attempt.y_m - y) < self._radius_m:
-                return attempt
-        self._all.append(Attempt(x, y))
+        near = np.flatnonzero(np.hypot(*(self._at_m - xy_m).T) < self._radius_m)
+        if near.size:
+            return self._all[near[0]]
+        self._all.append(Attempt())
+        self._at_m = np.vstack([self._at_m, xy_m])
         return self._all[-1]
 
     def clear(self) -> None:
         """Forget all of them."""
         self._all.clear()
+        self._at_m = np.empty((0, 2))

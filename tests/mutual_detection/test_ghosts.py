@@ -121,3 +121,25 @@ def test_clears_what_the_slow_twin_clears(seed):
     # The paths are sampled once a cell here and finely there: cells whose corner alone is passed may differ.
     assert np.count_nonzero(cleared.cells != expected) <= 0.1 * np.count_nonzero(expected != cells)
     assert count == np.count_nonzero(cleared.cells != cells) > 2
+
+
+@pytest.mark.parametrize("step_m", [0.02, 0.05, 0.4, 2.0])
+def test_marks_the_whole_body_at_every_cell_it_passes(step_m):
+    """Steps of less than a cell, of several, and points that are not joined."""
+    rng = np.random.default_rng(3)
+    heading = np.cumsum(rng.normal(0, 0.7, 80))
+    path = 20.0 + np.cumsum(step_m / 0.05 * np.stack([np.cos(heading), np.sin(heading)], axis=1), axis=0)
+    rows, cols, disc = ghosts._disc(0.18, 0.05)
+    longest = ghosts.LONGEST_STEP_M / 0.05
+    marks = np.zeros((60, 70), dtype=np.uint8)
+    ghosts.mark(marks, path, longest, rows, cols, disc, *ghosts._fresh(rows, cols, disc))
+    expected = np.zeros_like(marks)
+    for a, b in zip(path, [*path[1:], path[-1]], strict=True):
+        length = float(np.hypot(*(b - a)))
+        steps = int(length) + 1 if length <= longest else 0
+        for k in range(steps + 1):
+            col, row = np.floor(a + (k / steps if steps else 0.0) * (b - a)).astype(int)
+            r, c = row + rows, col + cols
+            inside = (r >= 0) & (c >= 0) & (r < 60) & (c < 70)
+            np.maximum.at(expected, (r[inside], c[inside]), disc[inside])
+    np.testing.assert_array_equal(marks, expected)

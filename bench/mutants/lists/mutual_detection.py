@@ -155,6 +155,12 @@ MUTANTS = (
         "a path point just outside a map frees no ghost inside",
     ),
     Mutant(
+        "mutual_detection/ghosts.py",
+        "step = 3 * (down + 1) + right + 1",
+        "step = 3 * (right + 1) + down + 1",
+        "ghosts beside a robot's way stay where it drove one way, and walls go",
+    ),
+    Mutant(
         "mutual_detection/sight.py",
         "not room_m < away_m <= scan.range_max_m - room_m",
         "not room_m < away_m",

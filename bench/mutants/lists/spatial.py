@@ -113,8 +113,8 @@ MUTANTS = (
     ),
     Mutant(
         "spatial/distance.py",
-        "column[r, c] = min(column[r, c], gap)",
-        "column[r, c] = gap",
+        "column[r, c] = min(column[r, c], column[r + 1, c] + one)",
+        "column[r, c] = column[r, c]",
         "distances to walls below are not seen",
     ),
     Mutant(
