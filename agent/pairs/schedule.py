@@ -33,9 +33,9 @@ case.
 Measured over 114 merges of missions with faults: half came with the 3rd try, nine in ten by the 6th, the last with the
 9th."""
 FEW = 5
-"""Maps not found in the own one that are all searched for again when it has grown by ``agent.align_growth``. Where there
-are more, it must have grown by as much more: what searches cost follows what robots map, not how many they are. With
-sixteen robots growth of 0.3 in place of 0.1 found their maps as soon, with half of the searches."""
+"""Maps not found in the own one that are all searched for again when it has grown by ``agent.align_growth``. Where more
+are not, it must have grown by as much more: what searches cost follows what robots map, not how many they are. Sixteen
+robots found each other's maps as soon after growth of 0.3 as of 0.1, with half of the searches."""
 CONFIRMED_GROWTH = 1.0
 """Growth of a map that the joint solution ties to another, by its own scans, after which both are searched for another
 place, where that is more than ``agent.realign_growth``: twice what it was. Walls that come to contradict the place are

@@ -51,7 +51,7 @@ MUTANTS = (
     ),
     Mutant(
         SCHEDULE,
-        "            return self._is_worth_a_search(belief, maps, is_eager=is_eager, has_waited=has_waited)",
+        "            return self._is_worth_a_search(belief, maps, growth, is_eager=is_eager, has_waited=has_waited)",
         "            return False",
         "a pair that was rejected once is never tried again",
     ),
@@ -300,6 +300,18 @@ MUTANTS = (
         "        return (0 if self.own_id in pair else 1, 0 if belief.last is None else 1, tried)",
         "        return (0, 0 if belief.last is None else 1, tried)",
         "pairs of others are aligned before the own",
+    ),
+    Mutant(
+        "agent/pairs/schedule.py",
+        "max(1.0, self._sought(beliefs) / FEW)",
+        "1.0",
+        "each of sixteen robots searches for fifteen maps whenever its own has grown by a tenth",
+    ),
+    Mutant(
+        "agent/pairs/schedule.py",
+        "belief.found is None and self.own_id in pair and not any(is_saved(map_id) for map_id in pair)",
+        "self.own_id in pair",
+        "the last maps of a large team are searched for as seldom as the first ones",
     ),
     Mutant(
         "agent/pairs/schedule.py",

@@ -106,6 +106,12 @@ MUTANTS = (
         "no ghosts are ever counted",
     ),
     Mutant(
+        "sim_driver/drivers/attempts.py",
+        "            return self._all[near[0]]\n",
+        "            return self._all[near[-1]]\n",
+        "goals near each other start each other's time anew",
+    ),
+    Mutant(
         "sim_driver/drivers/costmap.py",
         "    weight[~free | (gap_m < body)] = np.inf",
         "    weight[~free] = np.inf",

@@ -38,6 +38,24 @@ def test_a_rejected_pair_waits_for_growth() -> None:
     assert team.due(100) == ("r1", "r2")
 
 
+@pytest.mark.parametrize(("others", "found_already", "growth"), [(5, 0, 0.1), (8, 0, 0.16), (8, 2, 0.12), (8, 4, 0.1)])
+def test_where_many_maps_are_not_found_each_is_searched_for_after_as_much_more_growth(
+    others: int, found_already: int, growth: float
+) -> None:
+    team = Floors("r2", *(f"x{k}" for k in range(others)))
+    team.save("office@monday")  # no robot's
+    while team.due(0.0) is not None:
+        team.align(Rejection("overlap 2 %", 0.1, None, "auto"), 0.0)
+    for k in range(found_already):
+        team.beliefs["r2", f"x{k}"].stability.previous = found()
+    rows = np.arange(64, 90)
+    grown = int(rows[rows**2 >= (1.0 + growth) * 64**2][0])
+    team.grow("x4", grown - 1, 2)
+    assert team.due(20.0) is None
+    team.grow("x4", grown, 3)
+    assert team.due(20.0) == ("r2", "x4")
+
+
 def test_a_merged_pair_is_aligned_again_when_its_maps_have_changed() -> None:
     team = merged()
     assert team.due(100) is None  # nothing changed
