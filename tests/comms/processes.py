@@ -164,7 +164,9 @@ class Robot:
                 os.kill(self.process.pid, signal.SIGCONT)
             with contextlib.suppress(OSError):
                 self.tell("stop")
-            self.process.join(DEADLINE_S)
+            end = time.monotonic() + DEADLINE_S
+            while self.process.is_alive() and time.monotonic() < end:
+                self._receive(0.1)  # else one that has much to report waits for room in the pipe, and never ends
         if self.process.is_alive():
             self.process.kill()
             self.process.join()
