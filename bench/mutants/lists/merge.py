@@ -167,8 +167,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/contradictions.py",
-        "        near_m = self.config.contradiction_tolerance_m * float(np.sqrt(hops))",
-        "        near_m = 1e3",
+        "if found.share_against > self.config.contradiction_share and",
+        "if found.share_against > 1.0 and",
         "no two maps ever contradict each other",
     ),
     Mutant(
