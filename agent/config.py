@@ -46,7 +46,7 @@ class AgentConfig:
     for without waiting once its map has grown."""
     align_growth: float = 0.10
     """Expert: a pair not merged is tried again when the known area of either map has grown by this share, > 0; where
-    more than five maps are not found in the own one, by as many times more."""
+    more than five maps are not found in the own one, by as many times more, or after 90 s."""
     realign_growth: float = 0.25
     """Expert: a merged pair is aligned again, to follow its maps, when the area of either grew by this share, > 0;
     where scans tie the two, when it has doubled."""

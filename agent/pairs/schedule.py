@@ -34,8 +34,8 @@ Measured over 114 merges of missions with faults: half came with the 3rd try, ni
 9th."""
 FEW = 5
 """Maps not found in the own one that are all searched for again when it has grown by ``agent.align_growth``. Where more
-are not, it must have grown by as much more: what searches cost follows what robots map, not how many they are. Sixteen
-robots found each other's maps as soon after growth of 0.3 as of 0.1, with half of the searches."""
+are not, it must have grown by as much more, or ``PATIENCE_S`` have passed: what searches cost follows what robots map,
+not how many they are (docs/performance.md)."""
 CONFIRMED_GROWTH = 1.0
 """Growth of a map that the joint solution ties to another, by its own scans, after which both are searched for another
 place, where that is more than ``agent.realign_growth``: twice what it was. Walls that come to contradict the place are
@@ -199,6 +199,7 @@ class Schedule:
         if belief.alignment is None:
             has_waited = waited_ns >= PATIENCE_S * 1e9
             is_eager = has_waited or (self.own_id in pair and belief.attempts < PATIENT_AFTER)
+            growth = self.config.align_growth if has_waited else growth
             return self._is_worth_a_search(belief, maps, growth, is_eager=is_eager, has_waited=has_waited)
         is_old = waited_ns / 1e9 >= self.config.realign_interval_s and not is_confirmed
         if is_old or not self._outgrown(belief, maps, CONFIRMED_GROWTH if is_confirmed else 0.0):

@@ -54,6 +54,10 @@ def test_where_many_maps_are_not_found_each_is_searched_for_after_as_much_more_g
     assert team.due(20.0) is None
     team.grow("x4", grown, 3)
     assert team.due(20.0) == ("r2", "x4")
+    team.grow("x4", 67, 4)
+    assert team.due(PATIENCE_S) is None
+    team.grow("x4", 68, 5)
+    assert team.due(PATIENCE_S) == ("r2", "x4")  # a tenth, after a while
 
 
 def test_a_merged_pair_is_aligned_again_when_its_maps_have_changed() -> None:
