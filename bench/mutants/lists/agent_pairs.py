@@ -315,6 +315,12 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/schedule.py",
+        "            growth = self.config.align_growth if has_waited else growth\n",
+        "",
+        "in a large team a map that hardly grows is not looked for in others for minutes",
+    ),
+    Mutant(
+        "agent/pairs/schedule.py",
         "is_turn = belief.attempts % EVERYWHERE_EVERY == EVERYWHERE_EVERY - 1",
         "is_turn = False",
         "a wrong known start is never looked beyond",
