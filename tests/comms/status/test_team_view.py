@@ -5,6 +5,7 @@ import json
 import pytest
 
 from mrslam.comms import Sighting, TeamView, status_report
+from mrslam.comms.status.team_view import MAX_SHOWN
 from mrslam.comms.wire import messages as m
 from tests.comms.team import Team
 
@@ -62,6 +63,15 @@ def test_what_is_not_a_status_of_its_sender_is_counted(team):
     )
     assert view.dropped == {"misattributed": 2, "foreign team": 1, "corrupt": 1, "oversized": 1}
     assert view.snapshot(0.0) == []
+
+
+def test_robots_remembered_are_bounded_and_those_known_are_followed(team):
+    view, good = TeamView(), report(team, "a")
+    view.take([Sighting("team", "a", None)], 0.0)
+    view.take([Sighting("team", f"x{k}", None) for k in range(3 * MAX_SHOWN)], 0.0)
+    assert len(view.snapshot(0.0)) == MAX_SHOWN
+    view.take([Sighting("team", "a", good)], 1.0)
+    assert view.snapshot(1.0)[0]["status"] is not None
 
 
 def test_who_left_is_told_as_gone(team):
