@@ -62,14 +62,14 @@ class PairJudge:
     def judge(self, a: str, b: str, T_a_b: Transform) -> Judgement | str:
         """Return the error of ``T_a_b``, or why it is not known."""
         *known, in_true_map = self.places
-        found = _by_place(known, a, b, T_a_b)
+        found = by_place(known, a, b, T_a_b)
         if found is not None and a in self.run.T_world_way and b in self.run.T_world_way:
             off_m, off_deg = pair_error(T_a_b, self.run.T_world_way[a], self.run.T_world_way[b])
             found = replace(found, alignment_m=off_m, alignment_deg=off_deg)
         return (
             found
-            or _by_relations(self.run, self.relations, a, b, T_a_b)
-            or _by_place([in_true_map], a, b, T_a_b)
+            or by_relations(self.run, self.relations, a, b, T_a_b)
+            or by_place([in_true_map], a, b, T_a_b)
             or "no truth, reference, relation or true map links the two"
         )
 
@@ -92,9 +92,10 @@ def pair_judge(run: RunResults, references: References) -> PairJudge:
     return PairJudge(run, relations_of(run, references), places)
 
 
-def _by_place(
+def by_place(
     places: Sequence[tuple[Mapping[str, Transform], str]], a: str, b: str, T_a_b: Transform
 ) -> Judgement | None:
+    """Return the error by the first of the places that have both maps, None where none has."""
     for placed, words in places:
         if a in placed and b in placed:
             return Judgement(*pair_error(T_a_b, placed[a], placed[b]), words)
@@ -109,7 +110,8 @@ def relations_of(run: RunResults, references: References) -> Relations | None:
     return None if path is None else read_relations(path)
 
 
-def _by_relations(run: RunResults, relations: Relations | None, a: str, b: str, T_a_b: Transform) -> Judgement | None:
+def by_relations(run: RunResults, relations: Relations | None, a: str, b: str, T_a_b: Transform) -> Judgement | None:
+    """Return the mean error over the relations between robots of one log, None where none links them."""
     logs = {robot.id: robot.log for robot in run.mission.robots}
     if relations is None or logs[a] is None or logs[a] != logs[b]:
         return None

@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from mrslam.sim_driver.evaluate.relations import cross_errors, read_relations
+from mrslam.sim_driver.evaluate.judges import References, by_place, by_relations, relations_of
 from mrslam.sim_driver.evaluate.results import RunResults, link_totals
 from mrslam.sim_driver.evaluate.sides import givers_of, pairs_of, placed_together, sides_of, speaker_of
 from mrslam.sim_driver.evaluate.team import team_figures
-from mrslam.sim_driver.evaluate.truth import pair_error
 from mrslam.sim_driver.missions.mission import Mission
 from mrslam.sim_driver.missions.run_files import METRICS_FILE
 from mrslam.spatial.files.atomic import write_text
@@ -75,16 +74,8 @@ def _error(run: RunResults, a: str, b: str, T_a_b: list[float] | None) -> tuple[
     """Return the pair's mean error (m, deg) and what it was judged by."""
     if T_a_b is None:
         return None, None, "not merged"
-    starts, mission = run.T_world_map, run.mission
-    if a in starts and b in starts:
-        off_m, off_deg = pair_error(np.array(T_a_b), starts[a], starts[b])
-        return round(off_m, 4), round(off_deg, 4), "simulated truth"
-    logs = {robot.id: robot.log for robot in mission.robots}
-    if mission.truth.relations is None or logs[a] is None or logs[a] != logs[b]:
+    found = by_place([(run.T_world_map, "simulated truth")], a, b, np.array(T_a_b))
+    found = found or by_relations(run, relations_of(run, References()), a, b, np.array(T_a_b))
+    if found is None:
         return None, None, "no truth"
-    relations = read_relations(mission.find(mission.truth.relations))
-    errors = cross_errors(relations, run.trajectory(a), run.trajectory(b), np.array(T_a_b))
-    if len(errors) == 0:
-        return None, None, "no relation links the two robots"
-    mean_m, mean_deg = errors.mean(axis=0)
-    return round(float(mean_m), 4), round(float(mean_deg), 4), f"{len(errors)} of {len(relations[0])} relations"
+    return round(found.error_m, 4), round(found.error_deg, 4), found.judged_by

@@ -47,8 +47,8 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/evaluate/judges.py",
-        "found = _by_place(known, a, b, T_a_b)",
-        "found = _by_place(known[::-1], a, b, T_a_b)",
+        "found = by_place(known, a, b, T_a_b)",
+        "found = by_place(known[::-1], a, b, T_a_b)",
         "a reference is preferred to the truth",
     ),
     Mutant(
