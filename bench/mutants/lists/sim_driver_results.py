@@ -357,4 +357,22 @@ MUTANTS = (
         "    if False:",
         "the report says that all robots share one map where one has it",
     ),
+    Mutant(
+        "sim_driver/run/metrics.py",
+        '    row["status"] = "accepted" if row["status"] == "accepted" else "rejected"\n',
+        "",
+        "a pair that was unmerged is neither merged nor rejected in the metrics",
+    ),
+    Mutant(
+        "sim_driver/run/metrics.py",
+        '    for line in run.damage:\n        log.warning("%s", line)\n',
+        "",
+        "nobody is told that a robot's file is damaged",
+    ),
+    Mutant(
+        "sim_driver/evaluate/judges.py",
+        "    if relations is None or logs[a] is None or logs[a] != logs[b]:",
+        "    if relations is None:",
+        "robots of different logs are judged by relations of one",
+    ),
 )
