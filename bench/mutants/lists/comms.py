@@ -710,4 +710,34 @@ MUTANTS = (
         "if False:",
         "who watches remembers any number of robots",
     ),
+    Mutant(
+        "comms/exchange/rendezvous.py",
+        "            known.strong_since_ns = now_ns\n",
+        "            pass\n",
+        "two robots that come into reach open an exchange at once, both of them",
+    ),
+    Mutant(
+        "comms/exchange/rendezvous.py",
+        "now_ns >= self._due_ns(peer) and is_worth(peer)",
+        "now_ns >= self._due_ns(peer)",
+        "exchanges are opened though there is nothing to exchange",
+    ),
+    Mutant(
+        "comms/exchange/rendezvous.py",
+        "max(since_done, known.done_ns + round(self.config.exchange_timeout_s * 1e9))",
+        "known.done_ns + round(self.config.exchange_timeout_s * 1e9)",
+        "two robots that meet again open an exchange at once, both of them",
+    ),
+    Mutant(
+        "comms/exchange/rendezvous.py",
+        "round(BUSY_PAUSE_NS * (1.0 + self.rng.random()))",
+        "BUSY_PAUSE_NS",
+        "robots that refused each other begin together again and again",
+    ),
+    Mutant(
+        "comms/exchange/rendezvous.py",
+        "(1.0 + 0.2 * self.rng.random())",
+        "1.0",
+        "exchanges that failed together are tried again together",
+    ),
 )

@@ -61,6 +61,36 @@ def test_one_of_two_opens_first():
     assert high.due(S) == ["a"]  # where the other does not begin
 
 
+def test_one_of_two_opens_first_whenever_they_come_into_reach():
+    high = rendezvous("b", exchange_timeout_s=30)
+    high.on_quality("a", 1.0, 100 * S)
+    assert high.due(100 * S) == [] and high.due(101 * S) == ["a"]
+    high.done("a", 101 * S)
+    high.on_quality("a", 0.0, 102 * S)
+    high.on_quality("a", 1.0, 200 * S)  # the timeout has passed by then
+    assert high.due(200 * S) == [] and high.due(201 * S) == ["a"]
+
+
+def test_nobody_is_met_for_nothing():
+    r = rendezvous(max_parallel_exchanges=1)
+    for peer in ("b", "c"):
+        r.on_quality(peer, 1.0, 0)
+    assert r.due(S, lambda peer: peer != "b") == ["c"]
+    assert r.due(S, lambda peer: False) == []
+
+
+def test_pauses_differ_so_that_two_robots_do_not_begin_together_again_and_again():
+    refused, failed = rendezvous(), rendezvous(backoff_s=2, backoff_max_s=2)
+    pauses_s = []
+    for _ in range(20):
+        refused.refused("b", 0)
+        failed.failed("b", 0)
+        pauses_s.append([one.peers["b"].paused_until_ns / S for one in (refused, failed)])
+    by_refusal, by_failure = np.array(pauses_s).T
+    assert 0.5 <= by_refusal.min() < 0.6 and 0.9 < by_refusal.max() <= 1.0
+    assert 2.0 <= by_failure.min() < 2.1 and 2.3 < by_failure.max() <= 2.4
+
+
 def test_failures_back_off_up_to_a_bound_and_success_ends_that():
     r = rendezvous(backoff_s=2, backoff_max_s=20, exchange_timeout_s=0)
     r.on_quality("b", 1.0, 0)
