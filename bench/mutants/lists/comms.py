@@ -740,4 +740,46 @@ MUTANTS = (
         "1.0",
         "exchanges that failed together are tried again together",
     ),
+    Mutant(
+        "comms/neighbours/link_quality.py",
+        "elif self._seq - seq < self._expected and not is_late:",
+        "elif not is_late:",
+        "beacons from before a link was known make it better than it is",
+    ),
+    Mutant(
+        "comms/neighbours/link_quality.py",
+        "self._heard_ns = max(self._heard_ns, now_ns)",
+        "self._heard_ns = now_ns",
+        "a beacon handed on out of order makes a link silent",
+    ),
+    Mutant(
+        "comms/neighbours/link_quality.py",
+        "gap = min(seq - self._seq, self._size)",
+        "gap = seq - self._seq",
+        "a neighbour that skips numbers takes all memory",
+    ),
+    Mutant(
+        "comms/neighbours/link_quality.py",
+        "now_ns - self._heard_ns <= (1.0 + SILENCE_GRACE) * period_ns",
+        "True",
+        "beacons stay rare while a neighbour falls silent",
+    ),
+    Mutant(
+        "comms/neighbours/link_quality.py",
+        "max(beacon.period_ns, LEAST_PERIOD_NS)",
+        "beacon.period_ns",
+        "a neighbour that says it sends without pause ends the robot",
+    ),
+    Mutant(
+        "comms/neighbours/link_quality.py",
+        "self.config.link_smoothing * (raw - neighbour.quality)",
+        "(raw - neighbour.quality)",
+        "the quality of a link jumps with every beacon",
+    ),
+    Mutant(
+        "comms/neighbours/link_quality.py",
+        "            or neighbour.window.quality(now_ns, neighbour.period_ns) == 0.0\n",
+        "",
+        "a neighbour that is gone keeps beacons frequent for good",
+    ),
 )

@@ -132,3 +132,47 @@ def test_a_link_of_which_the_other_end_loses_beacons_is_not_calm_though_all_of_i
     for k in range(30):
         monitor.hear("b", HeardBeacon(k, k * PERIOD, PERIOD, nlq), k * PERIOD)
     assert monitor.is_calm(29 * PERIOD) is is_calm
+
+
+def test_numbers_far_apart_are_bounded_and_take_no_memory():
+    window = BeaconWindow(16)
+    now = drive(window, [(k, 1) for k in range(1, 17)])
+    window.hear(2**62, now, now + PERIOD, 10**15)  # a neighbour may send any number
+    assert window.quality(now + PERIOD, PERIOD) == pytest.approx(1 / 16)
+    for seq in (0, 2**62 - 17, 2**61):
+        window.hear(seq, now, now + PERIOD, 10**15)
+    assert window.quality(now + PERIOD, PERIOD) == pytest.approx(1 / 16)  # older than all that was expected
+    young = BeaconWindow(64)
+    for seq in (10, 3):
+        young.hear(seq, seq * PERIOD, seq * PERIOD, 10**15)
+    assert young.quality(10 * PERIOD, PERIOD) == pytest.approx(1 / MIN_EXPECTED)  # from before it was heard
+
+
+def test_silence_counts_from_the_newest_time_at_which_a_beacon_was_heard():
+    window = BeaconWindow(10)
+    now = drive(window, [(k, 1) for k in range(1, 11)])
+    window.hear(10, 10 * PERIOD, now - 5 * PERIOD, 10**15)  # handed on out of order
+    assert window.quality(now + PERIOD, PERIOD) == 1.0
+
+
+def test_quality_is_smoothed():
+    monitor = LinkMonitor(CommsConfig(link_smoothing=0.25))
+    for k in range(30):
+        monitor.hear("b", HeardBeacon(k, k * PERIOD, PERIOD, 1.0), k * PERIOD)
+    steps = [monitor.update(29 * PERIOD)["b"] for _ in range(3)]
+    assert steps == pytest.approx([0.25, 0.4375, 0.578125])
+
+
+def test_a_link_is_not_calm_while_a_beacon_is_overdue_and_one_that_is_gone_disturbs_nobody():
+    monitor = LinkMonitor(CommsConfig(beacon_window=16))
+    assert monitor.is_calm(0)
+    for k in range(30):
+        monitor.hear("b", HeardBeacon(k, k * PERIOD, PERIOD, 1.0), k * PERIOD)
+    calm = [monitor.is_calm((29 + periods) * PERIOD) for periods in (2, 3, 10, 40)]
+    assert calm == [True, False, False, True]
+
+
+def test_a_period_of_nothing_divides_nothing():
+    monitor = LinkMonitor(CommsConfig())
+    monitor.hear("b", HeardBeacon(1, 0, 0, 1.0), 0)
+    assert monitor.lq("b", 10**9) == 0.0
