@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import logging
+from collections.abc import Callable
+from functools import cache
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -11,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from mrslam.sim_driver.evaluate.judges import References, by_place, by_relations, relations_of
+from mrslam.sim_driver.evaluate.relations import Relations
 from mrslam.sim_driver.evaluate.results import RunResults, link_totals
 from mrslam.sim_driver.evaluate.sides import givers_of, pairs_of, placed_together, sides_of, speaker_of
 from mrslam.sim_driver.evaluate.team import team_figures
@@ -26,7 +29,8 @@ log = logging.getLogger(__name__)
 def write_metrics(mission: Mission, folder: Path, *, wall_s: float, mission_s: float, **more: Any) -> dict[str, Any]:
     """Write ``metrics.json`` into the run's folder and return it."""
     run = RunResults.of(mission, folder)
-    pairs = [_pair(run, a, b) for a, b in pairs_of(run.beliefs)]
+    relations = cache(lambda: relations_of(run, References()))  # read once, where a pair is judged by them
+    pairs = [_pair(run, a, b, relations) for a, b in pairs_of(run.beliefs)]
     team = team_figures(run, pairs)
     for line in run.damage:
         log.warning("%s", line)
@@ -53,7 +57,7 @@ def _robot(run: RunResults, robot_id: str) -> dict[str, Any]:
     return row if usage is None else {**row, "usage": usage}
 
 
-def _pair(run: RunResults, a: str, b: str) -> dict[str, Any]:
+def _pair(run: RunResults, a: str, b: str, relations: Callable[[], Relations | None]) -> dict[str, Any]:
     """Return what is believed of a pair: by the first of the two that merged, or by a third where neither has."""
     views = {
         robot_id: row
@@ -66,16 +70,18 @@ def _pair(run: RunResults, a: str, b: str) -> dict[str, Any]:
     row = {**(unknown if speaker is None else views[speaker]), **sides_of(views, a, b, givers_of(run.beliefs))}
     row["placed_together_by"] = placed_together(run.beliefs, a, b)
     row["status"] = "accepted" if row["status"] == "accepted" else "rejected"
-    row["error_m"], row["error_deg"], row["judged_by"] = _error(run, a, b, row["T_a_b"])
+    row["error_m"], row["error_deg"], row["judged_by"] = _error(run, a, b, row["T_a_b"], relations)
     return row
 
 
-def _error(run: RunResults, a: str, b: str, T_a_b: list[float] | None) -> tuple[float | None, float | None, str]:
+def _error(
+    run: RunResults, a: str, b: str, T_a_b: list[float] | None, relations: Callable[[], Relations | None]
+) -> tuple[float | None, float | None, str]:
     """Return the pair's mean error (m, deg) and what it was judged by."""
     if T_a_b is None:
         return None, None, "not merged"
     found = by_place([(run.T_world_map, "simulated truth")], a, b, np.array(T_a_b))
-    found = found or by_relations(run, relations_of(run, References()), a, b, np.array(T_a_b))
+    found = found or by_relations(run, relations(), a, b, np.array(T_a_b))
     if found is None:
-        return None, None, "no truth"
+        return None, None, "no truth" if relations() is None else "no relation links the two robots"
     return round(found.error_m, 4), round(found.error_deg, 4), found.judged_by

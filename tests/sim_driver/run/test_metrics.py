@@ -13,8 +13,10 @@ import pytest
 
 from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.sim_driver.missions.run_folder import read_metrics
-from mrslam.sim_driver.run.metrics import NEVER_MET, write_metrics
+from mrslam.sim_driver.run.metrics import NEVER_MET, _error, write_metrics
 from mrslam.spatial import se2
+from tests.sim_driver.evaluate.test_judges import T_A_B, relations
+from tests.sim_driver.evaluate.test_judges import run as recorded_run
 from tests.sim_driver.runs import played
 
 STARTS = ([2.0, 2.0, 0.0], [3.0, 2.5, 1.0])
@@ -73,6 +75,19 @@ def test_a_merge_by_one_of_two_is_judged_by_the_simulator(run: Path, tmp_path: P
     pair = told(run, tmp_path / "copy", r1={"status": "rejected", "reason": "too little wall"}, r2=merge)
     assert (pair["status"], pair["accepted_by"], pair["judged_by"]) == ("accepted", ["r2"], "simulated truth")
     assert pair["error_m"] == pytest.approx(0.5, abs=0.02) and pair["error_deg"] == pytest.approx(5.73, abs=0.1)
+
+
+def test_robots_of_a_log_are_judged_by_its_relations_or_it_is_said_why_not() -> None:
+    recorded, merge = recorded_run(("a", "a")), T_A_B.tolist()
+    assert _error(recorded, "r1", "r2", merge, relations) == (
+        pytest.approx(0.0),
+        pytest.approx(0.0),
+        "20 of 20 relations",
+    )
+    first, second, T_first_second = relations()
+    elsewhere = (first + 10**9, second + 10**9, T_first_second)  # of times at which neither was on its way
+    assert _error(recorded, "r1", "r2", merge, lambda: elsewhere) == (None, None, "no relation links the two robots")
+    assert _error(recorded, "r1", "r2", merge, lambda: None) == (None, None, "no truth")
 
 
 def test_what_is_damaged_is_said(run: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
