@@ -25,8 +25,8 @@ MUTANTS = (
     ),
     Mutant(
         EXCHANGES,
-        "        if exchange.accepted:\n            self._fail(exchange, message.reason, now_ns)\n        else:\n            self._drop",
-        "        if True:\n            self._drop",
+        "        if exchange.accepted:\n            self._fail(exchange, message.reason",
+        "        if False:\n            self._fail(exchange, message.reason",
         "an exchange that the peer ends is counted as one that never began",
     ),
     Mutant(
