@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import pty
@@ -127,13 +128,12 @@ def test_a_closed_team_is_seen_with_keys_only(alone, tmp_path):
 
 def test_what_a_robot_leaves_for_others_of_its_machine(alone):
     endpoint = f"tcp/0.0.0.0:{free_port()}"
-    transport = ZenohTransport("a", "team", listen=[endpoint])
-    found = local_robots()
-    assert [(robot.team, robot.robot, robot.pid) for robot in found] == [("team", "a", os.getpid())]
-    assert found[0].endpoints == [endpoint.replace("0.0.0.0", "127.0.0.1")]
-    assert not found[0].is_secure
-    assert folder().stat().st_mode & 0o077 == 0
-    transport.close()
+    with contextlib.closing(ZenohTransport("a", "team", listen=[endpoint])):
+        found = local_robots()
+        assert [(robot.team, robot.robot, robot.pid) for robot in found] == [("team", "a", os.getpid())]
+        assert found[0].endpoints == [endpoint.replace("0.0.0.0", "127.0.0.1")]
+        assert not found[0].is_secure
+        assert folder().stat().st_mode & 0o077 == 0
     assert local_robots() == []
     stale = folder() / "team.b.1.json"
     ended = subprocess.Popen([sys.executable, "-c", ""])

@@ -44,9 +44,10 @@ def test_a_few_changed_cells_cost_a_few_bytes():
 @given(seed=seeds, cut=st.integers(0, 400), planes=st.booleans())
 @settings(max_examples=80, deadline=None)
 def test_cut_off_or_lengthened_tiles_are_refused(seed, cut, planes):
-    cells = tiles(seed, 1, 102 if planes else 3)
+    cells = tiles(seed, 1, 63 if planes else 3)
     base = unknown_tile()[None]
     raw = pack_tiles(cells, base)
+    assert (raw[0] >= 128) == planes
     for wrong in (raw[: min(cut, len(raw) - 1)], raw + b"\0" * (1 + cut)):
         with pytest.raises(WireError):
             unpack_tiles(wrong, base)
@@ -71,6 +72,8 @@ def test_decompression_is_bounded_before_it_begins():
         decompress(packed, 1_000_000, 4096)
     with pytest.raises(WireError):
         decompress(packed, 4096, 4096)  # says less than it holds
+    with pytest.raises(WireError):
+        decompress(packed, 1_000_001, 1_000_001)  # says more
     with pytest.raises(WireError):
         decompress(b"\xff\xff\xff", 10, 4096)
     assert decompress(packed, 1_000_000, 1_000_000) == b"\0" * 1_000_000
