@@ -24,6 +24,17 @@ def test_follows_the_truth_within_centimetres() -> None:
     assert mapper.online_trajectory().stamps_ns.size == 150
 
 
+def test_the_online_trajectory_is_what_was_reported_when_each_scan_came() -> None:
+    poses = drive(60)
+    mapper, reported = Mapper(SMALL, seed=1), []
+    for k in range(len(poses)):
+        feed(mapper, poses[: k + 1], start=k)
+        reported.append(mapper.T_map_base)
+    online = mapper.online_trajectory()
+    assert np.allclose(online.T_map_base, reported, atol=1e-5)
+    assert (np.diff(online.stamps_ns) > 0).all()
+
+
 def test_keyframes_far_apart_leave_nothing_old_enough_to_compare() -> None:
     truth = np.concatenate([drive(60)] * 4)
     mapper = Mapper(replace(SMALL, linear_update_m=15.0, angular_update_rad=50.0))

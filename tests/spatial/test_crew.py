@@ -55,6 +55,27 @@ def test_who_waits_takes_its_share() -> None:
     assert len(set(names)) == 2
 
 
+def test_a_shared_job_is_over_when_its_last_part_is() -> None:
+    crew, begun, over = Crew(2), threading.Event(), threading.Event()
+
+    def job(first: int, last: int) -> None:
+        if threading.current_thread() is threading.main_thread():
+            begun.set()
+            assert not returned.wait(0.2), "returned before the part on this thread was done"
+            over.set()
+        else:
+            assert begun.wait(30.0), "the waiting thread did not help"
+
+    returned = threading.Event()
+
+    def task() -> bool:
+        crew.share(job, 2)
+        returned.set()
+        return over.is_set()
+
+    assert crew.begin(task).result()
+
+
 @pytest.mark.parametrize("threads", [1, 2, 3])
 def test_what_comes_before_is_done_before_and_what_is_beside_is_done_once(threads: int) -> None:
     crew = Crew(threads)

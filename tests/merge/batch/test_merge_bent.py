@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mrslam.merge import merge_maps
-from mrslam.spatial import se2
+from mrslam.spatial import OccupancyGrid, se2
 from tests.merge.joint.blocks import drawn, drive, errors_m
 
 A, B = drive(0.0, 70.0, 0.0007, seed=1), drive(30.0, 80.0, -0.0007, seed=2)
@@ -31,6 +31,21 @@ def test_without_their_ways_they_are_merged_by_a_bend_of_their_walls_and_laid_as
         assert found.evidence.bent_m > 0.1
         away_m, turned_rad = se2.difference(found.T_a_b, merged.edges["a", "b"].T_a_b)
         assert away_m < 2.0 and turned_rad < 0.1
+
+
+def test_beside_an_anchor_without_a_way_maps_are_laid_as_they_are():
+    result = merge_maps({**GRIDS, "0": GRIDS["a"]}, trails=TRAILS)
+    team = result.team_map
+    assert team.anchor == "0" and list(team.T_team_map) == ["0", "a", "b"]
+    assert not team.bends and not result.ties
+    assert np.allclose(team.T_team_map["a"], 0.0, atol=0.02)
+
+
+def test_a_map_that_is_not_placed_is_not_bent_whatever_way_it_brings(merged):
+    nothing = OccupancyGrid(np.full((20, 20), -1, dtype=np.int8), 0.05)
+    team = merge_maps({**GRIDS, "c": nothing}, trails={**TRAILS, "c": A.trail}).team_map
+    assert list(team.unplaced) == ["c"] and list(team.bends) == ["a", "b"]
+    assert team.grid.cells.tobytes() == merged.team_map.grid.cells.tobytes()
 
 
 def test_neither_order_nor_workers_change_a_byte(merged):

@@ -40,6 +40,16 @@ def assert_placed_right(result, maps, poses, names, within_m=0.1):
         assert np.hypot(*apart) < within_m, name
 
 
+def test_why_a_map_is_not_placed_is_told_by_its_best_try():
+    maps, _ = team(3)
+    maps["stranger"] = building(90, rooms=4)
+    result = merge_maps(maps)
+    tries = {a: found for (a, b), found in result.rejections.items() if b == "stranger"}
+    nearest = max(tries, key=lambda a: tries[a].confidence)
+    said = f"no accepted alignment; nearest was {nearest}: {tries[nearest].reason}"
+    assert nearest == "m2" and result.team_map.unplaced["stranger"] == said
+
+
 def fingerprint(result) -> bytes:
     poses = b"".join(x.encode() + T.tobytes() for x, T in result.team_map.T_team_map.items())
     return result.team_map.grid.cells.tobytes() + poses + repr(result.team_map.unplaced).encode()
