@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mrslam.merge import merge_maps
-from mrslam.spatial import OccupancyGrid, se2
+from mrslam.spatial import se2
 from tests.merge.joint.blocks import drawn, drive, errors_m
 
 A, B = drive(0.0, 70.0, 0.0007, seed=1), drive(30.0, 80.0, -0.0007, seed=2)
@@ -39,13 +39,6 @@ def test_beside_an_anchor_without_a_way_maps_are_laid_as_they_are():
     assert team.anchor == "0" and list(team.T_team_map) == ["0", "a", "b"]
     assert not team.bends and not result.ties
     assert np.allclose(team.T_team_map["a"], 0.0, atol=0.02)
-
-
-def test_a_map_that_is_not_placed_is_not_bent_whatever_way_it_brings(merged):
-    nothing = OccupancyGrid(np.full((20, 20), -1, dtype=np.int8), 0.05)
-    team = merge_maps({**GRIDS, "c": nothing}, trails={**TRAILS, "c": A.trail}).team_map
-    assert list(team.unplaced) == ["c"] and list(team.bends) == ["a", "b"]
-    assert team.grid.cells.tobytes() == merged.team_map.grid.cells.tobytes()
 
 
 def test_neither_order_nor_workers_change_a_byte(merged):
