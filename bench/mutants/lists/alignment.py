@@ -498,4 +498,28 @@ MUTANTS = (
         "return free / max(free + differ, 1)",
         "the acceptance index counts no walls",
     ),
+    Mutant(
+        "alignment/evidence.py",
+        "max(self.a.contradicted_m, self.b.contradicted_m) / max",
+        "min(self.a.contradicted_m, self.b.contradicted_m) / max",
+        "a contradiction counts in the better direction only",
+    ),
+    Mutant(
+        "alignment/evidence.py",
+        "return min(self.a.matched_m, self.b.matched_m)",
+        "return max(self.a.matched_m, self.b.matched_m)",
+        "matched wall counts in the better direction",
+    ),
+    Mutant(
+        "alignment/evidence.py",
+        "return replace(self, a=self.b, b=self.a)",
+        "return self",
+        "evidence of the inverse transform is of the wrong maps",
+    ),
+    Mutant(
+        "alignment/evidence.py",
+        "{name: value for name, value in row.items() if name not in named}",
+        "{}",
+        "what the proposing method said is lost in results",
+    ),
 )

@@ -711,4 +711,28 @@ MUTANTS = (
         "if False:",
         "joining takes five times as long",
     ),
+    Mutant(
+        "merge/batch/merge_maps.py",
+        "mapper.graph.set_known_poses(poses)",
+        "pass",
+        "poses that are known are not used",
+    ),
+    Mutant(
+        "merge/batch/merge_maps.py",
+        "if placement.anchor not in known or len(known) < 2:",
+        "if len(known) < 2:",
+        "maps beside one without a way are said to be bent",
+    ),
+    Mutant(
+        "merge/batch/merge_maps.py",
+        "best = max(sorted(tries), key=lambda pair: tries[pair].confidence)",
+        "best = sorted(tries)[0]",
+        "why a map is not placed is told by any of its tries",
+    ),
+    Mutant(
+        "merge/batch/merge_maps.py",
+        "(shown_m2 := pairs.grids[name].known_area_m2()) < MIN_KNOWN_M2",
+        "(shown_m2 := pairs.grids[name].known_area_m2()) < 0",
+        "a map that shows nothing is said to fit nowhere",
+    ),
 )

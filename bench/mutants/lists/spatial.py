@@ -435,4 +435,16 @@ MUTANTS = (
         "pose[2] = theta",
         "headings grow beyond half a turn",
     ),
+    Mutant(
+        "spatial/runtime/crew.py",
+        "            except BaseException as error:  # noqa: BLE001 - raised by `wait` in the thread that shared the job\n                self._errors.append(error)",
+        "            except BaseException as error:  # noqa: BLE001\n                pass",
+        "an error on another thread is lost, and the map half drawn",
+    ),
+    Mutant(
+        "spatial/runtime/crew.py",
+        "        self._news.wait_for(lambda: self._undone == 0)",
+        "        pass",
+        "maps are used before another thread has drawn its part",
+    ),
 )
