@@ -22,9 +22,10 @@ from mrslam.comms import (
     TeammateHint,
     TeammatePose,
 )
+from mrslam.comms.config import MODES
 from mrslam.comms.neighbours.presence import MOST_BOOTS, DuplicateIdWatch, am_newcomer
 from mrslam.comms.wire.frames import team_tag
-from mrslam.comms.wire.messages import Bye, decode, encode
+from mrslam.comms.wire.messages import Beacon, Bye, decode, encode
 from mrslam.spatial import InputError, LocalMap, TiledMap
 from tests.comms.team import QUICK, SECOND, Team, big_map
 
@@ -356,3 +357,13 @@ def test_a_link_quality_that_is_no_number_is_no_link() -> None:
     for given, quality in ((0.9, 0.9), (float("nan"), 0.0), (7.0, 1.0)):
         b.set_link_quality("a", given, 0)
         assert b.rendezvous.peers["a"].quality == quality
+
+
+def test_only_who_says_that_it_merges_is_taken_for_one_that_searches():
+    node = CommsNode("a", "team", 1, QUICK, seed=1)
+    node.on_peer_joined("b", 0)  # a token tells no mode
+    assert set(node.peers) == {"b"} and node.searching == set()
+    for mode, searching in ((MODES.index("mapper"), set()), (MODES.index("distributed"), {"b"})):
+        beacon = Beacon("b", 5, mode + 1, 0, 500, mode, [], 0, None)
+        node.on_message(encode(beacon, TAG), 0, "b")
+        assert node.searching == searching
