@@ -522,4 +522,52 @@ MUTANTS = (
         "{}",
         "what the proposing method said is lost in results",
     ),
+    Mutant(
+        "alignment/kernels/fit.py",
+        "mx * nx + my * ny < FACES_LIKE:",
+        "False:",
+        "walls are laid on walls that face elsewhere",
+    ),
+    Mutant(
+        "alignment/kernels/fit.py",
+        "if dx * dx + dy * dy > reach_m * reach_m or",
+        "if",
+        "walls are drawn to others beyond reach",
+    ),
+    Mutant(
+        "alignment/kernels/fit.py",
+        "        if nx == 0.0 and ny == 0.0:\n            continue\n        px",
+        "        px",
+        "specks take part in laying walls on walls",
+    ),
+    Mutant(
+        "alignment/kernels/fit.py",
+        "    weight = weight * weight\n",
+        "",
+        "walls far off hold the fit back",
+    ),
+    Mutant(
+        "alignment/kernels/fit.py",
+        "if used + more < MIN_POINTS:",
+        "if used + more < 0:",
+        "two or three points decide how maps lie",
+    ),
+    Mutant(
+        "alignment/kernels/fit.py",
+        "H[k, k] += DAMPING + RELATIVE_DAMPING * H[k, k]",
+        "H[k, k] += RELATIVE_DAMPING * H[k, k]",
+        "maps slide along a corridor",
+    ),
+    Mutant(
+        "alignment/kernels/fit.py",
+        "cut = min(1.0, MAX_SHIFT_M / max(length, 1e-12), MAX_TURN_RAD / max(abs(shift[2]), 1e-12))",
+        "cut = 1.0",
+        "a step may be longer than walls are looked for",
+    ),
+    Mutant(
+        "alignment/kernels/fit.py",
+        "            ax, ay = -(cos * mx + sin * my), -(-sin * mx + cos * my)",
+        "            ax, ay = (cos * mx + sin * my), (-sin * mx + cos * my)",
+        "one of the two maps pushes the wrong way",
+    ),
 )
