@@ -537,4 +537,40 @@ MUTANTS = (
         "",
         "points of several scans are in no order",
     ),
+    Mutant(
+        "spatial/hits/drawing.py",
+        "            keep = 1.0 - skip_m * inv / max(length, 1e-9)",
+        "            keep = 1.0",
+        "beams along a wall wear it away",
+    ),
+    Mutant(
+        "spatial/hits/drawing.py",
+        "                if refs[tile] != 1:\n                    tile = 0",
+        "                pass",
+        "one particle's beams change the maps of others",
+    ),
+    Mutant(
+        "spatial/hits/drawing.py",
+        "if tile != 0 and refs[tile] == 1:",
+        "if tile != 0:",
+        "one particle's hits change the maps of others",
+    ),
+    Mutant(
+        "spatial/hits/drawing.py",
+        "        x0, y0 = (ox, oy) if through else (x1, y1)",
+        "        x0, y0 = (ox, oy)",
+        "each scan copies all tiles that its beams pass, also where only hits are added",
+    ),
+    Mutant(
+        "spatial/hits/drawing.py",
+        "    ny = s * point[2] + c * point[3]",
+        "    ny = -s * point[2] + c * point[3]",
+        "normals in the map are wrong wherever the robot has turned",
+    ),
+    Mutant(
+        "spatial/hits/drawing.py",
+        "mark[tr, tc] != number and",
+        "",
+        "tiles are copied again and again for one scan",
+    ),
 )
