@@ -570,4 +570,46 @@ MUTANTS = (
         "            ax, ay = (cos * mx + sin * my), (-sin * mx + cos * my)",
         "one of the two maps pushes the wrong way",
     ),
+    Mutant(
+        "alignment/kernels/correlation.py",
+        "if state[r, c] == 1 and near == 65535:",
+        "if state[r, c] == 1:",
+        "all free space counts against walls, also that beside them",
+    ),
+    Mutant(
+        "alignment/kernels/correlation.py",
+        "                out[k, r, c] = min(out[k, r, c], cap)",
+        "                pass",
+        "clutter outweighs clean walls where maps are looked for",
+    ),
+    Mutant(
+        "alignment/kernels/correlation.py",
+        "                dr, dc = min(dr, height - dr), min(dc, width - dc)\n",
+        "",
+        "one place is proposed twice, over the picture's edge",
+    ),
+    Mutant(
+        "alignment/kernels/correlation.py",
+        "if value[k] >= v:\n                        keep = False",
+        "if True:\n                        keep = False",
+        "a place is hidden by a worse one near it",
+    ),
+    Mutant(
+        "alignment/kernels/correlation.py",
+        "if v < row[left] or v < row[right] or v < up[c] or v < down[c]:",
+        "if v < row[left] or v < row[right]:",
+        "slopes are taken for places",
+    ),
+    Mutant(
+        "alignment/verification/structure.py",
+        "        if normals[i, 0] == 0.0 and normals[i, 1] == 0.0:\n            live[i] = False\n            continue\n",
+        "",
+        "specks make walls on which a fit rests",
+    ),
+    Mutant(
+        "alignment/verification/structure.py",
+        "or abs(x * nx + y * ny - line) > apart_m",
+        "",
+        "walls that face one way are one wall",
+    ),
 )
