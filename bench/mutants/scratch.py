@@ -16,6 +16,8 @@ from pathlib import Path
 from bench.mutants.mutant import Mutant
 
 TOP = Path(__file__).resolve().parents[2]
+CALLS = "\n# calls a mutant\n"
+"""Added to the source of kernels that call a mutant's: numba knows by a source's time or content that it changed."""
 WARM_UP = "from mrslam.sim_driver.kernels import ensure_compiled; ensure_compiled(print)"
 
 
@@ -32,7 +34,7 @@ class Scratch:
     """One copy; one mutant at a time is in it."""
 
     def __init__(self, folder: Path) -> None:
-        """Copy what git knows or would add, with its times: numba's cache goes by them."""
+        """Copy what git knows or would add, with its times: numba's cache goes by them, or by the sources."""
         self.top, self._warm, self._spent = folder / "repository", folder / "kernels", folder / "kernels-of-a-mutant"
         shutil.rmtree(self.top, ignore_errors=True)
         listed = subprocess.run(
@@ -61,15 +63,16 @@ class Scratch:
         if changed is None:
             yield False
             return
-        times = {file: file.stat() for file in (path, *self._kernels_calling(mutant.file))}
-        path.write_text(changed, encoding="utf-8")
-        for file in times:
-            os.utime(file)
+        texts = {path: changed}
+        texts |= {file: file.read_text(encoding="utf-8") + CALLS for file in self._kernels_calling(mutant.file)}
+        before = {file: (file.read_text(encoding="utf-8"), file.stat()) for file in texts}
+        for file, new in texts.items():
+            file.write_text(new, encoding="utf-8")
         try:
             yield True
         finally:
-            path.write_text(text, encoding="utf-8")
-            for file, stat in times.items():
+            for file, (old, stat) in before.items():
+                file.write_text(old, encoding="utf-8")
                 os.utime(file, ns=(stat.st_atime_ns, stat.st_mtime_ns))
 
     def _kernels_calling(self, file: str) -> list[Path]:

@@ -47,6 +47,23 @@ def test_what_calls_a_changed_kernel_is_compiled_anew(tmp_path: Path) -> None:
     assert [path.stat().st_mtime_ns for path in (caller, other)] == before
 
 
+def test_a_kernel_that_calls_the_changed_one_does_what_the_change_says(tmp_path: Path) -> None:
+    scratch = Scratch(tmp_path)
+    kernel = "from numba import njit\n{}\n\n@njit(cache=True)\ndef {}():\n    return {}\n"
+    callee, caller = (scratch.top / "spatial" / name for name in ("callee.py", "caller.py"))
+    callee.write_text(kernel.format("", "two", "2"))
+    caller.write_text(kernel.format("from mrslam.spatial.callee import two", "four", "2 * two()"))
+    asked = [sys.executable, "-c", "from mrslam.spatial.caller import four; print(four())"]
+
+    def said(**options: bool) -> str:
+        return scratch.run(asked, 120.0, **options).output.strip()
+
+    assert said() == "4"
+    with scratch.mutated(Mutant("spatial/callee.py", "return 2", "return 3", "nothing")):
+        assert said(spends_cache=True) == "6"
+    assert said() == "4"
+
+
 @pytest.mark.parametrize(("code", "failed"), [("raise SystemExit(1)", True), ("print('fine')", False)])
 def test_a_command_fails_as_it_ends(tmp_path: Path, code: str, failed: bool) -> None:
     assert Scratch(tmp_path).run([sys.executable, "-c", code], 60.0).failed is failed
