@@ -735,4 +735,40 @@ MUTANTS = (
         "(shown_m2 := pairs.grids[name].known_area_m2()) < 0",
         "a map that shows nothing is said to fit nowhere",
     ),
+    Mutant(
+        "merge/grids/wall_kernels.py",
+        "    return down and left and is_wall(cells, r - 1, c - 1)",
+        "    return False",
+        "one corner of every area of wall is drawn as a line",
+    ),
+    Mutant(
+        "merge/grids/wall_kernels.py",
+        "    return not (is_area and (not draws_thin or is_thick(cells, r + dr, c + dc)))",
+        "    return True",
+        "areas of wall are drawn over by lines",
+    ),
+    Mutant(
+        "merge/grids/wall_kernels.py",
+        "        return not (is_wall(cells, r + dr, c) or is_wall(cells, r, c + dc))",
+        "        return True",
+        "corners of walls are cut short",
+    ),
+    Mutant(
+        "merge/grids/wall_kernels.py",
+        "        value = value0 if gone < 0.5 * (u1 - u0) else value1",
+        "        value = value0",
+        "a wall's two ends have one certainty",
+    ),
+    Mutant(
+        "merge/grids/wall_kernels.py",
+        "out[row, col] < value:",
+        "True:",
+        "free space wipes walls out where maps are turned",
+    ),
+    Mutant(
+        "merge/grids/wall_kernels.py",
+        "    is_sampled = links == 0 and is_area and ratio <= SAMPLES_ALL",
+        "    is_sampled = False",
+        "single cells of wall get a cell wider",
+    ),
 )
