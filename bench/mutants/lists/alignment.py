@@ -536,12 +536,6 @@ MUTANTS = (
     ),
     Mutant(
         "alignment/kernels/fit.py",
-        "        if nx == 0.0 and ny == 0.0:\n            continue\n        px",
-        "        px",
-        "specks take part in laying walls on walls",
-    ),
-    Mutant(
-        "alignment/kernels/fit.py",
         "    weight = weight * weight\n",
         "",
         "walls far off hold the fit back",

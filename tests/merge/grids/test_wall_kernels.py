@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mrslam.merge.grids.wall_kernels import is_linked, is_thick
+from mrslam.merge.grids.wall_kernels import draw_wall, is_linked, is_thick
 
 
 def grid(*rows: str) -> np.ndarray:
@@ -34,3 +34,13 @@ def test_around_a_corner_there_is_no_short_cut() -> None:
 def test_cells_of_an_area_are_joined_by_the_sampling() -> None:
     area = grid("....", ".##.", ".##.", "....")
     assert not is_linked(area, 1, 1, 0, 1, True, True) and is_linked(area, 1, 1, 0, 1, False, True)
+
+
+def test_each_half_of_a_line_has_the_certainty_of_its_end() -> None:
+    cells = np.zeros((3, 5), dtype=np.int8)
+    cells[1, 1:3] = 100, 70
+    inverse = np.array([[1.0, 0.0, -0.4], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])  # the map lies 0.4 cells to the right
+    out = np.full((3, 5), -1, dtype=np.int8)
+    for col in (1, 2):
+        draw_wall(cells, inverse, 1.0, 1, col, 0, 0, out)
+    assert out.tolist() == [[-1] * 5, [-1, 100, 70, -1, -1], [-1] * 5]
