@@ -763,7 +763,7 @@ MUTANTS = (
         "merge/grids/wall_kernels.py",
         "out[row, col] < value:",
         "True:",
-        "free space wipes walls out where maps are turned",
+        "of two wall cells that fall into one the last stays, not the surer",
     ),
     Mutant(
         "merge/grids/wall_kernels.py",

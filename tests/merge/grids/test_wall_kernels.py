@@ -44,3 +44,11 @@ def test_each_half_of_a_line_has_the_certainty_of_its_end() -> None:
     for col in (1, 2):
         draw_wall(cells, inverse, 1.0, 1, col, 0, 0, out)
     assert out.tolist() == [[-1] * 5, [-1, 100, 70, -1, -1], [-1] * 5]
+
+
+def test_of_two_wall_cells_that_fall_into_one_the_surer_stays() -> None:
+    cells = np.array([[100, 70, 0, 0], [0, 0, 0, 0]], dtype=np.int8)
+    out = np.full((1, 2), -1, dtype=np.int8)
+    for col in (0, 1):
+        draw_wall(cells, np.diag([2.0, 2.0, 1.0]), 2.0, 0, col, 0, 0, out)
+    assert out.tolist() == [[100, -1]]
