@@ -113,7 +113,8 @@ class Mapper:
         particles = self._back.filter
         T_map_before = compose(particles.ends[particles.best], self._motion.T_key_base)
         expected = compose(T_map_before, predictor.dead_reckoned(odom_motion, reading.elapsed_s))
-        looked = look_around(particles.store.tiles(particles.best), reading.sample, expected, self.config.sigma_m)
+        tiles = particles.store.tiles(particles.best)
+        looked = look_around(tiles, reading.sample, expected, self.config.sigma_m, self._crew)
         if looked.place is None:
             if looked.is_contradicted and self._intake.put_back():  # until the next scan the robot is where it was
                 return replace(reading, reason=STALE, odom_motion=None)

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from mrslam.rbpf.front_end.local_matcher import (
     FAR_PRIOR,
     FAR_STEP_RAD,
-    FAR_TURN_RAD,
     GOOD_INLIERS,
     ITERATIONS,
     NEAR_M,
@@ -27,10 +26,16 @@ from mrslam.spatial.hits.views import Tiles
 from mrslam.spatial.matching.correlative import Lattice, search
 from mrslam.spatial.matching.gauss_newton import Match, match
 from mrslam.spatial.poses import between
+from mrslam.spatial.runtime.crew import Crew
 from mrslam.spatial.se2 import Transform
 
-REACH_M = 1.5
-"""Half width of the search, metres: farther off is for those who look for a robot that was carried."""
+SQUARE_M, SQUARES = 1.0, (-2.0, 0.0, 2.0)
+"""Half width of a square that shows its best place, metres, and middles of squares along either axis, metres from where
+odometry leads: what is farther off than all of them is for those who look for a robot that was carried."""
+TURN_MOST_RAD = 0.7
+"""Half width of the search in heading."""
+RIVAL = 0.9
+"""Another place that this share of the beams that fit the best one fit may as well be where the robot is."""
 SHOWN_LEAST = 0.4
 """Least share of a scan's beams that must end where the map shows anything."""
 CLEARLY = 0.15
@@ -46,20 +51,32 @@ class Looked(NamedTuple):
     """Whether the map shows what is to be seen there, it is something else, and nothing near by fits."""
 
 
-def look_around(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float) -> Looked:
+def look_around(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float, crew: Crew) -> Looked:
     """Return whether a scan fits its robot's map at ``T_map_base (3,)``, where odometry leads, or near by.
 
-    ``points (N, 5)`` : those of the scan to match; ``sigma_m`` : their deviation from walls, metres.
+    ``points (N, 5)`` : those of the scan to match; ``sigma_m`` : their deviation from walls, metres. Threads of the
+    ``crew`` that have nothing to do help.
     """
     found = match(tiles, points, T_map_base, T_map_base, FAR_PRIOR, sigma_m, ITERATIONS)
     is_refuted = _fit(found) < GOOD_INLIERS - CLEARLY
     is_shown = _shown(found) >= SHOWN_LEAST
+    is_only = True
     if is_refuted:
-        lattice = Lattice(FAR_TURN_RAD, FAR_STEP_RAD, REACH_M, STEP_M, POINTS_SEARCHED)
-        place = search(tiles, points, T_map_base, lattice).pose
-        found = match(tiles, points, place, place, FAR_PRIOR, sigma_m, ITERATIONS)
-    is_sure = _shown(found) >= SHOWN_LEAST and _fit(found) >= GOOD_INLIERS
+        places = _places_near_by(tiles, points, T_map_base, sigma_m, crew)
+        found = max(places, key=lambda place: place.inliers)
+        is_only = all(p.inliers < RIVAL * found.inliers or not is_elsewhere(found.pose, p.pose) for p in places)
+    is_sure = is_only and _shown(found) >= SHOWN_LEAST and _fit(found) >= GOOD_INLIERS
     return Looked(found.pose if is_sure else None, is_shown and is_refuted and not is_sure)
+
+
+def _places_near_by(
+    tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float, crew: Crew
+) -> list[Match]:
+    """Return how the scan fits at the best place of each square around a pose ``(3,)``."""
+    lattice = Lattice(TURN_MOST_RAD, FAR_STEP_RAD, SQUARE_M, STEP_M, POINTS_SEARCHED)
+    middles = (T_map_base + np.array([x_m, y_m, 0.0]) for x_m in SQUARES for y_m in SQUARES)
+    starts = (search(tiles, points, middle, lattice, crew).pose for middle in middles)
+    return [match(tiles, points, start, start, FAR_PRIOR, sigma_m, ITERATIONS) for start in starts]
 
 
 def is_elsewhere(expected: Transform, place: Transform) -> bool:

@@ -56,6 +56,18 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/front_end/look_around.py",
+        "SQUARE_M, SQUARES = 1.0, (-2.0, 0.0, 2.0)",
+        "SQUARE_M, SQUARES = 1.5, (0.0,)",
+        "wheels that leapt by two metres while nothing was seen lead to another place than the robot's",
+    ),
+    Mutant(
+        "rbpf/front_end/look_around.py",
+        "is_sure = is_only and ",
+        "is_sure = ",
+        "of two rooms that look alike a robot that drove blind takes one for its own",
+    ),
+    Mutant(
+        "rbpf/front_end/look_around.py",
         "is_shown and is_refuted and not is_sure",
         "is_refuted and not is_sure",
         "a robot leaves scans out on ground that its map does not show",

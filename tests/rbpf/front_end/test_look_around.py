@@ -1,0 +1,58 @@
+"""Where a robot is that saw nothing for a while, by its own map."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from mrslam.rbpf.front_end.look_around import look_around
+from mrslam.spatial import se2
+from mrslam.spatial.hits.store import TileStore
+from mrslam.spatial.runtime.crew import Crew
+from tests.rbpf.rooms import seen_room
+
+SIGMA_M = 0.05
+"""Of a scan's points."""
+
+
+def closet() -> NDArray[np.float64]:
+    """Points ``(N, 5)`` of a scan in the small room; the niche in one wall tells its ends apart."""
+    walls = [
+        (np.linspace(-0.9, 1.1, 60), np.full(60, -0.9), (0.0, 1.0)),
+        (np.linspace(-0.9, 0.3, 40), np.full(40, 1.0), (0.0, -1.0)),
+        (np.linspace(0.3, 1.1, 30), np.full(30, 0.6), (0.0, -1.0)),
+        (np.full(60, -0.9), np.linspace(-0.9, 1.0, 60), (1.0, 0.0)),
+        (np.full(50, 1.1), np.linspace(-0.9, 0.6, 50), (-1.0, 0.0)),
+    ]
+    return np.concatenate([np.column_stack([x, y, np.tile([*n, 1.0], (x.size, 1))]) for x, y, n in walls])
+
+
+def closets(*T_map_base: tuple[float, float, float]) -> TileStore:
+    """A map of equal small rooms, each seen from within."""
+    store = TileStore(1, 0.05)
+    store.cover(np.full(2, -20.0), np.full(2, 20.0))
+    for pose in T_map_base:
+        store.draw(0, np.zeros((1, 2)), np.array([pose]), [closet()], 0.1)
+    return store
+
+
+@pytest.mark.parametrize("leap", [(1.2, 0.9, 0.3), (-2.6, 1.4, -0.6), (0.4, -2.8, 0.6)])
+def test_a_place_to_which_no_wheels_lead_is_found_within_three_metres(leap: tuple[float, float, float]) -> None:
+    store, points = seen_room()
+    looked = look_around(store.tiles(0), points, np.array(leap), SIGMA_M, Crew(1))
+    assert looked.place is not None and np.abs(looked.place).max() < 0.03 and not looked.is_contradicted
+
+
+def test_of_two_rooms_that_look_alike_neither_is_believed() -> None:
+    between = np.array([1.2, 0.3, 0.0])  # where the wheels lead, and nothing fits
+    one = look_around(closets((0.0, 0.0, 0.0)).tiles(0), closet(), between, SIGMA_M, Crew(1))
+    assert one.place is not None and np.abs(one.place).max() < 0.03
+    two = look_around(closets((0.0, 0.0, 0.0), (2.6, 0.0, 0.0)).tiles(0), closet(), between, SIGMA_M, Crew(1))
+    assert two.place is None and two.is_contradicted
+
+
+def test_where_the_wheels_lead_to_one_of_two_equal_rooms_it_is_that_one() -> None:
+    store = closets((0.0, 0.0, 0.0), (2.6, 0.0, 0.0))
+    looked = look_around(store.tiles(0), closet(), np.array([2.5, 0.05, 0.02]), SIGMA_M, Crew(1))
+    assert looked.place is not None and np.abs(se2.between(np.array([2.6, 0.0, 0.0]), looked.place)).max() < 0.03
