@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
-from mrslam.rbpf.front_end.motion import MOTION, WAY, chain_cov
+from mrslam.rbpf.front_end.motion import CARRIED, MOTION, WAY, chain_cov
 from mrslam.spatial import se2
 from mrslam.spatial.pose_graph import Edges, relax
 from mrslam.spatial.se2 import Transform
@@ -18,7 +18,7 @@ ANCHOR_M, ANCHOR_RAD = 0.05, 0.02
 def smoothed(T_map_key: Transform, arrivals: NDArray[np.float64], config: MapperConfig) -> Transform:
     """Return a particle's keyframes ``(K, 3)`` without the jitter of sampling.
 
-    ``T_map_key (K, 3)``. Each stays near where the filter has it; the local motion (``arrivals (K, 6)``), finer than
+    ``T_map_key (K, 3)``. Each stays near where the filter has it; the local motion (``arrivals (K, 9)``), finer than
     the filter's samples, fixes them to each other.
     """
     count = T_map_key.shape[0]
@@ -43,9 +43,9 @@ def spread(
 ) -> Transform:
     """Return ``(S, 3)`` map poses of scans that were tracked locally from keyframe ``key[i]`` on.
 
-    ``T_key_base (S, 3)`` is the local motion since that keyframe, ``way (S,)`` its way (m), and ``arrivals (K, 6)`` the
+    ``T_key_base (S, 3)`` is the local motion since that keyframe, ``way (S,)`` its way (m), and ``arrivals (K, 9)`` the
     local motion to each keyframe from the one before. Its error at the next keyframe is spread along the way, so that
-    the scans in between join both.
+    the scans in between join both, unless the robot was carried there: where it was before does not depend on that.
     """
     poses = se2.compose(T_map_key[key], T_key_base)
     last = T_map_key.shape[0] - 1
@@ -56,5 +56,6 @@ def spread(
     # The local chain's error at the next keyframe, in the frame of its end.
     ends = se2.compose(T_map_key[key], arrivals[nxt, MOTION])
     missed = se2.between(ends, T_map_key[nxt])
-    share = np.where(has_next, way / np.maximum(arrivals[nxt, WAY], 1e-9), 0.0)
+    is_driven = has_next & (arrivals[nxt, CARRIED] == 0.0)
+    share = np.where(is_driven, way / np.maximum(arrivals[nxt, WAY], 1e-9), 0.0)
     return se2.compose(poses, missed * np.clip(share, 0.0, 1.0)[:, None])

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf.loops.drift import Drift
-from mrslam.rbpf.loops.guesses import DISAGREE_MOST, LIGHT, Fit, Guess, shares, surviving
+from mrslam.rbpf.loops.guesses import DISAGREE_MOST, LIGHT, Fit, Guess, distinct, shares, surviving
 from mrslam.rbpf.loops.kept_scans import KeptScans
 from mrslam.spatial import se2
 from mrslam.spatial.matching import places
@@ -109,7 +109,7 @@ class FarSearch:
         self._asked = [*self._asked[-ASKED_MOST:], T_map_key.shape[0] - 1]
         for guess in self.guesses:
             self._follow(guess, T_map_key, old)
-        self.guesses = surviving(self.guesses, self.most)
+        self.guesses = surviving(distinct(self.guesses, FOUND_WITHIN_M, FOUND_WITHIN_RAD), self.most)
         if not self.guesses and not drift.is_unknown:
             self._asked = []
         believed = self._believed(T_map_key, old, drift)

@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mrslam.spatial import se2
 from mrslam.spatial.matching.beam_sums import UNKNOWN_COST
 from mrslam.spatial.matching.gauss_newton import Match
 from mrslam.spatial.se2 import Transform
@@ -80,6 +81,16 @@ def shares(guesses: Sequence[Guess]) -> NDArray[np.float64]:
     logs = np.array([0.0, *(guess.log_weight for guess in guesses)])
     weights = np.exp(logs - logs.max())
     return np.asarray(weights[1:] / weights.sum())
+
+
+def distinct(guesses: Sequence[Guess], within_m: float, within_rad: float) -> list[Guess]:
+    """Return the histories without those that lead to the place of one in which more fits: they are one decision."""
+    kept: list[Guess] = []
+    for guess in sorted(guesses, key=lambda guess: (-len(guess.fits), -guess.log_weight)):
+        apart = (se2.difference(guess.T_map_newest, other.T_map_newest) for other in kept)
+        if all(away_m > within_m or turned > within_rad for away_m, turned in apart):
+            kept.append(guess)
+    return kept
 
 
 def surviving(guesses: Sequence[Guess], most: int) -> list[Guess]:
