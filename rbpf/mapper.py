@@ -20,10 +20,10 @@ from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.filter.back_end import BackEnd, KeyframeResult
 from mrslam.rbpf.filter.history import History
 from mrslam.rbpf.filter.publisher import Publisher
-from mrslam.rbpf.front_end.front_end import FrontEnd, has_stood
+from mrslam.rbpf.front_end.front_end import FrontEnd, Step, has_stood
 from mrslam.rbpf.front_end.health import ADRIFT_MOST, DOUBTFUL, LOST
 from mrslam.rbpf.front_end.intake import Intake, Reading
-from mrslam.rbpf.front_end.look_around import is_elsewhere, look_around
+from mrslam.rbpf.front_end.look_around import NOWHERE, is_elsewhere, look_around, only_place
 from mrslam.rbpf.front_end.motion import MOTION, Keyframe, LocalMotion, composed_cov, motion_cov
 from mrslam.rbpf.front_end.reported_pose import ReportedPose
 from mrslam.rbpf.outcome import Stats, Stopwatch, UpdateInfo
@@ -32,7 +32,7 @@ from mrslam.spatial.poses import between, compose
 from mrslam.spatial.runtime.crew import Crew, Pending
 from mrslam.spatial.se2 import Transform
 
-LAYOUT = 24
+LAYOUT = 25
 """Version of what :meth:`Mapper.state` returns; raised whenever its content changes."""
 STALE = "after a pause it fits nothing where odometry leads"
 """Why the first scan after a pause may be left out: drivers that stood still deliver old odometry with a new scan."""
@@ -79,10 +79,7 @@ class Mapper:
         if reading.reason is not None:
             return self._drop(reading)
         self._dead_reckoned = se2.IDENTITY
-        step = self._front.step(
-            reading.sample, reading.points, reading.odom_motion, reading.elapsed_s, scan.T_base_laser[:2],
-            is_confirmed=reading.is_confirmed,
-        )  # fmt: skip
+        step = self._step(reading)
         self._motion.add(step)
         self._intake.matched(reading, self._front.T_local_base)
         watch.lap("front end")
@@ -102,6 +99,15 @@ class Mapper:
             match_score=step.inliers, health=self.health, dropped_beams=reading.dropped_beams,
         )  # fmt: skip
 
+    def _step(self, reading: Reading) -> Step:
+        """Return the motion to a reading."""
+        origin = reading.scan.T_base_laser[:2]
+        if reading.is_carried:
+            return self._front.put_down(reading.points, reading.elapsed_s, origin)
+        return self._front.step(
+            reading.sample, reading.points, reading.odom_motion, reading.elapsed_s, origin, shown=reading.shown
+        )
+
     def _after_pause(self, reading: Reading) -> Reading:
         """Return the first reading after a pause with the motion that the map shows.
 
@@ -112,16 +118,22 @@ class Mapper:
             return reading  # one that stood, and sees another place, was carried
         particles = self._back.filter
         T_map_before = compose(particles.ends[particles.best], self._motion.T_key_base)
-        expected = compose(T_map_before, predictor.dead_reckoned(odom_motion, reading.elapsed_s))
-        tiles = particles.store.tiles(particles.best)
-        looked = look_around(tiles, reading.sample, expected, self.config.sigma_m, self._crew)
-        if looked.place is None:
+        moved = predictor.dead_reckoned(odom_motion, reading.elapsed_s)
+        expected = compose(T_map_before, moved)
+        where = particles.store.tiles(particles.best), reading.sample
+        how = self.config.sigma_m, self._crew
+        looked = NOWHERE if reading.is_set_back and has_stood(moved) else look_around(*where, expected, *how)
+        place = looked.place
+        if place is None and reading.is_set_back:  # nobody knows how far the robot came, which is seldom far
+            place = only_place(*where, T_map_before, *how)
+            if place is None:
+                return replace(reading, is_carried=True)
+        if place is None:
             if looked.is_contradicted and self._intake.put_back():  # until the next scan the robot is where it was
                 return replace(reading, reason=STALE, odom_motion=None)
             return replace(reading, is_contradicted=looked.is_contradicted)
-        if is_elsewhere(expected, looked.place):
-            odom_motion = between(T_map_before, looked.place)
-        return replace(reading, odom_motion=odom_motion, is_confirmed=True)
+        shown = between(T_map_before, place)
+        return replace(reading, odom_motion=shown if is_elsewhere(expected, place) else odom_motion, shown=shown)
 
     def _drop(self, reading: Reading) -> UpdateInfo:
         """Count a scan that is of no use; odometry carries the pose on."""

@@ -64,6 +64,7 @@ class BackEnd:
         self._health = Health()
         self._is_contradicted = False  # whether the newest loop edge contradicts the trajectory
         self._is_carried = False  # whether the robot was carried, and was not found in its map since
+        self._lost_from: int | None = None  # keyframe at which it was carried, or contradicted by its map
         self._covariance, self._covariance_at = np.zeros((3, 3)), (0, 0)  # of so many keyframes and loop edges
 
     @property
@@ -82,6 +83,8 @@ class BackEnd:
         resamplings, edges = self.filter.resamplings, self.loops.edges
         self._follow_need()
         self._is_carried |= key.is_carried
+        if key.is_carried or key.is_contradicted:
+            self._lost_from = self._arrivals.size
         agreement = self.filter.move(key, self._is_carried)
         self._matched.add(np.zeros(9) if agreement is None else agreement.information.ravel())
         if agreement is not None:
@@ -89,13 +92,20 @@ class BackEnd:
         self.filter.draw(key, beside=lambda: self._look_for_loop(key))
         closed = self._is_contradicted and self._relax()
         self._is_carried &= self.loops.is_carried
-        if self.loops.edges > edges and not self._is_carried:
-            self._health.anchor()
+        self._anchor(self.loops.found.keys[edges:, 0])
         self._watch.lap("loops")
         return KeyframeResult(
             T_map_key=self.filter.ends[self.filter.best].copy(), neff=self.filter.neff, health=self._health.value,
             resampled=self.filter.resamplings > resamplings, loop_closed=closed,
         )  # fmt: skip
+
+    def _anchor(self, old: NDArray[np.int32]) -> None:
+        """Trust the pose again where the newest loop edges lead to keyframes ``old (n,)`` from before it was lost."""
+        if self._is_carried or not old.size:
+            return
+        if self._lost_from is None or old.min() < self._lost_from:
+            self._health.anchor()
+            self._lost_from = None
 
     def _follow_need(self) -> None:
         """Let there be as many particles as the trajectory is uncertain: one where all of the way was seen.
@@ -155,7 +165,7 @@ class BackEnd:
         return {
             "filter": self.filter.state(), "loops": self.loops.state(), "arrivals": self.arrivals,
             "matched": self._matched.rows, "health": self._health.state(), "is_carried": self._is_carried,
-            "particles_most": self.particles_most,
+            "lost_from": self._lost_from, "particles_most": self.particles_most,
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -164,5 +174,5 @@ class BackEnd:
         self.loops.restore(state["loops"])
         self._arrivals, self._matched = Rows.of(state["arrivals"]), Rows.of(state["matched"])
         self._health.restore(state["health"])
-        self._is_carried = state["is_carried"]
+        self._is_carried, self._lost_from = state["is_carried"], state["lost_from"]
         self.particles_most = self.loops.histories_most = state["particles_most"]

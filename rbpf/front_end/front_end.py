@@ -116,13 +116,14 @@ class FrontEnd:
         elapsed_s: float,
         origin: NDArray[np.float64],
         *,
-        is_confirmed: bool = False,
+        shown: Transform | None = None,
     ) -> Step:
         """Match a scan, and extend the rolling map.
 
         ``points (n, 5)`` are those of ``all_points (N, 5)`` to match; ``odom_motion (3,)`` is ``T_before_base``
         as odometry measured it since the scan before, which was taken ``elapsed_s`` earlier. ``origin (2,)`` : of the
-        laser on the base, metres. ``is_confirmed`` : whether the scan is known to fit where odometry leads.
+        laser on the base, metres. ``shown (3,)`` : the motion, where a larger map surely shows the scan there; odometry
+        leads there, too.
         """
         before, view = self.T_local_base, View(all_points.copy(), origin)
         if self._map.is_empty:
@@ -130,10 +131,12 @@ class FrontEnd:
             self._view = view
             return Step(np.zeros(3), 0.0, 1.0, np.zeros(2))
         self.predictor.wait(elapsed_s)
-        guess, found = self._best_of_guesses(points, odom_motion, is_confirmed=is_confirmed)
+        guess, found = self._best_of_guesses(points, odom_motion, is_confirmed=shown is not None)
         self.newest = found
+        if shown is not None and self._matcher.is_doubtful(found):  # this map does not reach so far
+            return self._begin_again(view, shown)
         if elapsed_s >= CARRIED_S and self._was_carried(view, guess, found):
-            return self._begin_elsewhere(view)
+            return self._begin_again(view, np.zeros(3), is_carried=True)
         if self._is_elsewhere(points, view, guess, found, elapsed_s):
             return self._continue_elsewhere()
         self.T_local_base = found.pose
@@ -142,6 +145,11 @@ class FrontEnd:
         if self._map.is_due(found.pose):
             self._map.add(found.pose, all_points)
         return Step(motion, found.score, found.inliers, _blind_m(motion, guess.slip, found), _guessed(guess, found))
+
+    def put_down(self, all_points: NDArray[np.float64], elapsed_s: float, origin: NDArray[np.float64]) -> Step:
+        """Take the scan of a robot of which nobody knows where it is; arguments as for :meth:`step`."""
+        self.predictor.wait(elapsed_s)
+        return self._begin_again(View(all_points.copy(), origin), np.zeros(3), is_carried=True)
 
     def _was_carried(self, view: View, guess: Guess, found: Match) -> bool:
         """Return whether a robot that should still see what it saw before a pause sees something else.
@@ -157,14 +165,15 @@ class FrontEnd:
             return found.inliers < LOST_INLIERS
         return view.contradiction(self._view, guess.motion) > REPLACED
 
-    def _begin_elsewhere(self, view: View) -> Step:
-        """Begin another rolling map with this scan, as if the robot had not moved."""
+    def _begin_again(self, view: View, motion: Transform, *, is_carried: bool = False) -> Step:
+        """Begin another rolling map with this scan, after a motion ``(3,)`` that nothing in this one shows."""
         self._view, self._elsewhere = view, None
+        self.T_local_base = compose(self.T_local_base, motion)
         self._map.clear()
         self._map.tiles_around(self.T_local_base)
         self._map.add(self.T_local_base, view.points)
         self.newest = None
-        return Step(np.zeros(3), 0.0, 1.0, np.zeros(2), is_carried=True)
+        return Step(motion, 0.0, 1.0, np.zeros(2), is_carried=is_carried)
 
     def _is_elsewhere(
         self, points: NDArray[np.float64], view: View, guess: Guess, found: Match, elapsed_s: float

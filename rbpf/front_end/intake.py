@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.front_end.front_end import FrontEnd
 from mrslam.rbpf.front_end.gathering import Gathering
+from mrslam.rbpf.front_end.odometry import has_been_set_back
 from mrslam.rbpf.front_end.scan_gate import PART_LEAST, POINTS_LEAST, ScanGate, too_few
 from mrslam.rbpf.front_end.sight import Sight
 from mrslam.spatial import Scan
@@ -38,10 +39,14 @@ class Reading:
     """Why the scan is refused; None where it is used."""
     waits: bool = False
     """Whether the scan shows too little alone, and is matched together with the next ones."""
-    is_confirmed: bool = False
-    """Whether the robot's whole map shows the scan where ``odom_motion`` leads."""
+    shown: Transform | None = None
+    """``(3,)``, motion to where the robot's whole map surely shows the scan after a pause; None where it does not."""
     is_contradicted: bool = False
     """Whether it shows something else there, and nothing like the scan near by, at the second scan after a pause."""
+    is_set_back: bool = False
+    """Whether odometry began again at its origin, far from where it was: its driver was restarted."""
+    is_carried: bool = False
+    """Whether nobody knows how the robot came here."""
 
     @property
     def dropped_beams(self) -> int:
@@ -66,9 +71,10 @@ class Intake:
     def take(self, scan: Scan, T_odom_base: Transform | None) -> Reading:
         """Return a scan as points, with the motion that odometry ``(3,)``, if there is some, says led to it."""
         T_odom_base = self._valid(T_odom_base)
-        odom_motion = None
+        odom_motion, is_set_back = None, False
         if T_odom_base is not None and self._T_odom_base is not None:
             odom_motion = between(self._T_odom_base, T_odom_base)
+            is_set_back = has_been_set_back(self._T_odom_base, T_odom_base)
         points = self._sight.points(scan)
         returns = points.shape[0]
         self._gathering.count(returns)
@@ -95,7 +101,7 @@ class Intake:
             sample = self._sight.sample(points, scan.T_base_laser)
         return Reading(
             scan=scan, returns=returns, points=points, sample=sample, odom_motion=odom_motion, elapsed_s=elapsed_s,
-            reason=reason, waits=waits,
+            reason=reason, waits=waits, is_set_back=is_set_back,
         )  # fmt: skip
 
     def put_back(self) -> bool:

@@ -38,6 +38,8 @@ RIVAL = 0.9
 """Another place that this share of the beams that fit the best one fit may as well be where the robot is."""
 SHOWN_LEAST = 0.4
 """Least share of a scan's beams that must end where the map shows anything."""
+CONFLICTS_MOST = 0.25
+"""Where this share of its beams contradicts the map that shows enough, too."""
 CLEARLY = 0.15
 """Of the beams on known floor so many fewer end at walls than fit well where the map contradicts, a share of 0..1."""
 
@@ -51,6 +53,10 @@ class Looked(NamedTuple):
     """Whether the map shows what is to be seen there, it is something else, and nothing near by fits."""
 
 
+NOWHERE = Looked(None, False)
+"""Nothing is known of the place."""
+
+
 def look_around(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float, crew: Crew) -> Looked:
     """Return whether a scan fits its robot's map at ``T_map_base (3,)``, where odometry leads, or near by.
 
@@ -58,31 +64,36 @@ def look_around(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform
     ``crew`` that have nothing to do help.
     """
     found = match(tiles, points, T_map_base, T_map_base, FAR_PRIOR, sigma_m, ITERATIONS)
-    is_refuted = _fit(found) < GOOD_INLIERS - CLEARLY
-    is_shown = _shown(found) >= SHOWN_LEAST
-    is_only = True
-    if is_refuted:
-        places = _places_near_by(tiles, points, T_map_base, sigma_m, crew)
-        found = max(places, key=lambda place: place.inliers)
-        is_only = all(p.inliers < RIVAL * found.inliers or not is_elsewhere(found.pose, p.pose) for p in places)
-    is_sure = is_only and _shown(found) >= SHOWN_LEAST and _fit(found) >= GOOD_INLIERS
-    return Looked(found.pose if is_sure else None, is_shown and is_refuted and not is_sure)
+    if _fit(found) >= GOOD_INLIERS - CLEARLY:
+        return Looked(found.pose if _is_sure(found) else None, False)
+    place = only_place(tiles, points, T_map_base, sigma_m, crew)
+    is_shown = _shown(found) >= SHOWN_LEAST or found.conflicts >= CONFLICTS_MOST
+    return Looked(place, is_shown and place is None)
 
 
-def _places_near_by(
+def only_place(
     tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float, crew: Crew
-) -> list[Match]:
-    """Return how the scan fits at the best place of each square around a pose ``(3,)``."""
+) -> Transform | None:
+    """Return the only place ``(3,)`` near a pose where a scan surely fits; arguments as for :func:`look_around`."""
     lattice = Lattice(TURN_MOST_RAD, FAR_STEP_RAD, SQUARE_M, STEP_M, POINTS_SEARCHED)
     middles = (T_map_base + np.array([x_m, y_m, 0.0]) for x_m in SQUARES for y_m in SQUARES)
     starts = (search(tiles, points, middle, lattice, crew).pose for middle in middles)
-    return [match(tiles, points, start, start, FAR_PRIOR, sigma_m, ITERATIONS) for start in starts]
+    places = [match(tiles, points, start, start, FAR_PRIOR, sigma_m, ITERATIONS) for start in starts]
+    best = max(places, key=lambda place: place.inliers)
+    rivals = (place for place in places if is_elsewhere(best.pose, place.pose))
+    is_only = all(rival.inliers < RIVAL * best.inliers for rival in rivals)
+    return best.pose if is_only and _is_sure(best) else None
 
 
 def is_elsewhere(expected: Transform, place: Transform) -> bool:
     """Return whether a place ``(3,)`` is not the one expected."""
     x_m, y_m, turn_rad = between(expected, place)
     return math.hypot(x_m, y_m) > NEAR_M or abs(turn_rad) > NEAR_TURN_RAD
+
+
+def _is_sure(found: Match) -> bool:
+    """Return whether a scan fits a place of which the map shows enough."""
+    return _shown(found) >= SHOWN_LEAST and _fit(found) >= GOOD_INLIERS
 
 
 def _shown(found: Match) -> float:

@@ -26,6 +26,9 @@ LEAST_ERROR, MOST_ERROR = 0.03, 3.0
 """Bounds of a relative error: odometry is never taken as exact, and one slip is not remembered for ever."""
 STILL = 1e-3
 """Wheels that turned less than this, metres and radians, say that the robot stands."""
+ORIGIN_M, ORIGIN_RAD, SET_BACK_M = 0.5, 0.3, 3.0
+"""Odometry within the first two of its origin that was farther away than the third has begun again there, metres and
+radians, unless the robot drove there, which its map shows."""
 DEAD_SCANS = 5
 """Scans that moved while the wheels stood, after which odometry is dead until they turn again."""
 LEAST_M, LEAST_RAD = 0.03, 0.03
@@ -116,6 +119,12 @@ class OdometryModel:
         """Become the model that was saved."""
         self.gains, self.veer, self._veer_stretches, self.slip, self.dead_scans, stretch = state
         self._reported, self._matched, self._is_seen = stretch
+
+
+def has_been_set_back(T_before: Transform, T_now: Transform) -> bool:
+    """Return whether odometry ``(3,)`` that was far from its origin is there again."""
+    is_there = math.hypot(T_now[0], T_now[1]) < ORIGIN_M and abs(T_now[2]) < ORIGIN_RAD
+    return is_there and math.hypot(T_before[0], T_before[1]) > SET_BACK_M
 
 
 def is_still(motion: Transform) -> bool:
