@@ -38,8 +38,6 @@ RIVAL = 0.9
 """Another place that this share of the beams that fit the best one fit may as well be where the robot is."""
 SHOWN_LEAST = 0.4
 """Least share of a scan's beams that must end where the map shows anything."""
-CONFLICTS_MOST = 0.25
-"""Where this share of its beams contradicts the map that shows enough, too."""
 CLEARLY = 0.15
 """Of the beams on known floor so many fewer end at walls than fit well where the map contradicts, a share of 0..1."""
 
@@ -67,8 +65,7 @@ def look_around(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform
     if _fit(found) >= GOOD_INLIERS - CLEARLY:
         return Looked(found.pose if _is_sure(found) else None, False)
     place = only_place(tiles, points, T_map_base, sigma_m, crew)
-    is_shown = _shown(found) >= SHOWN_LEAST or found.conflicts >= CONFLICTS_MOST
-    return Looked(place, is_shown and place is None)
+    return Looked(place, _shown(found) >= SHOWN_LEAST and place is None)
 
 
 def only_place(
