@@ -132,8 +132,10 @@ class Mapper:
             if looked.is_contradicted and self._intake.put_back():  # until the next scan the robot is where it was
                 return replace(reading, reason=STALE, odom_motion=None)
             return replace(reading, is_contradicted=looked.is_contradicted)
+        if not is_elsewhere(expected, place):
+            return replace(reading, shown=moved)
         shown = between(T_map_before, place)
-        return replace(reading, odom_motion=shown if is_elsewhere(expected, place) else odom_motion, shown=shown)
+        return replace(reading, odom_motion=shown, shown=shown)
 
     def _drop(self, reading: Reading) -> UpdateInfo:
         """Count a scan that is of no use; odometry carries the pose on."""

@@ -16,7 +16,7 @@ from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.front_end.elsewhere import TORN, TORN_LEAPT, Elsewhere, View
 from mrslam.rbpf.front_end.local_matcher import BAD_INLIERS, BETTER, GOOD_INLIERS, LOST_INLIERS, NEAR_M, LocalMatcher
 from mrslam.rbpf.front_end.odometry import is_still
-from mrslam.rbpf.front_end.prediction import DISBELIEVED, Guess, Predictor, can_move, has_leapt
+from mrslam.rbpf.front_end.prediction import DISBELIEVED, Guess, Predictor, are_apart, can_move, has_leapt
 from mrslam.rbpf.front_end.rolling_map import RollingMap
 from mrslam.spatial.hits.views import Tiles
 from mrslam.spatial.matching.gauss_newton import Match
@@ -133,7 +133,7 @@ class FrontEnd:
         self.predictor.wait(elapsed_s)
         guess, found = self._best_of_guesses(points, odom_motion, is_confirmed=shown is not None)
         self.newest = found
-        if shown is not None and self._matcher.is_doubtful(found):  # this map does not reach so far
+        if shown is not None and self._is_lost(found, compose(before, shown)):
             return self._begin_again(view, shown)
         if elapsed_s >= CARRIED_S and self._was_carried(view, guess, found):
             return self._begin_again(view, np.zeros(3), is_carried=True)
@@ -145,6 +145,10 @@ class FrontEnd:
         if self._map.is_due(found.pose):
             self._map.add(found.pose, all_points)
         return Step(motion, found.score, found.inliers, _blind_m(motion, guess.slip, found), _guessed(guess, found))
+
+    def _is_lost(self, found: Match, place: Transform) -> bool:
+        """Return whether this map does not reach a known place ``(3,)``: the scan hardly fits, and elsewhere."""
+        return self._matcher.is_doubtful(found) and are_apart(found.pose, place)
 
     def put_down(self, all_points: NDArray[np.float64], elapsed_s: float, origin: NDArray[np.float64]) -> Step:
         """Take the scan of a robot of which nobody knows where it is; arguments as for :meth:`step`."""

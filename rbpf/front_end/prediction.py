@@ -143,8 +143,8 @@ class Predictor:
             return []
         corrected = self.odometry.corrected(odom_motion)
         if self.is_after_pause:
-            return [STOOD] if _are_apart(corrected, STOOD.motion) else []
-        others = [self._guess(corrected, ODOMETRY, ODOMETRY)] if _are_apart(corrected, predicted) else []
+            return [STOOD] if are_apart(corrected, STOOD.motion) else []
+        others = [self._guess(corrected, ODOMETRY, ODOMETRY)] if are_apart(corrected, predicted) else []
         may_be_wrong = self._has_jumped(odom_motion) or self.says_it_stands(odom_motion)
         return [*others, self._steady()] if may_be_wrong else others
 
@@ -237,7 +237,8 @@ class Predictor:
         self._interval_s, self._pause_s = state["interval_s"], state["pause_s"]
 
 
-def _are_apart(one: Transform, two: Transform) -> bool:
+def are_apart(one: Transform, two: Transform) -> bool:
+    """Return whether descents from two motions or poses ``(3,)`` lead to different matches."""
     turn = abs(math.remainder(one[2] - two[2], 2.0 * math.pi))
     return math.hypot(one[0] - two[0], one[1] - two[1]) > APART_M or turn > APART_RAD
 
