@@ -135,7 +135,7 @@ class FrontEnd:
         self.newest = found
         if shown is not None and self._is_lost(found, compose(before, shown)):
             return self._begin_again(view, shown)
-        if elapsed_s >= CARRIED_S and self._was_carried(view, guess, found):
+        if shown is None and elapsed_s >= CARRIED_S and self._was_carried(view, guess, found):
             return self._begin_again(view, np.zeros(3), is_carried=True)
         if self._is_elsewhere(points, view, guess, found, elapsed_s):
             return self._continue_elsewhere()
@@ -147,8 +147,8 @@ class FrontEnd:
         return Step(motion, found.score, found.inliers, _blind_m(motion, guess.slip, found), _guessed(guess, found))
 
     def _is_lost(self, found: Match, place: Transform) -> bool:
-        """Return whether this map does not reach a known place ``(3,)``: the scan hardly fits, and elsewhere."""
-        return self._matcher.is_doubtful(found) and are_apart(found.pose, place)
+        """Return whether this map does not reach a known place ``(3,)``: the scan hardly fits, or elsewhere."""
+        return self._matcher.is_doubtful(found) and (found.inliers < BAD_INLIERS or are_apart(found.pose, place))
 
     def put_down(self, all_points: NDArray[np.float64], elapsed_s: float, origin: NDArray[np.float64]) -> Step:
         """Take the scan of a robot of which nobody knows where it is; arguments as for :meth:`step`."""

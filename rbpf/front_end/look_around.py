@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mrslam.rbpf.front_end.front_end import has_stood
 from mrslam.rbpf.front_end.local_matcher import (
     FAR_PRIOR,
     FAR_STEP_RAD,
@@ -51,10 +52,6 @@ class Looked(NamedTuple):
     """Whether the map shows what is to be seen there, it is something else, and nothing near by fits."""
 
 
-NOWHERE = Looked(None, False)
-"""Nothing is known of the place."""
-
-
 def look_around(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float, crew: Crew) -> Looked:
     """Return whether a scan fits its robot's map at ``T_map_base (3,)``, where odometry leads, or near by.
 
@@ -64,11 +61,27 @@ def look_around(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform
     found = match(tiles, points, T_map_base, T_map_base, FAR_PRIOR, sigma_m, ITERATIONS)
     if _fit(found) >= GOOD_INLIERS - CLEARLY:
         return Looked(found.pose if _is_sure(found) else None, False)
-    place = only_place(tiles, points, T_map_base, sigma_m, crew)
+    place = _only_place(tiles, points, T_map_base, sigma_m, crew)
     return Looked(place, _shown(found) >= SHOWN_LEAST and place is None)
 
 
-def only_place(
+def shown_at(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float) -> Transform | None:
+    """Return the pose ``(3,)`` where a scan surely fits, not just along a corridor, if that is ``T_map_base (3,)``.
+
+    Arguments as for :func:`look_around`.
+    """
+    found = match(tiles, points, T_map_base, T_map_base, FAR_PRIOR, sigma_m, ITERATIONS)
+    is_there = _is_sure(found) and found.blind == 0.0 and has_stood(between(T_map_base, found.pose))
+    return found.pose if is_there else None
+
+
+def is_elsewhere(expected: Transform, place: Transform) -> bool:
+    """Return whether a place ``(3,)`` is not the one expected."""
+    x_m, y_m, turn_rad = between(expected, place)
+    return math.hypot(x_m, y_m) > NEAR_M or abs(turn_rad) > NEAR_TURN_RAD
+
+
+def _only_place(
     tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float, crew: Crew
 ) -> Transform | None:
     """Return the only place ``(3,)`` near a pose where a scan surely fits; arguments as for :func:`look_around`."""
@@ -80,12 +93,6 @@ def only_place(
     rivals = (place for place in places if is_elsewhere(best.pose, place.pose))
     is_only = all(rival.inliers < RIVAL * best.inliers for rival in rivals)
     return best.pose if is_only and _is_sure(best) else None
-
-
-def is_elsewhere(expected: Transform, place: Transform) -> bool:
-    """Return whether a place ``(3,)`` is not the one expected."""
-    x_m, y_m, turn_rad = between(expected, place)
-    return math.hypot(x_m, y_m) > NEAR_M or abs(turn_rad) > NEAR_TURN_RAD
 
 
 def _is_sure(found: Match) -> bool:

@@ -117,6 +117,21 @@ TWINS = np.array(
 )  # fmt: skip
 
 
+def test_after_a_pause_a_place_that_only_the_whole_map_shows_is_where_the_robot_is(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("tests.rbpf.rooms.WALLS", TWINS)
+    monkeypatch.setattr("tests.rbpf.rooms.T_WORLD_START", np.array([3.0, 5.0, 0.0]))
+    mapper = Mapper(MapperConfig(particles=6, threads=1, usable_range_m=5.0), seed=1)
+    east = np.column_stack([np.arange(0.0, 25.0, 0.1), np.zeros(250), np.zeros(250)])
+    played(mapper, east, 0, east[0])
+    back = np.column_stack([np.arange(1.0, 6.0, 0.1), np.zeros(50), np.zeros(50)])  # 24 m back in the pause
+    told = back[0] + np.array([0.6, -0.4, 0.2])
+    health = played(mapper, back, 250 + PAUSE, told)
+    gap = se2.between(back, mapper.trajectory().T_map_base[250:])
+    assert np.hypot(gap[:, 0], gap[:, 1]).max() < 0.1 and np.abs(gap[:, 2]).max() < 0.03 and min(health) > 0.5
+
+
 @pytest.mark.parametrize("particles", [1, 8])
 def test_particles_follow_all_places_that_look_alike(monkeypatch: pytest.MonkeyPatch, particles: int) -> None:
     monkeypatch.setattr("tests.rbpf.rooms.WALLS", TWINS)

@@ -104,6 +104,32 @@ def test_a_robot_that_stood_while_the_wheels_leapt_far_is_where_it_was(leap_m: f
     assert np.abs(se2.between(BEFORE, info.T_map_base)).max() < 0.05
 
 
+@pytest.mark.parametrize("home", [False, True], ids=["it stood", "it drove to where odometry began"])
+def test_odometry_that_begins_again_at_its_origin_moves_no_robot_that_its_map_shows_elsewhere(home: bool) -> None:
+    way = drive(200)
+    mapper = Mapper(SMALL, seed=1)
+    feed(mapper, way[:131])  # 4.8 m from where odometry began
+    after = way[:40] if home else way[130:170]
+    for k, pose in enumerate(after):
+        told = se2.between(after[0], pose)
+        info = mapper.update(make_scan(pose, (300 + k) * 10**8, rng=np.random.default_rng(k)), told)
+        assert np.abs(se2.between(pose, info.T_map_base)).max() < 0.1 and info.health > 0.5
+
+
+def test_a_robot_whose_odometry_began_again_where_its_map_shows_nothing_is_lost_until_it_is_found() -> None:
+    away, way = np.array([60.0, 40.0, 0.0]), drive(200)  # odometry began far from where the map did
+    mapper = Mapper(SMALL, seed=1)
+    feed(mapper, way[:100], se2.compose(away, way[:100]))
+    there, health = se2.compose(way[20], np.array([0.0, 0.0, np.pi])), []
+    after = np.concatenate([se2.compose(there, 0.25 * drive(60)[:30]), way[30:], way])
+    for k, pose in enumerate(after):
+        told = se2.between(there, pose)
+        info = mapper.update(make_scan(pose, (300 + k) * 10**8, rng=np.random.default_rng(k)), told)
+        health.append(info.health)
+    assert max(health[:20]) <= LOST and health[-1] > 0.5 and mapper.stats.loops_closed == 1
+    assert np.abs(se2.between(after[-1], info.T_map_base)).max() < 0.1
+
+
 def test_odometry_carries_the_pose_on_for_as_long_as_scans_are_of_no_use() -> None:
     mapper = Mapper(SMALL, seed=1)
     feed(mapper, drive(60))

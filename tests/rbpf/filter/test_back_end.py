@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from mrslam.rbpf import MapperConfig
 from mrslam.rbpf.filter.back_end import BackEnd
+from mrslam.rbpf.front_end.health import LOST
 from mrslam.rbpf.outcome import Stopwatch
 from mrslam.spatial import se2
+from mrslam.spatial.matching.gauss_newton import Match
 from mrslam.spatial.runtime.crew import Crew
 from tests.rbpf.rooms import drive, keyframe
 
@@ -71,3 +76,32 @@ def test_fewer_particles_are_fewer_histories_too_and_stay_so_when_it_resumes() -
     again.restore(back.state())
     for one in (back, again):
         assert (one.particles_most, one.loops.histories_most) == (2, 2)
+
+
+def test_a_robot_that_lost_itself_trusts_only_places_seen_before_that(monkeypatch: pytest.MonkeyPatch) -> None:
+    back, resumed = (BackEnd(MapperConfig(particles=1, threads=1), 1, Crew(1), Stopwatch()) for _ in range(2))
+    seen_again: list[int] = []
+
+    def look(robot: BackEnd, trajectory: np.ndarray) -> bool:
+        for old in seen_again:
+            there = se2.between(trajectory[old], trajectory[-1])
+            robot.loops._add_edge(old, Match(there, 0.0, 1.0, 0.0, 1e4 * np.eye(3), 0.0, np.array([1.0, 0.0])))
+        return False  # nothing to put right
+
+    def health(robot: BackEnd, *places: int, blind_m: float = 0.0, is_contradicted: bool = False) -> float:
+        seen_again[:] = places
+        monkeypatch.setattr(robot.loops, "look", lambda trajectory, _: look(robot, trajectory))
+        key = keyframe(np.array([blind_m, 0.0, 0.0]), np.zeros(3), np.random.default_rng(1), blind_m)
+        return robot.add(replace(key, is_contradicted=is_contradicted)).health
+
+    for _ in range(5):
+        assert health(back) > 0.5
+    assert health(back, is_contradicted=True) <= LOST  # the sixth
+    assert health(back) <= LOST and health(back, 6) <= LOST and health(back, 5) <= LOST
+    resumed.restore(back.state())
+    for robot in (back, resumed):
+        assert health(robot, 7) <= LOST and health(robot, 7, 4) > LOST
+    lost_way = [health(back, blind_m=0.3) for _ in range(8)]
+    assert lost_way[-1] < 0.5 and back._health.is_adrift
+    health(back, 9)
+    assert not back._health.is_adrift  # as before it was lost

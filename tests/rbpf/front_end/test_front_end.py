@@ -54,6 +54,40 @@ def test_where_the_wheels_leap_another_way_to_move_is_taken_if_it_fits_clearly_b
     assert step.T_before_base[0] == pytest.approx(taken_m, abs=0.05)
 
 
+@pytest.mark.parametrize(
+    ("shown_m", "score", "inliers", "begins_again"),
+    [(0.22, -0.7, 0.8, False), (0.22, -0.7, 0.3, True), (0.9, -0.7, 0.8, True), (0.9, -0.2, 0.9, False)],
+    ids=[
+        "it fits there, if worse than usual", "nothing fits", "it fits elsewhere, worse than usual",
+        "it fits elsewhere as usual",
+    ],
+)  # fmt: skip
+def test_a_place_that_the_whole_map_shows_is_taken_where_the_rolling_map_does_not_reach_it(
+    shown_m: float, score: float, inliers: float, begins_again: bool
+) -> None:
+    _, points = seen_room()
+    front_end = Scripted(MapperConfig(particles=1, threads=1))
+    for k in range(40):
+        front_end.step(points, points, None if k == 0 else MOVED, 0.2, np.zeros(2))
+    before, shown = front_end.T_local_base.copy(), np.array([shown_m, 0.0, 0.0])
+    front_end.moved_score, front_end.moved_inliers = score, inliers
+    step = front_end.step(points, points, MOVED, 30.0, np.zeros(2), shown=shown)
+    assert (front_end.newest is None) == begins_again and not step.is_carried
+    taken = shown if begins_again else MOVED
+    assert step.T_before_base == pytest.approx(taken) and front_end.T_local_base == pytest.approx(before + taken)
+    assert len(front_end.state()["map"]["scans"]) == 1 or not begins_again
+
+
+def test_a_robot_put_down_nobody_knows_where_begins_another_rolling_map_there() -> None:
+    _, points = seen_room()
+    front_end = Scripted(MapperConfig(particles=1, threads=1))
+    for k in range(40):
+        front_end.step(points, points, None if k == 0 else MOVED, 0.2, np.zeros(2))
+    step = front_end.put_down(points, 30.0, np.zeros(2))
+    assert step.is_carried and not step.T_before_base.any() and front_end.predictor.is_after_pause
+    assert len(front_end.state()["map"]["scans"]) == 1
+
+
 @pytest.mark.parametrize(("inliers", "is_guessed"), [(0.9, False), (0.3, True)])
 def test_a_motion_whose_scan_fits_nothing_is_as_uncertain_as_its_prediction(inliers: float, is_guessed: bool) -> None:
     _, points = seen_room()

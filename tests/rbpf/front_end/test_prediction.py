@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mrslam.rbpf.front_end.odometry import has_been_set_back
 from mrslam.rbpf.front_end.prediction import Predictor
 from mrslam.spatial.matching.gauss_newton import Match
 
@@ -232,3 +233,17 @@ def test_a_pause_is_noticed_right_after_stamps_that_leapt_back() -> None:
     assert not predictor.is_after_pause
     predictor.wait(30.0)
     assert predictor.is_after_pause
+
+
+@pytest.mark.parametrize(
+    ("before", "now", "is_set_back"),
+    [
+        ((9.0, 4.0, 2.0), (0.0, 0.0, 0.0), True), ((0.0, -3.5, 0.1), (0.3, -0.2, 0.2), True),
+        ((9.0, 4.0, 2.0), (0.6, 0.0, 0.0), False), ((9.0, 4.0, 2.0), (0.0, 0.0, -0.4), False),
+        ((1.0, 2.5, 2.0), (0.0, 0.0, 0.0), False), ((9.0, 4.0, 2.0), (9.2, 4.0, 2.0), False),
+    ],
+)  # fmt: skip
+def test_odometry_that_was_far_from_its_origin_and_is_there_began_again(
+    before: tuple[float, float, float], now: tuple[float, float, float], is_set_back: bool
+) -> None:
+    assert has_been_set_back(np.array(before), np.array(now)) == is_set_back

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from mrslam.rbpf.loops.guesses import LIGHT, NEW, Fit, Guess, shares, surviving
+from mrslam.rbpf.loops.guesses import LIGHT, NEW, Fit, Guess, distinct, shares, surviving
 from mrslam.spatial.matching.gauss_newton import Match
 
 BEAMS, CELLS, EVIDENCE = 12, 20, 6.0
@@ -69,3 +69,11 @@ def test_a_place_that_is_new_takes_its_share() -> None:
     assert shares([one]) == pytest.approx([1.0 / (1.0 + np.exp(-5.0))])
     again = Guess.of(one.state())
     assert again.log_weight == one.log_weight and again.fits[0].new == 9
+
+
+def test_histories_that_lead_to_one_place_are_one_decision() -> None:
+    older, newer, beside, turned = (Guess([Fit(0, 9, match(0.0))] * n, 0, 5.0) for n in (3, 1, 1, 1))
+    newer.log_weight, newer.T_map_newest = 7.0, np.array([0.3, 0.0, 0.05])
+    beside.T_map_newest, turned.T_map_newest = np.array([0.6, 0.0, 0.0]), np.array([0.0, 0.0, 0.1 + 2.0 * np.pi])
+    kept = distinct([newer, beside, older, turned], 0.5, 0.08)
+    assert kept == [older, beside, turned]
