@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from mrslam.rbpf.front_end.look_around import look_around
+from mrslam.rbpf.front_end.look_around import look_around, shown_at
 from mrslam.spatial import se2
 from mrslam.spatial.hits.store import TileStore
 from mrslam.spatial.runtime.crew import Crew
@@ -56,3 +56,23 @@ def test_where_the_wheels_lead_to_one_of_two_equal_rooms_it_is_that_one() -> Non
     store = closets((0.0, 0.0, 0.0), (2.6, 0.0, 0.0))
     looked = look_around(store.tiles(0), closet(), np.array([2.5, 0.05, 0.02]), SIGMA_M, Crew(1))
     assert looked.place is not None and np.abs(se2.between(np.array([2.6, 0.0, 0.0]), looked.place)).max() < 0.03
+
+
+@pytest.mark.parametrize(("off_m", "is_there"), [(0.1, True), (0.6, False)])
+def test_a_scan_shows_a_robot_where_it_stands_and_not_beside_that(off_m: float, is_there: bool) -> None:
+    at = shown_at(closets((0.0, 0.0, 0.0)).tiles(0), closet(), np.array([off_m, 0.0, 0.0]), SIGMA_M)
+    assert (at is not None) == is_there
+    assert at is None or np.abs(at).max() < 0.03
+
+
+def test_along_a_bare_corridor_no_scan_shows_where_a_robot_stands() -> None:
+    x = np.linspace(-8.0, 8.0, 400)
+    sides = [
+        np.column_stack([x, np.full_like(x, y), np.tile([0.0, -np.sign(y), 1.0], (x.size, 1))]) for y in (-1.0, 1.0)
+    ]
+    store = TileStore(1, 0.05)
+    store.cover(np.full(2, -20.0), np.full(2, 20.0))
+    store.draw(0, np.zeros((1, 2)), np.zeros((1, 3)), [np.concatenate(sides)], 0.1)
+    near = np.concatenate([side[150:250] for side in sides])
+    looked = look_around(store.tiles(0), near, np.zeros(3), SIGMA_M, Crew(1))
+    assert looked.place is not None and shown_at(store.tiles(0), near, np.zeros(3), SIGMA_M) is None
