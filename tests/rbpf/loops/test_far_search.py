@@ -98,3 +98,15 @@ def test_a_place_is_believed_on_five_fits_over_five_metres_that_leave_no_doubt(
     far.guesses = [Guess([Fit(0, k, match) for k in range(fits)], 0, log_weight)]
     believed = far._believed(T_map_key, np.array([0]), Drift(10.0, 0.3))
     assert len(believed) == (fits if is_believed else 0)
+
+
+def test_two_histories_that_come_to_one_place_are_followed_as_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    loops, trajectory, _ = tour([np.zeros(3), np.array([9.0, -6.0, 0.3])], 20, (BLIND_M,))
+    far, newest = loops._far, len(trajectory) - 1
+    fit = Fit(3, newest - 8, Match(np.zeros(3), 0.0, 1.0, 0.0, np.eye(3), 0.0, np.array([1.0, 0.0])))
+    one, two = Guess([fit], 0, 5.0), Guess([fit, fit], 0, 5.1)
+    two.fits[-1] = fit._replace(found=fit.found._replace(pose=np.array([0.2, -0.1, 0.02])))
+    far.guesses = [one, two]
+    monkeypatch.setattr(far, "_believed", lambda *_: [])
+    far.look(trajectory, np.arange(24), Drift(20.0, 0.5))
+    assert far.guesses == [two]
