@@ -20,15 +20,15 @@ from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.filter.back_end import BackEnd, KeyframeResult
 from mrslam.rbpf.filter.history import History
 from mrslam.rbpf.filter.publisher import Publisher
+from mrslam.rbpf.front_end.after_pause import after_pause
 from mrslam.rbpf.front_end.front_end import FrontEnd, Step, has_stood
 from mrslam.rbpf.front_end.health import ADRIFT_MOST, DOUBTFUL, LOST
 from mrslam.rbpf.front_end.intake import Intake, Reading
-from mrslam.rbpf.front_end.look_around import is_elsewhere, look_around, shown_at
 from mrslam.rbpf.front_end.motion import MOTION, Keyframe, LocalMotion, composed_cov, motion_cov
 from mrslam.rbpf.front_end.reported_pose import ReportedPose
 from mrslam.rbpf.outcome import Stats, Stopwatch, UpdateInfo
 from mrslam.spatial import InputError, Keyframes, LocalMap, Scan, se2
-from mrslam.spatial.poses import between, compose
+from mrslam.spatial.poses import compose
 from mrslam.spatial.runtime.crew import Crew, Pending
 from mrslam.spatial.se2 import Transform
 
@@ -117,22 +117,13 @@ class Mapper:
         if odom_motion is None or has_stood(odom_motion) or not predictor.is_pause(reading.elapsed_s):
             return reading  # one that stood, and sees another place, was carried
         particles = self._back.filter
-        tiles, sigma_m = particles.store.tiles(particles.best), self.config.sigma_m
         T_map_before = compose(particles.ends[particles.best], self._motion.T_key_base)
         moved = predictor.dead_reckoned(odom_motion, reading.elapsed_s)
-        expected = compose(T_map_before, moved)
-        if reading.is_set_back:  # it stood, or drove there, or nobody knows
-            places = (shown_at(tiles, reading.sample, at, sigma_m) for at in (T_map_before, expected))
-            place = next((at for at in places if at is not None), None)
-            return replace(reading, is_carried=True) if place is None else _came_to(place, T_map_before, reading)
-        looked = look_around(tiles, reading.sample, expected, sigma_m, self._crew)
-        if looked.place is None:
-            if looked.is_contradicted and self._intake.put_back():  # until the next scan the robot is where it was
-                return replace(reading, reason=STALE, odom_motion=None)
-            return replace(reading, is_contradicted=looked.is_contradicted)
-        if not is_elsewhere(expected, looked.place):
-            return replace(reading, shown=moved)
-        return _came_to(looked.place, T_map_before, reading)
+        tiles = particles.store.tiles(particles.best)
+        reading = after_pause(reading, moved, T_map_before, tiles, self.config.sigma_m, self._crew)
+        if reading.is_contradicted and self._intake.put_back():  # until the next scan the robot is where it was
+            return replace(reading, reason=STALE, odom_motion=None)
+        return reading
 
     def _drop(self, reading: Reading) -> UpdateInfo:
         """Count a scan that is of no use; odometry carries the pose on."""
@@ -299,9 +290,3 @@ class Mapper:
         self._history = History.of(state["history"])
         self._publisher.restore(state["publisher"])
         self.stats = Stats(**state["stats"])
-
-
-def _came_to(place: Transform, T_map_before: Transform, reading: Reading) -> Reading:
-    """Return a reading whose robot came to a place ``(3,)`` that its map shows, whatever its wheels say."""
-    motion = between(T_map_before, place)
-    return replace(reading, odom_motion=motion, shown=motion)

@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mrslam.rbpf.front_end.front_end import has_stood
 from mrslam.rbpf.front_end.local_matcher import (
     FAR_PRIOR,
     FAR_STEP_RAD,
@@ -66,13 +65,12 @@ def look_around(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform
 
 
 def shown_at(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float) -> Transform | None:
-    """Return the pose ``(3,)`` where a scan surely fits, not just along a corridor, if that is ``T_map_base (3,)``.
+    """Return the pose next to ``T_map_base (3,)`` where a scan surely fits, not just along a corridor, or None.
 
     Arguments as for :func:`look_around`.
     """
     found = match(tiles, points, T_map_base, T_map_base, FAR_PRIOR, sigma_m, ITERATIONS)
-    is_there = _is_sure(found) and found.blind == 0.0 and has_stood(between(T_map_base, found.pose))
-    return found.pose if is_there else None
+    return found.pose if _is_sure(found) and found.blind == 0.0 else None
 
 
 def is_elsewhere(expected: Transform, place: Transform) -> bool:

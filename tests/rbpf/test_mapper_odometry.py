@@ -73,7 +73,7 @@ def test_a_robot_that_its_map_contradicts_twice_is_lost_until_it_is_back_at_a_pl
 def test_a_contradicted_robot_that_moved_little_is_lost_at_once_and_remains_so(monkeypatch: pytest.MonkeyPatch) -> None:
     mapper, step = Mapper(replace(SMALL, close_loops=False), seed=1), np.array([0.31, 0.0, 0.0])
     feed(mapper, drive(60))
-    monkeypatch.setattr("mrslam.rbpf.mapper.look_around", lambda *_: Looked(None, True))
+    monkeypatch.setattr("mrslam.rbpf.front_end.after_pause.look_around", lambda *_: Looked(None, True))
     there = se2.compose(BEFORE, step)
     scans = [make_scan(there, (90 + k) * 10**8, rng=np.random.default_rng(k)) for k in range(20)]
     assert not mapper._motion.is_due(SMALL, scans[0].stamp_ns) and not has_stood(step)

@@ -13,6 +13,7 @@ from bench.mutants.lists import (
     merge_many,
     mutual_detection,
     rbpf,
+    rbpf_front_end,
     ros,
     sim_driver,
     sim_driver_results,
@@ -23,6 +24,7 @@ from bench.mutants.mutant import Mutant
 MUTANTS: tuple[Mutant, ...] = (
     *spatial.MUTANTS,
     *rbpf.MUTANTS,
+    *rbpf_front_end.MUTANTS,
     *alignment.MUTANTS,
     *mutual_detection.MUTANTS,
     *merge.MUTANTS,

@@ -58,7 +58,7 @@ def test_where_the_wheels_lead_to_one_of_two_equal_rooms_it_is_that_one() -> Non
     assert looked.place is not None and np.abs(se2.between(np.array([2.6, 0.0, 0.0]), looked.place)).max() < 0.03
 
 
-@pytest.mark.parametrize(("off_m", "is_there"), [(0.1, True), (0.4, False)])
+@pytest.mark.parametrize(("off_m", "is_there"), [(0.1, True), (0.6, False)])
 def test_a_scan_shows_a_robot_where_it_stands_and_not_beside_that(off_m: float, is_there: bool) -> None:
     at = shown_at(closets((0.0, 0.0, 0.0)).tiles(0), closet(), np.array([off_m, 0.0, 0.0]), SIGMA_M)
     assert (at is not None) == is_there

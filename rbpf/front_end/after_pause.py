@@ -1,0 +1,39 @@
+"""What a robot makes of its first scan after a pause: its map shows where it came to, or what its wheels are worth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from mrslam.rbpf.front_end.intake import Reading
+from mrslam.rbpf.front_end.look_around import is_elsewhere, look_around, shown_at
+from mrslam.spatial.hits.views import Tiles
+from mrslam.spatial.poses import between, compose
+from mrslam.spatial.runtime.crew import Crew
+from mrslam.spatial.se2 import Transform
+
+
+def after_pause(
+    reading: Reading, moved: Transform, T_map_before: Transform, tiles: Tiles, sigma_m: float, crew: Crew
+) -> Reading:
+    """Return the first reading after a pause with the motion that the robot's map shows, or what speaks against it.
+
+    ``moved (3,)`` : the motion by its wheels, from ``T_map_before (3,)`` in the map ``tiles``; ``sigma_m`` : deviation
+    of points from walls, metres. Threads of the ``crew`` that have nothing to do help.
+    """
+    expected = compose(T_map_before, moved)
+    if reading.is_set_back:  # it stood, or drove there, or nobody knows
+        places = (shown_at(tiles, reading.sample, at, sigma_m) for at in (T_map_before, expected))
+        place = next((at for at in places if at is not None), None)
+        return replace(reading, is_carried=True) if place is None else _came_to(place, T_map_before, reading)
+    looked = look_around(tiles, reading.sample, expected, sigma_m, crew)
+    if looked.place is None:
+        return replace(reading, is_contradicted=looked.is_contradicted)
+    if not is_elsewhere(expected, looked.place):
+        return replace(reading, shown=moved)
+    return _came_to(looked.place, T_map_before, reading)
+
+
+def _came_to(place: Transform, T_map_before: Transform, reading: Reading) -> Reading:
+    """Return a reading whose robot came to a place ``(3,)`` that its map shows, whatever its wheels say."""
+    motion = between(T_map_before, place)
+    return replace(reading, odom_motion=motion, shown=motion)
