@@ -92,7 +92,8 @@ class BackEnd:
         self.filter.draw(key, beside=lambda: self._look_for_loop(key))
         closed = self._is_contradicted and self._relax()
         self._is_carried &= self.loops.is_carried
-        self._anchor(self.loops.found.keys[edges:, 0])
+        if self.loops.edges > edges and not self._is_carried:
+            self._anchor(self.loops.found.keys[edges:, 0])
         self._watch.lap("loops")
         return KeyframeResult(
             T_map_key=self.filter.ends[self.filter.best].copy(), neff=self.filter.neff, health=self._health.value,
@@ -101,8 +102,6 @@ class BackEnd:
 
     def _anchor(self, old: NDArray[np.int32]) -> None:
         """Trust the pose again where the newest loop edges lead to keyframes ``old (n,)`` from before it was lost."""
-        if self._is_carried or not old.size:
-            return
         if self._lost_from is None or old.min() < self._lost_from:
             self._health.anchor()
             self._lost_from = None

@@ -146,14 +146,14 @@ class FrontEnd:
             self._map.add(found.pose, all_points)
         return Step(motion, found.score, found.inliers, _blind_m(motion, guess.slip, found), _guessed(guess, found))
 
-    def _is_lost(self, found: Match, place: Transform) -> bool:
-        """Return whether this map does not reach a known place ``(3,)``: the scan hardly fits, or elsewhere."""
-        return self._matcher.is_doubtful(found) and (found.inliers < BAD_INLIERS or are_apart(found.pose, place))
-
     def put_down(self, all_points: NDArray[np.float64], elapsed_s: float, origin: NDArray[np.float64]) -> Step:
         """Take the scan of a robot of which nobody knows where it is; arguments as for :meth:`step`."""
         self.predictor.wait(elapsed_s)
         return self._begin_again(View(all_points.copy(), origin), np.zeros(3), is_carried=True)
+
+    def _is_lost(self, found: Match, place: Transform) -> bool:
+        """Return whether this map does not reach a known place ``(3,)``: the scan hardly fits, or elsewhere."""
+        return self._matcher.is_doubtful(found) and (found.inliers < BAD_INLIERS or are_apart(found.pose, place))
 
     def _was_carried(self, view: View, guess: Guess, found: Match) -> bool:
         """Return whether a robot that should still see what it saw before a pause sees something else.
