@@ -29,6 +29,15 @@ class Scripted(FrontEnd):
         return Match(place, score, inliers, 0.0, np.eye(3), blind, np.array([1.0, 0.0]))
 
 
+def driven() -> tuple[Scripted, np.ndarray]:
+    """A front end that took 40 scans of a room, and their points ``(N, 5)``."""
+    _, points = seen_room()
+    front_end = Scripted(MapperConfig(particles=1, threads=1))
+    for k in range(40):
+        front_end.step(points, points, None if k == 0 else MOVED, 0.2, np.zeros(2))
+    return front_end, points
+
+
 @pytest.mark.parametrize(
     ("score", "inliers", "blind", "taken_m"),
     [
@@ -43,10 +52,7 @@ class Scripted(FrontEnd):
 def test_where_the_wheels_leap_another_way_to_move_is_taken_if_it_fits_clearly_better(
     score: float, inliers: float, blind: float, taken_m: float
 ) -> None:
-    _, points = seen_room()
-    front_end = Scripted(MapperConfig(particles=1, threads=1))
-    for k in range(40):
-        front_end.step(points, points, None if k == 0 else MOVED, 0.2, np.zeros(2))
+    front_end, points = driven()
     front_end._matcher.usual_score = -0.2
     front_end.step(points, points, STALLED, 0.2, np.zeros(2))
     front_end.moved_score, front_end.moved_inliers, front_end.other_blind = score, inliers, blind
@@ -65,10 +71,7 @@ def test_where_the_wheels_leap_another_way_to_move_is_taken_if_it_fits_clearly_b
 def test_a_place_that_the_whole_map_shows_is_taken_where_the_rolling_map_does_not_reach_it(
     shown_m: float, score: float, inliers: float, begins_again: bool
 ) -> None:
-    _, points = seen_room()
-    front_end = Scripted(MapperConfig(particles=1, threads=1))
-    for k in range(40):
-        front_end.step(points, points, None if k == 0 else MOVED, 0.2, np.zeros(2))
+    front_end, points = driven()
     before, shown = front_end.T_local_base.copy(), np.array([shown_m, 0.0, 0.0])
     front_end.moved_score, front_end.moved_inliers = score, inliers
     step = front_end.step(points, points, MOVED, 30.0, np.zeros(2), shown=shown)
@@ -79,10 +82,7 @@ def test_a_place_that_the_whole_map_shows_is_taken_where_the_rolling_map_does_no
 
 
 def test_a_robot_put_down_nobody_knows_where_begins_another_rolling_map_there() -> None:
-    _, points = seen_room()
-    front_end = Scripted(MapperConfig(particles=1, threads=1))
-    for k in range(40):
-        front_end.step(points, points, None if k == 0 else MOVED, 0.2, np.zeros(2))
+    front_end, points = driven()
     step = front_end.put_down(points, 30.0, np.zeros(2))
     assert step.is_carried and not step.T_before_base.any() and front_end.predictor.is_after_pause
     assert len(front_end.state()["map"]["scans"]) == 1
