@@ -31,6 +31,29 @@ def test_the_less_sure_the_transform_the_wider_the_mask() -> None:
     assert masked(np.diag([0.02, 0.02, 0.0])) > 1.3 * masked(None)
 
 
+@pytest.mark.parametrize(("enabled", "is_placed"), [(True, True), (False, True), (True, False)])
+def test_only_teammates_whose_maps_are_placed_are_masked_and_none_where_that_is_switched_off(
+    enabled: bool, is_placed: bool
+) -> None:
+    beams = np.full(200, 4.0, dtype=np.float32)
+    scan = Scan(stamp_ns=S, ranges_m=beams, angle_min_rad=-0.3, angle_increment_rad=0.003, range_max_m=9.0)
+    teammates = Teammates(MutualDetectionConfig(enabled=enabled))
+    teammates.observe(TeammatePose("r2", S, np.zeros(3), 1), se2.transform(4.0, 0.0, 0.0))
+    placed = {"r2": np.zeros(3)} if is_placed else {}
+    assert (teammates.mask(scan, np.zeros(3), placed, S)[1] > 0) == (enabled and is_placed)
+
+
+@pytest.mark.parametrize(("age_s", "is_told"), [(9.9, True), (10.0, False)])
+def test_a_teammate_that_said_long_ago_where_it_is_may_be_anywhere(age_s: float, is_told: bool) -> None:
+    teammates = Teammates(MutualDetectionConfig())
+    teammates.observe(TeammatePose("r2", 5 * S, se2.transform(1.0, 0.0, 0.0), 1), None)
+    teammates.observe(TeammatePose("r3", 5 * S, np.zeros(3), 1), None)  # nobody knows where its map lies
+    places = teammates.places({"r2": se2.transform(3.0, 2.0, np.pi / 2)}, 5 * S + round(age_s * 1e9))
+    assert list(places) == (["r2"] if is_told else [])
+    if is_told:
+        np.testing.assert_allclose(places["r2"], [3.0, 3.0, np.pi / 2], atol=1e-12)
+
+
 @pytest.mark.parametrize("own", ["r1", "r3"])
 def test_the_covariance_is_that_of_the_alignment_seen_from_the_own_map(own: str) -> None:
     one, two = robot(own, 1), robot("r2", 1)

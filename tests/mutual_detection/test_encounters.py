@@ -6,7 +6,13 @@ import numpy as np
 
 from mrslam.agent.pairs.hypotheses import REFUTED_LLR
 from mrslam.mutual_detection import sightings
-from mrslam.mutual_detection.encounters import MOST_HIDDEN_LLR, MOST_NOT_THERE_LLR, MOST_SEEN_LLR, MOST_UNSEEN_LLR
+from mrslam.mutual_detection.encounters import (
+    MOST_HIDDEN_LLR,
+    MOST_NOT_THERE_LLR,
+    MOST_SEEN_LLR,
+    MOST_UNSEEN_LLR,
+    Sightings,
+)
 from mrslam.spatial import se2
 from tests.mutual_detection.sights import RADIUS_M, moment, way
 
@@ -44,6 +50,12 @@ def test_robots_that_may_be_too_low_for_each_other_refute_nothing_before_they_we
     assert found.not_there > 10 and found.llr == MOST_HIDDEN_LLR and 2.0 * found.llr > REFUTED_LLR
     found.take(moments()[4], RIGHT, RADIUS_M)
     assert found.llr == MOST_NOT_THERE_LLR + 2.0
+
+
+def test_what_all_bodies_together_say_is_bounded() -> None:
+    found = Sightings(seen=9, not_there=1)
+    assert found.llr == MOST_SEEN_LLR - 1.0
+    assert Sightings(seen=2).llr == 4.0 < MOST_SEEN_LLR
 
 
 def test_a_thing_that_stands_still_counts_once() -> None:

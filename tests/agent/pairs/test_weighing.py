@@ -1,0 +1,64 @@
+"""What walls must say of a place before encounters may decide about it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mrslam.agent.pairs.hypotheses import Hypothesis
+from mrslam.agent.pairs.weighing import FITTED_M, agrees, by_sight, is_worth_keeping
+from mrslam.alignment import Alignment, Evidence, Rejection, WallEvidence
+from mrslam.spatial import se2
+
+HERE = se2.transform(2.0, -1.0, 0.4)
+
+
+def walls(matched_m: float, a_against_m: float, b_against_m: float) -> Evidence:
+    """Walls of two maps that agree, and walls of either that lie on the other's floor, metres."""
+    return Evidence(
+        a=WallEvidence(matched_m=matched_m, contradicted_m=a_against_m),
+        b=WallEvidence(matched_m=matched_m, contradicted_m=b_against_m),
+    )
+
+
+@pytest.mark.parametrize(
+    ("matched_m", "a_against_m", "b_against_m", "is_fine"),
+    [
+        (1.0, 1.9, 1.9, True), (1.0, 2.1, 0.0, False), (1.0, 0.0, 2.1, False),
+        (20.0, 5.9, 5.9, True), (20.0, 6.1, 0.0, False), (20.0, 0.0, 6.1, False),
+    ],
+)  # fmt: skip
+def test_two_metres_or_three_tenths_of_what_agrees_may_contradict_in_either_map(
+    matched_m: float, a_against_m: float, b_against_m: float, is_fine: bool
+) -> None:
+    assert agrees(walls(matched_m, a_against_m, b_against_m)) == is_fine
+
+
+def test_nothing_that_was_examined_speaks_against_a_place() -> None:
+    assert agrees(None)
+
+
+@pytest.mark.parametrize(
+    ("evidence", "is_kept"),
+    [(walls(5.1, 0.0, 0.0), True), (walls(4.9, 0.0, 0.0), False), (walls(5.1, 3.0, 0.0), False), (None, False)],
+)
+def test_a_place_is_kept_where_enough_wall_agrees_and_little_contradicts(
+    evidence: Evidence | None, is_kept: bool
+) -> None:
+    assert is_worth_keeping(Rejection("too little", 0.3, evidence, "auto", HERE)) == is_kept
+
+
+def test_an_alignment_is_kept_whatever_its_walls() -> None:
+    assert is_worth_keeping(Alignment(HERE, 0.9, walls(1.0, 9.0, 9.0), np.eye(3), "auto"))
+
+
+@pytest.mark.parametrize(
+    ("matched_m", "off_m", "by_walls"), [(FITTED_M, 0.2, True), (FITTED_M - 0.1, 0.2, False), (FITTED_M, 9.0, False)]
+)
+def test_where_robots_saw_each_other_walls_say_better_where_the_maps_lie_if_enough_agree_there(
+    matched_m: float, off_m: float, by_walls: bool
+) -> None:
+    place = Hypothesis(HERE, "sight", 0)
+    fitted = HERE + np.array([off_m, 0.0, 0.0])
+    found = by_sight(place, Rejection("too little", 0.4, walls(matched_m, 0.0, 0.0), "auto", fitted))
+    assert np.array_equal(found.T_a_b, fitted if by_walls else HERE)
