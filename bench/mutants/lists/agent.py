@@ -642,4 +642,22 @@ MUTANTS = (
         "self.doubtful = False",
         "a robot that gave up doubts for ever where it sees less than before",
     ),
+    Mutant(
+        "agent/teammates.py",
+        "            self._tracker.forget(lost)\n",
+        "            pass\n",
+        "a teammate that was unmerged stays masked where it was",
+    ),
+    Mutant(
+        "agent/teammates.py",
+        "and now_ns - report.stamp_ns < REPORT_VALID_NS",
+        "",
+        "teammates that are long gone are told where they were",
+    ),
+    Mutant(
+        "agent/teammates.py",
+        "if not self._enabled:",
+        "if False:",
+        "teammates are masked though that was switched off",
+    ),
 )

@@ -517,4 +517,34 @@ MUTANTS = (
         "            pass\n",
         "two alignments that agree are believed though one between them found nothing",
     ),
+    Mutant(
+        "agent/pairs/weighing.py",
+        "wall.matched_m >= FITTED_M and agrees(wall)",
+        "agrees(wall)",
+        "a place is kept for evidence though hardly any wall agrees there",
+    ),
+    Mutant(
+        "agent/pairs/weighing.py",
+        "max(FORGIVEN_M, FORGIVEN_SHARE * evidence.matched_m)",
+        "FORGIVEN_M",
+        "robots that see each other do not merge large maps in which ghosts stand",
+    ),
+    Mutant(
+        "agent/pairs/weighing.py",
+        "max(FORGIVEN_M, FORGIVEN_SHARE * evidence.matched_m)",
+        "FORGIVEN_SHARE * evidence.matched_m",
+        "... nor small ones in which one ghost stands",
+    ),
+    Mutant(
+        "agent/pairs/weighing.py",
+        "        T_a_b = outcome.T_a_b\n    return Al",
+        "        pass\n    return Al",
+        "where robots saw each other, maps that fit lie by half a metre off",
+    ),
+    Mutant(
+        "agent/pairs/weighing.py",
+        "max(evidence.a.contradicted_m, evidence.b.contradicted_m)",
+        "evidence.a.contradicted_m",
+        "walls of the second map may lie on all of the first one's floor",
+    ),
 )

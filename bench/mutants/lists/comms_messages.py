@@ -143,4 +143,22 @@ MUTANTS = (
         "0",
         "a mapper or a base station is taken for a robot that takes and gives maps",
     ),
+    Mutant(
+        "comms/maps/staging.py",
+        "        if manifest is self.manifest:\n            return\n",
+        "",
+        "parts of a map that arrived are thrown away whenever the same list comes again",
+    ),
+    Mutant(
+        "comms/maps/staging.py",
+        "in self.tiles.items() if index in places}",
+        "in self.tiles.items()}",
+        "tiles of an older list are taken for those of the new one",
+    ),
+    Mutant(
+        "comms/maps/staging.py",
+        "is None or block.revision != manifest.target - age",
+        "is None",
+        "keyframes of an older revision are taken for those asked for",
+    ),
 )

@@ -214,4 +214,10 @@ MUTANTS = (
         "    if after >= ranges_m.size:",
         "a body at the first beam of a laser is measured though its edge is not seen, and stands elsewhere",
     ),
+    Mutant(
+        "mutual_detection/encounters.py",
+        "min(SEEN_LLR * self.seen, MOST_SEEN_LLR)",
+        "SEEN_LLR * self.seen",
+        "a body that stands at a wrong place often enough outweighs everything",
+    ),
 )
