@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 
 from mrslam.alignment.kernels import agreement as agreement_kernels
 from mrslam.alignment.kernels import walls as wall_kernels
@@ -74,6 +75,35 @@ def test_agreement_like_its_twin(sides, pair):
     assert same > 0.99, "ties between equally near walls may fall either way"
     assert sum(counts) == len(expected)
     assert counts[0] > 0.15 * len(expected)
+
+
+WALL, FACED, CROSSED, SPECK = [0.0, 1.0], [0.5, 0.866], [1.0, 0.0], [0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "verdict"),
+    [
+        (WALL, WALL, agreement_kernels.MATCHED), (WALL, FACED, agreement_kernels.MATCHED),
+        (WALL, CROSSED, agreement_kernels.OPPOSED), (WALL, [0.0, -1.0], agreement_kernels.OPPOSED),
+        (WALL, [0.75, 0.66], agreement_kernels.OPPOSED), (SPECK, WALL, agreement_kernels.MATCHED),
+        (WALL, SPECK, agreement_kernels.MATCHED), (SPECK, SPECK, agreement_kernels.MATCHED),
+    ],
+)  # fmt: skip
+def test_walls_match_that_face_the_same_way_and_specks_match_anything(
+    source: list[float], target: list[float], verdict: int
+) -> None:
+    found = np.empty(1, dtype=np.uint8)
+    agreement_kernels.agreement(one_point(source), one_point(target), np.zeros(3), 1, 0.15, found)
+    assert found[0] == verdict
+
+
+def one_point(normal: list[float]) -> wall_kernels.WallMap:
+    """A map of one wall point with this normal, on free floor."""
+    state, at = np.full((41, 41), wall_kernels.FREE, dtype=np.uint8), np.array([[20, 20]], dtype=np.int32)
+    state[20, 20] = wall_kernels.OCCUPIED
+    normals = np.array([normal])
+    label = wall_kernels.nearest_labels(41, 41, at, normals, 6)
+    return wall_kernels.WallMap(state, label, (at + 0.5) * 0.1, normals, np.ones(1, dtype=bool), 0.0, 0.0, 0.1)
 
 
 def test_free_overlap_like_its_twin():

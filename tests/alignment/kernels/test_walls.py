@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 
 import numpy as np
 from scipy.sparse.csgraph import connected_components
@@ -31,6 +32,38 @@ def test_thin_wall_seen_from_both_sides_has_two_normals():
     cells, normals = wall_kernels.wall_points(state)
     at = normals[(cells[:, 0] == 20) & (cells[:, 1] == 20)]
     assert sorted(np.round(at[:, 0]).tolist()) == [-1.0, 1.0]
+
+
+def facing_twin(state: np.ndarray, r: int, c: int) -> tuple[int, np.ndarray]:
+    """Return how many sides of a surface cell are free, and an axis of its normal, from the window about it."""
+    at = np.array([(dc, dr) for dr in range(-3, 4) for dc in range(-3, 4) if dr * dr + dc * dc <= 10], dtype=np.float64)
+    seen = np.array([state[r + int(dr), c + int(dc)] for dc, dr in at])
+    free, walls = at[seen == wall_kernels.FREE].sum(axis=0), at[seen == wall_kernels.OCCUPIED]
+    if np.hypot(*free) > wall_kernels.ONE_SIDED:
+        return 1, free / np.hypot(*free)
+    spread, axes = np.linalg.eigh(np.cov(walls.T, bias=True).reshape(2, 2) * len(walls))
+    is_wall = spread[1] - spread[0] >= wall_kernels.STRAIGHT * spread.sum()
+    if len(walls) < wall_kernels.MIN_STRAIGHT_CELLS or not is_wall:
+        return 1, np.zeros(2)
+    return 2, axes[:, 0]
+
+
+def test_which_sides_of_a_wall_are_free_like_its_twin():
+    rng, kinds = np.random.default_rng(2), Counter()
+    for _ in range(600):
+        state = np.full((7, 7), wall_kernels.FREE, dtype=np.uint8)
+        state[rng.random((7, 7)) < rng.uniform(0.0, 0.5)] = wall_kernels.UNKNOWN
+        slope, wide = rng.uniform(-1.2, 1.2), rng.uniform(0.5, 2.0)
+        rows, cols = np.indices((7, 7)) - 3
+        line = (np.abs(rows - slope * cols) < wide) & (np.abs(cols) <= rng.integers(0, 4))
+        state[line & (rng.random((7, 7)) < 0.9)] = wall_kernels.OCCUPIED
+        state[3, 3] = wall_kernels.OCCUPIED
+        sides, nx, ny = wall_kernels.facing(state, 3, 3)
+        expected, normal = facing_twin(state, 3, 3)
+        along = abs(float(np.dot(normal, (nx, ny)))) if sides == 2 else float(np.dot(normal, (nx, ny)))
+        assert sides == expected and (along > 1.0 - 1e-9 or not (normal.any() or nx or ny))
+        kinds[sides, bool(normal.any())] += 1
+    assert min(kinds[kind] for kind in ((1, True), (1, False), (2, True))) >= 40
 
 
 def test_specks_are_told_from_walls_and_from_dotted_walls():
