@@ -606,4 +606,34 @@ MUTANTS = (
         "",
         "walls that face one way are one wall",
     ),
+    Mutant(
+        "alignment/kernels/walls.py",
+        "if strength > ONE_SIDED:",
+        "if strength > 0.0:",
+        "walls between two rooms have one side",
+    ),
+    Mutant(
+        "alignment/kernels/walls.py",
+        "occupied < MIN_STRAIGHT_CELLS or spread",
+        "spread",
+        "specks are walls",
+    ),
+    Mutant(
+        "alignment/kernels/walls.py",
+        "or spread < STRAIGHT * (cxx + cyy)",
+        "",
+        "a heap is a wall with two sides",
+    ),
+    Mutant(
+        "alignment/kernels/agreement.py",
+        "speck or (mx == 0.0 and my == 0.0) or (k",
+        "speck or (k",
+        "a wall on a speck of the other map speaks against",
+    ),
+    Mutant(
+        "alignment/kernels/agreement.py",
+        "if speck or (mx",
+        "if (mx",
+        "a speck on a wall of the other map speaks against",
+    ),
 )
