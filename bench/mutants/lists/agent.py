@@ -660,4 +660,28 @@ MUTANTS = (
         "if False:",
         "teammates are masked though that was switched off",
     ),
+    Mutant(
+        "agent/robot.py",
+        "se2.compose(self.team.layout.T_team_own, self.T_map_base)",
+        "self.T_map_base",
+        "a robot tells its pose in the team map as if that were not bent",
+    ),
+    Mutant(
+        "agent/robot.py",
+        "return se2.compose(T_frame_map, se2.inverse(self.team.layout.T_team_own))",
+        "return T_frame_map",
+        "the team map lies beside the saved map whose frame it is told in",
+    ),
+    Mutant(
+        "agent/robot.py",
+        "if robot_id in bends.keys() - self.team.saved}",
+        "if robot_id in bends.keys()}",
+        "saved maps are told to have driven",
+    ),
+    Mutant(
+        "agent/robot.py",
+        "of_own_map=True",
+        "of_own_map=False",
+        "ghosts in the own map are looked for where a bent team map has them",
+    ),
 )
