@@ -254,6 +254,28 @@ def test_a_beacon_that_comes_late_or_twice_tells_nothing():
     assert [e.T_peer_robot[0] for e in heard if isinstance(e, TeammateClaim)] == [0.0, 2.0]
 
 
+def test_a_robot_is_no_teammate_of_its_own():
+    assert not CommsNode("a", "team", 1, QUICK).on_peer_joined("a", 0)
+
+
+def test_a_robot_that_is_heard_again_is_not_gone():
+    a, b = CommsNode("a", "team", 1, QUICK), CommsNode("b", "team", 1, QUICK)
+    late = round(0.7 * QUICK.peer_timeout_s * SECOND)
+    for now_ns in (0, late):
+        b.on_message(beacon_at(a, now_ns), now_ns, "a")
+    assert not [e for e in b.on_tick(late + late) if isinstance(e, PeerGone)]
+    assert [e for e in b.on_tick(late + 2 * late) if isinstance(e, PeerGone)]
+
+
+def test_claims_of_a_program_that_does_not_say_of_which_map_of_ours_are_heard():
+    a, b = CommsNode("a", "team", 1, QUICK), CommsNode("b", "team", 1, QUICK)
+    a.add_claims([("b", np.array([1.0, 2.0, 0.0]), 1.0, 7)])
+    told = decode(beacon_at(a, 0), TAG, 10_000)
+    assert isinstance(told, Beacon) and told.claimed
+    heard = b.on_message(encode(replace_fields(told, claimed=[]), TAG), SECOND, "a")
+    assert [e.of_robot for e in heard if isinstance(e, TeammateClaim)] == [None]
+
+
 @pytest.mark.parametrize("has_token", [True, False])
 def test_a_silent_robot_is_gone_unless_its_token_is_up(has_token: bool):
     a, b = CommsNode("a", "team", 1, QUICK), CommsNode("b", "team", 1, QUICK)
