@@ -782,4 +782,22 @@ MUTANTS = (
         "",
         "a neighbour that is gone keeps beacons frequent for good",
     ),
+    Mutant(
+        "comms/neighbours/neighbourhood.py",
+        "known.heard_ns = max(known.heard_ns, now_ns)",
+        "pass",
+        "a robot without a token is gone a while after its first beacon, though it is heard",
+    ),
+    Mutant(
+        "comms/neighbours/neighbourhood.py",
+        "if len(beacon.claimed) == len(beacon.claims) else [None] * len(beacon.claims)",
+        "",
+        "claims of programs that do not say of which map they are are lost",
+    ),
+    Mutant(
+        "comms/neighbours/neighbourhood.py",
+        "if peer != self._context.own_id and NAME.fullmatch(peer):",
+        "if NAME.fullmatch(peer):",
+        "a robot is a teammate of its own",
+    ),
 )
