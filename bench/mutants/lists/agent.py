@@ -644,12 +644,6 @@ MUTANTS = (
     ),
     Mutant(
         "agent/teammates.py",
-        "            self._tracker.forget(lost)\n",
-        "            pass\n",
-        "a teammate that was unmerged stays masked where it was",
-    ),
-    Mutant(
-        "agent/teammates.py",
         "and now_ns - report.stamp_ns < REPORT_VALID_NS",
         "",
         "teammates that are long gone are told where they were",
