@@ -258,12 +258,16 @@ def row(name: str, counts: list[int], seeds: list[int], data: Path) -> dict[str,
     drives = {seed: case.make(data, seed) for seed in seeds}
     line["scans"] = len(drives[seeds[0]].readings)
     for count in counts:
-        runs = [run(drives[seed], count, seed) for seed in seeds]
-        line[str(count)] = {
-            key: None if np.isnan(value := float(np.median([one[key] for one in runs]))) else round(value, 3)
-            for key in runs[0]
-        }
+        line[str(count)] = medians([run(drives[seed], count, seed) for seed in seeds])
     return line
+
+
+def medians(runs: list[dict[str, float]]) -> dict[str, float | None]:
+    """Return the median of each figure, None where it is not a number."""
+    return {
+        key: None if np.isnan(value := float(np.median([one[key] for one in runs]))) else round(value, 3)
+        for key in runs[0]
+    }
 
 
 def main() -> None:

@@ -14,14 +14,14 @@ from __future__ import annotations
 import argparse
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from drives import Drive, carried_between, recorded  # beside this file
 from numpy.typing import NDArray
-from particles import run  # beside this file
+from particles import medians, run  # beside this file
 
 from mrslam import rbpf
 from mrslam.sim_driver.feeds.base import Reading
@@ -41,8 +41,8 @@ class Upset:
     def __init__(self, log: Path, seed: int) -> None:
         """Draw both."""
         rng = np.random.default_rng(seed)
-        self.begin = float(rng.uniform(0.0, 1.0 - SHARE))
-        self.log, self.drive = log, recorded(log, self.begin, self.begin + SHARE)
+        begin = float(rng.uniform(0.0, 1.0 - SHARE))
+        self.drive = recorded(log, begin, begin + SHARE)
         self.at = int(rng.uniform(0.3, 0.8) * len(self.drive.readings))
         self.leap = np.append(rng.uniform(-LEAP_M, LEAP_M, 2), rng.uniform(-LEAP_RAD, LEAP_RAD))
         self.back = float(rng.uniform(0.1, 0.9))
@@ -50,17 +50,20 @@ class Upset:
         stamps_ns = np.array([reading.scan.stamp_ns for reading in self.drive.readings])
         self.interval_s = float(np.median(np.diff(stamps_ns))) / 1e9
 
-    def cases(self) -> Iterator[tuple[str, Drive]]:
-        """Return the drives by name."""
-        yield "plain", self.drive
-        yield "leap", self.moved(self.drive, self.leap_from(self.at))
-        yield "zero", self.moved(self.drive, se2.inverse(self.wheels(self.at)))
-        yield "pause", self.pause(10.0)
-        yield "pause-leap", self.moved(self.pause(6.0), self.leap_from(self.at))
-        yield "pause-zero", self.moved(self.pause(6.0), se2.inverse(self.wheels(self.after(6.0))))
-        yield "rubbish", self.rubbish(5.0)
-        yield "rubbish-leap", self.moved(self.rubbish(5.0), self.leap_from((self.at + self.after(5.0)) // 2))
-        yield "carried", self.carried()
+    def cases(self) -> dict[str, Callable[[], Drive]]:
+        """Return what makes each drive, by name."""
+        rubbish, other_rubbish = self.rubbish(5.0), self.rubbish(5.0)  # drawn whether they are asked for or not
+        return {
+            "plain": lambda: self.drive,
+            "leap": lambda: self.moved(self.drive, self.leap_from(self.at)),
+            "zero": lambda: self.moved(self.drive, se2.inverse(self.wheels(self.at))),
+            "pause": lambda: self.pause(10.0),
+            "pause-leap": lambda: self.moved(self.pause(6.0), self.leap_from(self.at)),
+            "pause-zero": lambda: self.moved(self.pause(6.0), se2.inverse(self.wheels(self.after(6.0)))),
+            "rubbish": lambda: rubbish,
+            "rubbish-leap": lambda: self.moved(other_rubbish, self.leap_from((self.at + self.after(5.0)) // 2)),
+            "carried": self.carried,
+        }
 
     def wheels(self, k: int) -> NDArray[np.float64]:
         """Return odometry ``(3,)`` at a reading."""
@@ -98,11 +101,13 @@ class Upset:
 
     def carried(self) -> Drive:
         """Return the first part of the drive, and another one from a place that it passed."""
-        end = self.begin + SHARE * self.at / len(self.drive.readings)
-        there = self.begin + self.back * max(end - self.begin - CARRIED_SHARE, 0.0)
-        return carried_between(
-            recorded(self.log, self.begin, end), recorded(self.log, there, min(there + CARRIED_SHARE, end))
+        count = round(CARRIED_SHARE / SHARE * len(self.drive.readings))
+        there = int(self.back * max(self.at - count, 0))
+        first, second = (
+            Drive(self.drive.readings[part], self.drive.truth[part])
+            for part in (slice(self.at), slice(there, min(there + count, self.at)))
         )
+        return carried_between(first, second)
 
 
 def main() -> None:
@@ -114,12 +119,10 @@ def main() -> None:
     rbpf.warm_up()
     for log in args.logs:
         for seed in args.seeds:
-            for name, drive in Upset(log, seed).cases():
-                if args.only and name not in args.only:
-                    continue
-                figures = {key: round(value, 3) for key, value in run(drive, 30, 1).items()}
-                line = {"log": log.name.split(".")[0], "seed": seed, "upset": name, **figures}
-                print(json.dumps({key: None if value != value else value for key, value in line.items()}), flush=True)
+            for name, make in Upset(log, seed).cases().items():
+                if not args.only or name in args.only:
+                    line = {"log": log.name.split(".")[0], "seed": seed, "upset": name, **medians([run(make(), 30, 1)])}
+                    print(json.dumps(line), flush=True)
 
 
 if __name__ == "__main__":

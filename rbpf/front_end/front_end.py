@@ -133,7 +133,7 @@ class FrontEnd:
         self.predictor.wait(elapsed_s)
         guess, found = self._best_of_guesses(points, odom_motion, is_confirmed=shown is not None)
         self.newest = found
-        if shown is not None and self._is_lost(found, compose(before, shown)):
+        if shown is not None and self._does_not_reach(compose(before, shown), found):
             return self._begin_again(view, shown)
         if shown is None and elapsed_s >= CARRIED_S and self._was_carried(view, guess, found):
             return self._begin_again(view, np.zeros(3), is_carried=True)
@@ -151,7 +151,7 @@ class FrontEnd:
         self.predictor.wait(elapsed_s)
         return self._begin_again(View(all_points.copy(), origin), np.zeros(3), is_carried=True)
 
-    def _is_lost(self, found: Match, place: Transform) -> bool:
+    def _does_not_reach(self, place: Transform, found: Match) -> bool:
         """Return whether this map does not reach a known place ``(3,)``: the scan hardly fits, or elsewhere."""
         return self._matcher.is_doubtful(found) and (found.inliers < BAD_INLIERS or are_apart(found.pose, place))
 

@@ -20,10 +20,15 @@ T_TEAM_OWN = np.array([0.3, -0.2, 0.05])
 @pytest.fixture
 def driven(monkeypatch: pytest.MonkeyPatch) -> Agent:
     """A robot whose team map is bent where it is."""
-    agent = Agent("r1", Settings(rbpf=MapperConfig(particles=2, threads=1)), team="team", seed=0, boot_id=1)
-    for k, pose in enumerate(drive(20)):
-        agent.on_scan(make_scan(pose, k * 10**8), pose, k * 10**8)
     monkeypatch.setattr(Layout, "T_team_own", property(lambda _: T_TEAM_OWN))
+    return robot_along(drive(20))
+
+
+def robot_along(poses: np.ndarray) -> Agent:
+    """A robot that drove along poses ``(N, 3)`` in a room."""
+    agent = Agent("r1", Settings(rbpf=MapperConfig(particles=2, threads=1)), team="team", seed=0, boot_id=1)
+    for k, pose in enumerate(poses):
+        agent.on_scan(make_scan(pose, k * 10**8), pose, k * 10**8)
     return agent
 
 
@@ -31,15 +36,13 @@ def test_the_pose_in_the_team_map_is_bent_with_it(driven: Agent) -> None:
     assert np.array_equal(driven.T_team_base, se2.compose(T_TEAM_OWN, driven.T_map_base))
 
 
-@pytest.mark.parametrize("saved_map", ["", "r9@monday"])
-def test_the_team_map_lies_in_a_saved_maps_frame_so_that_the_robot_stands_where_it_is_in_that(
-    driven: Agent, saved_map: str
-) -> None:
-    driven.frame = ChosenFrame(saved_map)
-    driven.frame.T_frame_map = np.array([5.0, 1.0, -0.8]) if saved_map else se2.IDENTITY
-    if not saved_map:
-        assert np.array_equal(driven.T_frame_team, se2.IDENTITY)
-        return
+def test_without_a_saved_map_the_team_map_is_told_as_it_is(driven: Agent) -> None:
+    assert np.array_equal(driven.T_frame_team, se2.IDENTITY)
+
+
+def test_the_team_map_lies_in_a_saved_maps_frame_so_that_the_robot_stands_where_it_is_in_that(driven: Agent) -> None:
+    driven.frame = ChosenFrame("r9@monday")
+    driven.frame.T_frame_map = np.array([5.0, 1.0, -0.8])
     np.testing.assert_allclose(se2.compose(driven.T_frame_team, driven.T_team_base), driven.T_frame_base, atol=1e-12)
 
 
@@ -62,9 +65,7 @@ def test_saved_maps_have_no_trajectory_of_their_own(driven: Agent, monkeypatch: 
 
 
 def test_a_map_that_was_corrected_since_it_was_published_is_corrected_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    agent = Agent("r1", Settings(rbpf=MapperConfig(particles=2, threads=1)), team="team", seed=0, boot_id=1)
-    for k, pose in enumerate(drive(60)):
-        agent.on_scan(make_scan(pose, k * 10**8), pose, k * 10**8)
+    agent = robot_along(drive(60))
     keys = agent.mapper.snapshot().keyframes.T_map_base
     assert len(keys) > 5
     T_team_map = np.array([4.0, -2.0, 0.6])

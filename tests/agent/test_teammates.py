@@ -17,13 +17,13 @@ from tests.agent.duo import S, live, robot
 COVARIANCE = np.diag([0.01, 0.02, 0.003])
 
 
-def masked(covariance: np.ndarray | None) -> int:
+def masked(covariance: np.ndarray | None, *, enabled: bool = True, is_placed: bool = True) -> int:
     """Return how many of the beams that end around a teammate 4 m ahead are masked."""
     beams = np.full(200, 4.0, dtype=np.float32)
     scan = Scan(stamp_ns=S, ranges_m=beams, angle_min_rad=-0.3, angle_increment_rad=0.003, range_max_m=9.0)
-    teammates = Teammates(MutualDetectionConfig())
+    teammates = Teammates(MutualDetectionConfig(enabled=enabled))
     teammates.observe(TeammatePose("r2", S, np.zeros(3), 1), se2.transform(4.0, 0.0, 0.0), covariance)
-    return teammates.mask(scan, np.zeros(3), {"r2": np.zeros(3)}, S)[1]
+    return teammates.mask(scan, np.zeros(3), {"r2": np.zeros(3)} if is_placed else {}, S)[1]
 
 
 def test_the_less_sure_the_transform_the_wider_the_mask() -> None:
@@ -35,12 +35,7 @@ def test_the_less_sure_the_transform_the_wider_the_mask() -> None:
 def test_only_teammates_whose_maps_are_placed_are_masked_and_none_where_that_is_switched_off(
     enabled: bool, is_placed: bool
 ) -> None:
-    beams = np.full(200, 4.0, dtype=np.float32)
-    scan = Scan(stamp_ns=S, ranges_m=beams, angle_min_rad=-0.3, angle_increment_rad=0.003, range_max_m=9.0)
-    teammates = Teammates(MutualDetectionConfig(enabled=enabled))
-    teammates.observe(TeammatePose("r2", S, np.zeros(3), 1), se2.transform(4.0, 0.0, 0.0))
-    placed = {"r2": np.zeros(3)} if is_placed else {}
-    assert (teammates.mask(scan, np.zeros(3), placed, S)[1] > 0) == (enabled and is_placed)
+    assert (masked(None, enabled=enabled, is_placed=is_placed) > 0) == (enabled and is_placed)
 
 
 @pytest.mark.parametrize(("age_s", "is_told"), [(9.9, True), (10.0, False)])

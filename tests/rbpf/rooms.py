@@ -109,10 +109,16 @@ def seen_room(noise: float = 0.0) -> tuple[TileStore, np.ndarray]:
     buffer = np.zeros((360, 5))
     angles = scan.angles_rad
     n = scan_points(scan.ranges_m, np.cos(angles), np.sin(angles), scan.T_base_laser, 40.0, buffer)
+    return drawn(buffer[:n], np.zeros(3)), buffer[:n].copy()
+
+
+def drawn(points: np.ndarray, *T_map_base: np.ndarray) -> TileStore:
+    """A map with a scan's ``points (N, 5)`` in it, seen from each of the poses ``(3,)``."""
     store = TileStore(1, 0.05)
     store.cover(np.full(2, -20.0), np.full(2, 20.0))
-    store.draw(0, np.zeros((1, 2)), np.zeros((1, 3)), [buffer[:n]], 0.1)
-    return store, buffer[:n].copy()
+    for pose in T_map_base:
+        store.draw(0, np.zeros((1, 2)), pose[None], [points], 0.1)
+    return store
 
 
 def word_at(store: TileStore, row: int, col: int) -> int:

@@ -10,7 +10,7 @@ from mrslam.rbpf.front_end.look_around import look_around, shown_at
 from mrslam.spatial import se2
 from mrslam.spatial.hits.store import TileStore
 from mrslam.spatial.runtime.crew import Crew
-from tests.rbpf.rooms import seen_room
+from tests.rbpf.rooms import drawn, seen_room
 
 SIGMA_M = 0.05
 """Of a scan's points."""
@@ -30,11 +30,7 @@ def closet() -> NDArray[np.float64]:
 
 def closets(*T_map_base: tuple[float, float, float]) -> TileStore:
     """A map of equal small rooms, each seen from within."""
-    store = TileStore(1, 0.05)
-    store.cover(np.full(2, -20.0), np.full(2, 20.0))
-    for pose in T_map_base:
-        store.draw(0, np.zeros((1, 2)), np.array([pose]), [closet()], 0.1)
-    return store
+    return drawn(closet(), *map(np.array, T_map_base))
 
 
 @pytest.mark.parametrize("leap", [(1.2, 0.9, 0.3), (-2.6, 1.4, -0.6), (0.4, -2.8, 0.6)])
@@ -70,9 +66,7 @@ def test_along_a_bare_corridor_no_scan_shows_where_a_robot_stands() -> None:
     sides = [
         np.column_stack([x, np.full_like(x, y), np.tile([0.0, -np.sign(y), 1.0], (x.size, 1))]) for y in (-1.0, 1.0)
     ]
-    store = TileStore(1, 0.05)
-    store.cover(np.full(2, -20.0), np.full(2, 20.0))
-    store.draw(0, np.zeros((1, 2)), np.zeros((1, 3)), [np.concatenate(sides)], 0.1)
+    store = drawn(np.concatenate(sides), np.zeros(3))
     near = np.concatenate([side[150:250] for side in sides])
     looked = look_around(store.tiles(0), near, np.zeros(3), SIGMA_M, Crew(1))
     assert looked.place is not None and shown_at(store.tiles(0), near, np.zeros(3), SIGMA_M) is None
