@@ -12,6 +12,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from mrslam.merge.joint.trail_kernels import seen_again
 from mrslam.spatial import KeyScans, LocalMap, se2
+from mrslam.spatial.hits.cells import NORMAL_QUALITY
 from mrslam.spatial.matching.scan_points import POINT_COLUMNS, scan_points
 from mrslam.spatial.pose_graph import Edges
 from mrslam.spatial.se2 import Transform
@@ -140,7 +141,11 @@ def with_normals(points: NDArray[np.float32], origin: NDArray[np.float32]) -> ND
     count = scan_points(
         ranges.astype(np.float32), np.ascontiguousarray(cos), np.ascontiguousarray(sin), T_base_laser, np.inf, out
     )
-    return out[:count]
+    out = out[:count]
+    is_bare = (out[:, 4] >= 0.0) & (out[:, 4] <= NORMAL_QUALITY)
+    out[is_bare, 2:4] = (laser - out[is_bare, :2]) / np.maximum(ranges[is_bare], 1e-9)[:, None]
+    out[is_bare, 4] = 0.0
+    return out
 
 
 def rigid(T_a_key: Transform, T_b_key: Transform) -> Transform:

@@ -1,7 +1,8 @@
 """Cells of the map, packed in one 32-bit word each, and how a beam changes one.
 
 From the lowest bit: hits (5 bit) | visits (6) | mean hit point x, y within the cell (6 + 6) | direction of the surface
-normal (8) | whether there is a normal (1). One load gives a beam all it needs, and a tile that particles share is
+normal (8) | whether there is a normal (1). Without a normal, the direction may be that to the laser; 0 where it is not
+known. One load gives a beam all it needs, and a tile that particles share is
 copied in 4 kB. Tiles are rows of a pool ``(T, 1024) uint32``; tile 0 is always empty and is never written to.
 """
 
@@ -47,7 +48,8 @@ def add_hit(
 ) -> Any:  # pragma: no cover - compiled
     """Return the cell after one more hit at ``fx, fy`` in [0, 1) of the cell, with unit normal ``nx, ny``, map frame.
 
-    ``quality`` : of the normal; where it is too low a cell with hits keeps the normal that it has.
+    ``quality`` : of the normal; where it is too low a cell with hits keeps the normal that it has. Where it is 0,
+    ``nx, ny`` may be the direction to the laser instead, which a cell without hits keeps.
 
     Means are rounded up or down in the long run as often as their fraction asks (dithered by the digits below the
     stored ones), so that small changes add up in spite of the rounding.
@@ -75,7 +77,8 @@ def add_hit(
             # The other side of a thin wall: one cell holds one surface, that seen more than once.
             take = hits <= 1
     if take:
-        direction, known = int(fresh + 0.5) & 0xFF, q
+        is_told = q > 0 or (quality == 0.0 and (nx != 0.0 or ny != 0.0))
+        direction, known = int(fresh + 0.5) & 0xFF if is_told else 0, q
         mx, my = int(x), int(y)
     mx, my = min(max(mx, 0), 63), min(max(my, 0), 63)
     hits += 1

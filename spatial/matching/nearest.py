@@ -49,11 +49,12 @@ def _is_wall(word: Any) -> bool:  # pragma: no cover - compiled
 
 @njit(cache=True, nogil=True, inline="always")
 def _is_facing(word: Any, nx: float, ny: float, quality: float) -> bool:  # pragma: no cover - compiled
-    """Return whether a cell's normal, if it has one, looks the same way as a point's, if it has one."""
-    if quality <= 0.0 or (word >> 31) & 1 == 0:
-        return True
+    """Return whether a cell's normal, if it has one, looks the same way as a point's, or to the laser that saw it."""
     k = (word >> 23) & 0xFF
-    return nx * COS[k] + ny * SIN[k] >= FACING
+    is_known = (word >> 31) & 1 == 1
+    if k == 0 and not is_known:
+        return True
+    return nx * COS[k] + ny * SIN[k] >= (FACING if quality > 0.0 and is_known else 0.0)
 
 
 @njit(cache=True, nogil=True)

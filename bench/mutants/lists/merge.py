@@ -688,6 +688,12 @@ MUTANTS = (
         "a robot that stands still is turned about by centimetres",
     ),
     Mutant(
+        "merge/joint/trail.py",
+        "    out[is_bare, 2:4] = (laser - out[is_bare, :2]) / np.maximum(ranges[is_bare], 1e-9)[:, None]\n",
+        "",
+        "a thin wall seen from one side is matched with what another robot saw of its other side",
+    ),
+    Mutant(
         "merge/joint/candidates.py",
         "        if away_m[j] > within_m(lost_m):\n",
         "        if False:\n",

@@ -461,6 +461,24 @@ MUTANTS = (
     ),
     Mutant(
         "spatial/matching/nearest.py",
+        ">= (FACING if quality > 0.0 and is_known else 0.0)",
+        ">= (FACING if quality > 0.0 else -1.0)",
+        "points without a normal are drawn to the back of a wall",
+    ),
+    Mutant(
+        "spatial/matching/nearest.py",
+        "    if k == 0 and not is_known:",
+        "    if not is_known:",
+        "scans are drawn to the back of a wall that was seen without a normal",
+    ),
+    Mutant(
+        "spatial/hits/cells.py",
+        "(quality == 0.0 and (nx != 0.0 or ny != 0.0))",
+        "quality == 0.0",
+        "a wall seen without a normal is taken to look along x",
+    ),
+    Mutant(
+        "spatial/matching/nearest.py",
         "return hits != 0 and hits * WALL_SHARE >= (word >> 5) & 0x3F",
         "return hits != 0",
         "what people left in the map counts as wall",

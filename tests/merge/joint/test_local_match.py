@@ -5,7 +5,7 @@ from mrslam.merge import LocalMatcher, Trail
 from mrslam.merge.joint.local_match import FIRST_LOST_M
 from mrslam.spatial import KeyScans, se2
 from mrslam.spatial.matching.places import expected_sigmas
-from tests.merge.joint.blocks import drive
+from tests.merge.joint.blocks import drive, scan
 
 A, B = drive(0.0, 40.0, seed=1), drive(10.0, 30.0, seed=2)
 TRUE = se2.between(A.truth[30], B.truth[12])
@@ -77,3 +77,21 @@ def test_scans_that_differ_only_in_where_the_laser_sat_are_matched_again():
     ahead = Trail(B.trail.T_map_key, KeyScans(scans.starts, scans.polar, scans.origins + np.float32([0.5, 0.0])))
     matcher.match(A.trail, 30, ahead, 12, TRUE, 5.0)
     assert matcher.matched == 2
+
+
+def beside_a_wall(side: float, begin_m: float, end_m: float) -> Trail:
+    """A robot's way along one ``side`` (1, -1) of a wall 14 cm thick; it sees what stands across, too."""
+    rng, wall = np.random.default_rng(3), 0.07 * side
+    across = [(x_m, wall, x_m, wall + side) for x_m in (begin_m, end_m)]
+    segments = np.array([(begin_m, wall, end_m, wall), *across])
+    truth = np.column_stack([np.arange(1.0, 4.0, 0.5), np.full(6, wall + 0.4 * side), np.zeros(6)])
+    scans = [scan(segments, pose, rng)[::6] for pose in truth]
+    noisy = [points + rng.normal(0.0, 0.02, points.shape) for points in scans]  # so that few have a normal
+    return Trail(truth, KeyScans.of_points(noisy, np.zeros((6, 2))))
+
+
+def test_a_wall_is_not_taken_for_its_other_side() -> None:
+    near, beyond = beside_a_wall(1.0, 0.0, 6.0), beside_a_wall(-1.0, -3.0, 9.0)
+    fit = LocalMatcher().match(near, 3, near, 3, np.array([0.1, -0.1, 0.02]), 5.0)
+    assert fit is not None and np.abs(fit.T_i_j).max() < 0.03
+    assert LocalMatcher().match(near, 3, beyond, 3, se2.between(near.T_map_key[3], beyond.T_map_key[3]), 5.0) is None

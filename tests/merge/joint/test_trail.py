@@ -13,6 +13,7 @@ from mrslam.merge.joint.trail import (
     STEP_RAD,
     Trail,
     rigid,
+    with_normals,
 )
 from mrslam.spatial import Keyframes, KeyScans, LocalMap, OccupancyGrid, TiledMap, se2
 
@@ -75,3 +76,13 @@ def test_a_map_that_came_without_scans_has_no_way_to_be_bent_by(scans: KeyScans,
     keyframes = Keyframes(np.arange(3, dtype=np.int64), np.zeros((3, 3)))
     trail = Trail.of(LocalMap(tiles, keyframes, scans))
     assert len(trail) == len(trail.scans) == len(trail.stamps_ns) == keys
+
+
+def test_points_without_a_normal_look_towards_the_laser_that_saw_them() -> None:
+    wall = np.column_stack([np.linspace(-1.0, 1.0, 40), np.full(40, 2.0)])
+    lone = np.array([[3.0, -1.0], [-3.0, -2.0]])
+    laser = np.array([0.2, -0.1])
+    points = with_normals(np.concatenate([lone[:1], wall, lone[1:]]).astype(np.float32), laser.astype(np.float32))
+    assert (points[1:-1, 4] > 0.5).all() and np.allclose(points[1:-1, 2:4], [0.0, -1.0], atol=1e-3)
+    toward = (laser - lone) / np.linalg.norm(laser - lone, axis=1, keepdims=True)
+    assert not points[[0, -1], 4].any() and np.allclose(points[[0, -1], 2:4], toward, atol=1e-5)

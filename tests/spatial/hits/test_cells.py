@@ -33,6 +33,18 @@ def test_a_cell_of_a_thin_wall_holds_the_side_that_was_seen_more_than_once(times
     assert hits_of(np.int64(cell)) == times + 1
 
 
+@pytest.mark.parametrize(
+    ("toward_laser", "quality", "direction"), [((0.0, -1.0), 0.0, 192), ((0.0, -1.0), 0.1, 0), ((-0.0, 0.0), 0.0, 0)]
+)
+def test_a_cell_without_a_normal_knows_from_which_side_it_was_seen(
+    toward_laser: tuple[float, float], quality: float, direction: int
+) -> None:
+    cell = add_hit(np.int64(0), 0.5, 0.5, *toward_laser, quality)
+    assert ((cell >> 23) & 0xFF, cell >> 31) == (direction, 0)
+    cell = add_hit(np.int64(cell), 0.5, 0.5, 0.0, 1.0, 0.9)
+    assert ((cell >> 23) & 0xFF, cell >> 31) == (64, 1)
+
+
 def test_counts_never_overflow_and_what_went_away_fades() -> None:
     cell = 0
     for _ in range(1000):

@@ -13,15 +13,22 @@ from mrslam.spatial.matching.scan_points import POINT_COLUMNS
 from tests.rbpf.rooms import seen_room, word_at
 
 
-def facing_walls(store: TileStore, x: float, y: float, normal: np.ndarray, radius: int) -> dict[tuple[int, int], float]:
-    """Return the squared distances of the walls around a point that look the same way, by cell."""
+def facing_walls(
+    store: TileStore, x: float, y: float, normal: np.ndarray, radius: int, has_normal: bool = False
+) -> dict[tuple[int, int], float]:
+    """Return the squared distances of the walls around a point that look the same way, by cell.
+
+    Without a normal of the point's own, ``normal`` is the direction to the laser that saw it, or 0.
+    """
     found = {}
     for row in range(math.floor(y) - radius, math.floor(y) + radius + 1):
         for col in range(math.floor(x) - radius, math.floor(x) + radius + 1):
             word = word_at(store, row, col)
             hits, visits = word & 0x1F, (word >> 5) & 0x3F
-            angle = 2.0 * math.pi * ((word >> 23) & 0xFF) / 256
-            looks_away = normal.any() and word >> 31 and normal @ (math.cos(angle), math.sin(angle)) < 0.35
+            direction = (word >> 23) & 0xFF
+            angle, least = 2.0 * math.pi * direction / 256, 0.35 if has_normal and word >> 31 else 0.0
+            is_told = word >> 31 or direction > 0
+            looks_away = normal.any() and is_told and normal @ (math.cos(angle), math.sin(angle)) < least
             if hits and 5 * hits >= visits and not looks_away:
                 mx, my = (((word >> 11) & 0x3F) + 0.5) / 64, (((word >> 17) & 0x3F) + 0.5) / 64
                 found[row, col] = (col + mx - x) ** 2 + (row + my - y) ** 2
@@ -59,17 +66,17 @@ def random_store(rng: np.random.Generator) -> TileStore:
     return store
 
 
-@pytest.mark.parametrize("has_normal", [True, False])
+@pytest.mark.parametrize(("has_normal", "has_side"), [(True, True), (False, True), (False, False)])
 @pytest.mark.parametrize("radius", [1, 3])
-def test_any_words_are_understood_as_the_twin_does(has_normal: bool, radius: int) -> None:
+def test_any_words_are_understood_as_the_twin_does(has_normal: bool, has_side: bool, radius: int) -> None:
     rng = np.random.default_rng(7)
     store = random_store(rng)
     away = 0
     for x, y in rng.uniform(-40, 40, (1500, 2)):
         angle = rng.uniform(-math.pi, math.pi)
-        normal = np.array([math.cos(angle), math.sin(angle)]) * has_normal
+        normal = np.array([math.cos(angle), math.sin(angle)]) * has_side
         surface = nearest(store.tiles(0), x, y, *normal, float(has_normal), radius)
-        walls = facing_walls(store, x, y, normal, radius)
+        walls = facing_walls(store, x, y, normal, radius, has_normal)
         own = walls.get((math.floor(y), math.floor(x)), math.inf)
         expected = own if own < 0.25 else min(walls.values(), default=math.inf)
         if surface.word == 0:
