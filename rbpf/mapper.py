@@ -84,12 +84,12 @@ class Mapper:
         self._intake.matched(reading, self._front.T_local_base)
         watch.lap("front end")
         is_due = self._motion.is_due(self.config, scan.stamp_ns)
-        is_key = self._history.keys == 0 or is_due or reading.is_contradicted
+        is_key = self._history.keys == 0 or is_due or reading.is_unconfirmed
         self._settle_in -= 1
         resampled = self._settle() if is_key or self._settle_in == 0 else False
         if is_key:
             self._begin_key(reading, step.inliers)
-        if step.is_carried or reading.is_contradicted:
+        if step.is_carried or reading.is_unconfirmed:
             self._health = min(self._health, LOST)
         watch.start()  # the back end has a watch of its own
         self._history.add_scan(scan.stamp_ns, self._T_key_base, self._motion.way_m, self.T_map_base)
@@ -163,7 +163,7 @@ class Mapper:
         back, stamp_ns = self._back, reading.scan.stamp_ns
         key = Keyframe(
             beams=self._intake.beams(reading), arrival=self._motion.restart(stamp_ns), inliers=inliers,
-            is_contradicted=reading.is_contradicted,
+            is_unconfirmed=reading.is_unconfirmed,
         )  # fmt: skip
         self._reported.begin_key(key.arrival[MOTION])
         self._history.add_key(stamp_ns, key.beams)

@@ -64,7 +64,7 @@ class BackEnd:
         self._health = Health()
         self._is_contradicted = False  # whether the newest loop edge contradicts the trajectory
         self._is_carried = False  # whether the robot was carried, and was not found in its map since
-        self._lost_from: int | None = None  # keyframe at which it was carried, or contradicted by its map
+        self._lost_from: int | None = None  # keyframe at which it was carried, or led by its wheels alone
         self._covariance, self._covariance_at = np.zeros((3, 3)), (0, 0)  # of so many keyframes and loop edges
 
     @property
@@ -83,7 +83,7 @@ class BackEnd:
         resamplings, edges = self.filter.resamplings, self.loops.edges
         self._follow_need()
         self._is_carried |= key.is_carried
-        if key.is_carried or key.is_contradicted:
+        if key.is_carried or key.is_unconfirmed:
             self._lost_from = self._arrivals.size
         agreement = self.filter.move(key, self._is_carried)
         self._matched.add(np.zeros(9) if agreement is None else agreement.information.ravel())

@@ -27,7 +27,8 @@ def after_pause(
         return replace(reading, is_carried=True) if place is None else _came_to(place, T_map_before, reading)
     looked = look_around(tiles, reading.sample, expected, sigma_m, crew)
     if looked.place is None:
-        return replace(reading, is_contradicted=looked.is_contradicted)
+        is_unconfirmed = looked.is_contradicted or looked.is_unknown
+        return replace(reading, is_contradicted=looked.is_contradicted, is_unconfirmed=is_unconfirmed)
     if not is_elsewhere(expected, looked.place):
         return replace(reading, shown=moved)
     return _came_to(looked.place, T_map_before, reading)

@@ -17,8 +17,8 @@ SEEN_LEAST = 0.2
 DOUBTFUL = 0.45
 """Health of a robot that may be elsewhere though its scans fit: just below 0.5, where doubt begins."""
 LOST = 0.2
-"""Health of a robot that was carried off and does not know where to, or whose map contradicts its wheels after a pause:
-its pose is wrong, not just doubtful."""
+"""Health of a robot that was carried off and does not know where to, or whose map contradicts its wheels after a pause,
+or does not show where they led: its pose is wrong, not just doubtful, or nobody knows."""
 ADRIFT_MOST = 0.5
 """Where ``FrontEnd.adrift`` is larger than this, the robot may be elsewhere."""
 UNSEEN_M, UNSEEN_SHARE = 1.0, 0.05
@@ -32,7 +32,7 @@ class Health:
     def __init__(self) -> None:
         self._fit = 1.0
         self._unseen_m, self._way_m = 0.0, 0.0  # since the last loop edge
-        self._is_lost = False  # carried, or contradicted by its map, and not found in its map since
+        self._is_lost = False  # carried, or led by its wheels alone, and not found in its map since
 
     @property
     def value(self) -> float:
@@ -47,7 +47,7 @@ class Health:
 
     def follow(self, agreement: Agreement, key: Keyframe) -> None:
         """Take a keyframe, and how far the best particle's map agrees with it, into account."""
-        self._is_lost |= key.is_carried or key.is_contradicted
+        self._is_lost |= key.is_carried or key.is_unconfirmed
         seen = agreement.inliers + agreement.conflicts
         fits = agreement.inliers / seen if seen > SEEN_LEAST else key.inliers
         fit = float(np.clip((fits - BAD_FIT) / FIT_RANGE, 0.0, 1.0))

@@ -43,6 +43,8 @@ class Reading:
     """``(3,)``, motion to where the robot's whole map surely shows the scan after a pause; None where it does not."""
     is_contradicted: bool = False
     """Whether it shows something else there, and nothing like the scan near by, at the second scan after a pause."""
+    is_unconfirmed: bool = False
+    """Whether nothing but the wheels says how it came here: the map contradicts them, or does not show the place."""
     is_set_back: bool = False
     """Whether odometry began again at its origin, far from where it was: its driver was restarted."""
     is_carried: bool = False

@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf.front_end.local_matcher import (
+    FAR_M,
     FAR_PRIOR,
     FAR_STEP_RAD,
+    FAR_TURN_RAD,
     GOOD_INLIERS,
     ITERATIONS,
     NEAR_M,
@@ -49,6 +51,8 @@ class Looked(NamedTuple):
     """``(3,)``, where the scan surely fits, there or near by; None where the map shows no such place."""
     is_contradicted: bool
     """Whether the map shows what is to be seen there, it is something else, and nothing near by fits."""
+    is_unknown: bool = False
+    """Whether the map shows too little of what is to be seen there to say either."""
 
 
 def look_around(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float, crew: Crew) -> Looked:
@@ -58,10 +62,15 @@ def look_around(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform
     ``crew`` that have nothing to do help.
     """
     found = match(tiles, points, T_map_base, T_map_base, FAR_PRIOR, sigma_m, ITERATIONS)
+    is_unknown = _shown(found) < SHOWN_LEAST
     if _fit(found) >= GOOD_INLIERS - CLEARLY:
-        return Looked(found.pose if _is_sure(found) else None, False)
-    place = _only_place(tiles, points, T_map_base, sigma_m, crew)
-    return Looked(place, _shown(found) >= SHOWN_LEAST and place is None)
+        return Looked(found.pose if _is_sure(found) else None, False, is_unknown)
+    best, is_only = _best_place(tiles, points, T_map_base, sigma_m, crew)
+    if is_only and _is_sure(best):
+        return Looked(best.pose, False)
+    if _is_near(T_map_base, best.pose) and _shown(best) >= SHOWN_LEAST and _fit(best) >= GOOD_INLIERS - CLEARLY:
+        return Looked(None, False)
+    return Looked(None, not is_unknown, is_unknown)
 
 
 def shown_at(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float) -> Transform | None:
@@ -79,18 +88,26 @@ def is_elsewhere(expected: Transform, place: Transform) -> bool:
     return math.hypot(x_m, y_m) > NEAR_M or abs(turn_rad) > NEAR_TURN_RAD
 
 
-def _only_place(
+def _is_near(expected: Transform, place: Transform) -> bool:
+    """Return whether wheels that lead to one pose ``(3,)`` may well have come to another."""
+    x_m, y_m, turn_rad = between(expected, place)
+    return math.hypot(x_m, y_m) <= FAR_M and abs(turn_rad) <= FAR_TURN_RAD
+
+
+def _best_place(
     tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float, crew: Crew
-) -> Transform | None:
-    """Return the only place ``(3,)`` near a pose where a scan surely fits; arguments as for :func:`look_around`."""
+) -> tuple[Match, bool]:
+    """Return where near a pose a scan fits best, and whether it fits nowhere else nearly as well.
+
+    Arguments as for :func:`look_around`.
+    """
     lattice = Lattice(TURN_MOST_RAD, FAR_STEP_RAD, SQUARE_M, STEP_M, POINTS_SEARCHED)
     middles = (T_map_base + np.array([x_m, y_m, 0.0]) for x_m in SQUARES for y_m in SQUARES)
     starts = (search(tiles, points, middle, lattice, crew).pose for middle in middles)
     places = [match(tiles, points, start, start, FAR_PRIOR, sigma_m, ITERATIONS) for start in starts]
     best = max(places, key=lambda place: place.inliers)
     rivals = (place for place in places if is_elsewhere(best.pose, place.pose))
-    is_only = all(rival.inliers < RIVAL * best.inliers for rival in rivals)
-    return best.pose if is_only and _is_sure(best) else None
+    return best, all(rival.inliers < RIVAL * best.inliers for rival in rivals)
 
 
 def _is_sure(found: Match) -> bool:

@@ -47,8 +47,8 @@ class Keyframe:
     """``(9,)``: motion to this keyframe, columns ``MOTION``, ``WAY``, ``BLIND_M``, ``CARRIED`` and ``GUESSED``."""
     inliers: float
     """Share of beams that lie on the rolling map, 0..1."""
-    is_contradicted: bool = False
-    """Whether the robot's map shows something else where its wheels led in a pause."""
+    is_unconfirmed: bool = False
+    """Whether its map shows something else, or nothing, where the robot's wheels led in a pause."""
 
     @property
     def is_carried(self) -> bool:

@@ -70,6 +70,20 @@ def test_a_robot_that_its_map_contradicts_twice_is_lost_until_it_is_back_at_a_pl
     assert (mapper.health > LOST) == (mapper._back.loops.edges > 0) == close_loops
 
 
+@pytest.mark.parametrize("close_loops", [False, True])
+def test_a_robot_that_drove_in_a_pause_to_where_its_map_shows_nothing_is_lost_until_it_is_back(
+    close_loops: bool,
+) -> None:
+    mapper, way = Mapper(replace(SMALL, close_loops=close_loops), seed=1), drive(200)
+    feed(mapper, way[:60])
+    away, scan = se2.compose(way[59], np.array([12.0, 9.0, 0.5])), make_scan(way[3], 180 * 10**8)
+    info = mapper.update(replace(scan, ranges_m=0.3 * scan.ranges_m), away)  # a room that is like no other
+    assert info.processed and info.health <= LOST and np.abs(se2.between(away, info.T_map_base)).max() < 0.05
+    for k, pose in enumerate(way[60:]):
+        info = mapper.update(make_scan(pose, (400 + k) * 10**8, rng=np.random.default_rng(k)), pose)
+    assert (info.health > LOST) == (mapper._back.loops.edges > 0) == close_loops
+
+
 def test_a_contradicted_robot_that_moved_little_is_lost_at_once_and_remains_so(monkeypatch: pytest.MonkeyPatch) -> None:
     mapper, step = Mapper(replace(SMALL, close_loops=False), seed=1), np.array([0.31, 0.0, 0.0])
     feed(mapper, drive(60))

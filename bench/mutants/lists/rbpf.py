@@ -195,19 +195,19 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/mapper.py",
-        "        is_key = self._history.keys == 0 or is_due or reading.is_contradicted",
+        "        is_key = self._history.keys == 0 or is_due or reading.is_unconfirmed",
         "        is_key = self._history.keys == 0 or is_due",
         "a contradicted robot is sure again before its next keyframe",
     ),
     Mutant(
         "rbpf/mapper.py",
-        "        if step.is_carried or reading.is_contradicted:",
+        "        if step.is_carried or reading.is_unconfirmed:",
         "        if step.is_carried:",
         "a contradicted robot is sure until its keyframe is settled",
     ),
     Mutant(
         "rbpf/mapper.py",
-        "            is_contradicted=reading.is_contradicted,\n        )",
+        "            is_unconfirmed=reading.is_unconfirmed,\n        )",
         "        )",
         "a contradicted robot is sure again once its keyframe is settled",
     ),
@@ -450,7 +450,7 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/filter/back_end.py",
-        "        if key.is_carried or key.is_contradicted:",
+        "        if key.is_carried or key.is_unconfirmed:",
         "        if key.is_carried:",
         "a robot that its map contradicted trusts places that it saw since",
     ),

@@ -88,15 +88,15 @@ def test_a_robot_that_lost_itself_trusts_only_places_seen_before_that(monkeypatc
             robot.loops._add_edge(old, Match(there, 0.0, 1.0, 0.0, 1e4 * np.eye(3), 0.0, np.array([1.0, 0.0])))
         return False  # nothing to put right
 
-    def health(robot: BackEnd, *places: int, blind_m: float = 0.0, is_contradicted: bool = False) -> float:
+    def health(robot: BackEnd, *places: int, blind_m: float = 0.0, is_unconfirmed: bool = False) -> float:
         seen_again[:] = places
         monkeypatch.setattr(robot.loops, "look", lambda trajectory, _: look(robot, trajectory))
         key = keyframe(np.array([blind_m, 0.0, 0.0]), np.zeros(3), np.random.default_rng(1), blind_m)
-        return robot.add(replace(key, is_contradicted=is_contradicted)).health
+        return robot.add(replace(key, is_unconfirmed=is_unconfirmed)).health
 
     for _ in range(5):
         assert health(back) > 0.5
-    assert health(back, is_contradicted=True) <= LOST  # the sixth
+    assert health(back, is_unconfirmed=True) <= LOST  # the sixth
     assert health(back) <= LOST and health(back, 6) <= LOST and health(back, 5) <= LOST
     resumed.restore(back.state())
     for robot in (back, resumed):

@@ -60,10 +60,10 @@ def test_a_little_unseen_of_a_long_way_is_no_doubt() -> None:
     assert health.value > 0.9
 
 
-@pytest.mark.parametrize("is_contradicted", [True, False])
-def test_a_robot_that_was_carried_or_that_its_map_contradicts_is_lost_until_it_is_back(is_contradicted: bool) -> None:
-    health, begin = Health(), replace(key(), is_contradicted=is_contradicted)
-    begin.arrival[CARRIED] = not is_contradicted
+@pytest.mark.parametrize("is_unconfirmed", [True, False])
+def test_a_robot_that_was_carried_or_that_its_map_contradicts_is_lost_until_it_is_back(is_unconfirmed: bool) -> None:
+    health, begin = Health(), replace(key(), is_unconfirmed=is_unconfirmed)
+    begin.arrival[CARRIED] = not is_unconfirmed
     for there in [begin] + 50 * [key()]:
         health.follow(agreement(1.0, 0.0), there)
         assert health.value == LOST

@@ -37,7 +37,8 @@ def closets(*T_map_base: tuple[float, float, float]) -> TileStore:
 def test_a_place_to_which_no_wheels_lead_is_found_within_three_metres(leap: tuple[float, float, float]) -> None:
     store, points = seen_room()
     looked = look_around(store.tiles(0), points, np.array(leap), SIGMA_M, Crew(1))
-    assert looked.place is not None and np.abs(looked.place).max() < 0.03 and not looked.is_contradicted
+    assert looked.place is not None and np.abs(looked.place).max() < 0.03
+    assert not (looked.is_contradicted or looked.is_unknown)
 
 
 def test_of_two_rooms_that_look_alike_neither_is_believed() -> None:
@@ -45,7 +46,21 @@ def test_of_two_rooms_that_look_alike_neither_is_believed() -> None:
     one = look_around(closets((0.0, 0.0, 0.0)).tiles(0), closet(), between, SIGMA_M, Crew(1))
     assert one.place is not None and np.abs(one.place).max() < 0.03
     two = look_around(closets((0.0, 0.0, 0.0), (2.6, 0.0, 0.0)).tiles(0), closet(), between, SIGMA_M, Crew(1))
-    assert two.place is None and two.is_contradicted
+    assert two.place is None and two.is_contradicted and not two.is_unknown
+
+
+@pytest.mark.parametrize(
+    ("led_to", "moved_share", "is_contradicted"),
+    [((0.3, -0.2, -0.42), 0.25, False), ((0.3, -0.2, -0.42), 0.4, True), ((1.0, 0.3, 0.3), 0.25, True)],
+    ids=["it fits nearly as usual near by", "it hardly fits", "it fits, but far from where the wheels lead"],
+)
+def test_wheels_are_contradicted_where_a_scan_does_not_fit_near_where_they_lead(
+    led_to: tuple[float, float, float], moved_share: float, is_contradicted: bool
+) -> None:
+    points = closet()
+    points[np.random.default_rng(1).random(len(points)) < moved_share, :2] *= 0.5  # furniture came
+    looked = look_around(closets((0.0, 0.0, 0.0)).tiles(0), points, np.array(led_to), SIGMA_M, Crew(1))
+    assert looked.place is None and looked.is_contradicted == is_contradicted and not looked.is_unknown
 
 
 def test_where_the_wheels_lead_to_one_of_two_equal_rooms_it_is_that_one() -> None:
@@ -70,3 +85,10 @@ def test_along_a_bare_corridor_no_scan_shows_where_a_robot_stands() -> None:
     near = np.concatenate([side[150:250] for side in sides])
     looked = look_around(store.tiles(0), near, np.zeros(3), SIGMA_M, Crew(1))
     assert looked.place is not None and shown_at(store.tiles(0), near, np.zeros(3), SIGMA_M) is None
+
+
+@pytest.mark.parametrize("x_m", [8.0, 2.5], ids=["it shows nothing there", "it shows a little"])
+def test_a_place_that_the_map_does_not_show_is_neither_confirmed_nor_contradicted(x_m: float) -> None:
+    hall = closet() * [3.0, 3.0, 1.0, 1.0, 1.0]
+    looked = look_around(closets((0.0, 0.0, 0.0)).tiles(0), hall, np.array([x_m, 0.0, 0.0]), SIGMA_M, Crew(1))
+    assert looked.place is None and looked.is_unknown and not looked.is_contradicted
