@@ -164,6 +164,8 @@ class TeamMapper:
             if {a, b} <= self._scanned and not self.bent.judges(a, b, T_a_b):
                 return None
             if {a, b} <= self.bent.bends.keys():
+                if (a, b) not in self.bent.met:
+                    return None
                 # Tied by their own scans: no alignments between them whose errors would add up, so 1.
                 (one, T_team_a), (two, T_team_b) = self._judged(a), self._judged(b)
                 return self._contradictions.against(a, b, (one, two), se2.between(T_team_a, T_team_b), 1)

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from mrslam.alignment import StabilityCheck
 from mrslam.merge.graph.edges import Pair
@@ -14,6 +17,7 @@ from mrslam.merge.graph.tree import components
 from mrslam.merge.joint.bend import Bend
 from mrslam.merge.joint.join import JointMap, Tie
 from mrslam.merge.joint.trail import Trail
+from mrslam.spatial.matching.places import FAR_MOST_M
 from mrslam.spatial.se2 import Transform
 
 REFINED = StabilityCheck(max_dx_m=0.1, max_dy_m=0.1, max_dtheta_rad=0.005)
@@ -89,6 +93,17 @@ class BentTeam:
             return self
         T_team_key = bend.T_team_key if count == len(bend.T_team_key) else bend.T_team_key[:count]
         return replace(self, bends={**self.bends, robot_id: Bend(T_map_key, T_team_key)})
+
+    @cached_property
+    def met(self) -> frozenset[Pair]:
+        """The pairs of bent robots that came as near to each other as keyframes are compared.
+
+        The others saw the same walls from afar at most, and are off by what all that ties them drifted: nothing
+        corrected that.
+        """
+        trees = {name: cKDTree(bend.T_team_key[:, :2]) for name, bend in sorted(self.bends.items())}
+        pairs = combinations(trees.items(), 2)
+        return frozenset((a, b) for (a, one), (b, two) in pairs if one.count_neighbors(two, FAR_MOST_M))
 
     def judges(self, a: str, b: str, alignments: Mapping[Pair, Transform]) -> bool:
         """Return whether the solution included both robots, and started from the pair's present alignment, or none."""

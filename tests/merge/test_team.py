@@ -328,12 +328,12 @@ def test_a_map_that_moved_in_its_frame_is_drawn_where_it_is_now():
     assert fingerprint(mapper.team_map()) == fingerprint(mapper_of({**MAPS, "r2": moved}).team_map())
 
 
-def solution(shift_m: float) -> BentTeam:
-    """Return a joint solution that moves r2 sideways from where alignments place it."""
+def solution(shift_m: float, keys: np.ndarray = KEYS) -> BentTeam:
+    """Return a joint solution that moves r2 sideways from where alignments place it; it was at its ``keys (K, 3)``."""
     bends = {}
     for x, T in mapper_of(anchor="r1").team_map().T_team_map.items():
-        T_team_key = se2.compose(se2.transform(0.0, shift_m if x == "r2" else 0.0, 0.0), se2.compose(T, KEYS))
-        bends[x] = Bend(KEYS, T_team_key)
+        own = keys if x == "r2" else KEYS
+        bends[x] = Bend(own, se2.compose(se2.transform(0.0, shift_m if x == "r2" else 0.0, 0.0), se2.compose(T, own)))
     T_a_b = {pair: found.T_a_b for pair, found in EDGES.items()}
     stamps = dict.fromkeys(MAPS, SCANNED.stamps_ns)
     return BentTeam(bends=bends, joined=frozenset(MAPS), T_a_b=T_a_b, stamps_ns=stamps)
@@ -357,6 +357,8 @@ def test_another_joint_solution_is_judged_anew():
     assert list(mapper.team_map().T_team_map) == ["r1", "r2", "r3"]
     mapper.bent = solution(0.8)
     assert "contradicted" in mapper.team_map().dropped["r1", "r2"]
+    mapper.bent = solution(0.8, KEYS + np.array([100.0, 0.0, 0.0]))  # it saw from afar what others saw
+    assert list(mapper.team_map().T_team_map) == ["r1", "r2", "r3"]
 
 
 @dataclass(frozen=True, eq=False)

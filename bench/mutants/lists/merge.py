@@ -694,6 +694,18 @@ MUTANTS = (
         "a thin wall seen from one side is matched with what another robot saw of its other side",
     ),
     Mutant(
+        "merge/team.py",
+        "                if (a, b) not in self.bent.met:\n                    return None\n",
+        "",
+        "walls that two robots saw from afar undo the merges through which their drift adds up",
+    ),
+    Mutant(
+        "merge/joint/bent_team.py",
+        "if one.count_neighbors(two, FAR_MOST_M))",
+        "if one.count_neighbors(two, 0.1 * FAR_MOST_M))",
+        "robots that drove through each other's walls are not held against each other",
+    ),
+    Mutant(
         "merge/joint/candidates.py",
         "        if away_m[j] > within_m(lost_m):\n",
         "        if False:\n",

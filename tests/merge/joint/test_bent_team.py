@@ -4,10 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from mrslam.merge.joint.bend import Bend
 from mrslam.merge.joint.bent_team import BentTeam
 from mrslam.merge.joint.join import JointMap, Tie
 from mrslam.merge.joint.trail import Trail
 from mrslam.spatial import KeyScans, se2
+from mrslam.spatial.matching.places import FAR_MOST_M
 
 KEYS = np.array([[float(x), 0.0, 0.0] for x in range(6)])
 STAMPS = np.arange(6) * 1_000_000_000
@@ -71,3 +73,11 @@ def test_a_robot_that_was_removed_is_tied_to_nobody_and_those_it_did_not_bend_st
     both = replace(bent, ties=(tie, others), joined=frozenset("abcd"))
     left = both.without("d")
     assert left.ties == (tie,) and left.joined == frozenset("abc") and left.bends == both.bends
+
+
+def test_robots_met_that_came_as_near_as_keyframes_are_compared() -> None:
+    bent = solution()
+    assert bent.met == {("a", "b")}
+    away = Bend(KEYS, KEYS + np.array([5.0 + FAR_MOST_M - 0.1, 0.0, 0.0]))  # its first keyframe from a's last one
+    far = Bend(KEYS, KEYS + np.array([5.0 + FAR_MOST_M + 0.1, 0.0, 0.0]))
+    assert replace(bent, bends={"a": bent.bends["a"], "c": away, "d": far}).met == {("a", "c"), ("c", "d")}
