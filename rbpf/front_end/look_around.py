@@ -51,7 +51,9 @@ class Looked(NamedTuple):
     """Whether the map shows what is to be seen there, it is something else, and nothing near by fits."""
 
 
-def look_around(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float, crew: Crew) -> Looked:
+def look_around(
+    tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float, crew: Crew | None
+) -> Looked:
     """Return whether a scan fits its robot's map at ``T_map_base (3,)``, where odometry leads, or near by.
 
     ``points (N, 5)`` : those of the scan to match; ``sigma_m`` : their deviation from walls, metres. Threads of the
@@ -62,6 +64,21 @@ def look_around(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform
         return Looked(found.pose if _is_sure(found) else None, False)
     place = _only_place(tiles, points, T_map_base, sigma_m, crew)
     return Looked(place, _shown(found) >= SHOWN_LEAST and place is None)
+
+
+def found_near(
+    tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float, crew: Crew | None = None
+) -> Transform | None:
+    """Return the place ``(3,)`` of a robot in a map that is not its own, None where that is not sure.
+
+    It is where odometry leads if most of the scan fits there, else the only place near by where the scan surely fits.
+    What a map's own robot does not know it has not seen; in a map that was saved, beams that end in what is unknown may
+    as well have gone through walls. Arguments as for :func:`look_around`.
+    """
+    found = match(tiles, points, T_map_base, T_map_base, FAR_PRIOR, sigma_m, ITERATIONS)
+    if found.inliers >= GOOD_INLIERS:
+        return found.pose
+    return _only_place(tiles, points, T_map_base, sigma_m, crew)
 
 
 def shown_at(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float) -> Transform | None:
@@ -80,7 +97,7 @@ def is_elsewhere(expected: Transform, place: Transform) -> bool:
 
 
 def _only_place(
-    tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float, crew: Crew
+    tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float, crew: Crew | None
 ) -> Transform | None:
     """Return the only place ``(3,)`` near a pose where a scan surely fits; arguments as for :func:`look_around`."""
     lattice = Lattice(TURN_MOST_RAD, FAR_STEP_RAD, SQUARE_M, STEP_M, POINTS_SEARCHED)

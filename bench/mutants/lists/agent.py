@@ -61,6 +61,12 @@ MUTANTS = (
         "after a map is begun anew teammates stay where they lay on the old one",
     ),
     Mutant(
+        "agent/tracking.py",
+        ", has_driven=not has_stood(motion))",
+        ")",
+        "a robot that was started again after its wheels slipped maps anew, or tracks on beside where it is",
+    ),
+    Mutant(
         CORE,
         "if self.has_news and not self.self_doubt.doubtful and self._publish_due(now_ns, AT_REST):",
         "if False:",
