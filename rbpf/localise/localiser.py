@@ -26,7 +26,7 @@ from mrslam.rbpf.front_end.local_matcher import (
 )
 from mrslam.rbpf.front_end.look_around import SHOWN_LEAST, found_near
 from mrslam.rbpf.front_end.motion import TURN_WAY_M, composed_cov, motion_cov
-from mrslam.rbpf.front_end.prediction import DISBELIEVED
+from mrslam.rbpf.front_end.prediction import DISBELIEVED, can_move
 from mrslam.rbpf.front_end.rolling_map import SCAN_DISTANCE_M
 from mrslam.rbpf.localise.fit import Fit
 from mrslam.rbpf.localise.fixed_map import FixedMap
@@ -165,6 +165,10 @@ class Localiser:
         self.is_carried |= reading.is_carried
         if shown is not None:
             self._front.newest = self._settled_at(compose(before, shown), reading.sample)
+        elif not can_move(step.T_before_base, max(reading.elapsed_s, 0.0)):  # wheels leapt, or caught up with the robot
+            place = found_near(self._map.tiles_around(before), reading.sample, before, self.config.sigma_m)
+            if place is not None:
+                self._front.newest = self._settled_at(place, reading.sample)
         found = self._front.newest
         if found is not None:
             self._predict(step)

@@ -243,6 +243,12 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/localise/localiser.py",
+        "        elif not can_move(step.T_before_base, max(reading.elapsed_s, 0.0)):",
+        "        elif False:",
+        "wheels that catch up with the robot after a pause carry a tracked pose off for minutes",
+    ),
+    Mutant(
+        "rbpf/localise/localiser.py",
         "        self.is_carried |= reading.is_carried\n",
         "",
         "a tracked robot whose wheels began again in a pause is lost for metres before it says so",

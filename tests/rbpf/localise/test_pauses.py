@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from mrslam.rbpf import FixedMap, Localiser, MapperConfig
+from mrslam.rbpf.front_end.front_end import Step
 from mrslam.spatial import se2
 from tests.rbpf.localise.test_localiser import START, begun, drive, house, scan, way, wheels
 
@@ -32,6 +36,24 @@ def test_the_map_shows_where_a_robot_is_whose_wheels_leapt_in_a_pause(leap: tupl
     assert np.abs(off).max() < 0.1 and not localiser.is_carried
     assert localiser.inliers > 0.9
     assert (np.abs(off) < 4.0 * np.sqrt(np.diag(localiser.covariance))).all()
+
+
+def test_a_match_farther_off_than_a_robot_can_move_is_looked_for_where_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
+    localiser, poses = begun(house()), way(61)
+    drive(localiser, house(), poses[:60])
+    front, leap = localiser._front, np.array([0.4, -0.3, -1.5])
+    real = front.step
+
+    def leaping(*args: Any, **others: Any) -> Step:
+        """Take a scan for one from where the wheels leapt to, as aces does where they catch up after a pause."""
+        step = real(*args, **others)
+        front.T_local_base = se2.compose(front.T_local_base, leap)
+        return replace(step, T_before_base=se2.compose(step.T_before_base, leap))
+
+    monkeypatch.setattr(front, "step", leaping)
+    localiser.update(scan(house(), poses[60], 60, np.random.default_rng(1)), wheels(poses)[60])
+    assert np.abs(se2.between(poses[60], localiser.T_map_base)).max() < 0.15
+    assert localiser.inliers > 0.8  # of the match there
 
 
 def test_what_the_map_shows_counts_however_wrong_wheels_were_before() -> None:
