@@ -92,6 +92,8 @@ def restore(agent: Agent, path: Path) -> None:
         agent.team.schedule.forget_start(robot_id)
     store = agent.node.store
     maps = {name: KnownMap(store.version(name), local) for name, local in store.maps.items() if name not in store.given}
+    if agent.robot_id in maps and maps[agent.robot_id].epoch != store.own_epoch:
+        del maps[agent.robot_id]  # it was given up, and the next one was not published yet
     agent.team.restore(maps, _of_maps_here(beliefs, state.get("saved", {}), agent), frame)
 
 

@@ -166,7 +166,7 @@ class Agent(Robot):
         self._witness.forget()
         self.frame.forget()
         self.node.begin_map()
-        self.team.displace(self.robot_id)
+        self.team.begin_own_map()
 
     # -- network -> maps and places of teammates -----------------------------------------------------------------------
 
@@ -211,7 +211,7 @@ class Agent(Robot):
         if not self.team.saved or self.tracking.is_on:
             return []
         self.frame.follow(self.team, self.mapper.T_map_base)
-        return [*self._saved_maps.look(self.team, self.T_team_base, now_ns)]
+        return [*self._saved_maps.look(self.team, self._T_team_sure, now_ns)]
 
     def _follow(self, effects: Sequence[comms.Effect], now_ns: int) -> list[Effect]:
         """Do what follows from the network core's effects; return what is left for the shell."""

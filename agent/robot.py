@@ -107,7 +107,7 @@ class Robot:
         return [self._whereabouts(map_id) for map_id in sorted(self.team.saved)]
 
     def _whereabouts(self, map_id: str) -> Whereabouts:
-        at = whereabouts(self.team, map_id, self.T_team_base)
+        at = whereabouts(self.team, map_id, self._T_team_sure)
         if map_id != self.tracking.map_id:
             return at
         if self.tracking.is_on:
@@ -163,6 +163,11 @@ class Robot:
     def T_team_base(self) -> Transform:
         """``(3,)``: the robot's pose in the team frame, in which its own map may be bent."""
         return se2.compose(self.team.layout.T_team_own, self.T_map_base)
+
+    @property
+    def _T_team_sure(self) -> Transform | None:
+        """``(3,)``: the same where the robot does not doubt its pose in its own map, else None."""
+        return None if self.self_doubt.doubtful and not self.tracking.is_on else self.T_team_base
 
     @property
     def T_frame_base(self) -> Transform | None:

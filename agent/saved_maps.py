@@ -17,6 +17,8 @@ from mrslam.spatial import InputError, se2
 from mrslam.spatial.se2 import Transform
 
 State = Literal["localised", "ambiguous", "not here", "not yet"]
+DOUBTS = "the robot doubts where it is in its own map"
+"""Why a robot is not localised that knows where its map lies in the saved one, and not where it is in its map."""
 NOT_HERE_SEARCHES = 3
 """Searches on end that found next to no wall in common before a robot says that it is elsewhere: one or two are
 chance."""
@@ -68,19 +70,28 @@ class Whereabouts:
         return {"map": self.map_id, "state": self.state, "reason": self.reason, "T_map_base": pose, "confidence": sure}
 
 
-def whereabouts(team: Team, map_id: str, T_team_base: Transform) -> Whereabouts:
-    """Return what a robot at ``T_team_base (3,)`` knows of its place in a saved map."""
+def whereabouts(team: Team, map_id: str, T_team_base: Transform | None) -> Whereabouts:
+    """Return what a robot at ``T_team_base (3,)``, None where it doubts that, knows of its place in a saved map."""
     belief = team.beliefs.get(pair_of(team.robot_id, map_id))
-    T_map_base = pose_in(team, map_id, T_team_base)
+    T_map_base = None if T_team_base is None else pose_in(team, map_id, T_team_base)
     if T_map_base is not None:
         found = None if belief is None else belief.alignment
         return Whereabouts(map_id, "localised", "", T_map_base, None if found is None else float(found.confidence))
-    reason = "there is no map of the robot's own yet" if belief is None else belief.reason
+    if T_team_base is None and map_id in team.layout.T_team_map:
+        return Whereabouts(map_id, "not yet", DOUBTS)
+    reason = _no_map_yet(team) if belief is None else belief.reason
     if belief is not None and is_elsewhere(belief):
         seen_m2, times = min(belief.search.area_m2), belief.search.barren
         where = f"of {seen_m2:.0f} m2 seen {times} searches on end found no place in it that fits"
         return Whereabouts(map_id, "not here", f"{where} ({reason})")
     return Whereabouts(map_id, "ambiguous" if reason.startswith("ambiguous") else "not yet", reason)
+
+
+def _no_map_yet(team: Team) -> str:
+    """Return why nothing is believed of the own map."""
+    if team.robot_id in team.schedule.begun_anew:
+        return f"{team.robot_id} started a new map"
+    return "there is no map of the robot's own yet"
 
 
 def is_elsewhere(belief: PairBelief) -> bool:
@@ -104,11 +115,15 @@ class SavedMaps:
         self._localised: set[str] = set()
         self._elsewhere: set[str] = set()
 
-    def look(self, team: Team, T_team_base: Transform, now_ns: int) -> list[Event]:
-        """Return an event for each saved map in which the robot has been localised, or lost, since the last call."""
+    def look(self, team: Team, T_team_base: Transform | None, now_ns: int) -> list[Event]:
+        """Return an event for each saved map in which the robot has been localised, or lost, since the last call.
+
+        ``T_team_base`` : None where the robot doubts its pose in its own map.
+        """
         events = []
         for map_id in sorted(team.saved):
-            if (map_id in team.layout.T_team_map) == (map_id in self._localised):
+            is_known = T_team_base is not None and map_id in team.layout.T_team_map
+            if is_known == (map_id in self._localised):
                 events += self._look_elsewhere(team, map_id, T_team_base, now_ns)
                 continue
             at = whereabouts(team, map_id, T_team_base)
@@ -123,7 +138,7 @@ class SavedMaps:
                 events.append(Event(now_ns, "localised", fields))
         return events
 
-    def _look_elsewhere(self, team: Team, map_id: str, T_team_base: Transform, now_ns: int) -> list[Event]:
+    def _look_elsewhere(self, team: Team, map_id: str, T_team_base: Transform | None, now_ns: int) -> list[Event]:
         """Return the event that the robot is not in a saved map, the first time that it can be told."""
         belief = team.beliefs.get(pair_of(team.robot_id, map_id))
         if belief is None or not is_elsewhere(belief):

@@ -69,7 +69,7 @@ class Team:
             return
         held = self.maps.get(robot_id)
         self._know(robot_id, known)
-        if held is not None and held.epoch != known.epoch and not self._is_relabelled(robot_id, held, known):
+        if self._is_begun_anew(robot_id, held, known):
             self._begin_pairs(robot_id)
             self.displace(robot_id)
         if robot_id == self.robot_id:
@@ -91,6 +91,12 @@ class Team:
         self.maps[robot_id] = known
         for other in sorted(self.maps.keys() - {robot_id}):
             self.beliefs.setdefault(pair_of(robot_id, other), PairBelief())
+
+    def _is_begun_anew(self, robot_id: str, held: KnownMap | None, known: KnownMap) -> bool:
+        """Return whether a map is in another frame than the robot's map before it."""
+        if held is None:
+            return robot_id == self.robot_id and self._is_own_frame_new
+        return held.epoch != known.epoch and not self._is_relabelled(robot_id, held, known)
 
     def _is_relabelled(self, robot_id: str, held: KnownMap, known: KnownMap) -> bool:
         """Return whether the own map goes on under another epoch, above what teammates hold of an earlier life.
@@ -116,10 +122,19 @@ class Team:
             self.doubted.pop(robot_id, None)
             return False
         self.doubted[robot_id] = reason
+        self._forget(robot_id)
+        return True
+
+    def begin_own_map(self) -> None:
+        """Forget the own map, its place, and what was believed of it: the next one has another frame."""
+        self.schedule.forget_start(self.robot_id)
+        self.hints.forget(self.robot_id)
+        self._forget(self.robot_id)
+
+    def _forget(self, robot_id: str) -> None:
         self.maps.pop(robot_id, None)
         self.beliefs = {pair: belief for pair, belief in self.beliefs.items() if robot_id not in pair}
         self.displace(robot_id)
-        return True
 
     def displace(self, robot_id: str) -> None:
         """Remove a robot's map and place at once; of the own robot, all places: its map frame was the team frame."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.agent.effects import Event
-from mrslam.rbpf import FixedMap, Localiser, MapperConfig, UpdateInfo
+from mrslam.rbpf import FixedMap, Localiser, MapperConfig, UpdateInfo, has_stood
 from mrslam.spatial import Keyframes, OccupancyGrid, Scan, se2
 from mrslam.spatial.runtime.spool import Spool
 from mrslam.spatial.se2 import Transform
@@ -91,15 +91,17 @@ class Tracking:
         T_odom_base: Transform | None,
         T_saved_base: Transform,
         T_own_base: Transform,
+        *,
+        has_driven: bool = False,
     ) -> bool:
         """Begin where a scan was taken, ``(3,)`` in the saved map's frame and in the own map's, if it fits there.
 
-        ``grid`` : the saved map.
+        ``grid`` : the saved map. ``has_driven`` : whether the robot saw nothing on its way there.
         """
         if self._fixed is None or self._fixed[0] is not grid:
             self._fixed = (grid, FixedMap(grid, self._config.resolution_m))
         localiser = Localiser(self._fixed[1], self._config)
-        if not localiser.begin(scan, T_odom_base, T_saved_base):
+        if not localiser.begin(scan, T_odom_base, T_saved_base, has_driven=has_driven):
             return False
         self._localiser, self.lost = localiser, ""
         self._T_own_saved = se2.compose(T_own_base, se2.inverse(localiser.T_map_base))
@@ -159,8 +161,9 @@ class Tracking:
         left, self._left = self._left, None
         if left is None or grid is None:
             return False
-        T_saved_base = left["T_saved_base"]
+        motion = se2.IDENTITY
         if T_odom_base is not None and left["T_odom_base"] is not None:
-            T_saved_base = se2.compose(T_saved_base, se2.between(left["T_odom_base"], T_odom_base))
+            motion = se2.between(left["T_odom_base"], T_odom_base)
+        T_saved_base = se2.compose(left["T_saved_base"], motion)
         T_own_base = se2.compose(left["T_own_saved"], T_saved_base)
-        return self.begin(grid, scan, T_odom_base, T_saved_base, T_own_base)
+        return self.begin(grid, scan, T_odom_base, T_saved_base, T_own_base, has_driven=not has_stood(motion))

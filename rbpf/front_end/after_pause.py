@@ -13,7 +13,7 @@ from mrslam.spatial.se2 import Transform
 
 
 def after_pause(
-    reading: Reading, moved: Transform, T_map_before: Transform, tiles: Tiles, sigma_m: float, crew: Crew
+    reading: Reading, moved: Transform, T_map_before: Transform, tiles: Tiles, sigma_m: float, crew: Crew | None = None
 ) -> Reading:
     """Return the first reading after a pause with the motion that the robot's map shows, or what speaks against it.
 

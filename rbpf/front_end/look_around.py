@@ -55,7 +55,9 @@ class Looked(NamedTuple):
     """Whether the map shows too little of what is to be seen there to say either."""
 
 
-def look_around(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float, crew: Crew) -> Looked:
+def look_around(
+    tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float, crew: Crew | None
+) -> Looked:
     """Return whether a scan fits its robot's map at ``T_map_base (3,)``, where odometry leads, or near by.
 
     ``points (N, 5)`` : those of the scan to match; ``sigma_m`` : their deviation from walls, metres. Threads of the
@@ -71,6 +73,22 @@ def look_around(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform
     if _is_near(T_map_base, best.pose) and _shown(best) >= SHOWN_LEAST and _fit(best) >= GOOD_INLIERS - CLEARLY:
         return Looked(None, False)
     return Looked(None, not is_unknown, is_unknown)
+
+
+def found_near(
+    tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float, crew: Crew | None = None
+) -> Transform | None:
+    """Return the place ``(3,)`` of a robot in a map that is not its own, None where that is not sure.
+
+    It is where odometry leads if most of the scan fits there, else the only place near by where the scan surely fits.
+    What a map's own robot does not know it has not seen; in a map that was saved, beams that end in what is unknown may
+    as well have gone through walls. Arguments as for :func:`look_around`.
+    """
+    found = match(tiles, points, T_map_base, T_map_base, FAR_PRIOR, sigma_m, ITERATIONS)
+    if found.inliers >= GOOD_INLIERS:
+        return found.pose
+    best, is_only = _best_place(tiles, points, T_map_base, sigma_m, crew)
+    return best.pose if is_only and _is_sure(best) else None
 
 
 def shown_at(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float) -> Transform | None:
@@ -95,7 +113,7 @@ def _is_near(expected: Transform, place: Transform) -> bool:
 
 
 def _best_place(
-    tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float, crew: Crew
+    tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float, crew: Crew | None
 ) -> tuple[Match, bool]:
     """Return where near a pose a scan fits best, and whether it fits nowhere else nearly as well.
 

@@ -6,12 +6,14 @@ No particles, no drawing, no loops: odometry carries the pose from one matched s
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
-from mrslam.rbpf.front_end.front_end import FrontEnd, Step
+from mrslam.rbpf.front_end.after_pause import after_pause
+from mrslam.rbpf.front_end.front_end import FrontEnd, Step, has_stood
 from mrslam.rbpf.front_end.intake import Intake, Reading
 from mrslam.rbpf.front_end.local_matcher import (
     BETTER,
@@ -22,9 +24,9 @@ from mrslam.rbpf.front_end.local_matcher import (
     POINTS_SEARCHED,
     STEP_M,
 )
-from mrslam.rbpf.front_end.look_around import SHOWN_LEAST
+from mrslam.rbpf.front_end.look_around import SHOWN_LEAST, found_near
 from mrslam.rbpf.front_end.motion import TURN_WAY_M, composed_cov, motion_cov
-from mrslam.rbpf.front_end.prediction import DISBELIEVED
+from mrslam.rbpf.front_end.prediction import DISBELIEVED, can_move
 from mrslam.rbpf.front_end.rolling_map import SCAN_DISTANCE_M
 from mrslam.rbpf.localise.fit import Fit
 from mrslam.rbpf.localise.fixed_map import FixedMap
@@ -92,13 +94,21 @@ class Localiser:
         motion = motion_cov(self.config, self._since, np.zeros(2)) if self._since.any() else np.zeros((3, 3))
         return composed_cov(self.T_map_base, self._since, self._covariance + walls, motion)
 
-    def begin(self, scan: Scan, T_odom_base: Transform | None, T_map_base: Transform) -> bool:
-        """Begin at about ``T_map_base (3,)``, where a scan was taken; return whether it fits the map there."""
+    def begin(
+        self, scan: Scan, T_odom_base: Transform | None, T_map_base: Transform, *, has_driven: bool = False
+    ) -> bool:
+        """Begin at about ``T_map_base (3,)``, where a scan was taken; return whether it fits the map there.
+
+        ``has_driven`` : whether the robot saw nothing on its way there: as after a pause, it must surely be there, or
+        near by and nowhere else.
+        """
         reading = self._intake.take(scan, T_odom_base)
         if reading.reason is not None or reading.waits:
             return False
         self._front.T_local_base = np.array(T_map_base, dtype=np.float64)
-        found = self._search(reading.sample, START_RAD, START_M)
+        found = self._found_near(reading.sample) if has_driven else self._search(reading.sample, START_RAD, START_M)
+        if found is None:
+            return False
         shown = found.inliers + found.conflicts
         if shown < SHOWN_LEAST or found.inliers < FIT_LEAST * shown:
             return False
@@ -146,9 +156,19 @@ class Localiser:
     def _match(self, reading: Reading) -> None:
         """Match a scan to the map, and learn how sure the pose is and how well the map shows it."""
         self._since = np.zeros(3)
-        origin = reading.scan.T_base_laser[:2]
-        step = self._front.step(reading.sample, reading.points, reading.odom_motion, reading.elapsed_s, origin)
+        reading, before = self._after_pause(reading), self._front.T_local_base
+        origin, shown = reading.scan.T_base_laser[:2], reading.shown
+        step = self._front.step(
+            reading.sample, reading.points, reading.odom_motion, reading.elapsed_s, origin, shown=shown
+        )
         self.is_carried |= step.is_carried
+        self.is_carried |= reading.is_carried
+        if shown is not None:
+            self._front.newest = self._settled_at(compose(before, shown), reading.sample)
+        elif not can_move(step.T_before_base, max(reading.elapsed_s, 0.0)):  # wheels leapt, or caught up with the robot
+            place = found_near(self._map.tiles_around(before), reading.sample, before, self.config.sigma_m)
+            if place is not None:
+                self._front.newest = self._settled_at(place, reading.sample)
         found = self._front.newest
         if found is not None:
             self._predict(step)
@@ -157,6 +177,20 @@ class Localiser:
             way_m = math.hypot(*step.T_before_base[:2]) + TURN_WAY_M * abs(float(step.T_before_base[2]))
             self.fit.follow(found.inliers, found.conflicts, way_m, reading.elapsed_s)
         self._note(reading)
+
+    def _after_pause(self, reading: Reading) -> Reading:
+        """Return the first reading after a pause with the motion that the map shows: wheels may have leapt in it."""
+        moved, predictor, before = reading.odom_motion, self._front.predictor, self._front.T_local_base
+        if moved is None or has_stood(moved) or not predictor.is_pause(reading.elapsed_s):
+            return reading
+        moved, tiles = predictor.dead_reckoned(moved, reading.elapsed_s), self._map.tiles_around(before)
+        if reading.is_set_back:
+            return after_pause(reading, moved, before, tiles, self.config.sigma_m)
+        place = found_near(tiles, reading.sample, compose(before, moved), self.config.sigma_m)
+        if place is None:
+            return reading
+        shown = between(before, place)
+        return replace(reading, shown=shown, odom_motion=shown)
 
     def _note(self, reading: Reading) -> None:
         self._T_odom_base, self._stamp_ns = self._intake.T_odom_base, reading.scan.stamp_ns
@@ -178,8 +212,24 @@ class Localiser:
         """Return the best match of ``points (N, 5)`` around the pose."""
         start, tiles = self._front.T_local_base, self._map.tiles_around(self._front.T_local_base)
         lattice = Lattice(half_turn_rad, FAR_STEP_RAD, half_shift_m, STEP_M, POINTS_SEARCHED)
-        place = search(tiles, points, start, lattice).pose
+        return self._at(search(tiles, points, start, lattice).pose, points)
+
+    def _found_near(self, points: NDArray[np.float64]) -> Match | None:
+        """Return the match at the place near the pose where ``points (N, 5)`` surely fit; None without one."""
+        start = self._front.T_local_base
+        place = found_near(self._map.tiles_around(start), points, start, self.config.sigma_m)
+        return None if place is None else self._at(place, points)
+
+    def _at(self, place: Transform, points: NDArray[np.float64]) -> Match:
+        """Return how ``points (N, 5)`` fit next to a place ``(3,)``."""
+        tiles = self._map.tiles_around(place)
         return match(tiles, points, place, place, np.zeros((3, 3)), self.config.sigma_m, ITERATIONS)
+
+    def _settled_at(self, place: Transform, points: NDArray[np.float64]) -> Match:
+        """Take a place ``(3,)`` for the robot's, and return how ``points (N, 5)`` fit there."""
+        found = self._at(place, points)
+        self._front.T_local_base = found.pose
+        return found
 
     def _predict(self, step: Step) -> None:
         """Let the covariance grow by the motion."""

@@ -50,6 +50,24 @@ def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
     assert two.team.beliefs["r1", "r2"].reason == "not tried yet"  # nobody said it had started anew
 
 
+def test_a_map_that_was_given_up_stays_given_up(tmp_path: Path) -> None:
+    one, two = robot("r1", 1), robot("r2", 1)
+    live([one, two], 0, 60)
+    found = Alignment(np.array([0.01, 0.0, 0.0]), 0.8, Evidence(walls=9), np.eye(3) * 1e-4, "auto")
+    for t in (0, 20 * S):
+        job = one.next_job(t)
+        assert job is not None
+        one.on_done(job, found, t)
+    one._begin_map()  # and dies before it has published any of the new map
+    write(freeze(one), tmp_path / "state")
+    again = robot("r1", 2)
+    resume(again, tmp_path / "state")
+    assert "r1" not in again.team.maps and not again.team.beliefs
+    live([again], 60, 90)
+    assert "r1" in again.team.maps and list(again.T_team_map) == ["r1"]
+    assert again.team.beliefs["r1", "r2"].status == "untried"
+
+
 def test_what_is_not_merged_yet_is_not_merged_afterwards_either(tmp_path: Path) -> None:
     one, two = robot("r1", 1), robot("r2", 1)
     live([one, two], 0, 60)

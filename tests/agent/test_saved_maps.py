@@ -12,7 +12,7 @@ import pytest
 from mrslam.agent import Agent, Settings, checkpoint, resume, write_robot
 from mrslam.agent.effects import AlignJob, Event
 from mrslam.agent.known_map import KnownMap
-from mrslam.agent.saved_maps import pose_in
+from mrslam.agent.saved_maps import DOUBTS, pose_in
 from mrslam.alignment import Alignment, Evidence, Prior, Rejection, WallEvidence
 from mrslam.comms.maps.snapshots import published
 from mrslam.merge import Bend
@@ -81,6 +81,31 @@ def test_a_place_that_is_withdrawn_is_said_to_be_lost() -> None:
     assert agent.whereabouts()[0].T_map_base is None
     later = [effect for effect in agent.on_tick(14 * SECOND) if isinstance(effect, Event)]
     assert "not_localised" not in {event.kind for event in later}  # once
+
+
+def test_a_robot_that_doubts_where_it_is_in_its_own_map_says_nothing_of_the_saved_one() -> None:
+    agent = robot_with_map()
+    localise(agent)
+    for doubtful, kind, state in ((True, "not_localised", "not yet"), (False, "localised", "localised")):
+        agent.self_doubt.doubtful = doubtful
+        told = [e for e in agent.on_tick(13 * SECOND) if isinstance(e, Event) and "localised" in e.kind]
+        assert [event.kind for event in told] == [kind]
+        (at,) = agent.whereabouts()
+        assert (at.state, at.reason) == (state, DOUBTS if doubtful else "")
+        assert (at.T_map_base is None) == doubtful
+        assert MONDAY in agent.T_team_map  # the two maps lie as they did
+
+
+def test_a_robot_that_gave_its_map_up_is_localised_no_more_and_says_why() -> None:
+    agent = robot_with_map()
+    localise(agent)
+    agent._begin_map()
+    (event,) = [e for e in agent.on_tick(13 * SECOND) if isinstance(e, Event) and e.kind == "not_localised"]
+    assert event.fields == {"map": MONDAY, "reason": "a started a new map"}
+    assert agent.next_job(14 * SECOND) is None  # nothing is looked for by the map that was given up
+    assert agent.team.beliefs.keys() == set()
+    agent.team.take_map("a", KnownMap((2, 1), room()))
+    assert agent.team.beliefs["a", MONDAY].words == "a started a new map" and "a" in agent.T_team_map
 
 
 def test_two_places_that_fit_are_ambiguous() -> None:

@@ -222,6 +222,17 @@ def test_a_restart_tracks_on_where_the_first_scan_fits(tmp_path: Path) -> None:
     assert again.T_frame_base == pytest.approx(expected, abs=0.06)
 
 
+def test_a_restart_tracks_on_where_the_map_shows_the_robot_though_its_wheels_slipped_meanwhile(tmp_path: Path) -> None:
+    agent = tracking_robot()
+    checkpoint.write(checkpoint.freeze(agent), tmp_path / "a.state")
+    again = robot(2)
+    resume(again, tmp_path / "a.state")
+    slipped = se2.compose(odometry(85), np.array([0.9, 0.5, 0.2]))
+    assert "tracking" in kinds(again.on_scan(scan(85), slipped, 85 * S // 10))
+    expected = se2.compose(se2.inverse(T_OWN_SAVED), odometry(85))
+    assert again.T_frame_base == pytest.approx(expected, abs=0.06)
+
+
 def test_a_restart_elsewhere_begins_a_new_map(tmp_path: Path) -> None:
     agent = tracking_robot()
     checkpoint.write(checkpoint.freeze(agent), tmp_path / "a.state")

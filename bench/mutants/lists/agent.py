@@ -56,9 +56,15 @@ MUTANTS = (
     ),
     Mutant(
         CORE,
-        "        self.team.displace(self.robot_id)\n",
+        "        self.team.begin_own_map()\n",
         "",
         "after a map is begun anew teammates stay where they lay on the old one",
+    ),
+    Mutant(
+        "agent/tracking.py",
+        ", has_driven=not has_stood(motion))",
+        ")",
+        "a robot that was started again after its wheels slipped maps anew, or tracks on beside where it is",
     ),
     Mutant(
         CORE,
@@ -353,6 +359,24 @@ MUTANTS = (
         "                self._localised.discard(map_id)\n",
         "                pass\n",
         "a robot that is lost in the saved map says so at every look",
+    ),
+    Mutant(
+        "agent/robot.py",
+        "return None if self.self_doubt.doubtful and not self.tracking.is_on else self.T_team_base",
+        "return self.T_team_base",
+        "a robot that was carried off says it is localised where it was",
+    ),
+    Mutant(
+        "agent/checkpoint.py",
+        "    if agent.robot_id in maps and maps[agent.robot_id].epoch != store.own_epoch:",
+        "    if False:",
+        "a robot that dies just after it gave its map up lays the next one where the old one lay",
+    ),
+    Mutant(
+        TEAM,
+        "        self._forget(self.robot_id)",
+        "        self.displace(self.robot_id)",
+        "a map that was given up is aligned on, and counts as merged",
     ),
     Mutant(
         "agent/layout.py",

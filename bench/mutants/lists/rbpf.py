@@ -237,6 +237,36 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/localise/localiser.py",
+        "        return replace(reading, shown=shown, odom_motion=shown)",
+        "        return reading",
+        "a tracked robot whose wheels leapt in a pause is where they have it, whatever the saved map shows",
+    ),
+    Mutant(
+        "rbpf/localise/localiser.py",
+        "        elif not can_move(step.T_before_base, max(reading.elapsed_s, 0.0)):",
+        "        elif False:",
+        "wheels that catch up with the robot after a pause carry a tracked pose off for minutes",
+    ),
+    Mutant(
+        "rbpf/localise/localiser.py",
+        "        self.is_carried |= reading.is_carried\n",
+        "",
+        "a tracked robot whose wheels began again in a pause is lost for metres before it says so",
+    ),
+    Mutant(
+        "rbpf/localise/localiser.py",
+        "found = self._found_near(reading.sample) if has_driven else",
+        "found =",
+        "a robot that drove on while its computer was down tracks on only where its wheels were right",
+    ),
+    Mutant(
+        "rbpf/front_end/look_around.py",
+        "    if found.inliers >= GOOD_INLIERS:",
+        "    if _is_sure(found):",
+        "half of a scan beyond the walls of a saved map counts as a fit",
+    ),
+    Mutant(
+        "rbpf/localise/localiser.py",
         "self._since = self._front.predictor.dead_reckoned(moved)",
         "self._since = np.zeros(3)",
         "between two matches a tracked robot stands still",

@@ -118,6 +118,12 @@ MUTANTS = (
         "what hides a wall that was seen before contradicts nothing",
     ),
     Mutant(
+        "rbpf/front_end/visibility.py",
+        "    reach = _reach(farthest)",
+        "    reach = 1",
+        "a robot whose laser has a beam every three degrees is taken for carried off where nothing happened",
+    ),
+    Mutant(
         "rbpf/front_end/health.py",
         "most = LOST if self._is_lost else",
         "most = DOUBTFUL if self._is_lost else",
