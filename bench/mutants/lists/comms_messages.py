@@ -161,4 +161,28 @@ MUTANTS = (
         "is None",
         "keyframes of an older revision are taken for those asked for",
     ),
+    Mutant(
+        "comms/neighbours/neighbourhood.py",
+        "        self._context.rendezvous.on_restart(beacon.sender)\n",
+        "",
+        "a teammate that restarted is not met again before the pause between exchanges is over",
+    ),
+    Mutant(
+        "comms/neighbours/neighbourhood.py",
+        '        self._abort(peer, f"{peer} {reason}", now_ns)\n',
+        "",
+        "an exchange with a robot that left goes on until it stalls",
+    ),
+    Mutant(
+        "comms/neighbours/neighbourhood.py",
+        '                raise WireError("too many robots")\n',
+        "                pass\n",
+        "beacons of made-up robots fill the memory",
+    ),
+    Mutant(
+        "comms/neighbours/neighbourhood.py",
+        "nlq = None if percent is None else percent / LEVELS",
+        "nlq = 1.0 if percent is None else percent / LEVELS",
+        "a robot that does not hear us is met over and over again in vain",
+    ),
 )
