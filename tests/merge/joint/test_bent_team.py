@@ -55,6 +55,7 @@ def test_it_judges_pairs_that_were_joined_from_their_present_alignment_alone() -
     begun = replace(solution(), T_a_b={("a", "b"): T_A_B})
     assert begun.judges("a", "b", {("a", "b"): T_A_B + 0.004})  # refined
     assert not begun.judges("a", "b", {("a", "b"): T_A_B + 0.1})
+    assert not begun.judges("a", "b", {("a", "b"): T_A_B + np.array([0.0, 0.0, 0.01])})  # 0.2 m off at 20 m
     assert not begun.judges("a", "b", {}) and not solution().judges("a", "b", {("a", "b"): T_A_B})
     assert solution().judges("a", "b", {}) and not solution().judges("a", "c", {})
 
@@ -71,3 +72,8 @@ def test_a_robot_that_was_removed_is_tied_to_nobody_and_those_it_did_not_bend_st
     both = replace(bent, ties=(tie, others), joined=frozenset("abcd"))
     left = both.without("d")
     assert left.ties == (tie,) and left.joined == frozenset("abc") and left.bends == both.bends
+
+
+def test_a_robot_that_is_tied_to_nobody_has_no_bend() -> None:
+    joint = JointMap(T_team_key={"a": KEYS, "b": KEYS}, ties=())
+    assert not BentTeam.of(joint, "a", dict.fromkeys("ab", trail(KEYS, STAMPS)), {}).bends
