@@ -213,4 +213,22 @@ MUTANTS = (
         "            return None\n",
         "a second restart before the first scan loses the place in the saved map",
     ),
+    Mutant(
+        "agent/shells/outputs.py",
+        "{**team.unplaced, **agent.team.doubted}",
+        "team.unplaced",
+        "the results do not say why a robot's map was doubted",
+    ),
+    Mutant(
+        "agent/shells/outputs.py",
+        '"frame": team.anchor',
+        '"frame": agent.robot_id',
+        "the results of a base station name the wrong robot's frame",
+    ),
+    Mutant(
+        "agent/shells/saved_files.py",
+        "[:NAMES_END]",
+        "",
+        "a saved map in a folder with a long name has a name that no message can carry",
+    ),
 )
