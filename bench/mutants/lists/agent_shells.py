@@ -231,4 +231,28 @@ MUTANTS = (
         "",
         "a saved map in a folder with a long name has a name that no message can carry",
     ),
+    Mutant(
+        "agent/encounters.py",
+        "        self._moments.clear()\n",
+        "",
+        "what was seen on a map that was given up speaks about the next one",
+    ),
+    Mutant(
+        "agent/encounters.py",
+        "        self._scans.clear()\n",
+        "",
+        "a report is laid on a scan that was taken on a map that was given up",
+    ),
+    Mutant(
+        "agent/encounters.py",
+        "        self._standing = Standing()\n        self._scans",
+        "        self._scans",
+        "after a new map begins bodies are taken for furniture by where they stood on the old one",
+    ),
+    Mutant(
+        "agent/encounters.py",
+        "MOST_UNSEEN_LLR if config.teammates_visible else MOST_HIDDEN_LLR",
+        "MOST_UNSEEN_LLR",
+        "robots that are too low for each other's lasers refute the right place",
+    ),
 )
