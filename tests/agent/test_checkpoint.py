@@ -11,12 +11,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mrslam.agent import Agent, AgentConfig, Inline, Keeper, Settings, resume
+from mrslam.agent import Agent, AgentConfig, Inline, Keeper, KnownMap, Settings, resume
 from mrslam.agent.checkpoint import KIND, REVISIONS_LOST, VERSION, freeze, restore, write
 from mrslam.agent.effects import Event
+from mrslam.agent.shells.outputs import summary
 from mrslam.alignment import Alignment, Evidence
+from mrslam.comms.maps.snapshots import published
 from mrslam.rbpf import MapperConfig
-from mrslam.spatial import InputError
+from mrslam.spatial import InputError, LocalMap, OccupancyGrid, TiledMap
 from mrslam.spatial.files.state_file import pack, read_state, write_state
 from tests.agent.duo import SETTINGS, S, live, robot, scan
 
@@ -40,6 +42,7 @@ def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
     assert again.node.store.version("r1") == (saved[0], saved[1] + REVISIONS_LOST)
     assert again.T_team_map["r2"] == pytest.approx(found.T_a_b)
     assert again.team.beliefs["r1", "r2"].status == "accepted"
+    assert again.team.beliefs["r1", "r2"].accepted_at_ns == 20 * S
     assert np.array_equal(again.node.store.maps["r2"].map.to_grid().cells, known.map.to_grid().cells)
     live([again, two], 90, 150)  # what the lost revisions changed must not stay with r2
     held = two.node.store.version("r1")
@@ -292,3 +295,36 @@ def test_a_robot_that_began_another_map_is_not_looked_for_where_it_started_after
     assert again.team.schedule._by_starts(("r1", "r2")) is not None
     resume(again, tmp_path / "state")
     assert again.team.schedule._by_starts(("r1", "r2")) is None
+
+
+def test_what_is_counted_and_the_number_of_the_map_go_on(tmp_path: Path) -> None:
+    one, two = robot("r1", 1), robot("r2", 1)
+    live([one, two], 0, 40)
+    one._begin_map()
+    live([one, two], 40, 60)
+    one.masked_beams = 77
+    write(freeze(one), tmp_path / "state")
+    again = robot("r1", 2)
+    resume(again, tmp_path / "state")
+    kept = ("links", "masked_beams")
+    assert one.links["r2"].bytes_sent > 0
+    assert {name: summary(again, {})[name] for name in kept} == {name: summary(one, {})[name] for name in kept}
+    assert again.map_number == one.map_number == 1  # the next map is another again
+
+
+def test_a_base_station_keeps_the_frame_of_the_team_map(tmp_path: Path) -> None:
+    def base_station(boot_id: int) -> Agent:
+        return Agent("base", SETTINGS, mode="central", boot_id=boot_id)
+
+    one = base_station(1)
+    for robot_id, cells in (("r2", 100), ("r1", 300)):
+        local = LocalMap(TiledMap.from_grid(OccupancyGrid(np.zeros((cells, cells), np.int8), 0.05)))
+        held = published(local, None, 1)
+        assert held is not None
+        one.node.store.put(robot_id, held)
+        one.team.take_map(robot_id, KnownMap((1, 0), local))
+        assert one.team_map().anchor == "r2"  # the first that was there
+    write(freeze(one), tmp_path / "state")
+    again = base_station(2)
+    resume(again, tmp_path / "state")
+    assert again.team_map().anchor == summary(again, {})["frame"] == "r2"

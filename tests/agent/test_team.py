@@ -10,6 +10,7 @@ import pytest
 from mrslam.agent import Agent, Settings, checkpoint, resume
 from mrslam.agent.effects import AlignJob, Event
 from mrslam.agent.known_map import KnownMap
+from mrslam.agent.shells.outputs import summary
 from mrslam.alignment import Alignment, Evidence, WallEvidence
 from mrslam.comms.maps.snapshots import published
 from mrslam.merge.graph.edges import pair_of
@@ -79,6 +80,7 @@ def test_a_map_that_was_doubted_is_doubted_after_a_restart(robot: str, tmp_path:
     resume(again, tmp_path / "a.state")
     assert again.team.doubted == agent.team.doubted and list(again.team.doubted) == [robot]
     assert again.next_job(0) is None and not again.team.beliefs
+    assert summary(again, {})["unplaced"] == again.team.doubted
 
 
 def test_a_merge_that_grown_maps_contradict_is_taken_back_on_a_tick() -> None:

@@ -12,6 +12,7 @@ import pytest
 
 from mrslam.agent import Agent, KnownMap, checkpoint, resume, write_robot
 from mrslam.agent.effects import AlignJob, Effect, Event
+from mrslam.agent.tracking import Tracking
 from mrslam.alignment import Alignment, Evidence, WallEvidence
 from mrslam.comms import TeammatePose
 from mrslam.rbpf import Mapper
@@ -174,6 +175,8 @@ def test_who_is_lost_says_so_and_maps_and_looks_again() -> None:
     assert at.state == "not yet" and "since then" in at.reason
     assert agent.next_job(100 * S) is not None
     agent = tracking_again(agent)
+    assert len(agent.tracked_laser().stamps_ns) > 20
+    assert agent.trajectory_laser().stamps_ns.min() >= 50 * S  # in the present own map
     assert agent.whereabouts()[0].state == "localised" and not agent.tracking.lost
 
 
@@ -255,3 +258,46 @@ def test_poses_in_the_saved_maps_frame_are_written(tmp_path: Path) -> None:
     assert row["scans"] == 100 and row["chosen_frame"]["T_frame_base"] == pytest.approx(
         list(T_saved_laser[-1]), abs=1e-3
     )
+
+
+def test_a_scan_of_nothing_is_no_place() -> None:
+    agent = tracking_robot()
+    agent.on_scan(replace(scan(80), ranges_m=np.full_like(scan(80).ranges_m, np.nan)), odometry(80), 8 * S)
+    live(agent, range(81, 84))
+    assert (agent.tracked_laser().stamps_ns[-4:] / (S // 10)).tolist() == [79, 81, 82, 83]
+
+
+def test_a_restart_after_it_drove_on_unseen_tracks_on_from_where_the_wheels_say(tmp_path: Path) -> None:
+    agent = tracking_robot()
+    checkpoint.write(checkpoint.freeze(agent), tmp_path / "a.state")
+    again = robot(2)
+    resume(again, tmp_path / "a.state")
+    live(again, range(140, 145))
+    assert again.tracking.is_on
+    assert again.T_frame_base == pytest.approx(se2.compose(se2.inverse(T_OWN_SAVED), odometry(144)), abs=0.06)
+
+
+def test_a_restart_before_the_first_scan_after_a_restart_loses_no_place(tmp_path: Path) -> None:
+    agent = tracking_robot()
+    checkpoint.write(checkpoint.freeze(agent), tmp_path / "a.state")
+    for boot_id in (2, 3):
+        again = robot(boot_id)
+        resume(again, tmp_path / "a.state")
+        assert again.tracking.was_left
+    again.tracking.stop()  # the own map begins anew
+    assert not again.tracking.was_left
+
+
+def test_a_place_in_another_saved_map_is_not_gone_on_with() -> None:
+    state = tracking_robot().tracking.state()
+    for map_id, is_left in ((MONDAY, True), ("office@tuesday", False)):
+        tracking = Tracking(SETTINGS.rbpf)
+        tracking.map_id = map_id
+        tracking.restore(state)
+        assert tracking.was_left == is_left
+
+
+def test_a_beginning_is_tried_once_a_second() -> None:
+    tracking = Tracking(SETTINGS.rbpf)
+    tracking.map_id = MONDAY
+    assert [tracking.is_due(t_ns) for t_ns in (0, S // 10, S - 1, S, S + 1)] == [True, False, False, True, False]

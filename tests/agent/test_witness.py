@@ -21,7 +21,7 @@ from mrslam.comms import TeammateClaim, TeammatePose
 from mrslam.comms.effects import EPOCHS
 from mrslam.merge.graph.edges import pair_of
 from mrslam.mutual_detection import MutualDetectionConfig, find_bodies
-from mrslam.mutual_detection.encounters import MOST_SEEN_LLR, MOST_UNSEEN_LLR
+from mrslam.mutual_detection.encounters import MOST_HIDDEN_LLR, MOST_SEEN_LLR, MOST_UNSEEN_LLR
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
 from tests.agent.duo import S, live, merge, robot
@@ -382,6 +382,24 @@ def test_only_reports_of_the_time_of_a_scan_count_and_each_place_once() -> None:
     assert len(encounters.moments("r2", 1)) == 2
     assert encounters.on_report(TeammatePose("r2", stamp_ns, MATE[0], 2)) is not None  # in another map
     assert len(encounters.moments("r2", 2)) == 1 and encounters.moments("r2", 1) == []
+
+
+def test_what_was_seen_on_a_map_that_was_given_up_is_forgotten() -> None:
+    encounters = Encounters(MutualDetectionConfig())
+    for k in range(60):  # the other stands there for six seconds
+        encounters.on_scan(sweep(OWN[0], [MATE[4][:2]], seed=k), OWN[0], BEGIN + k * S // 10)
+        are_new = len(encounters.moving_bodies_m()) > 0
+    assert encounters.on_report(TeammatePose("r2", BEGIN + 6 * S, MATE[4], 1)) is not None and not are_new
+    encounters.forget()
+    assert encounters.moments("r2", 1) == [] and not len(encounters.moving_bodies_m())
+    assert encounters.on_report(TeammatePose("r2", BEGIN + 6 * S, MATE[0], 1)) is None  # no scan is left
+    encounters.on_scan(sweep(OWN[0], [MATE[4][:2]]), OWN[0], BEGIN + 7 * S)
+    assert len(encounters.moving_bodies_m())
+
+
+@pytest.mark.parametrize(("visible", "most_llr"), [(True, MOST_UNSEEN_LLR), (False, MOST_HIDDEN_LLR)])
+def test_free_sight_says_less_where_teammates_may_be_too_low_to_be_seen(visible: bool, most_llr: float) -> None:
+    assert Encounters(MutualDetectionConfig(teammates_visible=visible)).most_unseen_llr == most_llr
 
 
 def test_nothing_is_claimed_of_a_map_that_its_robot_gave_up() -> None:

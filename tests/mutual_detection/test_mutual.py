@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mrslam.mutual_detection import mutual_fix
+from mrslam.mutual_detection.mutual import SIGMA_M
 from mrslam.spatial import se2
 from tests.mutual_detection.sights import moment, way
 from tests.mutual_detection.test_encounters import CORRIDOR_Y, FRAMES, MATE, OWN, RIGHT, moments
@@ -29,6 +30,33 @@ def test_few_moments_or_robots_that_stand_still_are_not_enough() -> None:
     assert mutual_fix(stand) is None
     mate_stands = [moment(a, MATE[4], FRAMES, seed=k) for k, a in enumerate(OWN)]
     assert mutual_fix(mate_stands) is None
+
+
+def exact(picked: list[int], *, own_stands: bool = False) -> list:
+    """Return some of the moments, in which each robot sees the other where it is."""
+    chosen = [one for k, one in enumerate(moments()) if k in picked]
+    if own_stands:
+        chosen = [replace(one, T_map_base=chosen[0].T_map_base) for one in chosen]
+    return [
+        replace(one, bodies_m=one.place_m(RIGHT)[None], mate_bodies_m=one.mate_place_m(RIGHT)[None]) for one in chosen
+    ]
+
+
+def test_three_moments_are_not_enough_however_far_the_robots_drove_nor_are_many_on_little_way() -> None:
+    assert mutual_fix(exact([0, 4, 8])) is None
+    assert mutual_fix(exact([0, 3, 5, 8])) is not None
+    assert mutual_fix(exact([0, 1, 2, 3, 4], own_stands=True)) is None  # the other drove 1.1 m
+    assert mutual_fix(exact([0, 2, 4, 6, 8], own_stands=True)) is not None
+
+
+def test_it_is_as_sure_as_half_of_the_bodies_are() -> None:
+    """The two of one moment share the error of its time."""
+    seen = exact(list(range(9)))
+    fix = mutual_fix(seen)
+    assert fix is not None
+    points = np.array([T[:2] for one in seen for T in (one.T_map_base, se2.compose(RIGHT, one.T_mate_base))])
+    around_m2 = np.sum(np.var(points, axis=0))
+    assert np.sqrt(fix.covariance[2, 2]) == pytest.approx(SIGMA_M / np.sqrt(9 * around_m2), rel=1e-6)
 
 
 @pytest.mark.parametrize("walks", [True, False])
@@ -75,14 +103,15 @@ def test_however_far_the_maps_began_it_is_sure_of_where_the_robots_met() -> None
 
 def test_of_two_transforms_that_bodies_suggest_the_one_that_most_moments_agree_on_is_taken() -> None:
     others = se2.compose(RIGHT, np.array([3.0, -1.0, 0.5]))  # by two people who walk along, seen from the 5th moment on
-    seen = [
-        replace(
-            one,
-            bodies_m=np.array([one.place_m(T) for T in ((others, RIGHT) if k >= 4 else (RIGHT,))]),
-            mate_bodies_m=np.array([one.mate_place_m(T) for T in ((others, RIGHT) if k >= 4 else (RIGHT,))]),
-        )
-        for k, one in enumerate(moments())
-    ]
-    fix = mutual_fix(seen)
-    assert fix is not None and fix.moments == 9
-    np.testing.assert_allclose(fix.T_map_mate, RIGHT, atol=1e-9)
+    for both in ((others, RIGHT), (RIGHT, others)):
+        seen = [
+            replace(
+                one,
+                bodies_m=np.array([one.place_m(T) for T in (both if k >= 4 else (RIGHT,))]),
+                mate_bodies_m=np.array([one.mate_place_m(T) for T in (both if k >= 4 else (RIGHT,))]),
+            )
+            for k, one in enumerate(moments())
+        ]
+        fix = mutual_fix(seen)
+        assert fix is not None and fix.moments == 9
+        np.testing.assert_allclose(fix.T_map_mate, RIGHT, atol=1e-9)

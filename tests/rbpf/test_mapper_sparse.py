@@ -9,7 +9,7 @@ import pytest
 
 from mrslam.rbpf import Mapper
 from mrslam.rbpf.checkpoint import load_checkpoint, save_checkpoint
-from mrslam.rbpf.front_end.gathering import ENOUGH, SINCE_KEY_MOST, SPARSE, Gathering
+from mrslam.rbpf.front_end.gathering import ENOUGH, SINCE_KEY_MOST, SPARSE, WAY_MOST_M, Gathering
 from mrslam.rbpf.front_end.scan_gate import POINTS_LEAST
 from mrslam.spatial import se2
 from mrslam.spatial.matching.cloud import NEIGHBOURS_LEAST, find_normals, joined, transformed
@@ -114,3 +114,40 @@ def test_normals_are_those_of_a_slow_twin() -> None:
         if values[0] < 0.1 * values[1] and values[1] > 0.07**2:
             normal = -np.sign(axes[0, 0]) * axes[:, 0]  # towards the origin, at x = 0
             assert np.allclose(point[2:4], normal) and point[4] > 0.0
+
+
+def gathered(*way_m: float, each: int = 10) -> Gathering:
+    """Return scans of so many returns each that wait, taken after so much way."""
+    gathering = Gathering()
+    for x_m in way_m:
+        gathering.add(np.array([x_m, 0.0, 0.0]), np.ones((each, 5)))
+    return gathering
+
+
+def test_scans_wait_until_they_are_enough_or_lie_far_apart() -> None:
+    assert not gathered(0.0, 0.0).is_enough
+    assert gathered(*[0.0] * (ENOUGH // 10)).is_enough
+    assert gathered(0.0, WAY_MOST_M + 0.01).is_enough
+
+
+def test_scans_that_odometry_blurs_are_forgotten() -> None:
+    assert gathered(0.0, 0.1, 0.2, 0.3, 0.45).returns == 40  # one reaches back farther
+    waiting = gathered(0.0, 0.1)
+    waiting.drop()
+    assert waiting.returns == 0
+
+
+def test_a_keyframe_shows_what_was_matched_since_the_last_one() -> None:
+    gathering, here = Gathering(), np.zeros(3)
+    for count in (3, 1):
+        for _ in range(count):
+            gathering.remember(here, np.ones((2, 5)))
+        assert len(gathering.of_key(here, np.zeros(2))) == 2 * count
+
+
+def test_a_sparse_laser_is_known_for_one_after_a_restart() -> None:
+    gathering, again = Gathering(), Gathering()
+    gathering.count(SPARSE - 5)
+    again.restore(gathering.state())
+    again.count(SPARSE + 5)
+    assert gathering.is_sparse and again.is_sparse

@@ -636,4 +636,22 @@ MUTANTS = (
         "if (mx",
         "a speck on a wall of the other map speaks against",
     ),
+    Mutant(
+        "alignment/verification/bending.py",
+        "    if len(places) < MIN_POINTS:\n        return here\n",
+        "",
+        "two maps without a common wall are bent to nonsense",
+    ),
+    Mutant(
+        "alignment/verification/bending.py",
+        "points=by.backward(a.points), normals=turned",
+        "points=by.backward(a.points)",
+        "maps that are turned against each other never agree once they are bent",
+    ),
+    Mutant(
+        "alignment/verification/bend.py",
+        "+ 2 * most, b.state.shape[1] + 2 * most",
+        "+ most, b.state.shape[1] + most",
+        "a bent map loses its rim when two maps are compared",
+    ),
 )

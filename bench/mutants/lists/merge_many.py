@@ -129,4 +129,52 @@ MUTANTS = (
         "                rest.clear()\n",
         "maps that do not hold together with the first one are forgotten",
     ),
+    Mutant(
+        "merge/joint/bent_map.py",
+        "RIM_TILES = 2",
+        "RIM_TILES = 1",
+        "a map that a joint solution moves by more than 3.2 m loses what lies at its rim",
+    ),
+    Mutant(
+        "merge/joint/bent_map.py",
+        "now <= was and PER_TILE * was",
+        "PER_TILE * was",
+        "the team map fails when what a robot saw first is gone from its map",
+    ),
+    Mutant(
+        "merge/joint/bent_map.py",
+        "(float(np.abs(field).max()) + REACH)",
+        "float(np.abs(field).max())",
+        "a wall stays doubled where a bent map saw better next to it",
+    ),
+    Mutant(
+        "merge/joint/bent_map.py",
+        "published.resolution_m, published.offset_m)",
+        "published.resolution_m)",
+        "a bent map of another program lies up to a cell off",
+    ),
+    Mutant(
+        "merge/joint/bent_team.py",
+        "max_dtheta_rad=0.005",
+        "max_dtheta_rad=0.5",
+        "a pair's alignment that was turned is not joined anew",
+    ),
+    Mutant(
+        "merge/joint/bent_team.py",
+        "if len(group) > 1",
+        "",
+        "a robot that is tied to nobody is bent all the same",
+    ),
+    Mutant(
+        "merge/grids/layers.py",
+        "    margin = 3 + math.ceil(3 * tiled.resolution_m / resolution_m)",
+        "    margin = 0",
+        "a wall stays doubled at the edge of a tile where it was seen better next to it",
+    ),
+    Mutant(
+        "merge/grids/layers.py",
+        " and resolution_m == self._resolution_m",
+        "",
+        "a team map whose cells get finer keeps maps laid in the coarse ones",
+    ),
 )

@@ -220,4 +220,28 @@ MUTANTS = (
         "SEEN_LLR * self.seen",
         "a body that stands at a wrong place often enough outweighs everything",
     ),
+    Mutant(
+        "mutual_detection/mutual.py",
+        " or own_m + mate_m < BOTH_MOVED_M",
+        "",
+        "somebody whom a robot at rest sees go by for a metre gives the place of a teammate's map",
+    ),
+    Mutant(
+        "mutual_detection/mutual.py",
+        "fix.moments > best.moments",
+        "True",
+        "a transform that few moments agree on takes the place of one that most do",
+    ),
+    Mutant(
+        "mutual_detection/mutual.py",
+        "    if len(agreeing) < MOMENTS_LEAST:",
+        "    if len(agreeing) < 1:",
+        "one chance sight of each other merges two maps",
+    ),
+    Mutant(
+        "mutual_detection/mutual.py",
+        "count = len(points) / 2.0",
+        "count = len(points) * 1.0",
+        "a transform by sight is said to be surer than it is",
+    ),
 )

@@ -715,4 +715,52 @@ MUTANTS = (
         "                    if False:",
         "of a recording that cannot be decoded hours are read",
     ),
+    Mutant(
+        "sim_driver/run/team.py",
+        "        if hint is not None and len(found) > 1:\n            raise",
+        "        if False:\n            raise",
+        "a place that is one map's is looked for in all maps of a run",
+    ),
+    Mutant(
+        "sim_driver/run/team.py",
+        "loop=robot.patrol)",
+        "loop=False)",
+        "a patrol ends after one round",
+    ),
+    Mutant(
+        "sim_driver/run/team.py",
+        "se2.between(start, T_world_base)",
+        "T_world_base",
+        "a robot that follows a trajectory drives from its start as if that were the world's origin",
+    ),
+    Mutant(
+        "sim_driver/run/team.py",
+        "se2.apply(se2.inverse(start), np.array(robot.waypoints, dtype=np.float64))",
+        "np.array(robot.waypoints, dtype=np.float64)",
+        "a robot drives to waypoints of the world as if they were of its own map",
+    ),
+    Mutant(
+        "sim_driver/run/team.py",
+        "            if not is_simulated(mission, robot):\n                return None\n",
+        "",
+        "a robot of a log hears nobody when a simulation is played again",
+    ),
+    Mutant(
+        "sim_driver/run/team.py",
+        "            others = [other for other in others if is_simulated(mission, other)]\n",
+        "",
+        "links to robots of logs are cut when a simulation is played again",
+    ),
+    Mutant(
+        "sim_driver/run/earlier.py",
+        "replay.resolve() == out.resolve()",
+        "replay == out",
+        "a drive that is played again by another path is deleted",
+    ),
+    Mutant(
+        "sim_driver/run/earlier.py",
+        "or path.resolve() in file.parents",
+        "",
+        "a saved map in the folder of an earlier run is deleted before it is read",
+    ),
 )

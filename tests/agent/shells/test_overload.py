@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from mrslam.agent import Agent, ProcessShell, Runner, Sensed, Settings, WallClock
-from mrslam.agent.shells.overload import FLOOR, LATE_S, Overload
+from mrslam.agent.shells.overload import CALM_MOST_S, FLOOR, LATE_S, Overload
 from mrslam.comms import MemoryNetwork
 from mrslam.spatial import Scan
 
@@ -67,6 +67,7 @@ def test_trying_more_becomes_rare_where_it_fails(particles: int) -> None:
     tries = [t for t, count in changes if count == particles]
     assert 3 <= len(tries) <= 15
     assert tries[-1] - tries[-2] > 5 * (tries[1] - tries[0])
+    assert tries[-1] - tries[-2] < 1.2 * CALM_MOST_S
 
 
 class LateBody:

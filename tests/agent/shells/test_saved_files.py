@@ -65,6 +65,7 @@ def test_a_run_is_a_saved_map_a_robot(tmp_path: Path) -> None:
         ("maps", "ground floor.yaml", "ground-floor@maps"),
         ("out", "team_map.yaml", "team_map@out"),
         (".hidden", "ü.yaml", "-@hidden"),
+        ("f" * 80, "g" * 70 + ".yaml", "g" * 64 + "@" + "f" * 64),
     ],
 )
 def test_names(folder: str, file: str, name: str, tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -84,3 +85,24 @@ def test_the_membrane_costs_what_neighbours_differ_by() -> None:
     u = np.random.default_rng(4).normal(size=(3, 4, 2))
     naive = sum(np.sum(np.diff(u, axis=axis) ** 2) for axis in (0, 1))
     assert u.ravel() @ membrane(3, 4) @ u.ravel() == pytest.approx(naive)
+
+
+def test_maps_without_walls_near_each_other_are_not_bent(whole) -> None:
+    a, b = whole
+    far = straight(b, np.array([500.0, 0.0, 0.0]))
+    assert bend(a, b, far, STRAIN) is far
+
+
+def test_a_map_that_is_bent_outwards_is_drawn_whole(whole) -> None:
+    _, b = whole
+    for moved_m in (4.0, -4.0):
+        start = straight(b, T_A_B)
+        drawn = replace(start, nodes=start.nodes + moved_m).bent(b)
+        assert np.count_nonzero(drawn.state) == np.count_nonzero(b.state)
+
+
+def test_walls_agree_as_much_seen_from_either_map(whole) -> None:
+    a, b = whole
+    on_a, on_b = judge_bent(a, b, straight(b, T_A_B), 0.15)
+    for side, walls in ((on_a, b), (on_b, a)):
+        assert side[0] > 0.9 * len(walls.points) * walls.res and side[2] < 1.0

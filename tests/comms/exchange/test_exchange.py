@@ -180,6 +180,12 @@ def test_a_budget_brings_the_most_valuable_tiles_first_and_the_rest_later():
     assert team.of(MapUpdated, "b")
 
 
+def test_a_budget_below_the_size_of_a_chunk_brings_a_chunk_at_each_meeting():
+    team = Team("ab", config=replace(QUICK, exchange_budget_bytes=1, chunk_bytes=1000, window_tiles=200))
+    team.nodes["a"].publish(big_map(300), 0)
+    assert team.run_until(lambda: bool(team.of(MapUpdated, "b")), 120)
+
+
 def test_one_seed_gives_the_same_bytes():
     def run(seed: int) -> list[bytes]:
         sent = []

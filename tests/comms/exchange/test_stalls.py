@@ -10,15 +10,16 @@ import pytest
 
 from mrslam.comms import CommsConfig, CommsNode, ExchangeDone, ExchangeFailed, ExchangeStarted, LinkConditions
 from mrslam.comms.exchange.in_flight import InFlight
-from mrslam.comms.maps.chunks import content_hash
+from mrslam.comms.maps.chunks import content_hash, make_chunks
+from mrslam.comms.maps.manifests import make_manifest
 from mrslam.comms.maps.store import NOTHING, MapStore
 from mrslam.comms.wire.bitmask import to_mask
 from mrslam.comms.wire.frames import team_tag
 from mrslam.comms.wire.messages import HOLD_ALL, Beacon, Chunk, Done, Manifest, Open, encode
 from mrslam.comms.wire.tile_codec import compress, pack_tiles, unknown_tile
 from mrslam.spatial import Keyframes, LocalMap, OccupancyGrid, Tile, TiledMap
-from tests.comms.puppet import Puppet
-from tests.comms.team import QUICK, SECOND, Team, big_map
+from tests.comms.puppet import BOOT, Puppet
+from tests.comms.team import QUICK, SECOND, Team, big_map, fingerprint
 
 PATIENCE_NS = 4 * SECOND
 
@@ -269,3 +270,20 @@ def test_who_lets_a_manifest_pass_without_an_item_keeps_nobody_from_bringing_the
     node.on_tick(round(silent_s * SECOND))
     third.bring(store, "c")
     assert (node.store.version("c") == (50, 1)) == (silent_s > 0.0)
+
+
+def test_chunks_of_a_manifest_that_was_replaced_are_passed_over() -> None:
+    node, b = CommsNode("a", "team", 1, replace(QUICK, window_tiles=64)), MapStore("b", BOOT, QUICK)
+    puppet = Puppet(node, "b")
+    b.publish(row_of_tiles(2, 1))
+    puppet.meet(("b", BOOT, 1))
+    old = make_manifest(b, "b", puppet.xid, "b", NOTHING, None)
+    b.publish(row_of_tiles(3, 2))
+    new = make_manifest(b, "b", puppet.xid, "b", NOTHING, None)
+    assert old is not None and new is not None
+    for manifest in (old, new):
+        puppet.say(manifest)
+    for chunk in (*make_chunks(b, old, [0, 1], QUICK), *make_chunks(b, new, [0, 1, 2], QUICK)):
+        puppet.say(chunk)
+    assert not node.dropped
+    assert fingerprint(node.store.maps["b"]) == fingerprint(b.maps["b"])

@@ -3,6 +3,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from mrslam.comms import CommsNode, restore_store, store_state
 from mrslam.comms.maps.snapshots import published
@@ -54,6 +55,16 @@ def test_a_saved_map_that_a_robot_is_given_is_not_replaced_by_one_it_once_had_fr
     again.give_saved("office@monday", big_map(200, seed=1), 66)
     restore_store(again.store, store_state(held), 1000)
     assert again.store.version("office@monday") == (66, 1)
+    assert list(store_state(held)["maps"]) == ["office@monday"] and not store_state(again.store)["maps"]
+
+
+def test_a_state_with_a_map_that_spans_more_than_memory_holds_is_refused():
+    node, far = CommsNode("a", "team", 1, QUICK), np.full((64, 64), 100, dtype=np.int8)
+    node.publish(LocalMap(TiledMap(0.05, {(0, 0): Tile(1, far), (1, 1): Tile(1, far)}, 1)), 0)
+    state = store_state(node.store)
+    state["maps"]["a"]["places"] = np.array([[0, 0], [10**6, 10**6]])
+    with pytest.raises(ValueError, match="too wide"):
+        restore_store(CommsNode("a", "team", 2, QUICK).store, state, 1000)
 
 
 def test_what_is_published_of_an_older_state_is_sent_where_it_differs():

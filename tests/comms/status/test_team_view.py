@@ -34,6 +34,7 @@ def test_a_status_comes_back_as_plain_values(team):
     assert [(row["team"], row["robot"], row["here"]) for row in rows] == [("team", "a", True), ("team", "b", True)]
     status = rows[1]["status"]
     assert status["age_s"] == 2.5
+    assert status["up_s"] == pytest.approx(team.now_ns / 1e9, abs=0.5)
     assert status["mode"] == "distributed"
     assert status["beacon_bytes"] == team.nodes["b"].bytes_sent["beacon"] > 0
     assert status["exchange_bytes"] > 0

@@ -106,3 +106,26 @@ def test_growing_shrinking_moving_and_vanishing():
         anew = Layer()
         anew.update(TiledGrid.of(grid), place, 0.05)
         assert layer.versions == anew.versions
+
+
+def test_a_map_that_stays_is_laid_anew_where_the_teams_cells_get_finer():
+    T, layer, anew, tiled = se2.transform(1.0, -2.0, 0.7), Layer(), Layer(), TiledGrid.of(PLAN)
+    for resolution_m in (0.08, 0.05):
+        layer.update(tiled, T, resolution_m)
+    anew.update(tiled, T, 0.05)
+    assert layer.versions == anew.versions
+
+
+def test_a_change_beside_the_border_of_a_tile_is_drawn_beyond_it_too():
+    """Whether a wall is drawn thin is told by the cells next to it."""
+    rng, T = np.random.default_rng(0), se2.transform(0.04, 0.02, 0.0)
+    for _ in range(60):
+        cells = np.zeros((TILE_CELLS + 2, 128), dtype=np.int8)
+        cells[60:] = rng.choice(np.array([0, 100], dtype=np.int8), (6, 128))
+        changed = cells.copy()
+        changed[TILE_CELLS, 40:60:3] = 100 - changed[TILE_CELLS, 40:60:3]
+        layer, anew = Layer(), Layer()
+        for grid in (cells, changed):
+            layer.update(TiledGrid.of(OccupancyGrid(grid, 0.05)), T, 0.05)
+        anew.update(TiledGrid.of(OccupancyGrid(changed, 0.05)), T, 0.05)
+        assert layer.versions == anew.versions

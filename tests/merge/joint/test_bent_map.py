@@ -108,7 +108,7 @@ def test_tiles_of_which_nothing_has_changed_are_the_same_objects():
 def test_a_map_is_moved_whole_also_where_it_ends():
     """Blocks beside it are reached by it, and moved as it is, half a block and more."""
     cells = np.zeros((96, 128), dtype=np.int8)
-    for move_m in (0.9, -0.9):
+    for move_m in (0.9, -0.9, 6.4, -6.4):
         grid = OccupancyGrid(cells, 0.05)
         bent = BentMap().draw(TiledGrid.of(grid), lambda points, m=move_m: np.full((len(points), 2), m)).grid
         assert np.array_equal(bent.cells, cells) and bent.origin_m == pytest.approx((move_m, move_m))
@@ -144,3 +144,35 @@ def test_one_kernel_is_compiled_also_where_nothing_is_drawn_again():
     for _ in range(2):
         drawn(bend, grid, held)
     assert len(bend_tiles.signatures) == 1
+
+
+def test_a_map_whose_first_columns_go_is_drawn_as_from_nothing():
+    grid, bend, held = building(3), Bend(KEYS, wave(KEYS)), BentMap()
+    drawn(bend, grid, held)
+    cells = grid.cells.copy()
+    cells[:100, :] = cells[:, :200] = -1
+    left = OccupancyGrid(cells, grid.resolution_m, grid.origin_m)
+    assert same(drawn(bend, left, held), bend.bent(left))
+
+
+def test_a_map_that_is_not_bent_stays_where_it_is_off_the_lattice_too():
+    grid = building(3)
+    shifted = OccupancyGrid(grid.cells, grid.resolution_m, (grid.origin_m[0] + 0.02, grid.origin_m[1] - 0.01))
+    assert same(drawn(Bend(KEYS, KEYS), shifted, BentMap()), shifted.cropped())
+
+
+def test_a_change_beside_the_border_of_a_block_is_drawn_beyond_it_too():
+    """Whether a wall is drawn thin is told by the cells next to it, wherever they are moved to."""
+    rng = np.random.default_rng(0)
+    for _ in range(30):
+        cells = np.zeros((160, 160), dtype=np.int8)
+        cells[60:70] = rng.choice(np.array([0, 100], dtype=np.int8), (10, 160))
+        changed = cells.copy()
+        changed[64, 40:100:3] = 100 - changed[64, 40:100:3]
+        held = BentMap()
+        for grid in (cells, changed):
+            last = held.draw(TiledGrid.of(OccupancyGrid(grid, 0.05)), lambda points: np.full((len(points), 2), -1.5875))
+        anew = BentMap().draw(
+            TiledGrid.of(OccupancyGrid(changed, 0.05)), lambda points: np.full((len(points), 2), -1.5875)
+        )
+        assert same(last.grid, anew.grid)

@@ -57,6 +57,7 @@ def test_it_judges_pairs_that_were_joined_from_their_present_alignment_alone() -
     begun = replace(solution(), T_a_b={("a", "b"): T_A_B})
     assert begun.judges("a", "b", {("a", "b"): T_A_B + 0.004})  # refined
     assert not begun.judges("a", "b", {("a", "b"): T_A_B + 0.1})
+    assert not begun.judges("a", "b", {("a", "b"): T_A_B + np.array([0.0, 0.0, 0.01])})  # 0.2 m off at 20 m
     assert not begun.judges("a", "b", {}) and not solution().judges("a", "b", {("a", "b"): T_A_B})
     assert solution().judges("a", "b", {}) and not solution().judges("a", "c", {})
 
@@ -81,3 +82,8 @@ def test_robots_met_that_came_as_near_as_keyframes_are_compared() -> None:
     away = Bend(KEYS, KEYS + np.array([5.0 + FAR_MOST_M - 0.1, 0.0, 0.0]))  # its first keyframe from a's last one
     far = Bend(KEYS, KEYS + np.array([5.0 + FAR_MOST_M + 0.1, 0.0, 0.0]))
     assert replace(bent, bends={"a": bent.bends["a"], "c": away, "d": far}).met == {("a", "c"), ("c", "d")}
+
+
+def test_a_robot_that_is_tied_to_nobody_has_no_bend() -> None:
+    joint = JointMap(T_team_key={"a": KEYS, "b": KEYS}, ties=())
+    assert not BentTeam.of(joint, "a", dict.fromkeys("ab", trail(KEYS, STAMPS)), {}).bends

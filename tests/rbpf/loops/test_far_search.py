@@ -8,7 +8,16 @@ from numpy.typing import NDArray
 
 from mrslam.rbpf import MapperConfig
 from mrslam.rbpf.front_end.motion import ARRIVAL_COLUMNS, chain_cov
-from mrslam.rbpf.loops.drift import LEVER, REACH_SIGMAS, TURN_SIGMAS, Drift, drift_from_newest
+from mrslam.rbpf.loops.drift import (
+    LEVER,
+    REACH_MOST_M,
+    REACH_SIGMAS,
+    TURN_MOST_RAD,
+    TURN_SIGMAS,
+    Drift,
+    drift_from_newest,
+    most,
+)
 from mrslam.rbpf.loops.far_search import FarSearch
 from mrslam.rbpf.loops.guesses import Fit, Guess
 from mrslam.rbpf.loops.loop_closer import LoopCloser
@@ -81,6 +90,12 @@ def test_drift_is_what_adds_up_along_the_shortest_way() -> None:
         assert np.allclose(turn_rad, TURN_SIGMAS * 0.01 * np.sqrt(steps), atol=1e-3)
         variance = steps * (0.02**2 + 0.03**2) + steps * 0.01**2 * (LEVER * 0.5 * steps) ** 2
         assert np.allclose(reach_m, REACH_SIGMAS * np.sqrt(variance), atol=1e-3)
+
+
+def test_places_are_looked_for_no_farther_than_drift_takes_a_robot() -> None:
+    drift = most(np.array([3.0, 1e4]), np.array([0.1, 3.0]))
+    assert drift == (REACH_MOST_M, TURN_MOST_RAD) and not drift.is_unknown
+    assert most(np.array([3.0, 1.0]), np.array([0.1, 0.2])) == (3.0, 0.2)
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from mrslam.rbpf import MapperConfig
 from mrslam.rbpf.front_end.motion import ARRIVAL_COLUMNS
+from mrslam.rbpf.loops.guesses import Guess
 from mrslam.rbpf.loops.headings import NO_HEADINGS, Headings
 from mrslam.rbpf.loops.loop_closer import LoopCloser
 from mrslam.spatial import se2
@@ -115,3 +116,74 @@ def test_walls_keep_headings_where_a_loop_would_bend_them() -> None:
         for seen_walls in (NO_HEADINGS, walls)
     ]
     assert turned[1] < 0.2 * turned[0] and turned[0] > 0.02
+
+
+def drive_on(loops: LoopCloser, first: int, last: int) -> None:
+    for k, truth in enumerate(drive(24)[first:last]):
+        loops.add_key(keyframe(np.zeros(3), truth, np.random.default_rng(k)).beams, 0.6)
+
+
+def saved(loops: LoopCloser) -> LoopCloser:
+    """Return what goes on from its state."""
+    again = LoopCloser(MapperConfig(threads=1))
+    again.restore(loops.state())
+    return again
+
+
+@pytest.mark.parametrize("is_saved", [False, True])
+def test_a_place_that_agreed_is_compared_again_after_some_way_only(is_saved: bool) -> None:
+    loops, trajectory, keys = two_rounds(np.array([0.03, -0.02, 0.005]))
+    assert look(loops, trajectory, keys) == (False, 1)
+    loops = saved(loops) if is_saved else loops
+    for k, edges in ((1, 1), (2, 1), (5, 2)):  # 0.6 m, 1.2 m, 3 m
+        drive_on(loops, loops.scans.way_m.size - keys + 5, k + 5)
+        assert look(loops, trajectory, keys + k)[1] == edges
+
+
+def test_a_fit_that_waits_to_be_said_again_is_saved() -> None:
+    loops, trajectory, keys = two_rounds(np.array([0.8, -0.5, 0.05]))
+    assert look(loops, trajectory, keys) == (False, 0)
+    again = saved(loops)
+    drive_on(again, 5, 10)
+    assert look(again, trajectory, keys + 5) == (True, 1)
+
+
+def test_fits_far_apart_do_not_confirm_each_other() -> None:
+    loops, trajectory, keys = two_rounds(np.array([0.8, -0.5, 0.05]))
+    assert look(loops, trajectory, keys) == (False, 0)
+    drive_on(loops, 5, 15)  # 6 m
+    assert look(loops, trajectory, keys + 10) == (False, 0)
+
+
+def test_a_robot_that_was_carried_is_not_looked_for_where_it_thinks_it_is() -> None:
+    loops, trajectory, keys = two_rounds(np.array([0.03, -0.02, 0.005]))
+    loops.add_key(keyframe(np.zeros(3), drive(24)[5], np.random.default_rng(5)).beams, 0.6, is_carried=True)
+    for one in (saved(loops), loops):
+        assert one.is_carried and one.scans.newest_start == keys
+        assert look(one, trajectory, keys + 1) == (False, 0)
+
+
+@pytest.mark.parametrize("is_far", [False, True])
+def test_one_wrong_edge_among_true_ones_does_not_bend_the_trajectory(is_far: bool) -> None:
+    loops, count = LoopCloser(MapperConfig(threads=1)), 41
+    there_m = 0.5 * np.minimum(np.arange(count), np.arange(count)[::-1])
+    truth = np.stack([there_m, 0.3 * there_m, np.zeros(count)], axis=1)
+    for k in range(count):
+        loops.add_key(keyframe(np.zeros(3), truth[k], None).beams, 0.5)
+    true = [(k, count - 1 - k, np.zeros(3)) for k in range(0, 15, 2)]
+    for old, new, T_old_new in (*true[:4], (3, 30, np.array([-4.0, 5.0, 1.0])), *true[4:]):
+        loops._edges.add((old, new))
+        loops._edge_values.add((*T_old_new, *(1e4 * np.eye(3)).flat))
+    loops._is_far = is_far  # then wrong edges are taken out, else they only count for less
+    relaxed = loops.relaxed(truth, np.tile(1e4 * np.eye(3), (count, 1, 1)))
+    assert np.hypot(*(relaxed - truth)[:, :2].T).max() < 0.1
+    left = loops.found.keys.tolist()
+    assert len(left) == len(true) + (not is_far) and ([3, 30] in left) is not is_far
+
+
+def test_where_else_a_robot_may_be_means_nothing_once_it_was_carried() -> None:
+    loops = LoopCloser(MapperConfig(threads=1))
+    loops._far.guesses = [Guess([], 0, 1.0)]
+    for is_carried in (False, True):
+        loops.add_key(keyframe(np.zeros(3), np.zeros(3), None).beams, 0.6, is_carried=is_carried)
+        assert len(loops.histories) == (not is_carried)

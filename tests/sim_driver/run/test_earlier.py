@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -117,3 +118,17 @@ def test_a_run_that_was_broken_off_is_replaced_too(tmp_path: Path) -> None:
     assert files(tmp_path) == {} and not list(tmp_path.iterdir())
     (tmp_path / "config.json").write_text(json.dumps({"robots": [{"id": "r1"}]}))
     assert clear_earlier(mission("two", "r1"), tmp_path) == "a mission"
+
+
+def test_a_folder_of_an_earlier_run_that_the_new_one_reads_is_not_emptied(tmp_path: Path) -> None:
+    out, link = tmp_path / "out", tmp_path / "link"
+    run(mission("one", "r1"), out)
+    link.symlink_to(out)
+    before = files(out)
+    for reads, words in (
+        (mission("two", "r1", maps=[{"path": str(out / "r1")}]), "the mission reads this file"),
+        (replace(mission("two", "r1"), replay=link), "the drive that is played again is kept there"),
+    ):
+        with pytest.raises(InputError, match=words):
+            clear_earlier(reads, out)
+        assert files(out) == before
