@@ -84,8 +84,8 @@ class Knowledge:
                 life.saved, life.saved_m2 = life.frozen, life.frozen_m2
 
     def _map_is_not_lost(self, robot_id: str, agent: Agent) -> None:
-        life, epoch, area_m2 = self._lives[robot_id], agent.node.store.version(robot_id)[0], agent.known_area_m2()
-        if epoch != life.epoch and epoch:
+        life, epoch, area_m2 = self._lives[robot_id], agent.node.store.own_epoch, agent.known_area_m2()
+        if epoch != life.epoch:  # a map that was given up is gone before the next one is published
             life.epoch, life.largest_m2 = epoch, 0.0
         if area_m2 < SHRINKS_TO * life.largest_m2:
             self._report.say(f"the map of {robot_id} shrank from {life.largest_m2:.1f} to {area_m2:.1f} m2")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from mrslam.rbpf.front_end.intake import Reading
@@ -10,6 +11,10 @@ from mrslam.spatial.hits.views import Tiles
 from mrslam.spatial.poses import between, compose
 from mrslam.spatial.runtime.crew import Crew
 from mrslam.spatial.se2 import Transform
+
+UNSEEN_M = 0.5
+"""What wheels say of a shorter way in a pause is believed where the map shows nothing: a robot that turned about sees
+what it never saw, and is where it was."""
 
 
 def after_pause(
@@ -27,7 +32,7 @@ def after_pause(
         return replace(reading, is_carried=True) if place is None else _came_to(place, T_map_before, reading)
     looked = look_around(tiles, reading.sample, expected, sigma_m, crew)
     if looked.place is None:
-        is_unconfirmed = looked.is_contradicted or looked.is_unknown
+        is_unconfirmed = looked.is_contradicted or (looked.is_unknown and math.hypot(moved[0], moved[1]) > UNSEEN_M)
         return replace(reading, is_contradicted=looked.is_contradicted, is_unconfirmed=is_unconfirmed)
     if not is_elsewhere(expected, looked.place):
         return replace(reading, shown=moved)

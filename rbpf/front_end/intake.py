@@ -44,7 +44,7 @@ class Reading:
     is_contradicted: bool = False
     """Whether it shows something else there, and nothing like the scan near by, at the second scan after a pause."""
     is_unconfirmed: bool = False
-    """Whether nothing but the wheels says how it came here: the map contradicts them, or does not show the place."""
+    """Whether nothing but the wheels says how it came here: the map contradicts them, or does not show it."""
     is_set_back: bool = False
     """Whether odometry began again at its origin, far from where it was: its driver was restarted."""
     is_carried: bool = False

@@ -70,6 +70,14 @@ def test_a_robot_that_its_map_contradicts_twice_is_lost_until_it_is_back_at_a_pl
     assert (mapper.health > LOST) == (mapper._back.loops.edges > 0) == close_loops
 
 
+def test_a_robot_that_turned_about_in_a_pause_and_sees_what_its_map_does_not_show_is_where_it_was() -> None:
+    mapper = Mapper(SMALL, seed=1)
+    feed(mapper, drive(60))
+    there, scan = se2.compose(BEFORE, np.array([0.2, 0.0, 2.0])), make_scan(BEFORE, 90 * 10**8)
+    info = mapper.update(replace(scan, ranges_m=2.5 * scan.ranges_m), there)
+    assert info.health > LOST and np.abs(se2.between(there, info.T_map_base)).max() < 0.05
+
+
 @pytest.mark.parametrize("close_loops", [False, True])
 def test_a_robot_that_drove_in_a_pause_to_where_its_map_shows_nothing_is_lost_until_it_is_back(
     close_loops: bool,

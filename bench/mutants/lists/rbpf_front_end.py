@@ -137,9 +137,15 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/front_end/after_pause.py",
-        "is_unconfirmed = looked.is_contradicted or looked.is_unknown",
+        "is_unconfirmed = looked.is_contradicted or (looked.is_unknown and math.hypot(moved[0], moved[1]) > UNSEEN_M)",
         "is_unconfirmed = looked.is_contradicted",
         "a robot that drove in a pause to where its map shows nothing is sure of what its wheels say",
+    ),
+    Mutant(
+        "rbpf/front_end/after_pause.py",
+        "(looked.is_unknown and math.hypot(moved[0], moved[1]) > UNSEEN_M)",
+        "looked.is_unknown",
+        "a robot that turned about in a pause and sees what it never saw gives its map up",
     ),
     Mutant(
         "rbpf/front_end/look_around.py",
