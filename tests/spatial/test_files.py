@@ -1,3 +1,5 @@
+import contextlib
+import errno
 import os
 from pathlib import Path
 
@@ -99,3 +101,15 @@ def test_a_file_cannot_be_held(tmp_path):
     (tmp_path / "out").write_text("")
     with pytest.raises(files.InputError, match="cannot be made a folder"), files.held(tmp_path / "out"):
         pass
+
+
+@pytest.mark.parametrize(("number", "works"), [(errno.ENOLCK, True), (errno.EOPNOTSUPP, True), (errno.EIO, False)])
+def test_a_drive_without_locks_can_be_written_on(tmp_path, monkeypatch, number, works):
+    def flock(*_args):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(files.fcntl, "flock", flock)
+    refused = contextlib.nullcontext() if works else pytest.raises(OSError, match=os.strerror(number))
+    with refused, files.held(tmp_path):
+        files.write_text(tmp_path / "a", "written")
+    assert (tmp_path / "a").exists() is works

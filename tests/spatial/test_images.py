@@ -86,3 +86,22 @@ def test_a_header_made_to_take_long_is_refused_at_once(tmp_path, header):
     (tmp_path / "a.pgm").write_bytes(header + b"\xc9")
     with pytest.raises(InputError, match="damaged or cut short"):
         read_image(tmp_path / "a.pgm")
+
+
+def test_a_cut_image_of_wide_greys_says_how_much_is_missing(tmp_path):
+    (tmp_path / "a.pgm").write_bytes(b"P5\n10 10\n65535\n" + bytes(150))
+    with pytest.raises(InputError, match="10 x 10 cells need 200 bytes, the file holds 150"):
+        read_image(tmp_path / "a.pgm")
+
+
+def test_what_others_want_to_hear_of_images_is_said_again_afterwards(tmp_path):
+    log = getattr(cv2.utils, "logging", cv2)
+    before, chosen = log.getLogLevel(), 2
+    log.setLogLevel(chosen)
+    try:
+        (tmp_path / "a.pgm").write_bytes(b"no image")
+        with pytest.raises(InputError):
+            read_image(tmp_path / "a.pgm")
+        assert log.getLogLevel() == chosen
+    finally:
+        log.setLogLevel(before)

@@ -30,6 +30,7 @@ def test_keyframes_without_scans(tmp_path):
         ("stamps_ns", np.arange(3), "are no keyframes"),
         ("stamps_ns", np.zeros(4), "are no keyframes"),
         ("T_map_base", np.full((4, 3), np.nan), "not finite"),
+        ("T_map_base", np.zeros((4, 3), np.complex128), "not finite"),
         ("starts", np.array([0, 99], np.int32), "keyframes.npz"),
         ("polar", np.zeros((80, 2)), "polar must be"),
         ("origins", np.full((4, 2), np.inf, np.float32), "origins must be"),

@@ -303,3 +303,56 @@ def test_odd_yaml_values_are_named(tmp_path, value):
     (tmp_path / "map.yaml").write_text(f"image: map.pgm\nresolution: {value}\norigin: [0, 0, 0]\n")
     with pytest.raises(InputError, match=r"map\.yaml"):
         read_map(tmp_path / "map.yaml")
+
+
+def test_endings_in_capitals_are_read(tmp_path):
+    write_map(tmp_path / "map.yaml", OccupancyGrid(np.zeros((1, 2), np.int8), 0.1))
+    (tmp_path / "map.yaml").rename(tmp_path / "MAP.YAML")
+    assert read_map(tmp_path / "MAP.YAML").resolution_m == 0.1
+
+
+def test_an_image_turned_by_a_rounding_error_is_not_turned(tmp_path):
+    write_map(tmp_path / "map.yaml", OccupancyGrid(np.zeros((1, 2), np.int8), 0.1, (1.0, 2.0)))
+    meta = yaml.safe_load((tmp_path / "map.yaml").read_text())
+    (tmp_path / "map.yaml").write_text(yaml.safe_dump({**meta, "origin": [1.0, 2.0, -1e-7]}))
+    assert read_map(tmp_path / "map.yaml").origin_m == (1.0, 2.0)
+
+
+def test_arrays_that_are_no_cells_are_not_taken_for_some(tmp_path):
+    np.savez(tmp_path / "m.npz", a=np.array([[0, 100, 255]], np.uint8), origin_a=np.zeros(2), res=0.05)
+    with pytest.raises(InputError, match=r"a must be int8 .*, got uint8"):
+        read_map(tmp_path / "m.npz")
+
+
+def test_a_bare_image_has_a_wall_where_grids_have_one(tmp_path):
+    write_image(tmp_path / "m.png", np.array([[102, 90, 88, 0]], np.uint8))  # 60, 65, 65 and 100 percent
+    assert read_map(tmp_path / "m.png", resolution_m=0.05).cells.tolist() == [[-1, -1, 100, 100]]
+
+
+def test_in_proportion_a_savers_unknown_is_a_share(tmp_path):
+    cells = read_as(tmp_path, np.array([[254, 205, 0]], np.uint8), mode="scale")
+    assert cells == [[0, 0, 100]]
+
+
+def test_the_yaml_that_is_passed_over_is_named(tmp_path, caplog):
+    write_map(tmp_path / "map.yaml", OccupancyGrid(np.zeros((1, 2), np.int8), 0.1))
+    assert read_map(tmp_path / "map.pgm", resolution_m=0.2).resolution_m == 0.2
+    assert "map.yaml" in caplog.text and "passed over" in caplog.text
+
+
+class Rogue:
+    """An object whose reading writes a file."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        return open, (self.path, "w")
+
+
+def test_nothing_is_run_that_an_archive_holds(tmp_path):
+    rogue = np.array([[Rogue(str(tmp_path / "written"))]], dtype=object)
+    np.savez(tmp_path / "m.npz", a=rogue, origin_a=np.zeros(2), res=0.05)
+    with pytest.raises(InputError, match="not a readable"):
+        read_map(tmp_path / "m.npz")
+    assert not (tmp_path / "written").exists()

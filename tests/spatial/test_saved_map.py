@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
+import time
 import zipfile
 from pathlib import Path
 
@@ -147,3 +149,26 @@ def test_a_session_knows_how_far_its_robot_drove() -> None:
     saved = of_one_session("r1", OccupancyGrid(np.zeros((2, 2), np.int8), 0.05), keyframes, KeyScans.blank(4))
     (session,) = saved.sessions
     assert (session.keyframes, session.way_m) == (4, 6.0)
+
+
+def test_a_map_of_no_session_or_of_no_format_is_refused(file: Path) -> None:
+    with pytest.raises(InputError, match="0 sessions"):
+        SavedMap(example().grid, Keyframes.empty(), KeyScans.empty(), ())
+    assert "its format is 0" in said(repacked(file, manifest(file, format=0)))
+
+
+def test_a_part_that_cannot_be_read_is_named_with_its_file(file: Path) -> None:
+    rubbish = b"rubbish"
+    with zipfile.ZipFile(file) as archive:
+        hashes = json.loads(archive.read("manifest.json"))["sha256"]
+    hashes["map.pgm"] = hashlib.sha256(rubbish).hexdigest()
+    change = {**manifest(file, sha256=hashes), "map.pgm": rubbish}
+    assert f"{file / 'map.pgm'}: not a readable image" in said(repacked(file, change))
+
+
+def test_when_it_was_written_is_no_part_of_the_file(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = file.read_bytes()
+    monkeypatch.setattr(time, "localtime", lambda *_: time.gmtime(1_000_000_000))
+    monkeypatch.setattr(time, "time", lambda: 1_000_000_000.0)
+    write_saved_map(file, example())
+    assert file.read_bytes() == before

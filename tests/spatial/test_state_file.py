@@ -103,3 +103,17 @@ def test_what_may_change_is_copied_and_what_cannot_is_not(tmp_path: Path) -> Non
     state = read_state(tmp_path / "state", "kind", 1)
     assert np.array_equal(state["fixed"], fixed) and state["none"].shape == (0, 3)
     assert np.array_equal(state["may"], np.arange(4.0)) and np.array_equal(state["view"], np.arange(4.0))
+
+
+def test_what_comes_back_can_be_changed(tmp_path: Path) -> None:
+    write_state(tmp_path / "s", "test", 1, pack({"a": np.zeros(3)}))
+    back = read_state(tmp_path / "s", "test", 1)["a"]
+    back[0] = 1.0
+    assert back.tolist() == [1.0, 0.0, 0.0]
+
+
+def test_arrays_of_other_kinds_are_refused(tmp_path: Path) -> None:
+    header = b'{"array":["complex128",[1],0]}'
+    write_state(tmp_path / "s", "test", 1, Packed(header, (bytes(16),)))
+    with pytest.raises(InputError, match="does not fit this program"):
+        read_state(tmp_path / "s", "test", 1)

@@ -9,6 +9,7 @@ from bench.mutants.lists import (
     comms,
     comms_keys,
     comms_messages,
+    comms_network,
     merge,
     merge_many,
     mutual_detection,
@@ -18,11 +19,13 @@ from bench.mutants.lists import (
     sim_driver,
     sim_driver_results,
     spatial,
+    spatial_files,
 )
 from bench.mutants.mutant import Mutant
 
 MUTANTS: tuple[Mutant, ...] = (
     *spatial.MUTANTS,
+    *spatial_files.MUTANTS,
     *rbpf.MUTANTS,
     *rbpf_front_end.MUTANTS,
     *alignment.MUTANTS,
@@ -32,6 +35,7 @@ MUTANTS: tuple[Mutant, ...] = (
     *comms.MUTANTS,
     *comms_keys.MUTANTS,
     *comms_messages.MUTANTS,
+    *comms_network.MUTANTS,
     *agent.MUTANTS,
     *agent_pairs.MUTANTS,
     *agent_shells.MUTANTS,

@@ -763,4 +763,22 @@ MUTANTS = (
         "",
         "a saved map in the folder of an earlier run is deleted before it is read",
     ),
+    Mutant(
+        "sim_driver/missions/mission.py",
+        '{"starts": starts, **tables',
+        "{**tables",
+        "robots whose starts the team knows look for each other everywhere",
+    ),
+    Mutant(
+        "sim_driver/missions/mission.py",
+        "check_keys(one.robots or (), ids,",
+        "check_keys((), ids,",
+        "a saved map for a robot whose name is misspelt is given to nobody, without a word",
+    ),
+    Mutant(
+        "sim_driver/missions/mission.py",
+        "for name in (*named, self.links.trace, self.truth.relations)",
+        "for name in (*named, self.links.trace)",
+        "relations that lie in the folder of an earlier run are deleted before they are read",
+    ),
 )

@@ -17,10 +17,14 @@ from mrslam.comms import (
     PeerLeft,
     PeerSeen,
     Send,
+    load_keys,
+    make_team_keys,
 )
 from mrslam.comms.doctor import multicast
-from mrslam.comms.zenoh import ZenohTransport
-from mrslam.comms.zenoh.config import LEASE_MS
+from mrslam.comms.transport.local_robots import local_robots
+from mrslam.comms.zenoh import ZenohTransport, config
+from mrslam.comms.zenoh.config import LEASE_MS, split_datagrams
+from mrslam.comms.zenoh.session import warn_if_open
 from mrslam.spatial import InputError
 from tests.comms.processes import DEADLINE_S, Robot, free_port
 from tests.comms.team import big_map
@@ -144,9 +148,46 @@ def test_clients_of_a_router_meet():
         assert {i.peer for i in collect(ends[1], 2)} == {"hub", "b"}
         ends[1].send(Send("b", b"through the hub", "bulk"))
         assert [i.payload for i in collect(ends[2], 1)] == [b"through the hub"]
+        assert [end.links() for end in ends[1:]] == [1, 1]
     finally:
         for end in ends:
             end.close()
+
+
+def test_a_client_does_not_start_without_its_router(monkeypatch):
+    monkeypatch.setattr(config, "CLIENT_TIMEOUT_MS", 200)
+    with pytest.raises(InputError, match="cannot be opened"):
+        ZenohTransport("a", "team", connect=[f"tcp/127.0.0.1:{free_port()}"], mode="client")
+
+
+def test_beacons_come_by_datagrams_where_there_are_endpoints_of_them():
+    endpoint = f"udp/127.0.0.1:{free_port()}"
+    a, b = ZenohTransport("a", "team", listen=[endpoint]), ZenohTransport("b", "team", connect=[endpoint])
+    try:
+        heard, end = [], time.monotonic() + DEADLINE_S
+        while not heard and time.monotonic() < end:
+            a.send(Send(None, b"here", "beacon"))
+            heard = b.poll(0.1)
+        assert heard[0] == Incoming(b"here", "a", "beacon")
+    finally:
+        a.close()
+        b.close()
+
+
+def test_only_what_may_lose_messages_carries_beacons_alone():
+    endpoints = ["tcp/h:1", "udp/h:2", "quic/h:3", "quic/h:4?rel=0", "tls/h:5"]
+    assert split_datagrams(endpoints) == (["tcp/h:1", "quic/h:3", "tls/h:5"], ["udp/h:2", "quic/h:4?rel=0"])
+
+
+def test_who_left_is_no_robot_of_this_machine_any_more(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    a = ZenohTransport("a", "team", listen=[endpoint])
+    try:
+        assert [(robot.robot, robot.endpoints) for robot in local_robots()] == [("a", [endpoint])]
+    finally:
+        a.close()
+    assert local_robots() == []
 
 
 def test_fifty_opens_and_closes_leave_no_thread():
@@ -188,6 +229,14 @@ def test_an_open_team_is_warned_about(caplog):
     ZenohTransport("a", "team", listen=[f"tcp/127.0.0.1:{free_port()}"]).close()
     assert caplog.text == ""  # nobody else reaches this machine's own addresses
     ZenohTransport("a", "team", listen=[f"tcp/0.0.0.0:{free_port()}"]).close()
+    assert "team team is open" in caplog.text
+
+
+def test_whom_multicast_finds_is_warned_and_a_closed_team_is_not(tmp_path, caplog):
+    make_team_keys(tmp_path, "team", ["a"])
+    warn_if_open("team", ["tls/0.0.0.0:7447"], True, load_keys(tmp_path / "a", "a", "team"))
+    assert "is open" not in caplog.text
+    warn_if_open("team", [], True, None)
     assert "team team is open" in caplog.text
 
 

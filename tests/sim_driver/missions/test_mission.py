@@ -98,3 +98,20 @@ def test_robots_that_were_not_recorded_together_are_no_evidence_and_simulated_on
     assert not recorded.settings.mutual_detection.encounters
     assert simulated.settings.mutual_detection.encounters and simulated.settings.mutual_detection.teammates_visible
     assert make(mutual_detection={"encounters": True}).settings_of["r1"].mutual_detection.encounters
+
+
+def test_starts_that_the_team_knows_are_told_to_all() -> None:
+    robots = [{"id": "a", "start": [1.0, 2.0, 0.5], "start_known": True}, {"id": "b"}]
+    mission = make_mission({"robots": robots, "world": {"name": "office"}}, Path("m.toml"))
+    assert [mission.settings_of[name].agent.starts for name in "ab"] == [{"a": [1.0, 2.0, 0.5]}] * 2
+
+
+def test_a_saved_map_for_nobody_in_the_team_is_named() -> None:
+    tables = {"robots": [{"id": "a"}], "world": {"name": "office"}, "maps": [{"path": "m.mrslam", "robots": ["c"]}]}
+    with pytest.raises(InputError, match=r"maps\[0\]\.robots: unknown key 'c'"):
+        make_mission(tables, Path("m.toml"))
+
+
+def test_the_truth_is_one_of_a_missions_files() -> None:
+    tables = {"robots": [{"id": "a", "log": "a.log"}], "truth": {"relations": "a.relations"}}
+    assert make_mission(tables, Path("m.toml")).files == ["a.log", "a.relations"]
