@@ -10,6 +10,12 @@ REPEATED = "merge/sessions/repeated.py"
 
 MUTANTS = (
     Mutant(
+        "merge/joint/trail.py",
+        '        keys = np.array(self.T_map_key, order="C")  #',
+        "        keys = self.T_map_key  #",
+        "where robots meet first a kernel is compiled once more, for maps that came by radio",
+    ),
+    Mutant(
         ONE_MAP,
         "    check_sessions(given)\n",
         "",

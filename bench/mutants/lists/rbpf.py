@@ -5,6 +5,12 @@ from bench.mutants.mutant import Mutant
 FILTER = "rbpf/filter/particle_filter.py"
 
 MUTANTS = (
+    Mutant(
+        FILTER,
+        "        config, before, beams = self.config, np.ascontiguousarray(self.ends), key.beams\n",
+        "        config, before, beams = self.config, self.ends, key.beams\n",
+        "a robot whose trajectory becomes uncertain compiles for five seconds in the middle of a mission",
+    ),
     Mutant(FILTER, "self.log_weights += gains", "self.log_weights += 0.0 * gains", "weights are never updated"),
     Mutant(
         FILTER,
