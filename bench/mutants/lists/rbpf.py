@@ -6,6 +6,24 @@ FILTER = "rbpf/filter/particle_filter.py"
 
 MUTANTS = (
     Mutant(
+        "rbpf/localise/localiser.py",
+        "                self.fit.contradict()\n",
+        "                pass\n",
+        "a tracked robot that drives on at a wrong place, where it seems to stand, is lost three times as late",
+    ),
+    Mutant(
+        "rbpf/localise/wheels.py",
+        "        if odom_motion is None or fits or not",
+        "        if odom_motion is None or not",
+        "a tracked robot whose wheels slip takes its right place for a wrong one",
+    ),
+    Mutant(
+        "rbpf/localise/wheels.py",
+        "    is_right = not odometry.is_dead and odometry.slip < DISBELIEVED\n",
+        "    is_right = not odometry.is_dead\n",
+        "wheels that never were right contradict the saved map",
+    ),
+    Mutant(
         FILTER,
         "        config, before, beams = self.config, np.ascontiguousarray(self.ends), key.beams\n",
         "        config, before, beams = self.config, self.ends, key.beams\n",
