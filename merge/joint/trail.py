@@ -92,7 +92,8 @@ class Trail:
         Measured on parts of recorded logs: the loops that the mapper closed (``LocalMap.loops``), in place of these or
         beside them, change the errors between robots by 5 % at most, either way, so they are not used here.
         """
-        return seen_again(self.T_map_key, self.way_m, OLD_WAY_M, NEAR_M, SEEN_AGAIN_EVERY_M)
+        keys = np.array(self.T_map_key, order="C")  # of a map that came by radio they are read-only
+        return seen_again(keys, self.way_m, OLD_WAY_M, NEAR_M, SEEN_AGAIN_EVERY_M)
 
     def way_from(self, keys: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return ``(len(keys), K)``: shortest path in the pose graph from these keyframes to all, metres.

@@ -14,6 +14,7 @@ from mrslam.merge.config import MergeConfig
 from mrslam.merge.grids.warp import warp
 from mrslam.merge.joint.trail import Trail
 from mrslam.merge.sessions.changes import later_wins, on_one_lattice
+from mrslam.merge.sessions.repeated import check_sessions
 from mrslam.merge.sessions.thinning import last_visits
 from mrslam.spatial import Keyframes, KeyScans, se2
 from mrslam.spatial.files.saved_map import SavedMap
@@ -40,8 +41,9 @@ def one_map(
     """Return one saved map of all those, the oldest first, that find their place in the first one's frame.
 
     They are bent until what was seen agrees, and where they contradict each other the later one is right. Of keyframes
-    that saw the same place the last visit's are kept.
+    that saw the same place the last visit's are kept. Raises ``InputError`` where two of them hold the same session.
     """
+    check_sessions(given)
     grids = {name: saved.grid for name, saved in given.items()}
     trails = {name: trail for name, saved in given.items() if len(trail := trail_of(saved))}
     if len(given) < 2:

@@ -121,7 +121,7 @@ class ParticleFilter:
 
     def _propose(self, key: Keyframe) -> Proposals:
         """Return poses drawn from each particle's improved proposal, and what they add to its weight."""
-        config, before, beams = self.config, self.ends, key.beams
+        config, before, beams = self.config, np.ascontiguousarray(self.ends), key.beams
         motion = Motion(key.arrival[MOTION].copy(), motion_cov(config, key.arrival[MOTION], key.arrival[BLIND_M]))
         noise = PROPOSAL_SPREAD * self._rng.standard_normal((self.count, 3))
         points = np.empty_like(beams.points)

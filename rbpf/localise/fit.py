@@ -12,6 +12,8 @@ that stand around are passed within it."""
 UNSEEN_SHARE = 0.25
 """Share of that with which a scan counts of which the map shows next to nothing: it is no sign of a wrong place, but
 the longer it lasts, the less is known of the place. From a fit of 1 the robot is lost after 2.4 m, so after 10 m."""
+WHEELS_SHARE = 0.5
+"""Share with which a metre counts over which wheels contradict the matches: as one that fits nowhere."""
 LOST = 0.3
 """Fit below which the robot is lost: as where 45 % of the beams on known floor end at walls, for good."""
 
@@ -32,6 +34,10 @@ class Fit:
         share = min(way_m / MEMORY_M + max(elapsed_s, 0.0) / MEMORY_S, 1.0) * (1.0 if is_seen else UNSEEN_SHARE)
         self.value += share * (fit - self.value)
         self.shown += share * (shown - self.shown)
+
+    def contradict(self) -> None:
+        """Take that the wheels contradict the matches of the last metre, which fit in part only."""
+        self.value -= WHEELS_SHARE * self.value
 
     @property
     def is_lost(self) -> bool:

@@ -31,6 +31,7 @@ from mrslam.rbpf.front_end.rolling_map import SCAN_DISTANCE_M
 from mrslam.rbpf.localise.fit import Fit
 from mrslam.rbpf.localise.fixed_map import FixedMap
 from mrslam.rbpf.localise.tracking_matcher import TrackingMatcher
+from mrslam.rbpf.localise.wheels import WheelsCheck
 from mrslam.rbpf.outcome import Stats, UpdateInfo
 from mrslam.spatial import Scan
 from mrslam.spatial.matching.correlative import Lattice, search
@@ -62,6 +63,7 @@ class Localiser:
         self._intake = Intake(config, self._front)
         self.fit = Fit()
         """How well the map shows what the robot sees."""
+        self._wheels = WheelsCheck()
         self.is_carried = False
         """Whether the robot was carried off: it saw nothing for a while, and then another place."""
         self.stats = Stats()
@@ -176,6 +178,9 @@ class Localiser:
             self._settle(found.information, len(reading.sample))
             way_m = math.hypot(*step.T_before_base[:2]) + TURN_WAY_M * abs(float(step.T_before_base[2]))
             self.fit.follow(found.inliers, found.conflicts, way_m, reading.elapsed_s)
+            matched = between(before, self._front.T_local_base)
+            if self._wheels.follow(matched, reading.odom_motion, reading.elapsed_s, found, self._front.predictor):
+                self.fit.contradict()
         self._note(reading)
 
     def _after_pause(self, reading: Reading) -> Reading:

@@ -180,6 +180,13 @@ def test_who_is_lost_says_so_and_maps_and_looks_again() -> None:
     assert agent.whereabouts()[0].state == "localised" and not agent.tracking.lost
 
 
+def test_who_was_carried_off_while_it_saw_nothing_is_lost_at_the_first_scan_there() -> None:
+    agent = tracking_robot()
+    effects = agent.on_scan(shimmering(elsewhere(), 200), odometry(79), 20 * S)  # after 12 s, and no wheel turned
+    lost = [effect for effect in effects if isinstance(effect, Event) and effect.kind == "lost"]
+    assert [one.fields["reason"] for one in lost] == ["it was carried off"] and not agent.tracking.is_on
+
+
 def tracking_again(agent: Agent) -> Agent:
     """Let a lost robot come back to the room, and find its place."""
     agent._begin_map()

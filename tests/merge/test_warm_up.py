@@ -38,6 +38,24 @@ def test_every_kernel_is_compiled_by_warming_up(package):
     assert missed <= CALLED_BY_OTHERS, missed
 
 
+RECEIVED = """
+import numpy as np
+from mrslam import merge
+from mrslam.merge.joint.trail import Trail
+from mrslam.merge.joint.trail_kernels import seen_again
+from mrslam.spatial import KeyScans
+
+merge.warm_up()
+for keys in (np.zeros((3, 3)), np.frombuffer(bytes(72)).reshape(3, 3)):
+    print(len(Trail(keys, KeyScans.blank(3)).edges.first), len(seen_again.signatures))
+"""
+
+
+def test_a_map_that_came_by_radio_compiles_nothing_of_its_own():
+    done = subprocess.run([sys.executable, "-c", RECEIVED], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["2", "1", "2", "1"]
+
+
 CALLED_BY_OTHERS = {
     f"mrslam.merge.{name}"
     for name in (

@@ -9,6 +9,7 @@ CHECK = """
 import sys
 import numpy as np
 from mrslam import rbpf
+from mrslam.rbpf.front_end.health import Health
 from mrslam.sim_driver import robots
 from mrslam.sim_driver.robots import LASERS, SimulatedRobot
 from mrslam.sim_driver.worlds import load_world
@@ -27,13 +28,16 @@ def compiled():
     return {(kernel.__module__, kernel.__name__): len(kernel.signatures) for kernel in kernels}
 
 
-before = compiled()
+before, is_adrift, most = compiled(), Health.is_adrift, 0
 for k in range(80):
+    Health.is_adrift = property(lambda health: True) if k < 60 else is_adrift  # several particles
     if k == 60:  # carried off
         robot.T_world_base = world.free_start(np.random.default_rng(5))
     if k != 60:
         robot.step((0.5, 0.3 if k % 20 < 10 else -0.3), 0.2)
     mapper.update(robot.scan(k * 200_000_000), robot.T_odom_base)
+    most = max(most, mapper._back.filter.count)
+assert most == 5
 mapper.snapshot()
 print(*[name for (room, name), count in compiled().items() if count > before[room, name]])
 """

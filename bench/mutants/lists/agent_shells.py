@@ -173,6 +173,12 @@ MUTANTS = (
     ),
     Mutant(
         "agent/tracking.py",
+        "        if not (localiser.fit.is_lost or localiser.is_carried):\n",
+        "        if not localiser.fit.is_lost:\n",
+        "a robot that was carried off while it saw nothing takes the old place for its own",
+    ),
+    Mutant(
+        "agent/tracking.py",
         "self._next_try_ns = now_ns + TRY_NS",
         "self._next_try_ns = now_ns",
         "a robot that has to localise searches at every scan",

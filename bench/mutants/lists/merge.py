@@ -6,8 +6,39 @@ GRAPH = "merge/team_graph.py"
 CONSISTENCY, SOLVE = (f"merge/graph/{name}.py" for name in ("consistency", "solve"))
 
 CHANGES, THINNING, ONE_MAP, DIFF = (f"merge/sessions/{name}.py" for name in ("changes", "thinning", "one_map", "diff"))
+REPEATED = "merge/sessions/repeated.py"
 
 MUTANTS = (
+    Mutant(
+        "merge/joint/trail.py",
+        '        keys = np.array(self.T_map_key, order="C")  #',
+        "        keys = self.T_map_key  #",
+        "where robots meet first a kernel is compiled once more, for maps that came by radio",
+    ),
+    Mutant(
+        ONE_MAP,
+        "    check_sessions(given)\n",
+        "",
+        "a session that the saved map holds is added once more, and what was seen since is undone",
+    ),
+    Mutant(
+        REPEATED,
+        "    return not keys.isdisjoint(other_keys) or (",
+        "    return (",
+        "a session that the saved map holds is taken for a new one when its folder was renamed",
+    ),
+    Mutant(
+        REPEATED,
+        " or (one.name == other.name and not (keys and other_keys))",
+        "",
+        "a session of which newer ones replaced all keyframes is taken for a new one",
+    ),
+    Mutant(
+        REPEATED,
+        "    if one.way_m != other.way_m or not one.way_m:\n",
+        "    if not one.way_m:\n",
+        "the rest of a drive cannot be added to the saved map",
+    ),
     Mutant(
         CHANGES,
         "    is_new_wall = after.is_occupied & ~was_near\n",

@@ -5,6 +5,30 @@ from bench.mutants.mutant import Mutant
 FILTER = "rbpf/filter/particle_filter.py"
 
 MUTANTS = (
+    Mutant(
+        "rbpf/localise/localiser.py",
+        "                self.fit.contradict()\n",
+        "                pass\n",
+        "a tracked robot that drives on at a wrong place, where it seems to stand, is lost three times as late",
+    ),
+    Mutant(
+        "rbpf/localise/wheels.py",
+        "        if odom_motion is None or fits or not",
+        "        if odom_motion is None or not",
+        "a tracked robot whose wheels slip takes its right place for a wrong one",
+    ),
+    Mutant(
+        "rbpf/localise/wheels.py",
+        "    is_right = not odometry.is_dead and odometry.slip < DISBELIEVED\n",
+        "    is_right = not odometry.is_dead\n",
+        "wheels that never were right contradict the saved map",
+    ),
+    Mutant(
+        FILTER,
+        "        config, before, beams = self.config, np.ascontiguousarray(self.ends), key.beams\n",
+        "        config, before, beams = self.config, self.ends, key.beams\n",
+        "a robot whose trajectory becomes uncertain compiles for five seconds in the middle of a mission",
+    ),
     Mutant(FILTER, "self.log_weights += gains", "self.log_weights += 0.0 * gains", "weights are never updated"),
     Mutant(
         FILTER,
