@@ -23,7 +23,8 @@ from mrslam.spatial.files.state_file import pack, read_state, write_state
 from tests.agent.duo import SETTINGS, S, live, robot, scan
 
 
-def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
+def merged() -> tuple[Agent, Agent, Alignment]:
+    """Return two robots that mapped the same room, after the first has found the other's map in its own."""
     one, two = robot("r1", 1), robot("r2", 1)
     live([one, two], 0, 60)
     found = Alignment(np.array([0.01, 0.0, 0.0]), 0.8, Evidence(walls=9), np.eye(3) * 1e-4, "auto")
@@ -31,6 +32,11 @@ def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
         job = one.next_job(t)
         assert job is not None
         one.on_done(job, found, t)
+    return one, two, found
+
+
+def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
+    one, two, found = merged()
     assert "r2" in one.T_team_map
     write(freeze(one), tmp_path / "state")
     saved, known = one.node.store.version("r1"), one.node.store.maps["r2"]
@@ -54,13 +60,7 @@ def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
 
 
 def test_a_map_that_was_given_up_stays_given_up(tmp_path: Path) -> None:
-    one, two = robot("r1", 1), robot("r2", 1)
-    live([one, two], 0, 60)
-    found = Alignment(np.array([0.01, 0.0, 0.0]), 0.8, Evidence(walls=9), np.eye(3) * 1e-4, "auto")
-    for t in (0, 20 * S):
-        job = one.next_job(t)
-        assert job is not None
-        one.on_done(job, found, t)
+    one, _, _ = merged()
     one._begin_map()  # and dies before it has published any of the new map
     write(freeze(one), tmp_path / "state")
     again = robot("r1", 2)
