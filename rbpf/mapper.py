@@ -20,8 +20,8 @@ from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.filter.back_end import BackEnd, KeyframeResult
 from mrslam.rbpf.filter.history import History
 from mrslam.rbpf.filter.publisher import Publisher
-from mrslam.rbpf.front_end.after_pause import after_pause
-from mrslam.rbpf.front_end.front_end import FrontEnd, Step, has_stood
+from mrslam.rbpf.front_end.after_pause import after_pause, has_driven_unseen
+from mrslam.rbpf.front_end.front_end import FrontEnd, Step
 from mrslam.rbpf.front_end.health import ADRIFT_MOST, DOUBTFUL, LOST
 from mrslam.rbpf.front_end.intake import Intake, Reading
 from mrslam.rbpf.front_end.motion import MOTION, Keyframe, LocalMotion, composed_cov, motion_cov
@@ -113,12 +113,12 @@ class Mapper:
 
         Where the map contradicts the wheels, the first one is refused, and the next one is doubted.
         """
-        odom_motion, predictor = reading.odom_motion, self._front.predictor
-        if odom_motion is None or has_stood(odom_motion) or not predictor.is_pause(reading.elapsed_s):
-            return reading  # one that stood, and sees another place, was carried
+        predictor = self._front.predictor
+        if not has_driven_unseen(reading, predictor):
+            return reading
         particles = self._back.filter
         T_map_before = compose(particles.ends[particles.best], self._motion.T_key_base)
-        moved = predictor.dead_reckoned(odom_motion, reading.elapsed_s)
+        moved = predictor.dead_reckoned(reading.odom_motion, reading.elapsed_s)
         tiles = particles.store.tiles(particles.best)
         reading = after_pause(reading, moved, T_map_before, tiles, self.config.sigma_m, self._crew)
         if reading.is_contradicted and self._intake.put_back():  # until the next scan the robot is where it was

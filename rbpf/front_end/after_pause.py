@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from mrslam.rbpf.front_end.front_end import has_stood
 from mrslam.rbpf.front_end.intake import Reading
 from mrslam.rbpf.front_end.look_around import is_elsewhere, look_around, shown_at
+from mrslam.rbpf.front_end.prediction import Predictor
 from mrslam.spatial.hits.views import Tiles
 from mrslam.spatial.poses import between, compose
 from mrslam.spatial.runtime.crew import Crew
@@ -15,6 +17,15 @@ from mrslam.spatial.se2 import Transform
 UNSEEN_M = 0.5
 """What wheels say of a shorter way in a pause is believed where the map shows nothing: a robot that turned about sees
 what it never saw, and is where it was."""
+
+
+def has_driven_unseen(reading: Reading, predictor: Predictor) -> bool:
+    """Return whether wheels say that the robot drove in a pause: one that stood, and sees another place, was carried.
+
+    ``predictor`` : before it waits for the reading's time.
+    """
+    motion = reading.odom_motion
+    return motion is not None and not has_stood(motion) and predictor.is_pause(reading.elapsed_s)
 
 
 def after_pause(
@@ -29,17 +40,17 @@ def after_pause(
     if reading.is_set_back:  # it stood, or drove there, or nobody knows
         places = (shown_at(tiles, reading.sample, at, sigma_m) for at in (T_map_before, expected))
         place = next((at for at in places if at is not None), None)
-        return replace(reading, is_carried=True) if place is None else _came_to(place, T_map_before, reading)
+        return replace(reading, is_carried=True) if place is None else came_to(place, T_map_before, reading)
     looked = look_around(tiles, reading.sample, expected, sigma_m, crew)
     if looked.place is None:
         is_unconfirmed = looked.is_contradicted or (looked.is_unknown and math.hypot(moved[0], moved[1]) > UNSEEN_M)
         return replace(reading, is_contradicted=looked.is_contradicted, is_unconfirmed=is_unconfirmed)
     if not is_elsewhere(expected, looked.place):
         return replace(reading, shown=moved)
-    return _came_to(looked.place, T_map_before, reading)
+    return came_to(looked.place, T_map_before, reading)
 
 
-def _came_to(place: Transform, T_map_before: Transform, reading: Reading) -> Reading:
+def came_to(place: Transform, T_map_before: Transform, reading: Reading) -> Reading:
     """Return a reading whose robot came to a place ``(3,)`` that its map shows, whatever its wheels say."""
     motion = between(T_map_before, place)
     return replace(reading, odom_motion=motion, shown=motion)

@@ -70,7 +70,8 @@ def look_around(
     best, is_only = _best_place(tiles, points, T_map_base, sigma_m, crew)
     if is_only and _is_sure(best):
         return Looked(best.pose, False)
-    if _is_near(T_map_base, best.pose) and _shown(best) >= SHOWN_LEAST and _fit(best) >= GOOD_INLIERS - CLEARLY:
+    is_near = _are_within(T_map_base, best.pose, FAR_M, FAR_TURN_RAD)  # wheels may well have come there
+    if is_near and _shown(best) >= SHOWN_LEAST and _fit(best) >= GOOD_INLIERS - CLEARLY:
         return Looked(None, False)
     return Looked(None, not is_unknown, is_unknown)
 
@@ -102,14 +103,13 @@ def shown_at(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, s
 
 def is_elsewhere(expected: Transform, place: Transform) -> bool:
     """Return whether a place ``(3,)`` is not the one expected."""
-    x_m, y_m, turn_rad = between(expected, place)
-    return math.hypot(x_m, y_m) > NEAR_M or abs(turn_rad) > NEAR_TURN_RAD
+    return not _are_within(expected, place, NEAR_M, NEAR_TURN_RAD)
 
 
-def _is_near(expected: Transform, place: Transform) -> bool:
-    """Return whether wheels that lead to one pose ``(3,)`` may well have come to another."""
-    x_m, y_m, turn_rad = between(expected, place)
-    return math.hypot(x_m, y_m) <= FAR_M and abs(turn_rad) <= FAR_TURN_RAD
+def _are_within(one: Transform, other: Transform, away_m: float, turn_rad: float) -> bool:
+    """Return whether two poses ``(3,)`` are no farther from each other than this, metres and radians."""
+    x_m, y_m, turned_rad = between(one, other)
+    return math.hypot(x_m, y_m) <= away_m and abs(turned_rad) <= turn_rad
 
 
 def _best_place(

@@ -6,14 +6,13 @@ No particles, no drawing, no loops: odometry carries the pose from one matched s
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf.config import MapperConfig
-from mrslam.rbpf.front_end.after_pause import after_pause
-from mrslam.rbpf.front_end.front_end import FrontEnd, Step, has_stood
+from mrslam.rbpf.front_end.after_pause import after_pause, came_to, has_driven_unseen
+from mrslam.rbpf.front_end.front_end import FrontEnd, Step
 from mrslam.rbpf.front_end.intake import Intake, Reading
 from mrslam.rbpf.front_end.local_matcher import (
     BETTER,
@@ -163,8 +162,7 @@ class Localiser:
         step = self._front.step(
             reading.sample, reading.points, reading.odom_motion, reading.elapsed_s, origin, shown=shown
         )
-        self.is_carried |= step.is_carried
-        self.is_carried |= reading.is_carried
+        self.is_carried |= step.is_carried or reading.is_carried
         if shown is not None:
             self._front.newest = self._settled_at(compose(before, shown), reading.sample)
         elif not can_move(step.T_before_base, max(reading.elapsed_s, 0.0)):  # wheels leapt, or caught up with the robot
@@ -185,17 +183,14 @@ class Localiser:
 
     def _after_pause(self, reading: Reading) -> Reading:
         """Return the first reading after a pause with the motion that the map shows: wheels may have leapt in it."""
-        moved, predictor, before = reading.odom_motion, self._front.predictor, self._front.T_local_base
-        if moved is None or has_stood(moved) or not predictor.is_pause(reading.elapsed_s):
+        predictor, before = self._front.predictor, self._front.T_local_base
+        if not has_driven_unseen(reading, predictor):
             return reading
-        moved, tiles = predictor.dead_reckoned(moved, reading.elapsed_s), self._map.tiles_around(before)
+        moved, tiles = predictor.dead_reckoned(reading.odom_motion, reading.elapsed_s), self._map.tiles_around(before)
         if reading.is_set_back:
             return after_pause(reading, moved, before, tiles, self.config.sigma_m)
         place = found_near(tiles, reading.sample, compose(before, moved), self.config.sigma_m)
-        if place is None:
-            return reading
-        shown = between(before, place)
-        return replace(reading, shown=shown, odom_motion=shown)
+        return reading if place is None else came_to(place, before, reading)
 
     def _note(self, reading: Reading) -> None:
         self._T_odom_base, self._stamp_ns = self._intake.T_odom_base, reading.scan.stamp_ns

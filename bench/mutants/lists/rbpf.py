@@ -261,7 +261,7 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/localise/localiser.py",
-        "        return replace(reading, shown=shown, odom_motion=shown)",
+        "        return reading if place is None else came_to(place, before, reading)",
         "        return reading",
         "a tracked robot whose wheels leapt in a pause is where they have it, whatever the saved map shows",
     ),
@@ -273,8 +273,8 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/localise/localiser.py",
-        "        self.is_carried |= reading.is_carried\n",
-        "",
+        "step.is_carried or reading.is_carried",
+        "step.is_carried",
         "a tracked robot whose wheels began again in a pause is lost for metres before it says so",
     ),
     Mutant(
@@ -388,8 +388,8 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/mapper.py",
-        "moved = predictor.dead_reckoned(odom_motion, reading.elapsed_s)",
-        "moved = predictor.dead_reckoned(odom_motion)",
+        "moved = predictor.dead_reckoned(reading.odom_motion, reading.elapsed_s)",
+        "moved = predictor.dead_reckoned(reading.odom_motion)",
         "after a drive in a pause the robot is looked for where it stood, and wheels that leapt are believed",
     ),
     Mutant(

@@ -161,7 +161,7 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/front_end/look_around.py",
-        "    if _is_near(T_map_base, best.pose) and _shown(best)",
+        "    if is_near and _shown(best)",
         "    if _shown(best)",
         "a scan that nearly fits another room confirms the wheels that lead elsewhere",
     ),
@@ -413,8 +413,8 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/front_end/after_pause.py",
-        "replace(reading, is_carried=True) if place is None else _came_to",
-        "reading if place is None else _came_to",
+        "replace(reading, is_carried=True) if place is None else came_to",
+        "reading if place is None else came_to",
         "a robot whose odometry began again where its map shows nothing is sure of a place",
     ),
     Mutant(
