@@ -128,16 +128,6 @@ class Agent(Robot):
             return self.T_map_base
         return se2.compose(self.T_map_base, se2.between(self._T_odom_base, T_odom_base))
 
-    def _moved(self, T_map_base: Transform) -> Transform | None:
-        """Return the motion ``(3,)`` since this was asked last, by odometry where there is any."""
-        before, self._looked_from = self._looked_from, (self._T_odom_base, T_map_base)
-        if before is None:
-            return None
-        T_odom_before, T_map_before = before
-        if T_odom_before is None or self._T_odom_base is None:
-            return se2.between(T_map_before, T_map_base)
-        return se2.between(T_odom_before, self._T_odom_base)
-
     def _watch_health(self, info: UpdateInfo, scan: Scan, now_ns: int) -> list[Effect]:
         """Return an event where the robot begins to doubt its pose, has recovered, or gives its map up."""
 
@@ -148,8 +138,7 @@ class Agent(Robot):
         if info.reason is not None:
             verdict = self.self_doubt.leave_out(info.health)
         else:
-            motion = self._moved(info.T_map_base)
-            verdict = self.self_doubt.look(info.health, info.match_score, fits, now_ns, motion)
+            verdict = self.self_doubt.look(info.health, info.match_score, fits, now_ns, is_lost=info.is_lost)
         if verdict is None:
             return []
         if verdict == "given_up":

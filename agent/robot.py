@@ -62,8 +62,6 @@ class Robot:
         self.tracking = Tracking(settings.rbpf)
         """The pose in a saved map, of a robot that only localises (``agent.localise``)."""
         self._T_odom_base: Transform | None = None
-        self._looked_from: tuple[Transform | None, Transform] | None = None
-        """Where the robot was when it last asked itself whether it knows where it is: by odometry, and in its map."""
         self._looked_ns = self._idle_ns = -(10**12)
         """When all pairs were looked at last, and when no job was found for the last time."""
         self._published_ns: int | None = None

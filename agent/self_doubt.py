@@ -1,4 +1,4 @@
-"""When a robot doubts its own pose: its mapper's health is low, or its view has changed suddenly (kidnapped)."""
+"""When a robot doubts its own pose: its mapper's health is low, or it was resumed elsewhere than it was saved."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from mrslam.rbpf import has_stood
 from mrslam.spatial import OccupancyGrid, Scan, se2
 from mrslam.spatial.se2 import Transform
 
@@ -16,21 +15,18 @@ CERTAIN = 0.1
 """Hysteresis: health must exceed ``agent.min_health`` by this much (of 0..1) until a lost robot has recovered."""
 USUAL_MEMORY = 0.05
 """Weight of each scan in the usual match score: averages over about 20 scans."""
-SCANS_LEAST = round(1 / USUAL_MEMORY)
-"""Scans after which the usual match score is known."""
 TORN = 0.5
-"""A scan whose match score is below this share of the usual one was taken elsewhere, if the robot hardly moved."""
-LOST = 0.25
-"""A robot that moved between two scans sees less of what it saw before: round a corner, or through a door, half of it.
-It was taken elsewhere only if its map contradicts it, or less than this share of the usual match score is left, which
-says nothing of where it is."""
+"""Where a robot's first scan after it was resumed matches by less than this share of the usual, it may be elsewhere."""
+PATIENCE = 10
+"""How many times longer a map is kept that scans contradict though nobody carried the robot: loops may mend it, and
+another map would not be better. Outdoors such stretches last up to 100 s."""
 FITTING_LEAST = 5
 """Scans in a row that must fit the last published map: one may do so by chance."""
 KNOWN_LEAST = 0.3
 """Least share of a scan's end points in known cells for the map to say anything about the scan."""
 FITS = 0.7
 """Least share of those end points at walls for the scan to fit; the rest are people, doors and noise."""
-SAVED = ("doubtful", "torn", "_usual", "_seen", "_fitting", "_doubted_ns", "_is_for_now")
+SAVED = ("doubtful", "torn", "_usual", "_fitting", "_doubted_ns", "_is_for_now")
 """The fields a checkpoint keeps: the state without the limits."""
 
 
@@ -38,8 +34,9 @@ SAVED = ("doubtful", "torn", "_usual", "_seen", "_fitting", "_doubted_ns", "_is_
 class SelfDoubt:
     """Detects that a robot's pose may be wrong; it then does not publish its map.
 
-    Either the mapper's health falls, or the view changes suddenly, as when the robot is carried off: the mapper's later
-    scans then fit each other well, and only the map published before can show whether the pose is right.
+    Either the mapper's health falls, as when the robot is carried off, or it was carried while it was off, which no
+    mapper sees: its later scans fit each other well, and only the map published before can show whether its pose is
+    right.
     """
 
     min_health: float
@@ -47,9 +44,8 @@ class SelfDoubt:
     doubtful: bool = False
     """Whether the robot doubts where it is."""
     torn: bool = False
-    """Whether it doubts because its view changed suddenly."""
-    _usual: float = 1.0
-    _seen: int = 0
+    """Whether it doubts because it was resumed where it sees something else."""
+    _usual: float | None = None
     _fitting: int = 0
     _doubted_ns: int = 0
     _looked_ns: int | None = None
@@ -72,39 +68,37 @@ class SelfDoubt:
         match_score: float,
         fits: Callable[[], bool | None],
         now_ns: int,
-        motion: Transform | None = None,
+        *,
+        is_lost: bool = False,
     ) -> str | None:
         """Return "doubtful", "recovered" or "given_up" at the scan where the state changes, else None.
 
         ``match_score`` : share of the scan that fits the scans before, 0..1. ``fits()`` returns whether it fits the map
-        last published, None where that has too few known cells; it is called only when the view changed suddenly.
-        ``motion (3,)`` : of the robot since the scan looked at before, None where it is not known to have moved: a view
-        changes with the robot.
+        last published, None where that has too few known cells; it is called only of a robot that was resumed.
         A resumed robot has driven on since it was saved, so its view may well have changed: its pose by odometry is
         doubted unless that map confirms it, for odometry may have been reset, or the robot carried.
+        ``is_lost`` : whether the mapper knows that the robot is not where it was led.
         """
         if self._is_for_now:
             self.doubtful = self._is_for_now = False
-            return "recovered" if self.look(health, match_score, fits, now_ns, motion) is None else None
-        is_back = self._looked_ns is None and self._seen > 0
-        self._seen += 1
+            return "recovered" if self.look(health, match_score, fits, now_ns, is_lost=is_lost) is None else None
+        is_back = self._looked_ns is None and self._usual is not None
         waited_ns = 0 if self._looked_ns is None else max(now_ns - self._looked_ns, 0)
         self._looked_ns = now_ns
         if not self.doubtful:
-            torn = match_score < TORN * self._usual and (not fits() if is_back else self._seen > SCANS_LEAST)
-            if torn and motion is not None and not has_stood(motion) and match_score >= LOST * self._usual:
-                torn = fits() is False
-            self._usual += USUAL_MEMORY * (match_score - self._usual)
+            usual = 1.0 if self._usual is None else self._usual
+            torn = is_back and match_score < TORN * usual and not fits()
+            self._usual = usual + USUAL_MEMORY * (match_score - usual)
             if not torn and health >= self.min_health:
                 return None
             self.doubtful, self.torn, self._fitting, self._doubted_ns = True, torn, 0, 0
             return "doubtful"
-        self._doubted_ns += waited_ns
+        self._doubted_ns += waited_ns if self.torn or is_lost else waited_ns // PATIENCE
         if self._has_recovered(health, fits):
             self.doubtful = False
             return "recovered"
         if self._doubted_ns >= self.give_up_ns:
-            self.doubtful, self._seen = False, 0
+            self.doubtful = False
             return "given_up"
         return None
 

@@ -213,7 +213,8 @@ class Team:
             return Verdict("rejected", f"not where {job.hinted_by} has it: {outcome.reason}", outcome)
         pair = (job.a, job.b)
         outcome = unless_refuted(pair, outcome, self.beliefs)
-        return self.beliefs[pair].settle(job, outcome, now_ns, loops_of(pair, self.beliefs))
+        loops = loops_of(pair, self.beliefs)
+        return self.beliefs[pair].settle(job, outcome, now_ns, loops, is_bent=self.layout.bent.compares(*pair))
 
     def unmerge(self, pair: Pair, reason: str, now_ns: int) -> list[Effect]:
         """Withdraw a pair's alignment, which robots have seen to be wrong."""

@@ -163,12 +163,11 @@ class TeamMapper:
         def conflict(a: str, b: str, T: se2.Transform, hops: int) -> str | None:
             if {a, b} <= self._scanned and not self.bent.judges(a, b, T_a_b):
                 return None
-            if {a, b} <= self.bent.bends.keys():
+            if self.bent.compares(a, b):
                 if (a, b) not in self.bent.met:
                     return None
-                # Tied by their own scans: no alignments between them whose errors would add up, so 1.
                 (one, T_team_a), (two, T_team_b) = self._judged(a), self._judged(b)
-                return self._contradictions.against(a, b, (one, two), se2.between(T_team_a, T_team_b), 1)
+                return self._contradictions.of_bent(a, b, self.bent, (one, two), se2.between(T_team_a, T_team_b))
             return self._contradictions.against(a, b, (self._drawn(a, None), self._drawn(b, None)), T, hops)
 
         return conflict

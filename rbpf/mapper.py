@@ -32,7 +32,7 @@ from mrslam.spatial.poses import compose
 from mrslam.spatial.runtime.crew import Crew, Pending
 from mrslam.spatial.se2 import Transform
 
-LAYOUT = 25
+LAYOUT = 26
 """Version of what :meth:`Mapper.state` returns; raised whenever its content changes."""
 STALE = "after a pause it fits nothing where odometry leads"
 """Why the first scan after a pause may be left out: drivers that stood still deliver old odometry with a new scan."""
@@ -60,7 +60,7 @@ class Mapper:
         self._pending: Pending[KeyframeResult] | None = None  # of the newest keyframe, until it is collected
         self._settle_in = 0  # scans until it is collected at the latest
         self._reported = ReportedPose()
-        self._neff, self._health = 1.0, 1.0
+        self._neff, self._health, self._is_lost = 1.0, 1.0, False
         self._history = History()
         self._publisher = Publisher()
 
@@ -90,13 +90,13 @@ class Mapper:
         if is_key:
             self._begin_key(reading, step.inliers)
         if step.is_carried or reading.is_unconfirmed:
-            self._health = min(self._health, LOST)
+            self._health, self._is_lost = min(self._health, LOST), True
         watch.start()  # the back end has a watch of its own
         self._history.add_scan(scan.stamp_ns, self._T_key_base, self._motion.way_m, self.T_map_base)
         watch.lap("record")
         return UpdateInfo(
             processed=is_key, T_map_base=self.T_map_base, neff=self._neff, resampled=resampled,
-            match_score=step.inliers, health=self.health, dropped_beams=reading.dropped_beams,
+            match_score=step.inliers, health=self.health, is_lost=self._is_lost, dropped_beams=reading.dropped_beams,
         )  # fmt: skip
 
     def _step(self, reading: Reading) -> Step:
@@ -120,7 +120,8 @@ class Mapper:
         T_map_before = compose(particles.ends[particles.best], self._motion.T_key_base)
         moved = predictor.dead_reckoned(reading.odom_motion, reading.elapsed_s)
         tiles = particles.store.tiles(particles.best)
-        reading = after_pause(reading, moved, T_map_before, tiles, self.config.sigma_m, self._crew)
+        usual_fit, sigma_m = self._back.usual_fit, self.config.sigma_m
+        reading = after_pause(reading, moved, T_map_before, tiles, sigma_m, self._crew, usual_fit=usual_fit)
         if reading.is_contradicted and self._intake.put_back():  # until the next scan the robot is where it was
             return replace(reading, reason=STALE, odom_motion=None)
         return reading
@@ -152,7 +153,7 @@ class Mapper:
             return False
         result, self._pending = self._pending.result(), None
         self._reported.follow(result.T_map_key)
-        self._neff, self._health = result.neff, result.health
+        self._neff, self._health, self._is_lost = result.neff, result.health, result.is_lost
         self.stats.resamplings += result.resampled
         self.stats.loops_closed += result.loop_closed
         self.stats.neff_min = min(self.stats.neff_min, result.neff)
@@ -268,8 +269,8 @@ class Mapper:
             "motion": self._motion.state(), "dead_reckoned": self._dead_reckoned, "back": self._back.state(),
             "result": None if self._pending is None else self._pending.result().state(),
             "settle_in": self._settle_in, "T_map_key": self._reported.T_map_key, "neff": self._neff,
-            "health": self._health, "history": self._history.state(), "publisher": self._publisher.state(),
-            "stats": dict(vars(self.stats)),
+            "health": self._health, "is_lost": self._is_lost, "history": self._history.state(),
+            "publisher": self._publisher.state(), "stats": dict(vars(self.stats)),
         }  # fmt: skip
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -286,7 +287,7 @@ class Mapper:
         self._pending = None if state["result"] is None else Pending.done(KeyframeResult(**state["result"]))
         self._busy_back.restore(state["back"])
         self._settle_in, self._reported.T_map_key = state["settle_in"], state["T_map_key"]
-        self._neff, self._health = state["neff"], state["health"]
+        self._neff, self._health, self._is_lost = state["neff"], state["health"], state["is_lost"]
         self._history = History.of(state["history"])
         self._publisher.restore(state["publisher"])
         self.stats = Stats(**state["stats"])

@@ -25,6 +25,8 @@ class UpdateInfo:
     """Share of beams that fit the rolling map, 0..1 (inliers, not the matcher's log-likelihood)."""
     health: float = 1.0
     """0..1; below 0.5 the pose is doubtful."""
+    is_lost: bool = False
+    """Whether the robot was carried, or came where its map does not show it, and was not found in its map since."""
     dropped_beams: int = 0
     """Number of beams that are no usable return."""
     reason: str | None = None

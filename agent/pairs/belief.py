@@ -125,14 +125,26 @@ class PairBelief:
             return found
         return replace(found, confidence=max(found.confidence, SEEN_CONFIDENCE))
 
-    def settle(self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int, loops: Sequence[Loop] = ()) -> Verdict:
-        """Take one more alignment of the pair, and return what it changed; ``loops`` : where third robots have it."""
+    def settle(
+        self,
+        job: AlignJob,
+        outcome: Alignment | Rejection,
+        now_ns: int,
+        loops: Sequence[Loop] = (),
+        *,
+        is_bent: bool = False,
+    ) -> Verdict:
+        """Take one more alignment of the pair, and return what it changed; ``loops`` : where third robots have it.
+
+        ``is_bent`` : whether a joint solution bends both maps. They are compared as they are bent then; that they do
+        not fit rigidly says nothing.
+        """
         self.attempts += 1
         self.last = Attempt(now_ns, job.versions, job.area_m2, job.is_told)
         if job.prior is None:
             self.search = self.search.then(job, outcome)
         outcome = self._by_encounters(job, outcome, now_ns, loops)
-        if reason := self._unmerged_by(outcome, searched=job.prior is None):
+        if reason := self._unmerged_by(outcome, searched=job.prior is None, is_bent=is_bent):
             self.revoke(reason)
             return Verdict("revoked", reason, outcome)
         if isinstance(outcome, Rejection):
@@ -199,12 +211,12 @@ class PairBelief:
             "places": [place.row() for place in self.places],
         }
 
-    def _unmerged_by(self, outcome: Alignment | Rejection, *, searched: bool) -> str | None:
+    def _unmerged_by(self, outcome: Alignment | Rejection, *, searched: bool, is_bent: bool) -> str | None:
         """Return why a merged pair is to be unmerged, or None; only a search without a prior can find another place."""
         if self.alignment is None:
             return None
         reason = lies_elsewhere(self.alignment, outcome) if searched and not self.is_seen else None
-        return reason or refuted(self.alignment, outcome)
+        return reason or (None if is_bent else refuted(self.alignment, outcome))
 
     def _rejected(self, reason: str, outcome: Alignment | Rejection) -> Verdict:
         """Reject one alignment; one accepted before stands, for only :meth:`revoke` withdraws it."""

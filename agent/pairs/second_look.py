@@ -25,6 +25,8 @@ maps in small worlds have 0.14 or more; of right alignments of simulated maps st
 AMBIGUOUS_MARGIN = 0.25
 """A merged pair is unmerged where a search everywhere finds another place with a smaller lead than this, 0..1: far less
 than what merging asks for, so that no pair is merged and unmerged by turns."""
+RIVAL_SHARE = 0.5
+"""Two places that fit equally well say nothing against a third that had more than twice as much wall in common."""
 REFUTED_PER_M = 0.4
 """A merged pair is unmerged where its maps contradict each other by more per agreeing metre: a third more than any pair
 is forgiven when it is merged, for the same reason."""
@@ -72,9 +74,12 @@ def lies_elsewhere(believed: Alignment, searched: Alignment | Rejection) -> str 
     """
     if isinstance(searched, Alignment):
         return None if CORRECTED.agrees(searched, believed) else "the maps have grown, and fit better elsewhere"
-    if searched.evidence is None or searched.evidence.margin >= AMBIGUOUS_MARGIN:
+    evidence = searched.evidence
+    if evidence is None or evidence.margin >= AMBIGUOUS_MARGIN:
         return None
-    return f"the maps have grown, and another place fits {1.0 - searched.evidence.margin:.0%} as well"
+    if evidence.matched_m < RIVAL_SHARE * believed.evidence.matched_m:
+        return None  # maps too bent to fit anywhere: places of which each is as bad as the other
+    return f"the maps have grown, and another place fits {1.0 - evidence.margin:.0%} as well"
 
 
 def refuted(believed: Alignment, outcome: Alignment | Rejection) -> str | None:

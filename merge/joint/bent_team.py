@@ -14,9 +14,11 @@ from scipy.spatial import cKDTree
 from mrslam.alignment import StabilityCheck
 from mrslam.merge.graph.edges import Pair
 from mrslam.merge.graph.tree import components
+from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.merge.joint.bend import Bend
 from mrslam.merge.joint.join import JointMap, Tie
 from mrslam.merge.joint.trail import Trail
+from mrslam.merge.joint.ways import Ways, part_around
 from mrslam.spatial.matching.places import FAR_MOST_M
 from mrslam.spatial.se2 import Transform
 
@@ -48,6 +50,8 @@ class BentTeam:
     """The alignments believed when the solution was begun."""
     stamps_ns: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
     """By robot: ``(K,)``, stamps of the keyframes of its bend; none where they are not known."""
+    ways: Ways | None = None
+    """How far along their ways the bent robots are from each other; None where nobody knows."""
 
     @classmethod
     def of(cls, joint: JointMap, frame: str, trails: Mapping[str, Trail], T_a_b: Mapping[Pair, Transform]) -> BentTeam:
@@ -60,6 +64,7 @@ class BentTeam:
         return cls(
             bends=bends, ties=joint.ties, ambiguous=joint.ambiguous, joined=frozenset(joint.T_team_key), T_a_b=T_a_b,
             stamps_ns={name: trails[name].stamps_ns for name in bends},
+            ways=Ways({name: trails[name] for name in bends}, joint.ties),
         )  # fmt: skip
 
     def without(self, robot_id: str) -> BentTeam:
@@ -104,6 +109,17 @@ class BentTeam:
         trees = {name: cKDTree(bend.T_team_key[:, :2]) for name, bend in sorted(self.bends.items())}
         pairs = combinations(trees.items(), 2)
         return frozenset((a, b) for (a, one), (b, two) in pairs if one.count_neighbors(two, FAR_MOST_M))
+
+    def compares(self, a: str, b: str) -> bool:
+        """Return whether two maps are compared as they are bent: ties hold both, directly or through others."""
+        return {a, b} <= self.bends.keys()
+
+    def part(self, robot_id: str, other: str, bent: TiledGrid) -> TiledGrid:
+        """Return the part of a robot's ``bent`` map that must agree with another's: ties hold it where it is."""
+        if self.ways is None:
+            return bent
+        bend = self.bends[robot_id]
+        return part_around(bent, bend, self.ways.held(robot_id, other)[: len(bend.T_team_key)])
 
     def judges(self, a: str, b: str, alignments: Mapping[Pair, Transform]) -> bool:
         """Return whether the solution included both robots, and started from the pair's present alignment, or none."""

@@ -102,7 +102,7 @@ class Trail:
         """
         new = np.array(sorted(set(keys.tolist()) - self._ways.keys()), dtype=np.int64)
         if new.size:
-            self._ways.update(zip(new.tolist(), dijkstra(self._graph, directed=False, indices=new), strict=True))
+            self._ways.update(zip(new.tolist(), dijkstra(self.lengths, directed=False, indices=new), strict=True))
         return np.array([self._ways[key] for key in keys.tolist()]).reshape(-1, len(self))
 
     @cached_property
@@ -110,7 +110,7 @@ class Trail:
         return {}
 
     @cached_property
-    def _graph(self) -> csr_matrix:
+    def lengths(self) -> csr_matrix:
         """``(K, K)``: length of each edge of the pose graph, metres."""
         edges = self.edges
         length = np.hypot(*edges.T_first_second[:, :2].T) + 1e-6  # a length of 0 would be no edge

@@ -43,6 +43,8 @@ class KeyframeResult:
     """Whether the trajectory was relaxed and the maps drawn again."""
     health: float
     """0..1, see :class:`mrslam.rbpf.front_end.health.Health`."""
+    is_lost: bool
+    """Whether it was carried, or came where its map does not show it, and was not found since."""
 
     def state(self) -> dict[str, Any]:
         """Return its fields."""
@@ -97,7 +99,7 @@ class BackEnd:
         self._watch.lap("loops")
         return KeyframeResult(
             T_map_key=self.filter.ends[self.filter.best].copy(), neff=self.filter.neff, health=self._health.value,
-            resampled=self.filter.resamplings > resamplings, loop_closed=closed,
+            is_lost=self._health.is_lost, resampled=self.filter.resamplings > resamplings, loop_closed=closed,
         )  # fmt: skip
 
     def _anchor(self, old: NDArray[np.int32]) -> None:
@@ -105,6 +107,11 @@ class BackEnd:
         if self._lost_from is None or old.min() < self._lost_from:
             self._health.anchor()
             self._lost_from = None
+
+    @property
+    def usual_fit(self) -> float:
+        """0..1: of the beams on known cells the share that fitted the best particle's map of late."""
+        return self._health.usual_fit
 
     def _follow_need(self) -> None:
         """Let there be as many particles as the trajectory is uncertain: one where all of the way was seen.

@@ -29,19 +29,27 @@ def has_driven_unseen(reading: Reading, predictor: Predictor) -> bool:
 
 
 def after_pause(
-    reading: Reading, moved: Transform, T_map_before: Transform, tiles: Tiles, sigma_m: float, crew: Crew | None = None
+    reading: Reading,
+    moved: Transform,
+    T_map_before: Transform,
+    tiles: Tiles,
+    sigma_m: float,
+    crew: Crew | None = None,
+    *,
+    usual_fit: float = 1.0,
 ) -> Reading:
     """Return the first reading after a pause with the motion that the robot's map shows, or what speaks against it.
 
     ``moved (3,)`` : the motion by its wheels, from ``T_map_before (3,)`` in the map ``tiles``; ``sigma_m`` : deviation
-    of points from walls, metres. Threads of the ``crew`` that have nothing to do help.
+    of points from walls, metres. Threads of the ``crew`` that have nothing to do help. ``usual_fit`` : as for
+    :func:`look_around`.
     """
     expected = compose(T_map_before, moved)
     if reading.is_set_back:  # it stood, or drove there, or nobody knows
         places = (shown_at(tiles, reading.sample, at, sigma_m) for at in (T_map_before, expected))
         place = next((at for at in places if at is not None), None)
         return replace(reading, is_carried=True) if place is None else came_to(place, T_map_before, reading)
-    looked = look_around(tiles, reading.sample, expected, sigma_m, crew)
+    looked = look_around(tiles, reading.sample, expected, sigma_m, crew, usual_fit)
     if looked.place is None:
         is_unconfirmed = looked.is_contradicted or (looked.is_unknown and math.hypot(moved[0], moved[1]) > UNSEEN_M)
         return replace(reading, is_contradicted=looked.is_contradicted, is_unconfirmed=is_unconfirmed)

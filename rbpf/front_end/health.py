@@ -31,13 +31,16 @@ class Health:
 
     def __init__(self) -> None:
         self._fit = 1.0
+        self.usual_fit = 1.0
+        """0..1: of the beams on known cells the share that fitted the best particle's map of late."""
         self._unseen_m, self._way_m = 0.0, 0.0  # since the last loop edge
-        self._is_lost = False  # carried, or led by its wheels alone, and not found in its map since
+        self.is_lost = False
+        """Whether the robot was carried, or led by its wheels alone, and was not found in its map since."""
 
     @property
     def value(self) -> float:
         """0..1."""
-        most = LOST if self._is_lost else DOUBTFUL if self.is_adrift else 1.0
+        most = LOST if self.is_lost else DOUBTFUL if self.is_adrift else 1.0
         return min(self._fit, most)
 
     @property
@@ -47,9 +50,11 @@ class Health:
 
     def follow(self, agreement: Agreement, key: Keyframe) -> None:
         """Take a keyframe, and how far the best particle's map agrees with it, into account."""
-        self._is_lost |= key.is_carried or key.is_unconfirmed
+        self.is_lost |= key.is_carried or key.is_unconfirmed
         seen = agreement.inliers + agreement.conflicts
         fits = agreement.inliers / seen if seen > SEEN_LEAST else key.inliers
+        if seen > SEEN_LEAST:
+            self.usual_fit += MEMORY * (fits - self.usual_fit)
         fit = float(np.clip((fits - BAD_FIT) / FIT_RANGE, 0.0, 1.0))
         way_m, unseen_m = float(key.arrival[WAY]), math.hypot(*key.arrival[BLIND_M])
         self._fit += MEMORY * (fit * (1.0 - min(2.0 * unseen_m / max(way_m, 1e-9), 1.0)) - self._fit)
@@ -59,13 +64,13 @@ class Health:
     def anchor(self) -> None:
         """Forget way covered unseen: the robot is back at a place it knows."""
         self._unseen_m = self._way_m = 0.0
-        self._is_lost = False
+        self.is_lost = False
 
     def state(self) -> list[float]:
         """Return everything that a resumed health needs."""
-        return [self._fit, self._unseen_m, self._way_m, float(self._is_lost)]
+        return [self._fit, self._unseen_m, self._way_m, float(self.is_lost), self.usual_fit]
 
     def restore(self, state: list[float]) -> None:
         """Continue from what :meth:`state` returned."""
         self._fit, self._unseen_m, self._way_m = state[:3]
-        self._is_lost = bool(state[3])
+        self.is_lost, self.usual_fit = bool(state[3]), state[4]

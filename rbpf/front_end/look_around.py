@@ -41,7 +41,8 @@ RIVAL = 0.9
 SHOWN_LEAST = 0.4
 """Least share of a scan's beams that must end where the map shows anything."""
 CLEARLY = 0.15
-"""Of the beams on known floor so many fewer end at walls than fit well where the map contradicts, a share of 0..1."""
+"""Of the beams on known floor so many fewer end at walls than fit well, or fit usually where that is less, as before
+trees, where the map contradicts: a share of 0..1."""
 
 
 class Looked(NamedTuple):
@@ -56,22 +57,28 @@ class Looked(NamedTuple):
 
 
 def look_around(
-    tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float, crew: Crew | None
+    tiles: Tiles,
+    points: NDArray[np.float64],
+    T_map_base: Transform,
+    sigma_m: float,
+    crew: Crew | None,
+    usual_fit: float = 1.0,
 ) -> Looked:
     """Return whether a scan fits its robot's map at ``T_map_base (3,)``, where odometry leads, or near by.
 
     ``points (N, 5)`` : those of the scan to match; ``sigma_m`` : their deviation from walls, metres. Threads of the
-    ``crew`` that have nothing to do help.
+    ``crew`` that have nothing to do help. ``usual_fit`` : share of the beams on known floor that fitted of late, 0..1.
     """
     found = match(tiles, points, T_map_base, T_map_base, FAR_PRIOR, sigma_m, ITERATIONS)
+    least = min(GOOD_INLIERS, usual_fit) - CLEARLY
     is_unknown = _shown(found) < SHOWN_LEAST
-    if _fit(found) >= GOOD_INLIERS - CLEARLY:
+    if _fit(found) >= least:
         return Looked(found.pose if _is_sure(found) else None, False, is_unknown)
     best, is_only = _best_place(tiles, points, T_map_base, sigma_m, crew)
     if is_only and _is_sure(best):
         return Looked(best.pose, False)
     is_near = _are_within(T_map_base, best.pose, FAR_M, FAR_TURN_RAD)  # wheels may well have come there
-    if is_near and _shown(best) >= SHOWN_LEAST and _fit(best) >= GOOD_INLIERS - CLEARLY:
+    if is_near and _shown(best) >= SHOWN_LEAST and _fit(best) >= least:
         return Looked(None, False)
     return Looked(None, not is_unknown, is_unknown)
 

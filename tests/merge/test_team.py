@@ -1,5 +1,5 @@
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -9,6 +9,9 @@ from hypothesis import strategies as st
 
 from mrslam.merge import Bend, MergeConfig, TeamMap, TeamMapper, Trail, fuse, warp
 from mrslam.merge.joint.bent_team import BentTeam
+from mrslam.merge.joint.consistent import KeyMatch
+from mrslam.merge.joint.join import Tie
+from mrslam.merge.joint.ways import HELD_M, Ways
 from mrslam.spatial import UNKNOWN, KeyScans, LocalMap, OccupancyGrid, TiledMap, se2
 from tests.merge.plans import alignment, building, part, truth
 
@@ -359,6 +362,17 @@ def test_another_joint_solution_is_judged_anew():
     assert "contradicted" in mapper.team_map().dropped["r1", "r2"]
     mapper.bent = solution(0.8, KEYS + np.array([100.0, 0.0, 0.0]))  # it saw from afar what others saw
     assert list(mapper.team_map().T_team_map) == ["r1", "r2", "r3"]
+
+
+@pytest.mark.parametrize(("key", "is_over"), [(0, True), (4, False)])
+def test_bent_maps_are_held_against_each_other_only_where_ties_hold_them(key, is_over):
+    """Far along its way from what ties it a bent map has drifted, and its walls say nothing against the tie."""
+    mapper = scanned()
+    mapper.bent = solution(0.8)
+    longer = Trail(np.vstack([KEYS, [[3.0 + HELD_M, 1.0, 0.0]]]), SCANNED.scans)  # it went on before it met anybody
+    ties = [Tie(*pair, KeyMatch(key, 0, np.zeros(3), np.eye(3)), True) for pair in (("r2", "r1"), ("r2", "r3"))]
+    mapper.bent = replace(mapper.bent, ways=Ways({"r1": SCANNED, "r2": longer, "r3": SCANNED}, ties))
+    assert (("r1", "r2") in mapper.team_map().dropped) is is_over
 
 
 @dataclass(frozen=True, eq=False)

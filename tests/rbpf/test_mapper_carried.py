@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from mrslam.rbpf import Mapper, MapperConfig, load_checkpoint, save_checkpoint
+from mrslam.rbpf import Mapper, MapperConfig, UpdateInfo, load_checkpoint, save_checkpoint
 from mrslam.spatial import se2
 from mrslam.spatial.files.state_file import pack
 from tests.rbpf import rooms
@@ -22,10 +22,22 @@ PAUSE = 300
 
 def played(mapper: Mapper, poses: NDArray[np.float64], first: int, T_odom_start: NDArray[np.float64]) -> list[float]:
     """Feed scans from these poses, the first one numbered ``first``; return the health after each."""
-    rng = np.random.default_rng(first)
+    return [info.health for info in updates(mapper, poses, first, T_odom_start)]
+
+
+def updates(
+    mapper: Mapper, poses: NDArray[np.float64], first: int, T_odom_start: NDArray[np.float64], leaves: float = 0.0
+) -> list[UpdateInfo]:
+    """Feed the same, and return what the mapper did; a share ``leaves`` of the beams ends before the walls."""
+    rng, wind = np.random.default_rng(first), np.random.default_rng(first)
     told = se2.compose(T_odom_start, se2.between(poses[0], poses))
-    scans = (make_scan(pose, (first + k) * 10**8, fov=2 * np.pi, rng=rng) for k, pose in enumerate(poses))
-    return [mapper.update(scan, odometry).health for scan, odometry in zip(scans, told, strict=True)]
+    infos = []
+    for k, (pose, odometry) in enumerate(zip(poses, told, strict=True)):
+        scan = make_scan(pose, (first + k) * 10**8, fov=2 * np.pi, rng=rng)
+        is_leaf = wind.random(scan.ranges_m.size) < leaves
+        ranges_m = np.where(is_leaf, wind.uniform(0.5, 0.9, is_leaf.size) * scan.ranges_m, scan.ranges_m)
+        infos.append(mapper.update(replace(scan, ranges_m=ranges_m.astype(np.float32)), odometry))
+    return infos
 
 
 def carried(particles: int) -> tuple[Mapper, NDArray[np.float64], list[float]]:
@@ -43,6 +55,32 @@ def test_a_robot_that_was_carried_is_found_in_its_map() -> None:
     assert np.hypot(gap[:, 0], gap[:, 1]).max() < 0.1 and np.abs(gap[:, 2]).max() < 0.05
     assert np.abs(se2.between(after[-1], mapper.T_map_base)).max() < 0.1
     assert mapper.stats.loops_closed == 1
+
+
+def test_a_robot_that_was_carried_is_lost_at_once_and_until_it_is_found() -> None:
+    mapper, way = Mapper(MapperConfig(particles=6, threads=1), seed=1), drive(200)
+    assert not any(info.is_lost for info in updates(mapper, way[:190], 0, np.zeros(3)))
+    after = np.concatenate([way[90:], way[:120]])
+    is_lost = [info.is_lost for info in updates(mapper, after, 190 + PAUSE, way[189])]
+    found = is_lost.index(False)
+    assert found > 0 and not any(is_lost[found:])
+
+
+def test_a_robot_that_is_resumed_is_as_lost_as_it_was(tmp_path: Path) -> None:
+    mapper, way = Mapper(MapperConfig(particles=6, threads=1), seed=1), drive(200)
+    updates(mapper, way[:190], 0, np.zeros(3))
+    for k in range(90, 100):  # on keyframes and between them
+        updates(mapper, way[k : k + 1], 100 + k + PAUSE, se2.compose(way[189], se2.between(way[90], way[k])))
+        save_checkpoint(mapper, tmp_path / "lost.ckpt")
+        told = se2.compose(way[189], se2.between(way[90], way[k + 1]))
+        again = load_checkpoint(tmp_path / "lost.ckpt")
+        assert updates(again, way[k + 1 : k + 2], 101 + k + PAUSE, told)[0].is_lost
+
+
+def test_where_leaves_hide_the_walls_a_pause_makes_no_robot_lost() -> None:
+    mapper, way = Mapper(MapperConfig(particles=6, threads=1), seed=1), drive(200)
+    updates(mapper, way[:190], 0, np.zeros(3), leaves=0.4)
+    assert not any(info.is_lost for info in updates(mapper, way[5:60], 190 + PAUSE, way[5], leaves=0.4))
 
 
 def test_a_robot_that_stood_through_a_pause_was_not_carried() -> None:

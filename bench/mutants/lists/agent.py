@@ -574,7 +574,7 @@ MUTANTS = (
         "agent/self_doubt.py",
         "se2.compose(T_map_base, scan.T_base_laser), ends",
         "T_map_base, ends",
-        "a robot whose laser is not in its middle never believes again where it is, once its view has changed at once",
+        "a robot whose laser is not in its middle never believes again where it is, once it was resumed elsewhere",
     ),
     Mutant(
         "agent/checkpoint.py",
@@ -584,27 +584,21 @@ MUTANTS = (
     ),
     Mutant(
         DOUBT,
-        "                torn = fits() is False\n",
-        "                pass\n",
-        "robots with a scan each metre doubt themselves at doors, and give good maps up",
+        "torn = is_back and match_score",
+        "torn = match_score",
+        "robots doubt themselves among hedges and at doors, and give good maps up",
     ),
     Mutant(
         DOUBT,
-        "                torn = fits() is False\n",
-        "                torn = False\n",
-        "robots that are carried off while they drive do not notice",
+        "torn = is_back and match_score < TORN * usual and not fits()",
+        "torn = False",
+        "a robot that was carried while it was off goes on where its wheels have it",
     ),
     Mutant(
         DOUBT,
-        " and match_score >= LOST * self._usual:",
-        ":",
-        "robots that lost their heading on new ground go on as if they knew it",
-    ),
-    Mutant(
-        DOUBT,
-        " and not has_stood(motion)",
-        "",
-        "robots that hardly moved believe whatever they see",
+        "            self._usual = usual + USUAL_MEMORY * (match_score - usual)\n",
+        "            self._usual = 1.0\n",
+        "a robot that wakes up in a hall of which it never sees much doubts itself",
     ),
     Mutant(
         DOUBT,
@@ -631,18 +625,6 @@ MUTANTS = (
         "a robot tells teammates where it is though its map contradicts its wheels",
     ),
     Mutant(
-        CORE,
-        "return se2.between(T_odom_before, self._T_odom_base)",
-        "return None",
-        "robots with a scan each metre doubt themselves whatever their wheels say",
-    ),
-    Mutant(
-        CORE,
-        "return se2.between(T_map_before, T_map_base)",
-        "return None",
-        "robots without wheels and with a scan each metre doubt themselves at doors",
-    ),
-    Mutant(
         "agent/core.py",
         "max(1.0, self.mapper.stats.processed / SMALL_KEYFRAMES)",
         "1.0",
@@ -659,12 +641,6 @@ MUTANTS = (
         "min(max(claim.llr, MOST_UNSEEN_LLR), MOST_SEEN_LLR)",
         "max(claim.llr, MOST_UNSEEN_LLR)",
         "one robot's claim lays maps anywhere, against all that another one saw",
-    ),
-    Mutant(
-        "agent/self_doubt.py",
-        "self.doubtful, self._seen = False, 0",
-        "self.doubtful = False",
-        "a robot that gave up doubts for ever where it sees less than before",
     ),
     Mutant(
         "agent/teammates.py",
@@ -701,5 +677,29 @@ MUTANTS = (
         "of_own_map=True",
         "of_own_map=False",
         "ghosts in the own map are looked for where a bent team map has them",
+    ),
+    Mutant(
+        DOUBT,
+        "waited_ns if self.torn or is_lost else waited_ns // PATIENCE",
+        "waited_ns",
+        "robots outdoors give good maps up",
+    ),
+    Mutant(
+        DOUBT,
+        "waited_ns if self.torn or is_lost else",
+        "waited_ns if is_lost else",
+        "a robot that was carried while it was off is out of the team for minutes",
+    ),
+    Mutant(
+        DOUBT,
+        "waited_ns if self.torn or is_lost else",
+        "waited_ns if self.torn else",
+        "a robot that was carried off is out of the team for minutes",
+    ),
+    Mutant(
+        CORE,
+        ", is_lost=info.is_lost)",
+        ")",
+        "nobody asks the mapper whether the robot is lost",
     ),
 )

@@ -45,7 +45,7 @@ MUTANTS = (
     ),
     Mutant(
         BELIEF,
-        "        return reason or refuted(self.alignment, outcome)",
+        "        return reason or (None if is_bent else refuted(self.alignment, outcome))",
         "        return reason",
         "merged maps that come to contradict each other stay merged",
     ),
@@ -57,7 +57,7 @@ MUTANTS = (
     ),
     Mutant(
         SECOND_LOOK,
-        "    if searched.evidence is None or searched.evidence.margin >= AMBIGUOUS_MARGIN:",
+        "    if evidence is None or evidence.margin >= AMBIGUOUS_MARGIN:",
         "    if True:",
         "a merge in a house that looks alike is never taken back",
     ),
@@ -546,5 +546,17 @@ MUTANTS = (
         "max(evidence.a.contradicted_m, evidence.b.contradicted_m)",
         "evidence.a.contradicted_m",
         "walls of the second map may lie on all of the first one's floor",
+    ),
+    Mutant(
+        SECOND_LOOK,
+        "    if evidence.matched_m < RIVAL_SHARE * believed.evidence.matched_m:",
+        "    if False:",
+        "bent maps that fit nowhere rigidly are unmerged for two chance fits of a wall or two",
+    ),
+    Mutant(
+        BELIEF,
+        "        return reason or (None if is_bent else refuted(self.alignment, outcome))",
+        "        return reason or refuted(self.alignment, outcome)",
+        "robots in a large place are unmerged as soon as their maps are bent",
     ),
 )

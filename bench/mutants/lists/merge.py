@@ -198,8 +198,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/contradictions.py",
-        "if found.share_against > self.config.contradiction_share and",
-        "if found.share_against > 1.0 and",
+        "if found.share_against <= self.config.contradiction_share or",
+        "if found.share_against <= 1.0 or",
         "no two maps ever contradict each other",
     ),
     Mutant(
@@ -819,5 +819,47 @@ MUTANTS = (
         "    is_sampled = links == 0 and is_area and ratio <= SAMPLES_ALL",
         "    is_sampled = False",
         "single cells of wall get a cell wider",
+    ),
+    Mutant(
+        "merge/joint/ways.py",
+        "away_m <= SHOWN_M) & is_held[key]",
+        "away_m <= SHOWN_M)",
+        "maps are held against each other where they have drifted apart",
+    ),
+    Mutant(
+        "merge/joint/ways.py",
+        "(away_m <= SHOWN_M) & is_held[key]",
+        "is_held[key]",
+        "what robots saw from afar is held against each other's maps",
+    ),
+    Mutant(
+        "merge/joint/ways.py",
+        "tuple(tie for tie in ties if tie.believed)",
+        "tuple(ties)",
+        "ties that the solution dropped hold maps",
+    ),
+    Mutant(
+        "merge/joint/ways.py",
+        "(own + tied).tocsr()",
+        "own.tocsr()",
+        "bent maps are never held against each other",
+    ),
+    Mutant(
+        "merge/joint/ways.py",
+        "T_map_key = se2.compose(se2.inverse(bend.T_team_map), bend.T_team_key)",
+        "T_map_key = bend.T_map_key",
+        "the part of a map that ties hold is cut where its keyframes were before they were bent",
+    ),
+    Mutant(
+        "merge/contradictions.py",
+        "parts = bent.part(a, b, maps[0]), bent.part(b, a, maps[1])",
+        "parts = maps",
+        "robots in a large place are unmerged for walls that drifted apart far from where they met",
+    ),
+    Mutant(
+        "merge/contradictions.py",
+        "if held is None or held[0] is not bent.ways or held[1] is not maps[0] or held[2] is not maps[1]:",
+        "if held is None:",
+        "bent maps are judged once, whatever comes later",
     ),
 )

@@ -538,4 +538,46 @@ MUTANTS = (
         "surviving(self.guesses, self.most)",
         "a carried robot is never found where two histories lead to one place",
     ),
+    Mutant(
+        "rbpf/front_end/look_around.py",
+        "least = min(GOOD_INLIERS, usual_fit) - CLEARLY",
+        "least = GOOD_INLIERS - CLEARLY",
+        "a robot before trees is lost after a pause though its map fits as well as ever",
+    ),
+    Mutant(
+        "rbpf/front_end/look_around.py",
+        "least = min(GOOD_INLIERS, usual_fit) - CLEARLY",
+        "least = usual_fit - CLEARLY",
+        "a little furniture that came in a pause makes a robot lost",
+    ),
+    Mutant(
+        "rbpf/mapper.py",
+        ", usual_fit=usual_fit)",
+        ")",
+        "what scans usually fit is not looked at after a pause",
+    ),
+    Mutant(
+        "rbpf/front_end/health.py",
+        "        if seen > SEEN_LEAST:\n",
+        "        if True:\n",
+        "new ground counts among what usually fits the map",
+    ),
+    Mutant(
+        "rbpf/mapper.py",
+        "self._health, self._is_lost = min(self._health, LOST), True",
+        "self._health = min(self._health, LOST)",
+        "a robot that was carried does not know at once that it is lost",
+    ),
+    Mutant(
+        "rbpf/filter/back_end.py",
+        "is_lost=self._health.is_lost,",
+        "is_lost=False,",
+        "a robot that was carried forgets that it is lost",
+    ),
+    Mutant(
+        "rbpf/mapper.py",
+        'state["health"], state["is_lost"]',
+        'state["health"], False',
+        "a robot that is resumed forgets that it was lost",
+    ),
 )

@@ -39,6 +39,17 @@ def test_where_the_map_knows_nothing_the_local_map_is_asked(inliers: float, leas
     assert least - 1e-9 <= health.value <= most + 1e-9
 
 
+def test_it_knows_which_share_of_beams_fits_the_map_usually() -> None:
+    health = Health()
+    for _ in range(30):
+        health.follow(agreement(0.45, 0.45), key(unseen_m=0.5))
+        health.follow(agreement(0.1, 0.05), key(inliers=0.9))  # new ground says nothing
+    assert health.usual_fit == pytest.approx(0.5, abs=0.01)
+    other = Health()
+    other.restore(health.state())
+    assert other.usual_fit == health.usual_fit
+
+
 def test_way_covered_unseen_is_remembered_until_a_place_is_seen_again() -> None:
     health = Health()
     for _ in range(3):

@@ -63,6 +63,17 @@ def test_wheels_are_contradicted_where_a_scan_does_not_fit_near_where_they_lead(
     assert looked.place is None and looked.is_contradicted == is_contradicted and not looked.is_unknown
 
 
+@pytest.mark.parametrize(("usual_fit", "is_contradicted"), [(1.0, True), (0.85, True), (0.7, False), (0.8, True)])
+def test_a_map_that_scans_never_fitted_well_contradicts_no_scan_that_fits_as_usual(
+    usual_fit: float, is_contradicted: bool
+) -> None:
+    points = closet()
+    points[np.random.default_rng(1).random(len(points)) < 0.4, :2] *= 0.5  # leaves move
+    store, at = closets((0.0, 0.0, 0.0)), np.array([0.02, 0.0, 0.0])
+    looked = look_around(store.tiles(0), points, at, SIGMA_M, Crew(1), usual_fit)
+    assert looked.place is None and looked.is_contradicted == is_contradicted and not looked.is_unknown
+
+
 def test_where_the_wheels_lead_to_one_of_two_equal_rooms_it_is_that_one() -> None:
     store = closets((0.0, 0.0, 0.0), (2.6, 0.0, 0.0))
     looked = look_around(store.tiles(0), closet(), np.array([2.5, 0.05, 0.02]), SIGMA_M, Crew(1))
