@@ -125,7 +125,7 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/front_end/health.py",
-        "most = LOST if self._is_lost else",
+        "most = LOST if self.is_lost else",
         "most = DOUBTFUL if self._is_lost else",
         "a robot that knows it was carried off publishes on",
     ),
@@ -173,8 +173,8 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/front_end/health.py",
-        "        self._is_lost |= key.is_carried or key.is_unconfirmed",
-        "        self._is_lost |= key.is_carried",
+        "        self.is_lost |= key.is_carried or key.is_unconfirmed",
+        "        self.is_lost |= key.is_carried",
         "a robot that its map contradicts is not lost",
     ),
     Mutant(
