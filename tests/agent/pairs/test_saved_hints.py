@@ -98,6 +98,7 @@ def test_a_robot_that_tracks_tells_where_it_tracks_though_others_placed_it_there
 
 def test_a_teammate_that_only_localises_is_placed_by_who_holds_the_same_saved_map() -> None:
     tracker, other = tracking_robot(), mapping_robot("b", 1)
+    tracker.team.beliefs.clear()  # where it tracks is what it tells
     other.take_saved_map(MONDAY, saved_map())
     drive([tracker, other], 80, 140)
     assert tracker.tracking.is_on
