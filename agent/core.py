@@ -186,7 +186,7 @@ class Agent(Robot):
         if is_look_due := now_ns - self._looked_ns >= LOOK_NS:
             self._looked_ns = now_ns
             self.node.add_claims(self._witness.claims(self.team, now_ns))
-            self.node.add_hints(self.team.hints.news(self.team.beliefs, now_ns))
+            self.node.add_hints(self.team.hints.news(self.team.beliefs, now_ns, self.tracking.places))
         effects = self._follow(self.node.on_tick(now_ns), now_ns)
         self.team.keep_placed(now_ns)
         if is_look_due:

@@ -63,6 +63,11 @@ class AlignJob:
         return saved[0] if len(saved) == 1 else None
 
     @property
+    def is_vouched(self) -> bool:
+        """Whether a robot is looked for in a saved map where it says that it is."""
+        return self.hinted_by in (self.a, self.b) and self.saved_m2 is not None
+
+    @property
     def is_told(self) -> bool:
         """Whether the maps are searched for near where they were told to lie, by starts or by a hint of the user's."""
         return self.place is None and self.prior is not None and self.sighted is None

@@ -73,6 +73,11 @@ class Tracking:
         return se2.inverse(self._T_own_saved)
 
     @property
+    def places(self) -> dict[str, Transform]:
+        """By saved map: ``T_own_saved (3,)``, of the one in which the robot tracks; empty where it does not."""
+        return {} if self.map_id is None or not self.is_on else {self.map_id: self._T_own_saved}
+
+    @property
     def covariance(self) -> NDArray[np.float64]:
         """``(3, 3)`` of the pose, in the own map's axes: m^2, rad^2."""
         return se2.turned_covariance(self.localiser.covariance, float(self._T_own_saved[2]))

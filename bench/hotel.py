@@ -32,7 +32,7 @@ import numpy as np
 from bench.chaos.scene import Frames
 from mrslam.agent import Agent, VirtualRobot
 from mrslam.agent.pairs.belief import PairBelief
-from mrslam.agent.pairs.hints import Hints
+from mrslam.agent.pairs.hints import NOTHING_TRACKED, Hints
 from mrslam.merge import Pair
 from mrslam.sim_driver.evaluate.truth import is_false_merge, pair_error
 from mrslam.sim_driver.missions.mission import make_mission
@@ -83,7 +83,9 @@ def tables(seed: int, plan: Plan) -> dict[str, Any]:
 class Lies(Hints):
     """Tells of every teammate's map that it was found elsewhere, and somewhere else every few seconds."""
 
-    def news(self, beliefs: Mapping[Pair, PairBelief], now_ns: int) -> list[tuple[str, Transform]]:
+    def news(
+        self, beliefs: Mapping[Pair, PairBelief], now_ns: int, tracked: Mapping[str, Transform] = NOTHING_TRACKED
+    ) -> list[tuple[str, Transform]]:
         """Return a place for each, away from the right one where that is known."""
         if now_ns % LIE_NS:
             return []

@@ -1,10 +1,12 @@
 """Relocalisation in saved maps of buildings: one JSON line a run, and what must hold of all at the end.
 
-    python bench/relocalise.py --out DIR [--cuts 6] [--seconds 150] [--near right|wrong] [--survey 600] [BUILDING ...]
+    python bench/relocalise.py --out DIR [--cuts 6] [--seconds 150] [--near right|wrong] [--survey 600] [--half 2]
+        [BUILDING ...]
     python bench/relocalise.py --out DIR --cuts 10 office:1 office:2 hotel:3
 
 The first half of a log (of isr and arena: the first of two) is mapped and saved; of a simulated world what a robot maps
-that explores it for ten minutes (``--survey``: for so many seconds, which shows a part of it). Robots that begin at
+that explores it for ten minutes (``--survey``: for so many seconds, which shows a part of it). ``--half 2`` saves the
+second half of a log, and robots begin in its first. Robots that begin at
 places of the rest, or at random places of the world, look for themselves in it and in the saved map of another building
 (``foreign``), for ``--seconds`` at most. What was played before into the same ``--out`` is judged again, not played.
 
@@ -190,7 +192,8 @@ def runs(name: str, cuts: int) -> list[tuple[bool, dict[str, Any]]]:
     if name in DAYS:
         log, shares = DAYS[name].format(2), np.arange(cuts) / cuts
     else:
-        log, shares = HALVES[name][0], 0.5 + 0.45 * np.arange(cuts) / cuts
+        log, saved_from, _ = HALVES[name]
+        shares = 0.5 - saved_from + 0.45 * np.arange(cuts) / cuts
     plays = [{"log": log, "first": float(share), "last": 1.0} for share in shares]
     return [(is_foreign, one) for is_foreign in (False, True) for one in plays]
 
@@ -201,12 +204,15 @@ def main() -> None:
     parser.add_argument("names", nargs="*", default=[*HALVES, *DAYS])
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--data", type=Path, default=Path(os.environ.get("MRSLAM_DATA", "../shared/data")))
+    parser.add_argument("--half", type=int, choices=(1, 2), default=1, help="which half of a log is saved")
     parser.add_argument("--cuts", type=int, default=6)
     parser.add_argument("--seconds", type=float, default=150.0)
     parser.add_argument("--near", choices=("right", "wrong"))
     parser.add_argument("--survey", type=float, default=SURVEY_S)
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
+    if options.half == 2:
+        HALVES.update({name: (log, 0.5, 1.0) for name, (log, *_) in HALVES.items()})
     rows = []
     for number, name in enumerate(options.names):
         for is_foreign, begins in runs(name, options.cuts):

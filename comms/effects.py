@@ -152,7 +152,7 @@ class TeammateClaim:
 
 @dataclass(frozen=True, eq=False)
 class TeammateHint:
-    """Where a teammate found another robot's map, or this one's, in its own: a place to look at, no evidence."""
+    """Where a teammate found another robot's map, this one's or a saved one in its own: a place to look at."""
 
     peer: str
     epoch: int

@@ -153,6 +153,8 @@ class PairBelief:
         place = self.places.add(outcome.T_a_b, "maps", now_ns)
         if place is not None and place.is_supported:
             self._believe_at_once(outcome, place)
+        elif job.is_vouched:
+            self.stability.previous = outcome
         elif self.alignment is None and is_echo(self.stability, outcome, saved_m2=job.saved_m2):
             return self._rejected(WEAK, outcome)
         believed = self.stability.update(outcome)

@@ -3,12 +3,16 @@
 Hints travel, conclusions do not: a hint is a place to examine, which costs a tenth of a search. Only where the maps fit
 there, and no other alignments lead there, are they searched for other places where they fit as well. A hint that fails
 changes nothing but its teller's credit.
+
+Of a robot's place in a saved map the teller knows more than the maps show: it watched its map grow there, or tracks its
+pose there and maps no more. So it tells what it believes only, which counts as the first of the two looks that agree.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from mrslam.agent.config import AgentConfig
 from mrslam.agent.effects import AlignJob
@@ -18,7 +22,7 @@ from mrslam.agent.pairs.hypotheses import SAME_PLACE
 from mrslam.agent.pairs.others import is_predicted, tied_enough
 from mrslam.agent.pairs.schedule import PATIENCE_S, PRIOR_COVARIANCE
 from mrslam.alignment import Alignment, Prior, Rejection
-from mrslam.comms import TeammateHint
+from mrslam.comms import TeammateHint, is_saved
 from mrslam.merge import Pair
 from mrslam.merge.graph.edges import pair_of
 from mrslam.spatial import se2
@@ -32,6 +36,7 @@ MOST_FAILED = 3
 holds older maps. A search that finds the maps where it has them restores its credit."""
 MOST_HINTS = 64
 """Hints kept of one teammate; bounds memory alone."""
+NOTHING_TRACKED: Mapping[str, Transform] = MappingProxyType({})
 
 
 @dataclass(eq=False)
@@ -69,10 +74,15 @@ class Hints:
 
     # -- telling -------------------------------------------------------------------------------------------------------
 
-    def news(self, beliefs: Mapping[Pair, PairBelief], now_ns: int) -> list[tuple[str, Transform]]:
-        """Return what is new to tell: robot, ``T_own_robot (3,)``; pairs found since, or found elsewhere."""
+    def news(
+        self, beliefs: Mapping[Pair, PairBelief], now_ns: int, tracked: Mapping[str, Transform] = NOTHING_TRACKED
+    ) -> list[tuple[str, Transform]]:
+        """Return what is new to tell: robot or saved map, ``T_own_robot (3,)``; found since, or found elsewhere.
+
+        ``tracked`` : by saved map in which the robot tracks its pose: ``T_own_saved (3,)``.
+        """
         new = []
-        for robot, T_own_robot in self._found(beliefs):
+        for robot, T_own_robot in (dict(self._found(beliefs)) | dict(tracked)).items():
             told = self._told.get(robot)
             if told is None or not SAME_PLACE.is_near(told.T_own_robot, T_own_robot):
                 self._told[robot] = _Told(T_own_robot, now_ns)
@@ -85,8 +95,8 @@ class Hints:
 
     def _found(self, beliefs: Mapping[Pair, PairBelief]) -> Iterator[tuple[str, Transform]]:
         for (a, b), belief in beliefs.items():
-            found = belief.found
-            if found is not None and self.own_id in (a, b) and "@" not in a + b:
+            found = belief.alignment if any(map(is_saved, (a, b))) else belief.found
+            if found is not None and self.own_id in (a, b):
                 yield (b, found.T_a_b) if a == self.own_id else (a, se2.inverse(found.T_a_b))
 
     def meet(self) -> None:
@@ -154,7 +164,8 @@ class Hints:
                     continue
                 pair = pair_of(peer, robot)
                 belief = beliefs[pair]
-                if belief.found is not None or (peer in tied and robot in tied):
+                found = belief.alignment if is_saved(robot) else belief.found
+                if found is not None or (peer in tied and robot in tied):
                     continue
                 a, b = (maps[name] for name in pair)
                 areas = (a.area_m2, b.area_m2)

@@ -34,21 +34,22 @@ def correlate(
     cell_m: float,
     per_angle: int = 12,
     blur_m: float = 0.25,
-    against: float = 1.0,
+    against: float = 0.25,
     near: tuple[F64, float] | None = None,
 ) -> list[Candidate]:
     """Return the shifts that score highest at each of ``angles`` and at its opposite, best first.
 
-    score = walls on walls that face the same way, less ``against`` x walls on free space. Walls that face away from
-    each other count nothing: they may be the two sides of one wall. ``near``: where b's centre may come to lie in
-    frame a, middle (2,) and radius, metres.
+    score = metres of wall on walls that face the same way, less ``against`` x metres of wall on free space, whatever
+    the maps' cells. Walls that face away from each other count nothing: they may be the two sides of one wall.
+    ``near``: where b's centre may come to lie in frame a, middle (2,) and radius, metres.
     """
     sides = [
         Picture(side.points - side.centre, side.normals, free_points(side, 0.5 * cell_m) - side.centre)
         for side in (a, b)
     ]
     cap = 1.5 * cell_m / a.res
-    weight = (max(1, round(0.5 * cell_m / a.res)) * a.res / cell_m) ** 2
+    # The points of a metre of wall count squared where it lies on a wall, and once on free space: that weighs as many.
+    weight = (max(1, round(0.5 * cell_m / a.res)) * a.res / cell_m) ** 2 * cell_m / a.res
     low_a, high_a = sides[0].box(0.0)
     boxes_b = [sides[1].box(angle) for angle in angles]
     span = (high_a - low_a + np.max([high - low for low, high in boxes_b], axis=0)) / cell_m + 4
@@ -73,7 +74,7 @@ def correlate(
             wrapped = math.remainder(theta, 2 * math.pi)
             x, y = a.centre[0] + dx[where[:, 1]] - back[0], a.centre[1] + dy[where[:, 0]] - back[1]
             for k in range(len(value)):
-                found.append(Candidate(np.array([x[k], y[k], wrapped]), float(value[k]) * a.res))
+                found.append(Candidate(np.array([x[k], y[k], wrapped]), float(value[k]) * a.res**2 / cell_m))
     found.sort(key=lambda candidate: -candidate.score)
     return found
 

@@ -48,7 +48,7 @@ def exhaustive(a: PreparedMap, b: PreparedMap, config: AlignmentConfig, prior: P
             angles = [turn + offset for turn, _ in rotations(a, b, 6, 0.7)[::2] for offset in offsets]
     span = float(np.max(np.ptp(a.points, axis=0)) + 2 * np.hypot(*(b.points - b.centre).T).max())
     cell_m = max(CELL_M, 2 * a.res if a.res > 0.1 else 0.0, span / MOST_CELLS)
-    proposals = correlate(a, b, angles, cell_m, per_angle=40, blur_m=0.75 * cell_m, against=2.0, near=near)
+    proposals = correlate(a, b, angles, cell_m, per_angle=40, blur_m=0.75 * cell_m, against=0.5, near=near)
     return settle(a, b, distinct(b, proposals, SETTLED), config)
 
 

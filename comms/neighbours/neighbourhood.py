@@ -106,7 +106,7 @@ class Neighbourhood:
             self._context.out.emit(claim)
 
     def _take_hints(self, beacon: Beacon) -> None:
-        for robot, *numbers in beacon.hints:
+        for robot, *numbers in (*beacon.hints, *beacon.saved_hints):
             T_sender_robot = np.array(numbers, dtype=np.float64) / SCALE
             self._context.out.emit(TeammateHint(beacon.sender, beacon.epoch, robot, T_sender_robot))
 

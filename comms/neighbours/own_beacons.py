@@ -11,9 +11,10 @@ from mrslam.comms.config import MODES
 from mrslam.comms.effects import EPOCHS
 from mrslam.comms.exchange.context import ExchangeContext
 from mrslam.comms.neighbours.beacon_clock import BeaconClock
+from mrslam.comms.wire.fields import is_saved
 from mrslam.comms.wire.keyframe_codec import quantise_pose
 from mrslam.comms.wire.messages import Beacon, encode
-from mrslam.comms.wire.presence_messages import Body, Hint
+from mrslam.comms.wire.presence_messages import Body, Hint, SavedHint
 from mrslam.spatial.se2 import Transform
 
 CM = 100.0
@@ -21,7 +22,7 @@ CM = 100.0
 LLR_SCALE = 10.0
 """Log-likelihood ratios are sent in tenths of a nat."""
 MOST_SENT = 8
-"""Most bodies, most claims and most hints in a beacon (the format)."""
+"""Most bodies, claims, hints of robots and hints of saved maps in a beacon (the format)."""
 LEVELS = 100
 """A share of beacons received is sent as a whole number of percent."""
 
@@ -39,6 +40,7 @@ class OwnBeacons:
         self._claims: dict[tuple[str, int, int, int], tuple[int, int]] = {}
         """By robot and place, the newest: log-likelihood ratio (0.1 nats), and which of the robot's maps it is of."""
         self._hints: list[Hint] = []
+        self._saved_hints: list[SavedHint] = []
         self.sightings_bytes = 0
         """What sightings and hints in beacons have cost so far, bytes."""
 
@@ -57,6 +59,7 @@ class OwnBeacons:
     def forget(self) -> None:
         """Forget where the robot is, what it saw and what it found: all that is of a map that it gave up."""
         self._pose, self._bodies, self._claims, self._hints = None, [], {}, []
+        self._saved_hints = []
 
     def add_claims(self, claims: Sequence[tuple[str, Transform, float, int]]) -> None:
         """Add what goes with the next beacons.
@@ -68,10 +71,10 @@ class OwnBeacons:
             self._claims[robot, x, y, theta] = (round(LLR_SCALE * llr), epoch % EPOCHS)
 
     def add_hints(self, hints: Sequence[tuple[str, Transform]]) -> None:
-        """Add what goes with the next beacons: robot, ``T_own_robot (3,)``."""
+        """Add what goes with the next beacons: robot or saved map, ``T_own_robot (3,)``."""
         for robot, T_own_robot in hints:
             x, y, theta = quantise_pose(np.asarray(T_own_robot, dtype=np.float64))
-            self._hints.append((robot, x, y, theta))
+            (self._saved_hints if is_saved(robot) else self._hints).append((robot, x, y, theta))
 
     def uptime_ms(self, now_ns: int) -> int:
         """Return the time since the first tick, milliseconds."""
@@ -105,10 +108,12 @@ class OwnBeacons:
             tuple((*place, llr) for place, (llr, _) in claims),
             tuple(self._hints[:MOST_SENT]),
             tuple(epoch for _, (_, epoch) in claims),
+            tuple(self._saved_hints[:MOST_SENT]),
         )
         size = context.out.post(beacon, None, "beacon")
-        if self._bodies or self._claims or self._hints:
+        if beacon.shortest() is beacon:
             self.sightings_bytes += size - len(encode(beacon.alone(), context.out.team_tag))
         for place, _ in claims:
             del self._claims[place]
         self._bodies, self._hints = [], self._hints[MOST_SENT:]
+        self._saved_hints = self._saved_hints[MOST_SENT:]

@@ -7,7 +7,7 @@ from typing import Annotated
 import msgspec
 
 from mrslam.comms.effects import EPOCHS
-from mrslam.comms.wire.fields import I32, Count, Digest, MapName, Message, Milliseconds, Name, Percent
+from mrslam.comms.wire.fields import I32, Count, Digest, MapName, Message, Milliseconds, Name, Percent, SavedName
 
 Centimetres = Annotated[int, msgspec.Meta(ge=-(2**15), le=2**15 - 1)]
 Body = tuple[Centimetres, Centimetres]
@@ -18,6 +18,8 @@ Epoch = Annotated[int, msgspec.Meta(ge=0, lt=EPOCHS)]
 """Epoch of a robot's map, modulo ``EPOCHS``."""
 Hint = tuple[Name, I32, I32, I32]
 """(robot, T_sender_robot: x (mm), y (mm), theta (0.1 mrad)), as the sender found it by their maps."""
+SavedHint = tuple[SavedName, I32, I32, I32]
+"""(saved map, T_sender_saved: x (mm), y (mm), theta (0.1 mrad)), where the sender is sure that its own map lies."""
 
 
 class BeaconAlone(Message, frozen=True, tag=1):
@@ -57,10 +59,12 @@ class Beacon(BeaconAlone, frozen=True, tag=1):
     """Where the sender found other robots' maps in its own, for others to look there first."""
     claimed: Annotated[tuple[Epoch, ...], msgspec.Meta(max_length=8)] = ()
     """For each of the claims, which of that robot's maps it is about."""
+    saved_hints: Annotated[tuple[SavedHint, ...], msgspec.Meta(max_length=8)] = ()
+    """Where saved maps lie in the sender's own."""
 
     def shortest(self) -> Message:
-        """Return what is sent: without the last four fields where they are empty."""
-        return self if self.bodies or self.claims or self.hints else self.alone()
+        """Return what is sent: without the last five fields where they are empty."""
+        return self if self.bodies or self.claims or self.hints or self.saved_hints else self.alone()
 
     def alone(self) -> BeaconAlone:
         """Return the beacon without sightings and hints."""

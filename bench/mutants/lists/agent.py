@@ -272,7 +272,7 @@ MUTANTS = (
     ),
     Mutant(
         CORE,
-        "            self.node.add_hints(self.team.hints.news(self.team.beliefs, now_ns))\n",
+        "            self.node.add_hints(self.team.hints.news(self.team.beliefs, now_ns, self.tracking.places))\n",
         "",
         "robots do not tell each other where they found maps",
     ),

@@ -207,8 +207,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/hints.py",
-        "belief.found is not None or (peer in tied and robot in tied)",
-        "belief.found is not None",
+        "found is not None or (peer in tied and robot in tied)",
+        "found is not None",
         "hints about pairs that loops hold are tried without need",
     ),
     Mutant(
@@ -216,6 +216,48 @@ MUTANTS = (
         "    return grown and now_ns - hint.tried_ns >= config.align_interval_s * 1e9",
         "    return False",
         "a hint that failed is never tried again though maps grow",
+    ),
+    Mutant(
+        "agent/pairs/belief.py",
+        "        elif job.is_vouched:\n            self.stability.previous = outcome\n",
+        "",
+        "a robot that only localises is missing from the team maps of others",
+    ),
+    Mutant(
+        "agent/effects.py",
+        "self.hinted_by in (self.a, self.b) and self.saved_m2 is not None",
+        "self.hinted_by in (self.a, self.b)",
+        "a place that a teammate told of is believed at the first look",
+    ),
+    Mutant(
+        "agent/pairs/hints.py",
+        "found = belief.alignment if is_saved(robot) else belief.found",
+        "found = belief.found",
+        "a robot that only localises is not placed by who looked for it before it told where it is",
+    ),
+    Mutant(
+        "agent/pairs/hints.py",
+        "found = belief.alignment if any(map(is_saved, (a, b))) else belief.found",
+        "found = belief.found",
+        "teammates believe a place in a saved map that the robot itself does not",
+    ),
+    Mutant(
+        "agent/pairs/hints.py",
+        "(dict(self._found(beliefs)) | dict(tracked)).items()",
+        "self._found(beliefs)",
+        "a robot that tracks where others' maps placed it does not tell where it is",
+    ),
+    Mutant(
+        "agent/core.py",
+        "self.team.beliefs, now_ns, self.tracking.places)",
+        "self.team.beliefs, now_ns, {})",
+        "the same, in its beacons",
+    ),
+    Mutant(
+        "agent/tracking.py",
+        "self.map_id is None or not self.is_on else {self.map_id: self._T_own_saved}",
+        "self.map_id is None else {self.map_id: self._T_own_saved}",
+        "a robot that is lost still tells where it was",
     ),
     Mutant(
         "agent/pairs/hints.py",

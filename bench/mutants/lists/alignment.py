@@ -338,6 +338,18 @@ MUTANTS = (
     ),
     Mutant(
         "alignment/proposals/correlate.py",
+        " ** 2 * cell_m / a.res\n",
+        " ** 2\n",
+        "of maps with coarse cells places where walls lie beside each other are not proposed",
+    ),
+    Mutant(
+        "alignment/proposals/correlate.py",
+        "a.res**2 / cell_m",
+        "a.res",
+        "what the correlation found is not metres of wall",
+    ),
+    Mutant(
+        "alignment/proposals/correlate.py",
         "spectra[4] = -np.float32(against) * walls",
         "spectra[4] = 0.0",
         "walls of the first map on free space of the second do not speak against a place",

@@ -97,6 +97,36 @@ MUTANTS = (
     ),
     Mutant(
         BEACONS,
+        "[], {}, []\n        self._saved_hints = []\n",
+        "[], {}, []\n",
+        "where a map that was given up lies in a saved one is told of the new map",
+    ),
+    Mutant(
+        BEACONS,
+        "(self._saved_hints if is_saved(robot) else self._hints)",
+        "self._hints",
+        "older programs refuse the beacons of robots that know their place in a saved map",
+    ),
+    Mutant(
+        BEACONS,
+        "        self._saved_hints = self._saved_hints[MOST_SENT:]\n",
+        "        self._saved_hints = []\n",
+        "places in saved maps beyond eight are not told",
+    ),
+    Mutant(
+        "comms/wire/presence_messages.py",
+        "self.claims or self.hints or self.saved_hints else",
+        "self.claims or self.hints else",
+        "where a robot is in a saved map is never sent",
+    ),
+    Mutant(
+        "comms/neighbours/neighbourhood.py",
+        "in (*beacon.hints, *beacon.saved_hints):",
+        "in beacon.hints:",
+        "where a teammate is in a saved map is not heard",
+    ),
+    Mutant(
+        BEACONS,
         "max(now_ns - pose[3], 0) // 1_000_000)",
         "0)",
         "a pose of long ago is told as one of now",

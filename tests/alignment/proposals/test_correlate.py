@@ -69,3 +69,25 @@ def test_shifts_come_best_first_and_only_where_the_middle_may_lie(sides) -> None
     near = (se2.apply(every[5].T_a_b, b.centre), 1.0)
     for one in correlate.correlate(a, b, [0.1, 1.2], 0.2, near=near):
         assert np.hypot(*(se2.apply(one.T_a_b, b.centre) - near[0])) < 1.5
+
+
+def drawn(res: float, *, box: bool) -> OccupancyGrid:
+    """Return a room of 6 m x 4 m with walls of one cell, with a box of 2 m x 2 m in the middle or without."""
+    cells = np.zeros((round(4.0 / res), round(6.0 / res)), dtype=np.int8)
+    cells[[0, -1]], cells[:, [0, -1]] = 100, 100
+    if box:
+        cells[round(1.0 / res) : round(3.0 / res), round(2.0 / res) : round(4.0 / res)] = 100
+    return OccupancyGrid(np.pad(cells, 4, constant_values=-1), res)
+
+
+def test_walls_on_walls_and_walls_on_free_space_weigh_as_much_whatever_the_cells() -> None:
+    scores = []
+    for res, cell_m in ((0.05, 0.2), (0.1, 0.2), (0.1, 0.4), (0.2, 0.4)):
+        empty, filled = prepare(drawn(res, box=False), res), prepare(drawn(res, box=True), res)
+        kind, strict = (
+            correlate.correlate(empty, filled, [0.0], cell_m, blur_m=0.75 * cell_m, against=against)[0].score
+            for against in (0.0, 1.0)
+        )
+        scores.append((kind, kind - strict))
+    agree, contradict = np.array(scores).T
+    assert agree.max() < 1.4 * agree.min() and contradict.max() < 1.4 * contradict.min()

@@ -92,6 +92,20 @@ def test_hints_are_told_once_and_eight_at_a_time(node):
     assert third.hints == ()
 
 
+def test_places_in_saved_maps_are_told_apart_for_older_programs_refuse_their_names(node):
+    node.add_hints([(f"office@{k}", np.array([k, 0.0, math.pi / 2])) for k in range(11)] + [("b", HERE)])
+    first, second, third = beacons(node, 0, 3)
+    assert first.saved_hints == tuple((f"office@{k}", 1000 * k, 0, 15708) for k in range(8))
+    assert [name for name, *_ in first.hints] == ["b"] and second.hints == ()
+    assert [name for name, *_ in second.saved_hints] == ["office@8", "office@9", "office@10"]
+    assert third.saved_hints == ()
+    cost = node.sightings_bytes
+    node.add_hints([("office@11", HERE)])
+    node.begin_map()
+    (said,) = beacons(node, 6)
+    assert said.saved_hints == () and node.sightings_bytes == cost > 100
+
+
 def test_what_was_said_of_a_map_that_was_given_up_is_not_told(node):
     node.set_own_pose(HERE, 0, np.array([[1.0, 2.0]]))
     node.add_claims([("b", HERE, 1.0, 5)])

@@ -227,6 +227,16 @@ def test_hints_arrive_with_the_epoch_of_their_map_each_once_and_more_than_a_beac
     assert 100 < node.sightings_bytes < 300
 
 
+def test_a_place_in_a_saved_map_arrives_with_the_epoch_of_its_map():
+    team = Team("ab", config=replace(QUICK, beacon_period_s=0.25))
+    team.run(2)
+    team.nodes["a"].add_hints([("office@monday", np.array([-3.0, 4.0, 0.1]))])
+    team.run(1)
+    [hint] = team.of(TeammateHint, "b")
+    assert (hint.peer, hint.epoch, hint.robot) == ("a", team.nodes["a"].store.own_epoch, "office@monday")
+    np.testing.assert_allclose(hint.T_peer_robot, [-3.0, 4.0, 0.1], atol=6e-4)
+
+
 def test_more_claims_than_a_beacon_holds_come_with_the_next():
     team = Team("ab", config=replace(QUICK, beacon_period_s=0.25))
     team.run(2)
