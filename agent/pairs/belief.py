@@ -217,7 +217,9 @@ class PairBelief:
         """Return why a merged pair is to be unmerged, or None; only a search without a prior can find another place."""
         if self.alignment is None:
             return None
-        reason = lies_elsewhere(self.alignment, outcome) if searched and not self.is_seen else None
+        reason = None
+        if searched and not self.is_seen:
+            reason = lies_elsewhere(self.alignment, outcome, is_bent=is_bent)
         return reason or (None if is_bent else refuted(self.alignment, outcome))
 
     def _rejected(self, reason: str, outcome: Alignment | Rejection) -> Verdict:

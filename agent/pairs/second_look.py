@@ -25,8 +25,6 @@ maps in small worlds have 0.14 or more; of right alignments of simulated maps st
 AMBIGUOUS_MARGIN = 0.25
 """A merged pair is unmerged where a search everywhere finds another place with a smaller lead than this, 0..1: far less
 than what merging asks for, so that no pair is merged and unmerged by turns."""
-RIVAL_SHARE = 0.5
-"""Two places that fit equally well say nothing against a third that had more than twice as much wall in common."""
 REFUTED_PER_M = 0.4
 """A merged pair is unmerged where its maps contradict each other by more per agreeing metre: a third more than any pair
 is forgiven when it is merged, for the same reason."""
@@ -66,19 +64,19 @@ def _is_weak(found: Alignment) -> bool:
     return found.confidence < STRONG_CONFIDENCE or is_stained
 
 
-def lies_elsewhere(believed: Alignment, searched: Alignment | Rejection) -> str | None:
+def lies_elsewhere(believed: Alignment, searched: Alignment | Rejection, *, is_bent: bool = False) -> str | None:
     """Return why a merged pair may lie elsewhere, by a search everywhere after its maps have grown, or None.
 
     In a house that looks the same turned around, a robot that has seen one half merges; after both halves it finds that
-    there are two places.
+    there are two places. ``is_bent`` : whether both maps are bent to fit each other.
     """
     if isinstance(searched, Alignment):
         return None if CORRECTED.agrees(searched, believed) else "the maps have grown, and fit better elsewhere"
     evidence = searched.evidence
     if evidence is None or evidence.margin >= AMBIGUOUS_MARGIN:
         return None
-    if evidence.matched_m < RIVAL_SHARE * believed.evidence.matched_m:
-        return None  # maps too bent to fit anywhere: places of which each is as bad as the other
+    if is_bent and not searched.ambiguous:
+        return None  # they fit nowhere as they are published, and of such places each is as bad as the other
     return f"the maps have grown, and another place fits {1.0 - evidence.margin:.0%} as well"
 
 

@@ -591,9 +591,9 @@ MUTANTS = (
     ),
     Mutant(
         SECOND_LOOK,
-        "    if evidence.matched_m < RIVAL_SHARE * believed.evidence.matched_m:",
+        "    if is_bent and not searched.ambiguous:",
         "    if False:",
-        "bent maps that fit nowhere rigidly are unmerged for two chance fits of a wall or two",
+        "bent maps that fit nowhere rigidly are unmerged for chance fits of a wall or two",
     ),
     Mutant(
         BELIEF,

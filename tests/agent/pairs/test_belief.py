@@ -7,13 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mrslam.agent.effects import Event, JoinJob
+from mrslam.agent.effects import AlignJob, Event, JoinJob
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.pairs.belief import UNCONFIRMED, WEAK
 from mrslam.alignment import Alignment, Evidence, Rejection
 from mrslam.merge import BentTeam
 from mrslam.merge.joint.bend import Bend
 from mrslam.spatial import Keyframes, KeyScans, LocalMap, OccupancyGrid, TiledMap
+from mrslam.spatial.se2 import Transform
 from tests.agent.pairs.floors import Floors, S, found, merged, walls, weak
 
 
@@ -91,10 +92,8 @@ def test_a_merged_pair_is_unmerged_where_its_maps_come_to_contradict(x: float, a
     assert ("r1" not in team.layout.T_team_map) is is_over
 
 
-@pytest.mark.parametrize(("bent", "is_over"), [(("r1", "r2"), False), (("r1", "r3"), True), ((), True)])
-def test_bent_maps_of_a_merged_pair_are_not_unmerged_because_they_do_not_fit_rigidly(
-    bent: tuple[str, ...], is_over: bool
-) -> None:
+def scanned(bent: tuple[str, ...]) -> tuple[Floors, AlignJob]:
+    """Return a merged team whose maps came with scans, and a look at the pair; some are bent to fit each other."""
     team, keys, stamps = merged(), np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), np.arange(2)
     scans = KeyScans.of_points([np.empty((0, 2))] * 2, np.zeros((2, 2)))
     for name in ("r1", "r2"):
@@ -104,6 +103,14 @@ def test_bent_maps_of_a_merged_pair_are_not_unmerged_because_they_do_not_fit_rig
     team.layout.bend(BentTeam(bends=bends, stamps_ns=dict.fromkeys(bent, stamps)))
     assert isinstance(team.next_job(45 * S), JoinJob)  # which did not end yet
     job = team.job(45)
+    return team, job
+
+
+@pytest.mark.parametrize(("bent", "is_over"), [(("r1", "r2"), False), (("r1", "r3"), True), ((), True)])
+def test_bent_maps_of_a_merged_pair_are_not_unmerged_because_they_do_not_fit_rigidly(
+    bent: tuple[str, ...], is_over: bool
+) -> None:
+    team, job = scanned(bent)
     outcome = Rejection("no", 0.1, stained(14.0, 6.0).evidence, "auto", np.array([1.1, 0.0, 0.0]))
     assert (team.end(job, outcome, 45)["status"] == "revoked") is is_over
 
@@ -168,16 +175,16 @@ def test_a_merge_that_turns_out_ambiguous_or_lies_elsewhere_is_revoked(
     assert team.align(outcome, 60)["status"] == status
 
 
-@pytest.mark.parametrize(("matched_m", "is_over"), [(30.0, True), (19.0, False)])
-def test_places_that_show_far_less_than_where_a_pair_is_merged_do_not_make_it_ambiguous(
-    matched_m: float, is_over: bool
+@pytest.mark.parametrize(
+    ("bent", "rivals", "is_over"),
+    [(("r1", "r2"), (), False), (("r1", "r2"), (np.array([4.0, 0.0, 3.0]),), True), ((), (), True)],
+)
+def test_places_of_which_each_is_as_bad_as_the_other_do_not_make_bent_maps_ambiguous(
+    bent: tuple[str, ...], rivals: tuple[Transform, ...], is_over: bool
 ) -> None:
-    team = Floors("r1", "r2")
-    for t_s in (0, 10):
-        team.align(found(wall_m=40.0), t_s)
-    team.grow("r1", 90, 2)
-    evidence = replace(walls(matched_m, 0.0), margin=0.1)
-    assert (team.align(Rejection("ambiguous", 0.0, evidence, "auto"), 60)["status"] == "revoked") is is_over
+    team, job = scanned(bent)
+    outcome = Rejection("ambiguous", 0.0, Evidence(margin=0.1), "auto", np.array([1.0, 0.0, 0.0]), rivals=rivals)
+    assert (team.end(replace(job, prior=None), outcome, 60)["status"] == "revoked") is is_over
 
 
 def test_a_pair_that_is_aligned_again_where_it_is_merged_is_reported_as_merged_no_second_time() -> None:
