@@ -13,6 +13,7 @@ import numpy as np
 
 from mrslam.agent import Keeper, LinkSource, Runner, TakesTurns, VirtualRobot, Watcher, run_virtual
 from mrslam.comms import Conditions, LinkConditions, MemoryNetwork, Transport
+from mrslam.merge.joint.local_match import Answers
 from mrslam.sim_driver.faults import FaultConfig
 from mrslam.sim_driver.faults.links import CorruptingTransport, faulty_conditions
 from mrslam.sim_driver.faults.robot import FaultyDisk, MortalRobot, Start, Twin
@@ -110,6 +111,7 @@ class VirtualTeam:
         self._trace = read_trace(mission)
         self._radios: dict[str, LinkSource | None] = {}
         self._watchers: dict[str, list[Watcher]] = {}
+        self._matches = Answers()
         conditions = faulty_conditions(_conditions(self._radios), mission.faults)
         self.network = MemoryNetwork(seed_for(mission, "network"), conditions)
         self.duration_s = 0.0
@@ -170,7 +172,7 @@ class VirtualTeam:
         if robot.id not in self._watchers:  # who looks on goes on doing so when the robot comes back
             self._watchers[robot.id] = watchers_of(mission, robot, folder)
         links, watchers = told_links(mission, radio), self._watchers[robot.id]
-        runner = Runner(agent, body, transport, folder, links, watchers, keeper)
+        runner = Runner(agent, body, transport, folder, links, watchers, keeper, self._matches)
         runner.perform(past)
         return runner
 

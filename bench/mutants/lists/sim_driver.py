@@ -823,4 +823,10 @@ MUTANTS = (
         "]",
         "every process casts the beams of all robots' lasers",
     ),
+    Mutant(
+        "sim_driver/run/run_virtual.py",
+        "watchers, keeper, self._matches)",
+        "watchers, keeper)",
+        "robots of one mission match the same keyframes, each for itself",
+    ),
 )

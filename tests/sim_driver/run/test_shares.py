@@ -11,11 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from mrslam.agent import VirtualRobot
 from mrslam.comms import MemoryNetwork, Send
 from mrslam.sim_driver.faults import FaultConfig
 from mrslam.sim_driver.missions.mission import Mission, make_mission
 from mrslam.sim_driver.robots import LASERS, Fleet, SimulatedRobot
 from mrslam.sim_driver.run.run_shares import processes_for, run_in_shares
+from mrslam.sim_driver.run.run_virtual import VirtualTeam
 from mrslam.sim_driver.run.shares import AwayRobot, Hub, Turn
 from mrslam.sim_driver.view import ViewOptions
 from mrslam.sim_driver.worlds import load_world
@@ -113,3 +115,9 @@ def test_lasers_of_robots_that_others_play_are_not_simulated() -> None:
     (all_of_r1,) = [seen for seen in fleet().observe(0) if seen.robot_id == "r1"]
     (alone,) = fleet().observe(0, {"r1"})
     assert alone.robot_id == "r1" and np.array_equal(alone.scan.ranges_m, all_of_r1.scan.ranges_m, equal_nan=True)
+
+
+def test_robots_of_one_process_share_matches_of_keyframes(tmp_path: Path) -> None:
+    one, two, three = VirtualTeam(mission(), tmp_path, ["r1", "r2"]).robots
+    assert isinstance(one, VirtualRobot) and isinstance(two, VirtualRobot) and isinstance(three, AwayRobot)
+    assert one.runner._matcher._answers is two.runner._matcher._answers
