@@ -120,7 +120,10 @@ class Spoke:
 
 def received(pipe: Connection) -> Turns:
     """Return what one of the other processes says; raise what it failed at."""
-    said: Turns | BaseException = pipe.recv()
+    try:
+        said: Turns | BaseException = pipe.recv()
+    except EOFError:
+        raise RuntimeError("a process in which robots of this mission took their turns has died") from None
     if isinstance(said, BaseException):
         raise said
     return said

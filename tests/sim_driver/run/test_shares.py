@@ -78,6 +78,13 @@ def test_a_hub_raises_what_it_is_sent() -> None:
         Hub([here], lambda: False).meet({})
 
 
+def test_a_hub_says_that_another_process_died() -> None:
+    here, there = Pipe()
+    there.close()
+    with pytest.raises(RuntimeError, match="has died"):
+        Hub([here], lambda: False).meet({})
+
+
 def test_a_robot_of_another_process_sends_what_it_sent_there_and_keeps_nothing_that_came() -> None:
     network = MemoryNetwork()
     away, here = AwayRobot("r1", network.attach("r1"), None), network.attach("r2")
