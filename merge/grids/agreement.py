@@ -49,18 +49,28 @@ def mark_near(
 
 @njit(cache=True, nogil=True)
 def count_walls(
-    pool: NDArray[np.int8], slots: NDArray[np.int32], bits: NDArray[np.uint64], points: NDArray[np.float64]
+    pool: NDArray[np.int8],
+    slots: NDArray[np.int32],
+    bits: NDArray[np.uint64],
+    points_m: NDArray[np.float64],
+    T_map_points: tuple[float, float, float, float],
+    to_cells: tuple[float, float, float, float, float],
 ) -> tuple[int, int]:  # pragma: no cover - compiled
     """Return how many wall points agree with a map and how many are on its free space.
 
-    ``pool``, ``slots`` : the map's ``TileTable``; ``bits`` : what is near its walls (:func:`mark_near`); ``points
-    (N, 2)`` : (x, y) in cells from its corner. A point agrees where it is near a wall; on unknown cells it says nothing
-    else.
+    ``pool``, ``slots`` : the map's ``TileTable``; ``bits`` : what is near its walls (:func:`mark_near`); ``points_m
+    (N, 2)`` : (x, y), laid on the map by ``T_map_points`` : x, y, cosine and sine. ``to_cells`` : the lattice's offset
+    (x, y) and a cell's edge, metres, and the column and row of the table's corner. A point agrees where it is near a
+    wall; on unknown cells it says nothing else.
     """
     agree, against = 0, 0
     rim = (bits.shape[0] - slots.shape[0]) // 2
-    for k in range(points.shape[0]):
-        c, r = int(np.floor(points[k, 0])), int(np.floor(points[k, 1]))
+    x0, y0, cos, sin = T_map_points
+    left, low, edge, col0, row0 = to_cells
+    for k in range(points_m.shape[0]):
+        x = x0 + cos * points_m[k, 0] - sin * points_m[k, 1]
+        y = y0 + sin * points_m[k, 0] + cos * points_m[k, 1]
+        c, r = int(np.floor((x - left) / edge - col0)), int(np.floor((y - low) / edge - row0))
         i, j = r >> BITS, c >> BITS
         if not (-rim <= i < slots.shape[0] + rim and -rim <= j < slots.shape[1] + rim):
             continue
@@ -110,31 +120,38 @@ class Walls:
         self.points_m = tiled.points_m(first + np.stack([at >> BITS & INSIDE, at & INSIDE], axis=1))
         self._near: dict[float, NDArray[np.uint64]] = {}
 
-    def count(self, points_m: NDArray[np.float64], near_m: float) -> tuple[int, int]:
-        """Return how many points ``(N, 2)`` (metres, the map's frame) are near its walls, and on its free space.
+    def count(
+        self, points_m: NDArray[np.float64], near_m: float, T_map_points: se2.Transform = se2.IDENTITY
+    ) -> tuple[int, int]:
+        """Return how many points ``(N, 2)``, metres, are near its walls, and on its free space, laid on it so.
 
         What is near its walls is marked once: a team's maps are compared with each other, each with all.
         """
         if near_m not in self._near:
             self._near[near_m] = near_walls(self.tiled, near_m / self.tiled.resolution_m)
-        return _count(self.tiled, points_m, self._near[near_m])
+        return _count(self.tiled, points_m, self._near[near_m], T_map_points)
 
 
 def count_near(tiled: TiledGrid, points_m: NDArray[np.float64], near_m: float) -> tuple[int, int]:
     """Return how many points ``(N, 2)`` (metres, a map's frame) are near its walls, and on its free space."""
-    return _count(tiled, points_m, near_walls(tiled, near_m / tiled.resolution_m))
+    return _count(tiled, points_m, near_walls(tiled, near_m / tiled.resolution_m), se2.IDENTITY)
 
 
-def _count(tiled: TiledGrid, points_m: NDArray[np.float64], bits: NDArray[np.uint64]) -> tuple[int, int]:
-    table, edge_m = tiled.table, tiled.resolution_m
-    points = (points_m - np.asarray(tiled.offset_m)) / edge_m - TILE_CELLS * np.array(table.tile0)[::-1]
-    found: tuple[int, int] = count_walls(table.pool, table.slots, bits, points)
+def _count(
+    tiled: TiledGrid, points_m: NDArray[np.float64], bits: NDArray[np.uint64], T_map_points: se2.Transform
+) -> tuple[int, int]:
+    table, (x, y, theta) = tiled.table, T_map_points
+    laid = float(x), float(y), float(np.cos(theta)), float(np.sin(theta))
+    row0, col0 = (float(TILE_CELLS * first) for first in table.tile0)
+    left_m, low_m = (float(side) for side in tiled.offset_m)
+    to_cells = left_m, low_m, float(tiled.resolution_m), col0, row0
+    points_m = np.ascontiguousarray(points_m)  # as a kernel takes it: another layout would be compiled anew
+    found: tuple[int, int] = count_walls(table.pool, table.slots, bits, points_m, laid, to_cells)
     return found
 
 
 def compare(a: Walls, b: Walls, T_a_b: se2.Transform, near_m: float) -> Agreement:
     """Return the agreement of two maps with b placed at ``T_a_b (3,)``; walls within ``near_m`` metres agree."""
-    b_in_a = a.count(se2.apply(T_a_b, b.points_m), near_m)
-    a_in_b = b.count(se2.apply(se2.inverse(T_a_b), a.points_m), near_m)
+    b_in_a, a_in_b = a.count(b.points_m, near_m, T_a_b), b.count(a.points_m, near_m, se2.inverse(T_a_b))
     res_a, res_b = a.tiled.resolution_m, b.tiled.resolution_m
     return Agreement(agree_m=b_in_a[0] * res_b + a_in_b[0] * res_a, against_m=b_in_a[1] * res_b + a_in_b[1] * res_a)

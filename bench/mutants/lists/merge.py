@@ -844,4 +844,10 @@ MUTANTS = (
         "",
         "matches that every solution asks for are forgotten first",
     ),
+    Mutant(
+        "merge/grids/agreement.py",
+        "float(np.cos(theta)), float(np.sin(theta))",
+        "float(np.cos(theta)), float(np.sin(-theta))",
+        "maps placed at an angle contradict each other, and are unmerged",
+    ),
 )
