@@ -1,6 +1,7 @@
 """What a team costs by robots and minutes, in virtual time: one JSON line a run, then the fitted laws.
 
-    python -m bench.scale [--robots 2 4 8 16] [--minutes 3] [--world office] [--seed 1] [--patrol] [--rows FILE]
+    python -m bench.scale [--robots 2 4 8 16] [--minutes 3] [--world office] [--seed 1] [--patrol] [--processes 1]
+                          [--rows FILE]
     python bench/scale_laws.py FILE [--plot PICTURE]
 
 CPU seconds are those of all robots together, without compiling, by room: ``simulation`` (lasers, radio, driving),
@@ -8,7 +9,9 @@ CPU seconds are those of all robots together, without compiling, by room: ``simu
 maps), ``exchange`` (beacons, messages, coding), ``rest``. Bytes are those a robot sends in a minute, by lane.
 ``by_minute`` has what had been spent and sent by the end of each minute of the mission, and how many robots each had
 placed then, in the mean. Missions end when all is explored, before their time; with ``--patrol`` the robots drive in
-rounds for all of it. ``--rows`` adds the lines to a file, and the laws (``scale_laws.py``) are fitted to all of it.
+rounds for all of it. With ``--processes 2`` robots take their turns in two processes: ``cpu_s`` and ``peak_rss_mb`` are
+those of all, rooms and minutes those of the first one's robots. ``--rows`` adds the lines to a file, and the laws
+(``scale_laws.py``) are fitted to all of it.
 """
 
 from __future__ import annotations
@@ -16,11 +19,13 @@ from __future__ import annotations
 import argparse
 import json
 import multiprocessing
+import resource
 import tempfile
 import threading
 import time
 from collections import defaultdict
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -139,7 +144,7 @@ class Meter:
         self.minutes.append({**noted, "placed": round(sum(placed) / len(placed), 2)})
 
 
-def run(robots: int, minutes: float, world: str, seed: int, is_patrol: bool) -> dict[str, Any]:
+def run(robots: int, minutes: float, world: str, seed: int, is_patrol: bool, processes: int = 1) -> dict[str, Any]:
     """Play one mission and return its row."""
     load_kernels()
     meter = Meter()
@@ -151,14 +156,17 @@ def run(robots: int, minutes: float, world: str, seed: int, is_patrol: bool) -> 
     with tempfile.TemporaryDirectory() as scratch:
         wall = time.monotonic()
         mission = patrol(tables, "bench-scale") if is_patrol else make_mission(tables, Path("bench-scale.toml"))
-        metrics = run_mission(mission, Path(scratch), meter.look, print)
+        metrics = run_mission(mission, Path(scratch), meter.look, print, processes=processes)
         wall_s = time.monotonic() - wall
+    others = resource.getrusage(resource.RUSAGE_CHILDREN)  # all of them, and the largest one's memory
+    peak_mb = (peak_kb() + (processes - 1) * others.ru_maxrss) / 1024
     sent, driven_min = [robot["sent_bytes"] for robot in metrics["robots"]], metrics["mission_s"] / 60.0
     return {
         "robots": robots, "minutes": minutes, "world": world, "seed": seed, "mission_s": metrics["mission_s"],
-        "cpu_s": round(meter.cpu_s, 1), "wall_s": round(wall_s, 1), "cpu_by_room_s": meter.by_room_s(),
+        "processes": processes, "cpu_s": round(meter.cpu_s + others.ru_utime + others.ru_stime, 1),
+        "wall_s": round(wall_s, 1), "cpu_by_room_s": meter.by_room_s(),
         "alignments": meter.calls["alignment"], "by_kind": meter.kinds, "joint_solutions": meter.calls["joint"],
-        "peak_rss_mb": round(peak_kb() / 1024),
+        "peak_rss_mb": round(peak_mb),
         "bytes_a_robot_minute": {
             lane: round(sum(one[lane] for one in sent) / robots / driven_min) for lane in ("beacon", "control", "bulk")
         },
@@ -174,14 +182,16 @@ def main() -> None:
     parser.add_argument("--world", default="office")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--patrol", action="store_true", help="robots drive in rounds for all of the time")
+    parser.add_argument("--processes", type=int, default=1, help="in which the robots take their turns")
     parser.add_argument("--rows", type=Path, help="file that rows are added to; laws are fitted to all of it")
     args = parser.parse_args()
     rows = [json.loads(line) for line in args.rows.read_text().splitlines()] if args.rows and args.rows.exists() else []
     context = multiprocessing.get_context("spawn")  # a process a run: peak memory is the run's own
     for minutes in args.minutes:
         for robots in args.robots:
-            with context.Pool(1) as pool:
-                rows.append(pool.apply(run, (robots, minutes, args.world, args.seed, args.patrol)))
+            with ProcessPoolExecutor(1, mp_context=context) as pool:  # its processes may have others
+                asked = (robots, minutes, args.world, args.seed, args.patrol, args.processes)
+                rows.append(pool.submit(run, *asked).result())
             print(json.dumps(rows[-1]), flush=True)
             if args.rows:
                 with args.rows.open("a") as file:

@@ -18,6 +18,7 @@ from mrslam.alignment import Alignment, Rejection, align
 from mrslam.comms import Incoming, PeerJoined, PeerLeft, Transport
 from mrslam.merge import LocalMatcher, join
 from mrslam.merge.joint.align_bent import Scanned, align_bent
+from mrslam.merge.joint.local_match import Answers
 from mrslam.spatial.runtime.heap import give_back_now_and_then, trim
 
 TRIM_NS = 60_000_000_000
@@ -43,8 +44,12 @@ class Runner:
         links: LinkSource | None = None,
         watchers: Sequence[Watcher] = (),
         keeper: Keeper | None = None,
+        matches: Answers | None = None,
     ) -> None:
-        """Wire an agent to the world; its folder gets ``events.jsonl`` at once and the rest when it is closed."""
+        """Wire an agent to the world; its folder gets ``events.jsonl`` at once and the rest when it is closed.
+
+        ``matches`` : of keyframes, which robots of one process share: many of them match the same two.
+        """
         self.agent, self.body, self.transport, self.folder, self.links = agent, body, transport, folder, links
         self.watchers = tuple(watchers)
         self.sent_bytes = dict.fromkeys(("beacon", "control", "bulk", "status"), 0)
@@ -52,7 +57,7 @@ class Runner:
         self.keeper = keeper
         self.events = EventLog(folder, agent.robot_id)
         self._next_trim_ns = 0
-        self._matcher = LocalMatcher()
+        self._matcher = LocalMatcher(matches)
 
     def receive(self, timeout_s: float, now_ns: Callable[[], int]) -> None:
         """Hand the agent all that came from the network."""

@@ -46,6 +46,11 @@ class Outbox:
             self._inner.send(effect)
         self._waiting.clear()
 
+    @property
+    def waiting(self) -> list[Send]:
+        """What was kept, in its order."""
+        return list(self._waiting)
+
     def poll(self, timeout_s: float) -> list[Incoming | PeerJoined | PeerLeft]:
         """Return what has arrived."""
         return self._inner.poll(timeout_s)
@@ -80,7 +85,8 @@ class VirtualRobot:
         """Take a wired agent."""
         self.runner = runner
         self._job: tuple[Job, Future[Outcome], int] | None = None
-        self._outbox = runner.transport = Outbox(runner.transport)
+        self.outbox = runner.transport = Outbox(runner.transport)
+        """What the present step sends, once all robots are through with it."""
 
     def step(self, now_ns: int, worker: ThreadPoolExecutor) -> None:
         """Do everything that is due at this virtual time; alignments run on ``worker``."""
@@ -96,7 +102,7 @@ class VirtualRobot:
 
     def flush(self, now_ns: int) -> None:
         """Send what the step had to send."""
-        self._outbox.flush()
+        self.outbox.flush()
 
     @property
     def finished(self) -> bool:
@@ -127,14 +133,16 @@ def run_virtual(
     progress: Callable[[int], None] = lambda now_ns: None,
     stop: Callable[[], bool] = lambda: False,
     threads: int = 0,
+    meet: Callable[[], None] = lambda: None,
 ) -> int:
     """Run the robots until ``duration_ns``, or until ``linger_ns`` after all have finished; return the time.
 
     ``progress`` is called with the virtual time at every step, after which ``stop()`` may end it in good order;
-    ``threads`` : for alignments, 0 = the number of cores.
+    ``threads`` : for alignments, 0 = the number of cores. ``meet`` is called in every step when all robots here had
+    their turn, and before anything is sent: robots of other processes take their turns meanwhile.
     """
     with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0)), thread_name_prefix="align") as worker:
-        return _run(robots, network, worker, step_ns, duration_ns, linger_ns, progress, stop)
+        return _run(robots, network, worker, step_ns, duration_ns, linger_ns, progress, stop, meet)
 
 
 def _run(
@@ -146,6 +154,7 @@ def _run(
     linger_ns: int,
     progress: Callable[[int], None],
     stop: Callable[[], bool],
+    meet: Callable[[], None],
 ) -> int:
     now_ns = 0
     idle_since_ns: int | None = None
@@ -153,6 +162,7 @@ def _run(
         network.advance(now_ns)
         for robot in robots:
             robot.step(now_ns, worker)
+        meet()
         for robot in robots:
             robot.flush(now_ns)
         progress(now_ns)

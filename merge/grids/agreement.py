@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numba import njit
@@ -14,58 +13,86 @@ from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, TILE_CELLS, se2
 
 BITS, INSIDE = TILE_CELLS.bit_length() - 1, TILE_CELLS - 1
 """A lattice row is in tile row ``row >> BITS``, there in row ``row & INSIDE``."""
+ALL = np.uint64(2**64 - 1)
+"""All bits of a word."""
+
+
+@njit(cache=True, nogil=True)
+def mark_near(
+    pool: NDArray[np.int8], slots: NDArray[np.int32], widths: NDArray[np.int64], bits: NDArray[np.uint64]
+) -> None:  # pragma: no cover - compiled
+    """Set the bits of the cells near a map's walls: a bit a cell, a word a row of a tile.
+
+    ``pool``, ``slots`` : the map's ``TileTable``; ``widths (2 R + 1,)`` : how many columns to either side of a wall are
+    near in the rows from R before to R after it. ``bits (I + 2 rim, J + 2 rim, 64)`` : zeros, by tile of the table's
+    box with a rim around it that nothing near a wall is beyond.
+    """
+    reach = widths.size // 2
+    rim = (bits.shape[0] - slots.shape[0]) // 2
+    for i in range(slots.shape[0]):
+        for j in range(slots.shape[1]):
+            if slots[i, j] < 0:
+                continue
+            tile = pool[slots[i, j]]
+            for k in range(tile.shape[0]):
+                for m in range(tile.shape[1]):
+                    if tile[k, m] < OCCUPIED_MIN:
+                        continue
+                    row0, col = ((i + rim) << BITS) + k - reach, ((j + rim) << BITS) + m
+                    for n in range(widths.size):
+                        first, last = col - widths[n], col + widths[n]
+                        for word in range(first >> BITS, (last >> BITS) + 1):
+                            low, high = max(first - (word << BITS), 0), min(last - (word << BITS), INSIDE)
+                            run = (ALL >> np.uint64(INSIDE - (high - low))) << np.uint64(low)
+                            bits[(row0 + n) >> BITS, word, (row0 + n) & INSIDE] |= run
 
 
 @njit(cache=True, nogil=True)
 def count_walls(
-    pool: NDArray[np.int8], slots: NDArray[np.int32], points: NDArray[np.float64], offsets: NDArray[np.int64]
+    pool: NDArray[np.int8],
+    slots: NDArray[np.int32],
+    bits: NDArray[np.uint64],
+    points_m: NDArray[np.float64],
+    T_map_points: tuple[float, float, float, float],
+    to_cells: tuple[float, float, float, float, float],
 ) -> tuple[int, int]:  # pragma: no cover - compiled
     """Return how many wall points agree with a map and how many are on its free space.
 
-    ``pool``, ``slots`` : the map's ``TileTable``; ``points (N, 2)`` : (x, y) in cells from its corner. A point agrees
-    where one of the cells at ``offsets (K, 2)`` from its own (row, column) is a wall; on or near unknown cells it says
-    nothing.
+    ``pool``, ``slots`` : the map's ``TileTable``; ``bits`` : what is near its walls (:func:`mark_near`); ``points_m
+    (N, 2)`` : (x, y), laid on the map by ``T_map_points`` : x, y, cosine and sine. ``to_cells`` : the lattice's offset
+    (x, y) and a cell's edge, metres, and the column and row of the table's corner. A point agrees where it is near a
+    wall; on unknown cells it says nothing else.
     """
     agree, against = 0, 0
-    reach = np.max(np.abs(offsets))
-    side = (2 * reach >> BITS) + 2
-    near = np.empty((side, side), dtype=np.int32)
-    for k in range(points.shape[0]):
-        c, r = int(np.floor(points[k, 0])), int(np.floor(points[k, 1]))
-        i, j = (r - reach) >> BITS, (c - reach) >> BITS
-        for u in range(side):
-            for v in range(side):
-                is_inside = 0 <= i + u < slots.shape[0] and 0 <= j + v < slots.shape[1]
-                near[u, v] = slots[i + u, j + v] if is_inside else -1
-        if near.max() < 0:
+    rim = (bits.shape[0] - slots.shape[0]) // 2
+    x0, y0, cos, sin = T_map_points
+    left, low, edge, col0, row0 = to_cells
+    for k in range(points_m.shape[0]):
+        x = x0 + cos * points_m[k, 0] - sin * points_m[k, 1]
+        y = y0 + sin * points_m[k, 0] + cos * points_m[k, 1]
+        c, r = int(np.floor((x - left) / edge - col0)), int(np.floor((y - low) / edge - row0))
+        i, j = r >> BITS, c >> BITS
+        if not (-rim <= i < slots.shape[0] + rim and -rim <= j < slots.shape[1] + rim):
             continue
-        is_near = False
-        for m in range(offsets.shape[0]):
-            row, col = r + offsets[m, 0], c + offsets[m, 1]
-            slot = near[(row >> BITS) - i, (col >> BITS) - j]
-            if slot >= 0 and pool[slot, row & INSIDE, col & INSIDE] >= OCCUPIED_MIN:
-                is_near = True
-                break
-        own = near[(r >> BITS) - i, (c >> BITS) - j]
-        if is_near:
+        if bits[i + rim, j + rim, r & INSIDE] >> np.uint64(c & INSIDE) & np.uint64(1):
             agree += 1
-        elif own >= 0 and 0 <= pool[own, r & INSIDE, c & INSIDE] <= FREE_MAX:
-            against += 1
+        elif 0 <= i < slots.shape[0] and 0 <= j < slots.shape[1]:
+            own = slots[i, j]
+            if own >= 0 and 0 <= pool[own, r & INSIDE, c & INSIDE] <= FREE_MAX:
+                against += 1
     return agree, against
 
 
-@lru_cache(maxsize=64)
-def disc(radius_cells: float) -> NDArray[np.int64]:
-    """Return the offsets (row, column) of the cells within a radius, the nearest first: ``(K, 2)``, for reading only.
-
-    Cached: a team's maps are compared by some radius for each number of alignments between them, thousands of times.
-    """
+def near_walls(tiled: TiledGrid, radius_cells: float) -> NDArray[np.uint64]:
+    """Return which cells are within a radius of a map's walls, as :func:`count_walls` takes them."""
     reach = int(radius_cells)
-    side = np.arange(-reach, reach + 1)
-    offsets = np.stack(np.meshgrid(side, side, indexing="ij"), axis=-1).reshape(-1, 2)
-    distance2 = (offsets**2).sum(axis=1)
-    order = np.argsort(distance2, kind="stable")
-    return np.ascontiguousarray(offsets[order][distance2[order] <= radius_cells**2])
+    side2 = np.arange(-reach, reach + 1) ** 2
+    widths = ((side2[:, None] + side2 <= radius_cells**2).sum(axis=1) - 1) // 2
+    rim = (reach >> BITS) + 1
+    rows, cols = tiled.table.slots.shape
+    bits = np.zeros((rows + 2 * rim, cols + 2 * rim, TILE_CELLS), dtype=np.uint64)
+    mark_near(tiled.table.pool, tiled.table.slots, widths, bits)
+    return bits
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,19 +118,40 @@ class Walls:
         at = np.flatnonzero(tiled.table.pool >= OCCUPIED_MIN)
         first = np.array(list(tiled.tiles), dtype=np.int64).reshape(-1, 2)[at >> 2 * BITS] * TILE_CELLS
         self.points_m = tiled.points_m(first + np.stack([at >> BITS & INSIDE, at & INSIDE], axis=1))
+        self._near: dict[float, NDArray[np.uint64]] = {}
+
+    def count(
+        self, points_m: NDArray[np.float64], near_m: float, T_map_points: se2.Transform = se2.IDENTITY
+    ) -> tuple[int, int]:
+        """Return how many points ``(N, 2)``, metres, are near its walls, and on its free space, laid on it so.
+
+        What is near its walls is marked once: a team's maps are compared with each other, each with all.
+        """
+        if near_m not in self._near:
+            self._near[near_m] = near_walls(self.tiled, near_m / self.tiled.resolution_m)
+        return _count(self.tiled, points_m, self._near[near_m], T_map_points)
 
 
 def count_near(tiled: TiledGrid, points_m: NDArray[np.float64], near_m: float) -> tuple[int, int]:
     """Return how many points ``(N, 2)`` (metres, a map's frame) are near its walls, and on its free space."""
-    table, edge_m = tiled.table, tiled.resolution_m
-    points = (points_m - np.asarray(tiled.offset_m)) / edge_m - TILE_CELLS * np.array(table.tile0)[::-1]
-    found: tuple[int, int] = count_walls(table.pool, table.slots, points, disc(near_m / edge_m))
+    return _count(tiled, points_m, near_walls(tiled, near_m / tiled.resolution_m), se2.IDENTITY)
+
+
+def _count(
+    tiled: TiledGrid, points_m: NDArray[np.float64], bits: NDArray[np.uint64], T_map_points: se2.Transform
+) -> tuple[int, int]:
+    table, (x, y, theta) = tiled.table, T_map_points
+    laid = float(x), float(y), float(np.cos(theta)), float(np.sin(theta))
+    row0, col0 = (float(TILE_CELLS * first) for first in table.tile0)
+    left_m, low_m = (float(side) for side in tiled.offset_m)
+    to_cells = left_m, low_m, float(tiled.resolution_m), col0, row0
+    points_m = np.ascontiguousarray(points_m)  # as a kernel takes it: another layout would be compiled anew
+    found: tuple[int, int] = count_walls(table.pool, table.slots, bits, points_m, laid, to_cells)
     return found
 
 
 def compare(a: Walls, b: Walls, T_a_b: se2.Transform, near_m: float) -> Agreement:
     """Return the agreement of two maps with b placed at ``T_a_b (3,)``; walls within ``near_m`` metres agree."""
-    b_in_a = count_near(a.tiled, se2.apply(T_a_b, b.points_m), near_m)
-    a_in_b = count_near(b.tiled, se2.apply(se2.inverse(T_a_b), a.points_m), near_m)
+    b_in_a, a_in_b = a.count(b.points_m, near_m, T_a_b), b.count(a.points_m, near_m, se2.inverse(T_a_b))
     res_a, res_b = a.tiled.resolution_m, b.tiled.resolution_m
     return Agreement(agree_m=b_in_a[0] * res_b + a_in_b[0] * res_a, against_m=b_in_a[1] * res_b + a_in_b[1] * res_a)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections import OrderedDict
+from threading import Lock
 from typing import NamedTuple
 
 import numpy as np
@@ -42,12 +43,36 @@ class Fit(NamedTuple):
     """``(3, 3)``, its inverse covariance: 1/m^2, 1/(m rad), 1/rad^2."""
 
 
+class Answers:
+    """Fits by the content of what was asked, the last ones; robots of one process may share it, from any thread."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._fits: OrderedDict[bytes, Fit | None] = OrderedDict()
+
+    def get(self, question: bytes) -> tuple[bool, Fit | None]:
+        """Return whether a question was answered, and the answer."""
+        with self._lock:
+            if question not in self._fits:
+                return False, None
+            self._fits.move_to_end(question)
+            return True, self._fits[question]
+
+    def add(self, question: bytes, fit: Fit | None) -> None:
+        """Keep an answer; the one that was asked for least lately goes where there are too many."""
+        with self._lock:
+            self._fits[question] = fit
+            if len(self._fits) > REMEMBERED:
+                self._fits.popitem(last=False)
+
+
 class LocalMatcher:
     """Matches stretches, and caches the results by content; for one thread at a time, as the maps' memory is reused."""
 
-    def __init__(self) -> None:
+    def __init__(self, answers: Answers | None = None) -> None:
+        """``answers`` : those of other matchers as well; by content, so that they are the ones found here."""
         self._matcher = PlaceMatcher(FINE_M, SIGMA_M)
-        self._answers: OrderedDict[bytes, Fit | None] = OrderedDict()
+        self._answers = answers or Answers()
         self.matched = 0
         """Stretches matched so far, without those answered from the cache."""
 
@@ -69,13 +94,11 @@ class LocalMatcher:
             question.update(_relative(trail, centre, keys).tobytes() + np.diff(starts).tobytes())
             question.update(trail.scans.polar[starts[0] : starts[-1]].tobytes() + trail.scans.origins[keys].tobytes())
         key = question.digest()
-        if key in self._answers:
-            self._answers.move_to_end(key)
-            return self._answers[key]
-        self.matched += 1
-        answer = self._answers[key] = self._search(a, i, group, _stretch(b, j, tail), expected, lost_m)
-        if len(self._answers) > REMEMBERED:
-            self._answers.popitem(last=False)
+        is_known, answer = self._answers.get(key)
+        if not is_known:
+            self.matched += 1
+            answer = self._search(a, i, group, _stretch(b, j, tail), expected, lost_m)
+            self._answers.add(key, answer)
         return answer
 
     def _search(

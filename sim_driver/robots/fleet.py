@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,9 +45,9 @@ class Fleet:
         if self.walkers is not None:
             self.walkers.step(np.array([robot.T_world_base[:2] for robot in self.robots.values()]), dt_s)
 
-    def observe(self, stamp_ns: int) -> list[Observation]:
-        """Return every robot's sensors at this instant."""
-        return [self.observe_one(robot_id, stamp_ns) for robot_id in self.robots]
+    def observe(self, stamp_ns: int, of: Collection[str] | None = None) -> list[Observation]:
+        """Return every robot's sensors at this instant, or those ``of`` some robots: each has noise of its own."""
+        return [self.observe_one(robot_id, stamp_ns) for robot_id in self.robots if of is None or robot_id in of]
 
     def observe_one(self, robot_id: str, stamp_ns: int) -> Observation:
         """Return one robot's sensors (its laser's noise moves on with each call)."""

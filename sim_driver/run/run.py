@@ -20,7 +20,7 @@ from mrslam.sim_driver.replay.again import copy_truth
 from mrslam.sim_driver.run.earlier import clear_earlier
 from mrslam.sim_driver.run.metrics import write_metrics
 from mrslam.sim_driver.run.run_process import run_processes
-from mrslam.sim_driver.run.run_virtual import run_in_virtual_time
+from mrslam.sim_driver.run.run_shares import run_in_shares
 from mrslam.sim_driver.run.team_ways import fill_team_ways
 from mrslam.spatial import InputError
 from mrslam.spatial.files.atomic import held, make_folder, write_text
@@ -42,10 +42,12 @@ def run_mission(
     progress: Progress,
     say: Callable[[str], None],
     interrupts: Interrupts = lambda: nullcontext(lambda: False),
+    processes: int = 1,
 ) -> dict[str, Any]:
     """Run the mission in its shell, leave everything in the folder ``out``, and return the metrics.
 
-    Those of a mission that was interrupted say so (``interrupted``).
+    Those of a mission that was interrupted say so (``interrupted``). ``processes`` : in which a mission in virtual time
+    is played (:func:`mrslam.sim_driver.run.run_shares.processes_for`), the same bytes with any number.
     """
     if mission.mission.shell == "agents":
         raise InputError(f"{mission.mission.name}: these agents ran on their own; what they did cannot be run again")
@@ -53,18 +55,23 @@ def run_mission(
         raise InputError(f"{mission.mission.name}: [[faults]] are played in virtual time only; add --shell virtual")
     check_files(mission)
     with held(out):
-        return _run_held(mission, out, progress, say, interrupts)
+        return _run_held(mission, out, progress, say, interrupts, processes)
 
 
 def _run_held(
-    mission: Mission, out: Path, progress: Progress, say: Callable[[str], None], interrupts: Interrupts
+    mission: Mission,
+    out: Path,
+    progress: Progress,
+    say: Callable[[str], None],
+    interrupts: Interrupts,
+    processes: int,
 ) -> dict[str, Any]:
     prepare_folder(mission, out, say)
     compile_s = ensure_compiled(say)
     start = time.monotonic()
     if mission.mission.shell == "virtual":
         with interrupts() as stop:
-            outcome = run_in_virtual_time(mission, out, progress, stop=stop)
+            outcome = run_in_shares(mission, out, progress, stop, processes)
     else:
         outcome = run_processes(mission, out, progress, say)
     wall_s = time.monotonic() - start

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -13,6 +13,7 @@ import numpy as np
 
 from mrslam.agent import Keeper, LinkSource, Runner, TakesTurns, VirtualRobot, Watcher, run_virtual
 from mrslam.comms import Conditions, LinkConditions, MemoryNetwork, Transport
+from mrslam.merge.joint.local_match import Answers
 from mrslam.sim_driver.faults import FaultConfig
 from mrslam.sim_driver.faults.links import CorruptingTransport, faulty_conditions
 from mrslam.sim_driver.faults.robot import FaultyDisk, MortalRobot, Start, Twin
@@ -22,6 +23,7 @@ from mrslam.sim_driver.missions.run_files import CHECKPOINT, TWIN
 from mrslam.sim_driver.missions.sections import RobotConfig
 from mrslam.sim_driver.missions.seeds import seed_for
 from mrslam.sim_driver.run.shaping import CUT_BELOW
+from mrslam.sim_driver.run.shares import AwayRobot, Meeting, turn_of
 from mrslam.sim_driver.run.team import (
     NoBody,
     make_agent,
@@ -95,19 +97,28 @@ def _one_thread_a_mapper(mission: Mission) -> Mission:
 class VirtualTeam:
     """Makes the robots of a mission, at its beginning and again when one has died."""
 
-    def __init__(self, mission: Mission, out: Path) -> None:
-        """Take the mission and where its robots' folders go."""
+    def __init__(self, mission: Mission, out: Path, here: Collection[str] | None = None) -> None:
+        """Take the mission and where its robots' folders go.
+
+        ``here`` : the robots that take their turns in this process, None = all; a mission with faults has all of them
+        in one.
+        """
         self._mission, self._out = mission, out
         self._settled = _one_thread_a_mapper(mission)
         self.simulation = Simulation(mission) if mission.world is not None and mission.replay is None else None
+        if self.simulation is not None and here is not None:
+            self.simulation.sensing = here
         self._trace = read_trace(mission)
         self._radios: dict[str, LinkSource | None] = {}
         self._watchers: dict[str, list[Watcher]] = {}
+        self._matches = Answers()
         conditions = faulty_conditions(_conditions(self._radios), mission.faults)
         self.network = MemoryNetwork(seed_for(mission, "network"), conditions)
         self.duration_s = 0.0
         """How long the longest log is, mission seconds."""
-        self.robots: list[TakesTurns] = [self._robot(robot) for robot in mission.robots]
+        self.robots: list[TakesTurns] = [
+            self._robot(robot) if here is None or robot.id in here else self._away(robot) for robot in mission.robots
+        ]
         self.robots += [Twin(partial(self._start_twin, fault.robot), fault) for fault in _of_kind(mission, "twin")]
 
     def _robot(self, robot: RobotConfig) -> TakesTurns:
@@ -116,6 +127,20 @@ class VirtualTeam:
             return VirtualRobot(self._start(robot, Start(), None))
         disk = FaultyDisk(faults)
         return MortalRobot(partial(self._start, robot, disk=disk), faults, partial(self._die, robot.id), disk)
+
+    def _away(self, robot: RobotConfig) -> AwayRobot:
+        port = self._port(robot)
+        self._radios[robot.id] = radio_of(self._mission, robot, self._trace, port)
+        simulation = self.simulation if port is not None else None
+        return AwayRobot(robot.id, self.network.attach(robot.id), simulation)
+
+    def meet(self, meeting: Meeting) -> None:
+        """Exchange what the robots here did in this step for what those of other processes did."""
+        here = [turn_of(robot, self.simulation) for robot in self.robots if isinstance(robot, VirtualRobot)]
+        turns = meeting.meet({turn.robot_id: turn for turn in here})
+        for robot in self.robots:
+            if isinstance(robot, AwayRobot):
+                robot.take(turns[robot.robot_id])
 
     def _die(self, robot_id: str) -> None:
         self.network.crash(robot_id)
@@ -126,8 +151,7 @@ class VirtualTeam:
         """Make a robot; one that comes back has missed what there was to see meanwhile."""
         mission, folder = self._mission, self._out / robot.id
         faults = [fault for fault in mission.faults if fault.robot == robot.id]
-        is_simulated_here = self.simulation is not None and is_simulated(mission, robot)
-        port = DirectPort(self.simulation, robot.id) if self.simulation and is_simulated_here else None
+        port = self._port(robot)
         body = make_body(mission, robot, port)
         if isinstance(body, RecordedBody):
             self.duration_s = max(self.duration_s, body.duration_ns / 1e9)
@@ -148,9 +172,14 @@ class VirtualTeam:
         if robot.id not in self._watchers:  # who looks on goes on doing so when the robot comes back
             self._watchers[robot.id] = watchers_of(mission, robot, folder)
         links, watchers = told_links(mission, radio), self._watchers[robot.id]
-        runner = Runner(agent, body, transport, folder, links, watchers, keeper)
+        runner = Runner(agent, body, transport, folder, links, watchers, keeper, self._matches)
         runner.perform(past)
         return runner
+
+    def _port(self, robot: RobotConfig) -> DirectPort | None:
+        if self.simulation is None or not is_simulated(self._mission, robot):
+            return None
+        return DirectPort(self.simulation, robot.id)
 
     def _start_twin(self, robot_id: str) -> Runner:
         """Make a second process with a robot's id, that senses nothing."""
@@ -179,6 +208,26 @@ def run_in_virtual_time(
     ``watch`` is shown all robots after every step; the mission ends early where ``stop()`` says so.
     """
     team = VirtualTeam(mission, out)
+    outcome = play(mission, team, progress, watch, stop)
+    if team.simulation is not None:
+        team.simulation.write_truth(out)
+    return outcome
+
+
+def play(
+    mission: Mission,
+    team: VirtualTeam,
+    progress: Any,
+    watch: Callable[[VirtualTeam, int], None] = lambda team, now_ns: None,
+    stop: Callable[[], bool] = lambda: False,
+    meeting: Meeting | None = None,
+    threads: int = 0,
+) -> dict[str, Any]:
+    """Run a team's robots to the mission's end and return what the metrics need beside their files.
+
+    ``meeting`` : where robots that take their turns in other processes are told of; ``threads`` : for alignments, where
+    the mission leaves that open, 0 = the number of cores.
+    """
     limit_s = mission.mission.duration_s
     total_s = limit_s or (team.duration_s + mission.mission.linger_s if team.simulation is None else None)
 
@@ -201,8 +250,7 @@ def run_in_virtual_time(
         linger_ns=round(mission.mission.linger_s * 1e9),
         progress=after_step,
         stop=is_over,
-        threads=mission.settings.rbpf.threads,
+        threads=mission.settings.rbpf.threads or threads,
+        meet=(lambda: None) if meeting is None else partial(team.meet, meeting),
     )
-    if team.simulation is not None:
-        team.simulation.write_truth(out)
     return {"mission_s": mission_ns / 1e9, "shell": "virtual", **({"interrupted": True} if interrupted else {})}

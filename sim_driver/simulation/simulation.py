@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from itertools import combinations
 from pathlib import Path
 
@@ -43,7 +43,10 @@ class Simulation:
         people = Walkers(self.world, mission.world.walkers, crowd) if mission.world.walkers else None
         self.fleet = Fleet(placed, people)
         self.starts = self.fleet.T_world_base()
-        self._commands: dict[str, tuple[float, float]] = {}
+        self.commands: dict[str, tuple[float, float]] = {}
+        """By robot: what it drives from now on, speed (m/s) and turn (rad/s)."""
+        self.sensing: Collection[str] = self.fleet.robots.keys()
+        """The robots whose lasers are needed: all, unless others play some of them."""
         self._sensed: dict[str, list[Sensed]] = defaultdict(list)
         self._qualities: dict[str, dict[str, float]] = {}
         self._pairs = list(combinations(sorted(self.fleet.robots), 2))
@@ -100,8 +103,8 @@ class Simulation:
         """Move the world on to this mission time."""
         while self._next_ns <= now_ns:
             if self._next_ns > 0:
-                self.fleet.step(self._commands, STEP_NS / 1e9)
-            for seen in self.fleet.observe(self._next_ns):
+                self.fleet.step(self.commands, STEP_NS / 1e9)
+            for seen in self.fleet.observe(self._next_ns, self.sensing):
                 self._sensed[seen.robot_id].append(Sensed(self._next_ns, seen.scan, seen.T_odom_base))
             self._hear()
             self._next_ns += STEP_NS
@@ -130,7 +133,7 @@ class Simulation:
 
     def command(self, robot_id: str, command: tuple[float, float]) -> None:
         """Set what a robot drives from now on: speed (m/s) and turn (rad/s)."""
-        self._commands[robot_id] = command
+        self.commands[robot_id] = command
 
     def qualities(self, robot_id: str) -> dict[str, float]:
         """Return the true quality of the robot's links, now."""

@@ -99,8 +99,8 @@ MUTANTS = (
     ),
     Mutant(
         BELIEF,
-        "if searched and not self.is_seen else None",
-        "if searched else None",
+        "        if searched and not self.is_seen:\n",
+        "        if searched:\n",
         "robots that see each other are unmerged because another wing looks alike",
     ),
     Mutant(

@@ -261,4 +261,10 @@ MUTANTS = (
         "MOST_UNSEEN_LLR",
         "robots that are too low for each other's lasers refute the right place",
     ),
+    Mutant(
+        "agent/shells/virtual.py",
+        "        meet()\n        for robot in robots:\n            robot.flush(now_ns)\n",
+        "        for robot in robots:\n            robot.flush(now_ns)\n        meet()\n",
+        "what robots of another process send and drive counts a step late",
+    ),
 )

@@ -161,8 +161,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/grids/agreement.py",
-        "        elif own >= 0 and 0 <= pool[own, r & INSIDE, c & INSIDE] <= FREE_MAX:\n            against += 1",
-        "        elif own >= 0 and 0 <= pool[own, r & INSIDE, c & INSIDE] <= FREE_MAX:\n            agree += 1",
+        "                against += 1",
+        "                agree += 1",
         "contradicting maps seem to agree",
     ),
     Mutant(
@@ -618,9 +618,9 @@ MUTANTS = (
     ),
     Mutant(
         "merge/grids/agreement.py",
-        "    side = (2 * reach >> BITS) + 2",
-        "    side = 2",
-        "walls farther than a tile are compared with whatever lies in memory",
+        "range(first >> BITS, (last >> BITS) + 1)",
+        "range(first >> BITS, (first >> BITS) + 1)",
+        "near a wall at a tile's edge nothing agrees on the other side of it",
     ),
     Mutant(
         "merge/grids/agreement.py",
@@ -861,5 +861,35 @@ MUTANTS = (
         "if held is None or held[0] is not bent.ways or held[1] is not maps[0] or held[2] is not maps[1]:",
         "if held is None:",
         "bent maps are judged once, whatever comes later",
+    ),
+    Mutant(
+        "merge/grids/agreement.py",
+        "        if near_m not in self._near:\n",
+        "        if True:\n",
+        "each map of a team is marked again for every other one that it is compared with",
+    ),
+    Mutant(
+        "merge/grids/agreement.py",
+        "self._near: dict[float, NDArray[np.uint64]] = {}",
+        "self._near = dict.fromkeys((0.3, 0.15), near_walls(tiled, 0.15 / tiled.resolution_m))",
+        "maps placed through others are compared as closely as those that were aligned",
+    ),
+    Mutant(
+        "merge/joint/local_match.py",
+        "        self._answers = answers or Answers()\n",
+        "        self._answers = Answers()\n",
+        "in simulations every robot matches the keyframes that the others have matched",
+    ),
+    Mutant(
+        "merge/joint/local_match.py",
+        "            self._fits.move_to_end(question)\n",
+        "",
+        "matches that every solution asks for are forgotten first",
+    ),
+    Mutant(
+        "merge/grids/agreement.py",
+        "float(np.cos(theta)), float(np.sin(theta))",
+        "float(np.cos(theta)), float(np.sin(-theta))",
+        "maps placed at an angle contradict each other, and are unmerged",
     ),
 )

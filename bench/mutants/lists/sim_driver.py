@@ -781,4 +781,58 @@ MUTANTS = (
         "for name in (*named, self.links.trace)",
         "relations that lie in the folder of an earlier run are deleted before they are read",
     ),
+    Mutant(
+        "sim_driver/run/shares.py",
+        "            self._simulation.command(self.robot_id, turn.command)\n",
+        "            pass\n",
+        "of a mission in two processes half of the robots stand still in the world of the other half",
+    ),
+    Mutant(
+        "sim_driver/run/shares.py",
+        "        for effect in self._turn.sent:\n",
+        "        for effect in self._turn.sent[1:]:\n",
+        "robots that take their turns in another process are heard in part: the number of processes decides who merges",
+    ),
+    Mutant(
+        "sim_driver/run/shares.py",
+        "        self._transport.poll(0.0)\n",
+        "        pass\n",
+        "every process keeps what was ever sent to robots of others",
+    ),
+    Mutant(
+        "sim_driver/run/shares.py",
+        "        raise said\n",
+        "        return {}\n",
+        "a mission whose second process failed ends with a KeyError, and not with what is wrong",
+    ),
+    Mutant(
+        "sim_driver/run/shares.py",
+        "        self.is_over = self._stop()\n",
+        "        self.is_over = False\n",
+        "Ctrl-C does not end a mission that is played in several processes",
+    ),
+    Mutant(
+        "sim_driver/run/run_shares.py",
+        "    if mission.faults or mission.view:\n",
+        "    if mission.view:\n",
+        "robots that crash in missions of eight robots and more end these with a KeyError",
+    ),
+    Mutant(
+        "sim_driver/robots/fleet.py",
+        " if of is None or robot_id in of]",
+        "]",
+        "every process casts the beams of all robots' lasers",
+    ),
+    Mutant(
+        "sim_driver/run/run_virtual.py",
+        "watchers, keeper, self._matches)",
+        "watchers, keeper)",
+        "robots of one mission match the same keyframes, each for itself",
+    ),
+    Mutant(
+        "sim_driver/run/shares.py",
+        "    except EOFError:\n",
+        "    except ZeroDivisionError:\n",
+        "a mission whose second process was killed for want of memory ends with an EOFError that says nothing",
+    ),
 )

@@ -40,6 +40,12 @@ def run(
         str | None, typer.Option("--shell", help="process (real processes) or virtual (virtual time).")
     ] = None,
     speed: Annotated[float | None, typer.Option("--speed", help="Mission seconds in a second (process shell).")] = None,
+    processes: Annotated[
+        int | None,
+        typer.Option(
+            "--processes", help="Processes in virtual time, the same bytes with any; as fit cores and robots.", min=1
+        ),
+    ] = None,
     seed: Seed = None,
     rrd: Rrd = None,
     view: View = False,
@@ -58,7 +64,7 @@ def run(
 
     options = RunOptions(
         mission=mission, recorded=from_, out=out, shell=shell, speed=speed, seed=seed, assignments=set_ or [], rrd=rrd,
-        view=view, as_json=json,
+        view=view, as_json=json, processes=processes or 0,
     )  # fmt: skip
     run_file(options)
 

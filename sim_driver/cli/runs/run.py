@@ -20,6 +20,7 @@ from mrslam.sim_driver.missions.run_files import REPORT_FILE
 from mrslam.sim_driver.replay.again import replay_mission
 from mrslam.sim_driver.report import write_report
 from mrslam.sim_driver.run import run as runs
+from mrslam.sim_driver.run.run_shares import processes_for
 from mrslam.sim_driver.simulation.simulation import make_world
 from mrslam.sim_driver.view import ViewOptions
 from mrslam.sim_driver.view.files import join_recordings, start_viewer
@@ -41,6 +42,8 @@ class RunOptions:
     rrd: Path | None
     view: bool
     as_json: bool
+    processes: int = 0
+    """In virtual time, at most; 0: as many as fit cores and robots."""
 
     @property
     def overrides(self) -> list[str]:
@@ -56,7 +59,7 @@ def run_file(options: RunOptions) -> None:
     start = time.monotonic()
     mission = _mission(options)
     _say_scale(mission)
-    metrics = run_with_progress(mission, options.out, options.rrd, options.view)
+    metrics = run_with_progress(mission, options.out, options.rrd, options.view, options.processes)
     if options.as_json:
         print(json.dumps(metrics))
     else:
@@ -87,7 +90,9 @@ def _say_scale(mission: Mission) -> None:
     say(f"{world.name}: {made.resolution_m:g} m a pixel, {width_m:.1f} x {height_m:.1f} m; world.scale_m changes it")
 
 
-def run_with_progress(mission: Mission, out: Path, rrd: Path | None = None, view: bool = False) -> dict[str, Any]:
+def run_with_progress(
+    mission: Mission, out: Path, rrd: Path | None = None, view: bool = False, processes: int = 0
+) -> dict[str, Any]:
     """Run a mission with a progress bar, and write its report and, if asked for, its recording."""
     if rrd is not None:
         make_folder(rrd.parent)
@@ -100,7 +105,8 @@ def run_with_progress(mission: Mission, out: Path, rrd: Path | None = None, view
         )
         mission = replace(mission, view=options)
     with mission_progress(mission.mission.name) as progress:
-        metrics = runs.run_mission(mission, out, progress, say, interrupts_noted)
+        shares = processes_for(mission, processes)
+        metrics = runs.run_mission(mission, out, progress, say, interrupts_noted, shares)
     if len(metrics["robots_lost"]) < len(mission.robots):
         write_report(out)
     if rrd is not None:

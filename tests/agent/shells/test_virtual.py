@@ -41,3 +41,27 @@ class Waiting:
 def test_a_run_ends_when_all_have_been_idle_for_as_long_as_they_linger(robots: list[Waiting], end_ns: int) -> None:
     ended = run_virtual(robots, MemoryNetwork(), step_ns=STEP_NS, duration_ns=400, linger_ns=LINGER_NS, threads=1)
     assert ended == end_ns and all(robot.closed_ns == end_ns for robot in robots)
+
+
+class Noting(Waiting):
+    """A robot that notes its turns."""
+
+    def __init__(self, notes: list[str]) -> None:
+        super().__init__()
+        self.notes = notes
+
+    def step(self, now_ns: int, worker: ThreadPoolExecutor) -> None:
+        self.notes.append("step")
+
+    def flush(self, now_ns: int) -> None:
+        self.notes.append("flush")
+
+
+def test_robots_of_other_processes_are_met_between_turns_and_sending() -> None:
+    notes: list[str] = []
+    robots = [Noting(notes), Noting(notes)]
+    run_virtual(
+        robots, MemoryNetwork(), step_ns=STEP_NS, duration_ns=2 * STEP_NS, linger_ns=LINGER_NS, threads=1,
+        meet=lambda: notes.append("meet"),
+    )  # fmt: skip
+    assert notes == 2 * ["step", "step", "meet", "flush", "flush"]

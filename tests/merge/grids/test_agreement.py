@@ -3,7 +3,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mrslam.merge.grids.agreement import Walls, compare, count_near
+from mrslam.merge.grids import agreement
+from mrslam.merge.grids.agreement import Walls, compare, count_near, near_walls
 from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.spatial import OccupancyGrid, se2
 from tests.merge.plans import RESOLUTION_M, building, part
@@ -71,3 +72,14 @@ def test_nothing_against_nothing():
     empty = walls_of(OccupancyGrid(np.empty((0, 0), dtype=np.int8), 0.05))
     found = compare(empty, walls_of(building(3)), se2.IDENTITY, 0.2)
     assert (found.agree_m, found.against_m, found.share_against) == (0.0, 0.0, 0.0)
+
+
+def test_what_is_near_a_maps_walls_is_marked_once_by_distance(monkeypatch):
+    marked = []
+    monkeypatch.setattr(agreement, "near_walls", lambda *asked: marked.append(asked[1]) or near_walls(*asked))
+    tiled = TiledGrid.of(building(1))
+    walls, points_m = Walls(tiled), Walls(tiled).points_m + 0.2
+    counts = [walls.count(points_m, near_m) for near_m in (0.3, 0.15, 0.3, 0.15)]
+    assert marked == [0.3 / RESOLUTION_M, 0.15 / RESOLUTION_M]
+    assert counts[:2] == counts[2:] == [count_near(tiled, points_m, near_m) for near_m in (0.3, 0.15)]
+    assert counts[0][0] > counts[1][0] > 0

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from mrslam.merge import LocalMatcher, Trail
+from mrslam.merge.joint import local_match
 from mrslam.merge.joint.local_match import FIRST_LOST_M
 from mrslam.spatial import KeyScans, se2
 from mrslam.spatial.matching.places import expected_sigmas
@@ -69,6 +70,23 @@ def test_a_place_is_searched_again_when_more_may_have_drifted_though_the_same_po
     for lost_m in (FIRST_LOST_M, 4.0 * FIRST_LOST_M):
         matcher.match(A.trail, 30, B.trail, 12, se2.IDENTITY, lost_m)  # rounded it is the same
     assert matcher.matched == 2
+
+
+def test_robots_of_one_process_share_what_they_matched():
+    answers = local_match.Answers()
+    one, two = LocalMatcher(answers), LocalMatcher(answers)
+    assert one.match(A.trail, 30, B.trail, 12, TRUE, 5.0) is two.match(A.trail, 30, B.trail, 12, TRUE, 5.0)
+    assert (one.matched, two.matched) == (1, 0)
+
+
+def test_the_answers_asked_for_least_lately_are_forgotten(monkeypatch):
+    monkeypatch.setattr(local_match, "REMEMBERED", 2)
+    answers, fit = local_match.Answers(), LocalMatcher().match(A.trail, 30, B.trail, 12, TRUE, 5.0)
+    answers.add(b"one", fit)
+    answers.add(b"two", None)
+    assert answers.get(b"one") == (True, fit)
+    answers.add(b"three", None)
+    assert [answers.get(asked)[0] for asked in (b"one", b"two", b"three")] == [True, False, True]
 
 
 def test_scans_that_differ_only_in_where_the_laser_sat_are_matched_again():
