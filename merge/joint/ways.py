@@ -31,7 +31,9 @@ class Ways:
     """All robots' keyframes as one net of ways, in which believed ties lead from robot to robot."""
 
     def __init__(self, trails: Mapping[str, Trail], ties: Sequence[Tie]) -> None:
-        self._trails, self._ties = dict(trails), tuple(tie for tie in ties if tie.believed)
+        """``ties`` : those between robots without a trail lead nowhere."""
+        self._trails = dict(trails)
+        self._ties = tuple(tie for tie in ties if tie.believed and {tie.a, tie.b} <= trails.keys())
         self._to: dict[str, dict[str, NDArray[np.float64]]] = {}
 
     def to(self, robot_id: str) -> Mapping[str, NDArray[np.float64]]:

@@ -834,8 +834,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/ways.py",
-        "tuple(tie for tie in ties if tie.believed)",
-        "tuple(ties)",
+        "if tie.believed and {tie.a, tie.b} <=",
+        "if {tie.a, tie.b} <=",
         "ties that the solution dropped hold maps",
     ),
     Mutant(

@@ -27,7 +27,8 @@ def tie(a: str, i: int, b: str, j: int, *, believed: bool = True) -> Tie:
 
 def test_the_way_to_another_robot_leads_along_both_ways_and_over_ties() -> None:
     trails = {"a": straight(), "b": straight(2.0), "c": straight(), "d": straight()}
-    ways = Ways(trails, [tie("a", 10, "b", 5), tie("b", 20, "c", 7), tie("c", 3, "d", 3, believed=False)])
+    elsewhere = tie("e", 1, "f", 1)  # two that met, and nobody else
+    ways = Ways(trails, [tie("a", 10, "b", 5), tie("b", 20, "c", 7), tie("c", 3, "d", 3, believed=False), elsewhere])
     k = np.arange(COUNT)
     assert ways.to("b")["a"] == pytest.approx(np.abs(k - 10.0), abs=1e-3)
     assert ways.to("a")["b"] == pytest.approx(2.0 * np.abs(k - 5.0), abs=1e-3)
