@@ -16,7 +16,7 @@ TABLES = {
     "world": {"name": "arena2"},
     "robots": [{"id": "r1"}, {"id": "r2"}],
     "rbpf": {"particles": 5},
-    "agent": {"checkpoint_interval_s": 1.0},
+    "agent": {"checkpoint_interval_s": 1.0, "give_up_s": 1000.0},  # how far it drove unseen, a busy machine decides
     "comms": {"exchange_timeout_s": 5.0},
 }
 
