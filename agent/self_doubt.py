@@ -34,9 +34,9 @@ SAVED = ("doubtful", "torn", "_usual", "_fitting", "_doubted_ns", "_is_for_now")
 class SelfDoubt:
     """Detects that a robot's pose may be wrong; it then does not publish its map.
 
-    Either the mapper's health falls, as when the robot is carried off, or it was carried while it was off, which no
-    mapper sees: its later scans fit each other well, and only the map published before can show whether its pose is
-    right.
+    Either the mapper's health falls, or the robot was carried, which a mapper does not see of one that was off. Later
+    scans fit each other well then, and a house may look alike where it was put down: only the map published before
+    can show whether its pose is right.
     """
 
     min_health: float
@@ -44,7 +44,7 @@ class SelfDoubt:
     doubtful: bool = False
     """Whether the robot doubts where it is."""
     torn: bool = False
-    """Whether it doubts because it was resumed where it sees something else."""
+    """Whether it doubts because it was carried, or resumed where it sees something else."""
     _usual: float | None = None
     _fitting: int = 0
     _doubted_ns: int = 0
@@ -74,10 +74,11 @@ class SelfDoubt:
         """Return "doubtful", "recovered" or "given_up" at the scan where the state changes, else None.
 
         ``match_score`` : share of the scan that fits the scans before, 0..1. ``fits()`` returns whether it fits the map
-        last published, None where that has too few known cells; it is called only of a robot that was resumed.
+        last published, None where that has too few known cells; it is called only of one that was carried or resumed.
         A resumed robot has driven on since it was saved, so its view may well have changed: its pose by odometry is
         doubted unless that map confirms it, for odometry may have been reset, or the robot carried.
-        ``is_lost`` : whether the mapper knows that the robot is not where it was led.
+        ``is_lost`` : whether the mapper knows that the robot is not where it was led; where it believes that it found
+        the robot again, the published map must show that, too.
         """
         if self._is_for_now:
             self.doubtful = self._is_for_now = False
@@ -87,13 +88,14 @@ class SelfDoubt:
         self._looked_ns = now_ns
         if not self.doubtful:
             usual = 1.0 if self._usual is None else self._usual
-            torn = is_back and match_score < TORN * usual and not fits()
+            torn = is_lost or (is_back and match_score < TORN * usual and not fits())
             self._usual = usual + USUAL_MEMORY * (match_score - usual)
             if not torn and health >= self.min_health:
                 return None
             self.doubtful, self.torn, self._fitting, self._doubted_ns = True, torn, 0, 0
             return "doubtful"
-        self._doubted_ns += waited_ns if self.torn or is_lost else waited_ns // PATIENCE
+        self.torn |= is_lost
+        self._doubted_ns += waited_ns if self.torn else waited_ns // PATIENCE
         if self._has_recovered(health, fits):
             self.doubtful = False
             return "recovered"

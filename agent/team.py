@@ -65,9 +65,9 @@ class Team:
 
     def take_map(self, robot_id: str, known: KnownMap) -> None:
         """Take the newest map of a robot; one of a new epoch replaces map, place and beliefs of the old one."""
-        if self._doubts(robot_id, known):
-            return
         held = self.maps.get(robot_id)
+        if self._doubts(robot_id, known, held):
+            return
         self._know(robot_id, known)
         if self._is_begun_anew(robot_id, held, known):
             self._begin_pairs(robot_id)
@@ -115,9 +115,13 @@ class Team:
             if robot_id in pair:
                 self.beliefs[pair] = PairBelief(reason=f"{robot_id} started a new map")
 
-    def _doubts(self, robot_id: str, known: KnownMap) -> bool:
-        """Return whether a teammate's map contradicts itself; if so, note why, and drop its map, place and beliefs."""
-        reason = contradicts_itself(known.local) if robot_id != self.robot_id else None
+    def _doubts(self, robot_id: str, known: KnownMap, held: KnownMap | None) -> bool:
+        """Return whether a teammate's map contradicts itself; if so, note why, and drop its map, place and beliefs.
+
+        ``held`` : the state of it that is known.
+        """
+        before = held.local if held is not None and held.epoch == known.epoch else None
+        reason = contradicts_itself(known.local, before) if robot_id != self.robot_id else None
         if reason is None:
             self.doubted.pop(robot_id, None)
             return False
@@ -145,7 +149,7 @@ class Team:
 
     def restore(self, maps: Mapping[str, KnownMap], beliefs: Mapping[Pair, PairBelief], frame: str | None) -> None:
         """Continue with the maps, beliefs and frame of a checkpoint, beside the saved maps that were taken before."""
-        kept = [robot_id for robot_id, known in sorted(maps.items()) if not self._doubts(robot_id, known)]
+        kept = [robot_id for robot_id, known in sorted(maps.items()) if not self._doubts(robot_id, known, None)]
         for robot_id in kept:
             self._know(robot_id, maps[robot_id])
         self.saved.update(filter(is_saved, kept))

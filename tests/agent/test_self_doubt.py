@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
+from mrslam.agent import Agent, Settings
+from mrslam.agent.known_map import KnownMap
 from mrslam.agent.map_check import _on_walls, contradicts_itself
 from mrslam.agent.self_doubt import PATIENCE, SelfDoubt, fits_map
 from mrslam.merge.grids.tiled_grid import TiledGrid
@@ -22,12 +24,23 @@ def never() -> bool:
 def test_a_robot_doubts_recovers_and_gives_up() -> None:
     doubt = SelfDoubt(0.4, 10 * S)
     health = [0.9, 0.39, 0.45, 0.49, 0.5, 0.3, 0.3]
-    assert [doubt.look(value, 1.0, never, t * S, is_lost=True) for t, value in enumerate(health)] == [
+    assert [doubt.look(value, 1.0, never, t * S, is_lost=t > 4) for t, value in enumerate(health)] == [
         None, "doubtful", None, None, "recovered", "doubtful", None,
     ]  # fmt: skip
     assert doubt.look(0.3, 1.0, never, 14 * S, is_lost=True) is None
     assert doubt.look(0.3, 1.0, never, 15 * S, is_lost=True) == "given_up"
     assert not doubt.doubtful
+
+
+@pytest.mark.parametrize("at", [0, 1])
+@pytest.mark.parametrize("is_shown", [True, False])
+def test_a_robot_that_its_mapper_found_again_is_believed_only_where_the_published_map_shows_it(
+    at: int, is_shown: bool
+) -> None:
+    doubt, healths = SelfDoubt(0.4, 10 * S), [0.2, 0.2, *[1.0] * 10]
+    told = [doubt.look(h, 1.0, lambda: is_shown, t * S, is_lost=t == at) for t, h in enumerate(healths)]
+    end = 5 if is_shown else 10  # scans that fit while the mapper still doubts count among the five
+    assert told[: end + 1] == ["doubtful", *[None] * (end - 1), "recovered" if is_shown else "given_up"]
 
 
 def test_a_map_that_scans_contradict_though_nobody_carried_the_robot_is_kept_for_long() -> None:
@@ -209,8 +222,8 @@ def test_a_map_must_show_what_its_robot_has_seen() -> None:
     assert doubted(LocalMap(silent.map, silent.keyframes)) is None  # of a robot that sends no scans nobody can say
 
 
-def test_a_mirrored_map_is_found_out_where_most_of_it_looks_the_same() -> None:
-    """Three walls of four lie where others are when mirrored."""
+def three_of_four_walls(count: int, *, mirrored: bool) -> LocalMap:
+    """A hall with a wall across, and so many scans in its larger part; mirrored, three of its walls lie on walls."""
     cells = np.full((200, 200), -1, dtype=np.int8)
     cells[60:140, 40:160] = 0
     cells[[59, 140], 39:161] = cells[59:141, [39, 160]] = 100
@@ -218,16 +231,35 @@ def test_a_mirrored_map_is_found_out_where_most_of_it_looks_the_same() -> None:
     x, y = np.linspace(-2.9, 0.9, 15), np.linspace(-1.9, 1.9, 15)
     seen = [np.stack([x, np.full(15, side * 2.025)], axis=1) for side in (-1.0, 1.0)]
     seen += [np.stack([np.full(15, at), y], axis=1) for at in (-3.025, 1.025)]
-    way = np.stack([np.linspace(-1.5, 0.5, 20), np.zeros(20), np.zeros(20)], axis=1)
-    scans = KeyScans.of_points([np.concatenate(seen) - pose[:2] for pose in way], np.zeros((20, 2)))
+    way = np.stack([np.linspace(-1.5, 0.5, count), np.zeros(count), np.zeros(count)], axis=1)
+    scans = KeyScans.of_points([np.concatenate(seen) - pose[:2] for pose in way], np.zeros((count, 2)))
+    grid = OccupancyGrid(np.ascontiguousarray(cells[:, ::-1] if mirrored else cells), 0.05, (-5.0, -5.0))
+    return LocalMap(TiledMap.from_grid(grid), Keyframes(np.arange(count), way), scans)
 
-    def told_as(shown: np.ndarray) -> LocalMap:
-        grid = OccupancyGrid(np.ascontiguousarray(shown), 0.05, (-5.0, -5.0))
-        return LocalMap(TiledMap.from_grid(grid), Keyframes(np.arange(20), way), scans)
 
-    assert doubted(told_as(cells)) is None
-    reason = doubted(told_as(cells[:, ::-1]))
+def test_a_mirrored_map_is_found_out_where_most_of_it_looks_the_same() -> None:
+    """Three walls of four lie where others are when mirrored."""
+    assert doubted(three_of_four_walls(20, mirrored=False)) is None
+    reason = doubted(three_of_four_walls(20, mirrored=True))
     assert reason == "only 77 % of what its scans hit is wall in its own map"
+
+
+def test_a_map_that_was_sound_for_long_is_not_doubted_for_a_hedge_that_shows_as_free() -> None:
+    worse, known = three_of_four_walls(60, mirrored=True), three_of_four_walls(50, mirrored=False)
+    assert contradicts_itself(worse, known) is None
+    assert contradicts_itself(worse, three_of_four_walls(49, mirrored=False)) == doubted(worse) is not None
+    assert contradicts_itself(hall(np.pi / 2), known) is not None  # but no map turns round
+
+
+def test_what_is_known_of_a_teammates_map_says_nothing_of_its_next_one() -> None:
+    agent = Agent("a", Settings())
+    for epoch, is_believed in ((1, True), (2, False)):
+        agent.team.take_map("b", KnownMap((1, 1), three_of_four_walls(50, mirrored=False)))
+        agent.team.take_map("b", KnownMap((epoch, 2), three_of_four_walls(60, mirrored=True)))
+        assert ("b" in agent.team.maps) is is_believed is ("b" not in agent.team.doubted)
+    again = Agent("a", Settings())
+    again.team.restore({"b": KnownMap((1, 2), three_of_four_walls(60, mirrored=True))}, {}, None)
+    assert "b" not in again.team.maps  # it may be one that was doubted before
 
 
 def test_what_was_seen_a_few_cells_beside_a_wall_is_not_that_wall() -> None:

@@ -110,7 +110,7 @@ MUTANTS = (
     ),
     Mutant(
         TEAM,
-        "        if self._doubts(robot_id, known):\n            return",
+        "        if self._doubts(robot_id, known, held):\n            return",
         "        if False:\n            return",
         "a map that contradicts itself is believed",
     ),
@@ -182,7 +182,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/map_check.py",
-        "    if shown < ON_WALLS:",
+        "    if shown < (ON_WALLS_KNOWN if is_known else ON_WALLS):",
         "    if False:",
         "a map that is turned in an open hall shows its robot and its way elsewhere",
     ),
@@ -458,6 +458,30 @@ MUTANTS = (
     ),
     Mutant(
         "agent/map_check.py",
+        "is_known = before is not None and len(before.key_scans) >= SCANS_MOST",
+        "is_known = False",
+        "robots in a campus lose sight of each other for good where a hedge shows as free",
+    ),
+    Mutant(
+        "agent/map_check.py",
+        "is_known = before is not None and len(before.key_scans) >= SCANS_MOST",
+        "is_known = before is not None",
+        "a mirrored map is believed that began where all looks the same",
+    ),
+    Mutant(
+        TEAM,
+        "held is not None and held.epoch == known.epoch",
+        "held is not None",
+        "a liar that begins a new map is believed for its last one's sake",
+    ),
+    Mutant(
+        TEAM,
+        "if not self._doubts(robot_id, known, None)]",
+        "if not self._doubts(robot_id, known, known)]",
+        "a robot that comes back believes a mirrored map that it doubted before",
+    ),
+    Mutant(
+        "agent/map_check.py",
         "NEAR_CELLS = 2.9",
         "NEAR_CELLS = 60.0",
         "any map is what its robot saw",
@@ -584,14 +608,14 @@ MUTANTS = (
     ),
     Mutant(
         DOUBT,
-        "torn = is_back and match_score",
-        "torn = match_score",
+        "(is_back and match_score",
+        "(match_score",
         "robots doubt themselves among hedges and at doors, and give good maps up",
     ),
     Mutant(
         DOUBT,
-        "torn = is_back and match_score < TORN * usual and not fits()",
-        "torn = False",
+        "torn = is_lost or (is_back and match_score < TORN * usual and not fits())",
+        "torn = is_lost",
         "a robot that was carried while it was off goes on where its wheels have it",
     ),
     Mutant(
@@ -680,21 +704,21 @@ MUTANTS = (
     ),
     Mutant(
         DOUBT,
-        "waited_ns if self.torn or is_lost else waited_ns // PATIENCE",
+        "waited_ns if self.torn else waited_ns // PATIENCE",
         "waited_ns",
         "robots outdoors give good maps up",
     ),
     Mutant(
         DOUBT,
-        "waited_ns if self.torn or is_lost else",
-        "waited_ns if is_lost else",
-        "a robot that was carried while it was off is out of the team for minutes",
+        "torn = is_lost or (is_back",
+        "torn = (is_back",
+        "a robot that was carried to a place that looks alike goes on as if it were found",
     ),
     Mutant(
         DOUBT,
-        "waited_ns if self.torn or is_lost else",
-        "waited_ns if self.torn else",
-        "a robot that was carried off is out of the team for minutes",
+        "        self.torn |= is_lost\n",
+        "",
+        "a robot that is carried while it doubts goes on as if it were found",
     ),
     Mutant(
         CORE,

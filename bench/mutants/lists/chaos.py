@@ -46,14 +46,14 @@ MUTANTS = (
     ),
     Mutant(
         "agent/team.py",
-        "contradicts_itself(known.local) if robot_id != self.robot_id else None",
+        "contradicts_itself(known.local, before) if robot_id != self.robot_id else None",
         "None",
         "liars are not doubted",
         chaos=LIAR,
     ),
     Mutant(
         "agent/map_check.py",
-        "    if shown < ON_WALLS:",
+        "    if shown < (ON_WALLS_KNOWN if is_known else ON_WALLS):",
         "    if False:",
         "a map may show another place than its scans",
         chaos=LIAR,
