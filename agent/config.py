@@ -57,7 +57,8 @@ class AgentConfig:
     min_health: float = 0.4
     """Expert: below this health of its mapper a robot does not publish its map until it has recovered, 0..1."""
     give_up_s: float = 30.0
-    """A robot that has doubted its place for this time starts a new map, seconds, > 0."""
+    """A robot that was carried, or resumed elsewhere, and has not found its place for this time starts a new map;
+    one whose scans merely contradict its map, after ten times as long; seconds, > 0."""
     frame: str = ""
     """Frame in which the robot tells its pose and its team map: that of the saved map of this name ("office@monday"),
     once it is localised there; empty: its own map's."""

@@ -22,7 +22,7 @@ class Contradictions:
 
     def __init__(self, config: MergeConfig) -> None:
         self.config = config
-        self._walls: dict[str, list[Walls]] = {}
+        self._walls: dict[str, Walls] = {}
         self._compared: dict[Pair, dict[tuple[bytes, int], _Compared]] = {}
         self._bent: dict[Pair, tuple[Ways | None, TiledGrid, TiledGrid, str | None]] = {}
 
@@ -73,10 +73,7 @@ class Contradictions:
         return f"{found.against_m:.1f} m of wall of {a} and {b} ({share:.0f} %) is on the other's free space"
 
     def _prepared(self, robot_id: str, tiled: TiledGrid) -> Walls:
-        held = self._walls.setdefault(robot_id, [])
-        walls = next((one for one in held if one.tiled is tiled), None)
-        if walls is None:
-            walls = Walls(tiled)
-            held.append(walls)
-            del held[:-1]
-        return walls
+        held = self._walls.get(robot_id)
+        if held is None or held.tiled is not tiled:
+            held = self._walls[robot_id] = Walls(tiled)
+        return held
