@@ -36,12 +36,14 @@ def candidates(
     poses: tuple[Transform, Transform],
     found: Collection[tuple[int, int]],
     believed: Sequence[KeyMatch],
+    first_lost_m: float = FIRST_LOST_M,
 ) -> list[Candidate]:
     """Return the keyframes of the second trail to compare, each with the nearest keyframe of the first.
 
     ``poses`` : present estimates of both robots' keyframes, ``(K, 3)`` each, in one frame. ``found`` : keyframes (i, j)
     of all matches so far; within half of ``COMPARED_EVERY_M`` along the second trail nothing is compared again.
-    ``believed`` : those matches that the last solution believes.
+    ``believed`` : those matches that the last solution believes. ``first_lost_m`` : path over which the poses may have
+    drifted where there are none, metres.
     """
     (a, b), (T_a, T_b) = trails, poses
     if not _are_near(T_a, T_b):
@@ -59,7 +61,7 @@ def candidates(
         i = int(nearest[j])
         if away_m[j] > FAR_MOST_M:
             continue
-        lost_m = float((to_a[:, i] + to_b[:, j]).min()) if believed else FIRST_LOST_M
+        lost_m = float((to_a[:, i] + to_b[:, j]).min()) if believed else first_lost_m
         if away_m[j] > within_m(lost_m):
             continue
         last_m = b.way_m[j]
