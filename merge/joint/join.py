@@ -35,7 +35,7 @@ CHI2_MOST = 16.27
 MATCHES_LEAST = 3
 """Least matches that agree for a pair to be tied: two agree by chance where a corridor repeats itself."""
 WIDE_LOST_M = 80.0
-"""``lost_m`` of pairs of robots that no match ties with ``FIRST_LOST_M``, metres: where two maps of hundreds of metres
+"""``lost_m`` before any match is believed where robots stay untied with ``FIRST_LOST_M``, metres: where two maps of hundreds of metres
 were aligned and a loop bent one of them since, they are metres off elsewhere. Measured: two robots on 1.9 km of a campus
 whose maps lie 2 m and 1 degree off, 3 and 0 places matched -> 30; with half of it 12."""
 CLEAR = 1.25
@@ -80,7 +80,7 @@ class JointMap:
     @property
     def tied_pairs(self) -> set[Pair]:
         """The pairs with a match that is believed."""
-        return {(tie.a, tie.b) for tie in self.ties if tie.believed}
+        return _tied_pairs(self.ties)
 
     def tied(self, a: str, b: str) -> int:
         """Return the number of believed matches between two robots."""
@@ -103,13 +103,12 @@ def join(
     ambiguous: dict[Pair, str] = {}
     for _ in range(PASSES):
         found: dict[Pair, dict[tuple[int, int], KeyMatch]] = {pair: {} for pair in combinations(names, 2)}
-        lost_m = dict.fromkeys(found, FIRST_LOST_M)
+        lost_m = FIRST_LOST_M
         for _ in range(ROUNDS):
-            if not sum(_compare(trails, poses, pair, found[pair], ties, matcher, lost_m[pair]) for pair in found):
-                untied = _untied(names, ties)
-                if all(lost_m[pair] == WIDE_LOST_M for pair in untied):
+            if not sum(_compare(trails, poses, pair, found[pair], ties, matcher, lost_m) for pair in found):
+                if lost_m == WIDE_LOST_M or len(components(names, _tied_pairs(ties))) == 1:
                     break
-                lost_m.update(dict.fromkeys(untied, WIDE_LOST_M))
+                lost_m = WIDE_LOST_M
                 continue
             chosen, ambiguous = believable(trails, found)
             poses, ties = solve({name: trails[name] for name in names}, poses, chosen, others(found, chosen, ambiguous))
@@ -177,10 +176,8 @@ def others(
     ]
 
 
-def _untied(names: Collection[str], ties: Sequence[Tie]) -> list[Pair]:
-    """Return the pairs of robots that believed matches do not connect, not through others either."""
-    first = _groups(names, {(tie.a, tie.b) for tie in ties if tie.believed})
-    return [pair for pair in combinations(names, 2) if first[pair[0]] != first[pair[1]]]
+def _tied_pairs(ties: Sequence[Tie]) -> set[Pair]:
+    return {(tie.a, tie.b) for tie in ties if tie.believed}
 
 
 def _groups(names: Collection[str], pairs: Collection[Pair]) -> dict[str, str]:
@@ -211,7 +208,7 @@ def solve(
     is_believed = weight[is_tie] > 0.0
     ties = [Tie(*match, bool(one)) for match, one in zip([*matches, *spare], is_believed, strict=True)]
     # What tied two robots to third ones may have been dropped: then a spare match has nothing to be held against.
-    first = _groups(trails, {(tie.a, tie.b) for tie in ties if tie.believed} & {(a, b) for a, b, _ in matches})
+    first = _groups(trails, _tied_pairs(ties) & {(a, b) for a, b, _ in matches})
     agree = (tie for tie in ties[len(matches) :] if tie.believed and first[tie.a] == first[tie.b])
     kept = (*ties[: len(matches)], *agree)
     return {name: together[starts[name] : starts[name] + len(trail)] for name, trail in trails.items()}, kept

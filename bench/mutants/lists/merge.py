@@ -234,6 +234,18 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/join.py",
+        "                lost_m = WIDE_LOST_M",
+        "                break",
+        "two large maps of which a loop bent one after they were aligned stay untied, and are parted in the end",
+    ),
+    Mutant(
+        "merge/joint/join.py",
+        "if lost_m == WIDE_LOST_M or len(components(names, _tied_pairs(ties))) == 1:",
+        "if lost_m == WIDE_LOST_M:",
+        "maps that are tied already are compared as far as hundreds of metres drift, at every solution",
+    ),
+    Mutant(
+        "merge/joint/join.py",
         "        if best.keep.size < MATCHES_LEAST:",
         "        if False:",
         "a single match ties two robots",

@@ -4,7 +4,7 @@ import pytest
 from bench import joint as bench
 from mrslam.merge import LocalMatcher, Trail, join
 from mrslam.merge.joint.consistent import Chosen, KeyMatch, choose
-from mrslam.merge.joint.join import MATCHES_LEAST, believable, others, solve
+from mrslam.merge.joint.join import MATCHES_LEAST, WIDE_LOST_M, believable, others, solve
 from mrslam.spatial import KeyScans, se2
 from tests.merge.joint.blocks import drive, errors_m
 
@@ -55,6 +55,38 @@ def test_what_is_found_hardly_depends_on_the_first_guess(off):
     one, two = joined(), joined(T_a_b=se2.compose(T_A_B, np.array(off)))
     here, there = (joint.seen_from("a", A.trail.T_map_key)["b"] for joint in (one, two))
     assert np.hypot(*(here - there)[:, :2].T).max() < 1.5e-3  # 2 to 6 mm after one pass
+
+
+@pytest.mark.parametrize("off", [(2.0, 1.0, 0.03), (-3.0, 2.0, 0.05)])
+def test_maps_metres_off_are_tied_where_no_match_is_found_beside_the_first_guess(off):
+    """As where a loop bent one of two large maps after they were aligned."""
+    joint = joined(T_a_b=se2.compose(T_A_B, np.array(off)))
+    assert errors_m(A, B, joint.T_team_key["a"], joint.T_team_key["b"]).max() < 0.05
+    assert joint.tied("a", "b") == joined().tied("a", "b")
+
+
+class Asked(LocalMatcher):
+    """Remembers how much drift it was asked to allow for."""
+
+    def __init__(self):
+        super().__init__()
+        self.lost_m = []
+
+    def match(self, a, i, b, j, T_i_j, lost_m):
+        self.lost_m.append(lost_m)
+        return super().match(a, i, b, j, T_i_j, lost_m)
+
+
+def test_only_where_a_robot_stays_untied_are_matches_searched_farther():
+    matcher = Asked()
+    c = drive(72.0, 15.0, seed=3)  # b passed there, and ties it; it ends 3 m from where a began
+    trails = {"a": A.trail, "b": B.trail, "c": c.trail}
+    joint = join(trails, {"a": se2.IDENTITY, "b": T_A_B, "c": se2.between(A.truth[0], c.truth[0])}, matcher)
+    assert joint.tied("b", "c") and not joint.tied("a", "c")
+    assert WIDE_LOST_M not in matcher.lost_m
+    elsewhere = drive(75.0, 7.0, seed=3).trail  # told to be where b began, and fits nothing there
+    join({**trails, "c": elsewhere}, {"a": se2.IDENTITY, "b": T_A_B, "c": T_A_B}, matcher)
+    assert WIDE_LOST_M in matcher.lost_m
 
 
 def test_the_order_in_which_robots_are_given_changes_nothing():
