@@ -35,9 +35,9 @@ CHI2_MOST = 16.27
 MATCHES_LEAST = 3
 """Least matches that agree for a pair to be tied: two agree by chance where a corridor repeats itself."""
 WIDE_LOST_M = 80.0
-"""``lost_m`` before any match is believed where robots stay untied with ``FIRST_LOST_M``, metres: where two maps of hundreds of metres
-were aligned and a loop bent one of them since, they are metres off elsewhere. Measured: two robots on 1.9 km of a campus
-whose maps lie 2 m and 1 degree off, 3 and 0 places matched -> 30; with half of it 12."""
+"""``lost_m`` before any match is believed where robots stay untied with ``FIRST_LOST_M``, metres: large maps that were
+aligned before a loop bent one of them are metres off elsewhere. Measured: two robots on 1.9 km of a campus whose maps
+lie 2 m and 1 degree off, 3 or 0 places matched -> 30; with half of it 12."""
 CLEAR = 1.25
 """Least ratio of the consistent matches to the largest rival set; below, the pair is ambiguous and not tied."""
 

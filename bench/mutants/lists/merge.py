@@ -762,8 +762,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/candidates.py",
-        "float((to_a[:, i] + to_b[:, j]).min()) if believed else FIRST_LOST_M",
-        "FIRST_LOST_M",
+        "float((to_a[:, i] + to_b[:, j]).min()) if believed else first_lost_m",
+        "first_lost_m",
         "far from any match as little is looked for as next to it",
     ),
     Mutant(
