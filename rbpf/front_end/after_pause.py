@@ -55,7 +55,7 @@ def after_pause(
         return replace(reading, is_contradicted=looked.is_contradicted, is_unconfirmed=is_unconfirmed)
     if not is_elsewhere(expected, looked.place):
         return replace(reading, shown=moved)
-    return came_to(looked.place, T_map_before, reading)
+    return replace(came_to(looked.place, T_map_before, reading), is_unconfirmed=True)
 
 
 def came_to(place: Transform, T_map_before: Transform, reading: Reading) -> Reading:
