@@ -27,8 +27,8 @@ MUTANTS = (
     ),
     Mutant(
         KEYS,
-        "            if not renew:\n",
-        "            if False:\n",
+        "            if not renew and (",
+        "            if False and (",
         "making keys for one more robot signs all others anew",
     ),
     Mutant(
