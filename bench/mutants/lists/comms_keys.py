@@ -232,7 +232,8 @@ MUTANTS = (
     Mutant(
         "comms/security/revocation.py",
         '    key, _ = read_authority(folder / "ca")',
-        '    from mrslam.comms.security.certificates import team_authority\n\n    key, _ = team_authority(folder / "ca", team, 1.0)',
+        "    from mrslam.comms.security.certificates import team_authority\n\n"
+        '    key, _ = team_authority(folder / "ca", team, 1.0)',
         "a revocation without the authority's key is signed by another one, and all robots ignore it",
     ),
     Mutant(

@@ -2,7 +2,6 @@
 
 from bench.mutants.mutant import Mutant
 
-
 MUTANTS = (
     Mutant(
         "merge/batch/vetting.py",
@@ -49,5 +48,17 @@ MUTANTS = (
         "self.report(done, len(jobs))",
         "self.report(len(jobs), len(jobs))",
         "progress says at once that all is done",
+    ),
+    Mutant(
+        "merge/batch/all_pairs.py",
+        "    if a not in T_team_map or b not in T_team_map:\n        return None",
+        "    if a not in T_team_map and b not in T_team_map:\n        return None",
+        "a map without a known pose ends in a traceback where another has one",
+    ),
+    Mutant(
+        "merge/batch/merge_maps.py",
+        'return f"{reason}; nearest was {best[0] if best[1] == name else best[1]}',
+        'return f"{reason}; nearest was {best[0]}',
+        "a map that is not placed is said to be nearest to itself",
     ),
 )

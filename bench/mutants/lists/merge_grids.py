@@ -2,7 +2,6 @@
 
 from bench.mutants.mutant import Mutant
 
-
 MUTANTS = (
     Mutant(
         "merge/grids/agreement.py",

@@ -150,4 +150,34 @@ MUTANTS = (
         "for name, saved in given.items()]",
         "a session that fits nowhere ends in a traceback",
     ),
+    Mutant(
+        "merge/sessions/picture.py",
+        "picture[before.is_known & after.is_known] = FLOOR",
+        "picture[before.is_known | after.is_known] = FLOOR",
+        "in the picture of what changed all floor looks as if both maps had seen it",
+    ),
+    Mutant(
+        "merge/sessions/picture.py",
+        "    picture[before.is_occupied & after.is_occupied] = INK\n",
+        "    picture[before.is_occupied | after.is_occupied] = INK\n",
+        "in the picture of what changed a wall that one map only shows looks like one of both",
+    ),
+    Mutant(
+        "merge/sessions/picture.py",
+        "    picture[before.is_occupied | after.is_occupied] = FAINT\n",
+        "",
+        "in the picture of what changed walls that one map only shows are missing",
+    ),
+    Mutant(
+        "merge/sessions/diff.py",
+        "found = changes(one, two, near_m)",
+        "found = changes(one, two)",
+        "--near counts for nothing",
+    ),
+    Mutant(
+        "merge/sessions/one_map.py",
+        "T_team_key = saved.grid, se2.compose(T_team_map, saved.keyframes.T_map_base)",
+        "T_team_key = saved.grid, saved.keyframes.T_map_base",
+        "a session that is turned but not bent leaves its keyframes elsewhere",
+    ),
 )

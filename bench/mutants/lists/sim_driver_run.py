@@ -2,7 +2,6 @@
 
 from bench.mutants.mutant import Mutant
 
-
 MUTANTS = (
     Mutant(
         "sim_driver/run/known_area.py",
