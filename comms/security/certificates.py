@@ -16,14 +16,18 @@ from mrslam.spatial.files.atomic import write_bytes
 
 
 def team_authority(folder: Path, team: str, valid_days: float) -> tuple[ec.EllipticCurvePrivateKey, x509.Certificate]:
-    """Return the team's CA from its folder, made now if there is none; raises ``InputError`` where it is damaged."""
+    """Return the team's CA from its folder, made now if there is none; raises as :func:`read_authority` does.
+
+    A key without a certificate, as an interrupted call leaves it, gets one.
+    """
     key_path, certificate_path = folder / "key.pem", folder / "certificate.pem"
-    if key_path.exists() and certificate_path.exists():
-        try:
-            return read_private_key(key_path), x509.load_pem_x509_certificate(certificate_path.read_bytes())
-        except ValueError as error:
-            raise InputError(f"{folder}: the team's CA cannot be read ({error})") from error
-    key = new_key()
+    if certificate_path.exists():
+        return read_authority(folder)
+    if key_path.exists():
+        key = read_private_key(key_path)
+    else:
+        key = new_key()
+        write_private_key(key_path, key)
     name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, f"{team} CA"[:64])])
     certificate = (
         _builder(name, name, key, valid_days)
@@ -32,9 +36,20 @@ def team_authority(folder: Path, team: str, valid_days: float) -> tuple[ec.Ellip
         .add_extension(x509.SubjectKeyIdentifier.from_public_key(key.public_key()), critical=False)
         .sign(key, hashes.SHA256())
     )
-    write_private_key(key_path, key)
     write_bytes(certificate_path, pem(certificate))
     return key, certificate
+
+
+def read_authority(folder: Path) -> tuple[ec.EllipticCurvePrivateKey, x509.Certificate]:
+    """Return the team's CA from its folder; raise ``InputError`` where the key or the certificate cannot be read.
+
+    A new key in place of a missing one would be another authority, which no robot of the team knows.
+    """
+    certificate_path = folder / "certificate.pem"
+    try:
+        return read_private_key(folder / "key.pem"), x509.load_pem_x509_certificate(certificate_path.read_bytes())
+    except (OSError, ValueError) as error:
+        raise InputError(f"{folder}: the team's CA cannot be read ({error})") from error
 
 
 def member_certificate(

@@ -18,7 +18,7 @@ from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives import hashes
 from cryptography.hazmat.primitives.asymmetric import ec
 
-from mrslam.comms.security.certificates import team_authority
+from mrslam.comms.security.certificates import read_authority
 from mrslam.comms.wire.frames import check_name
 from mrslam.spatial import InputError
 from mrslam.spatial.files.atomic import write_text
@@ -41,7 +41,7 @@ def revoke(folder: Path, team: str, names: Iterable[str], members: Iterable[str]
     added = {check_name(name, "robot id") for name in names}
     if strangers := added - set(members):
         raise InputError(f"{folder}: has no keys of {', '.join(sorted(strangers))}; members are {', '.join(members)}")
-    key, _ = team_authority(folder / "ca", team, valid_days=0.0)
+    key, _ = read_authority(folder / "ca")
     number, revoked = known[0] + 1, sorted(known[1] | added)
     signature = key.sign(_statement(team, number, revoked), ALGORITHM).hex()
     text = json.dumps({"team": team, "number": number, "revoked": revoked, "signature": signature}, indent=1) + "\n"
@@ -68,7 +68,7 @@ def read_list(folder: Path, team: str) -> tuple[int, frozenset[str]]:
         public_key.verify(bytes.fromhex(content["signature"]), _statement(team, number, names), ALGORITHM)
     except InvalidSignature as error:
         raise InputError(f"{path}: not signed by the authority of team {team!r}") from error
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError) as error:
         raise InputError(f"{path}: not a list of revoked robots ({error})") from error
     return number, frozenset(names)
 

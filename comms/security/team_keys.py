@@ -80,12 +80,15 @@ def make_team_keys(
     _, revoked = read_list(ca_folder, team)
     if gone := sorted(revoked & names.keys()):
         raise InputError(f"{folder}: {', '.join(gone)} was revoked; give the robot another name")
+    is_new = not any((ca_folder / name).exists() for name in ("key.pem", "certificate.pem"))
+    if is_new and (others := sorted(path.parent.name for path in folder.glob("*/ca.pem"))):
+        raise InputError(f"{ca_folder}: is not there, but signed the keys of {', '.join(others)}; put it back")
     ca_key, ca_certificate = team_authority(ca_folder, team, max(valid_days, VALID_DAYS))
     made = []
     for name in names:
         target = folder / name
         if (target / "key.pem").exists():
-            if not renew:
+            if not renew and (target / "certificate.pem").exists():
                 continue
             key = read_private_key(target / "key.pem")
         else:
@@ -115,7 +118,7 @@ def load_keys(folder: Path, robot_id: str, team: str) -> RobotKeys:
         roster = {check_name(name, "robot id"): str(role) for name, role in members.items()}
         certificate = x509.load_pem_x509_certificate(paths["certificate.pem"].read_bytes())
         common_name = certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)[0].value
-    except (ValueError, KeyError, TypeError, AttributeError, IndexError, UnicodeDecodeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, IndexError) as error:
         raise InputError(f"{folder}: not a robot's key folder ({error})") from error
     if its_team != team:
         raise InputError(f"{folder}: holds keys of team {its_team!r}, not of {team!r}")

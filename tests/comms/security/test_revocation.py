@@ -8,6 +8,8 @@ import time
 
 import pytest
 from cryptography import x509
+from cryptography.hazmat.primitives import hashes
+from cryptography.hazmat.primitives.asymmetric import ec
 
 from mrslam.comms import (
     CommsConfig,
@@ -241,3 +243,29 @@ def test_a_map_whose_signer_is_revoked_while_it_arrives_is_refused(tmp_path):
     for chunk in make_chunks(theirs, manifest, list(range(len(manifest.rows) + len(manifest.blocks))), QUICK):
         bringer.say(chunk)
     assert node.store.version("c") == NOTHING and node.dropped["revoked"] == 1
+
+
+def test_folders_that_were_moved_to_their_robots_need_not_be_here_to_revoke(tmp_path):
+    team_keys(tmp_path, "abc")
+    (tmp_path / "b").rename(tmp_path / "moved")
+    files = revoke(tmp_path, "team", ["c"])
+    assert sorted(path.parent.name for path in files) == ["a", "c", "ca"]
+    assert not (tmp_path / "b").exists()
+
+
+def test_lists_are_signed_as_documented(tmp_path):
+    team_keys(tmp_path, "abc")
+    revoke(tmp_path, "team", ["c", "b"])
+    content = json.loads((tmp_path / "a" / FILE).read_text())
+    authority = x509.load_pem_x509_certificate((tmp_path / "a" / "ca.pem").read_bytes()).public_key()
+    words = b"mrslam revoked 1\nteam\n1\nb\nc"
+    authority.verify(bytes.fromhex(content["signature"]), words, ec.ECDSA(hashes.SHA256()))
+
+
+@pytest.mark.parametrize("damage", ['{"number": 1e999, "revoked": [], "signature": "00"}', "[" * 100_000, "\\x00", "5"])
+def test_a_damaged_list_is_a_warning_and_no_end(tmp_path, caplog, damage):
+    team_keys(tmp_path, "ab")
+    (tmp_path / "a" / FILE).write_text(damage)
+    mine = Revocations(tmp_path / "a", "team")
+    assert mine.refresh() == frozenset()
+    assert "not a list of revoked robots" in caplog.text

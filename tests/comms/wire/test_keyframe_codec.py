@@ -261,3 +261,33 @@ def test_the_least_integers_are_no_stamp_and_no_pose(column: int, least: int) ->
     raw = b"\x01" + varints(steps) + ONE[5:] + b"\0\0\0"
     with pytest.raises(WireError, match="out of range"):
         unpack_block(raw, None, 1)
+
+
+def test_a_block_of_more_keyframes_than_a_block_has_is_refused() -> None:
+    for count in (BLOCK + 1, 200):
+        stamps, poses = np.arange(count, dtype=np.int64), np.zeros((count, 3), dtype=np.int32)
+        with pytest.raises(WireError, match="count"):
+            unpack_block(pack_block(KeyframeBlock(1, stamps, poses), None), None, 1)
+
+
+@pytest.mark.parametrize("scans", [2, 4])
+def test_scans_of_other_than_all_keyframes_are_refused(scans: int) -> None:
+    block = replace(block_of(room_scans(3)), scans=room_scans(scans))
+    with pytest.raises(WireError, match="number of scans"):
+        unpack_block(pack_block(block, None), None, 1)
+
+
+@pytest.mark.parametrize("raw", [b"\xff" * 9 + b"\x03", b"\xff" * 9 + b"\x7f", b"\xfe" * 9 + b"\x02", b"\x80" * 20])
+def test_numbers_beyond_64_bits_are_refused(raw: bytes) -> None:
+    with pytest.raises(WireError, match="varint"):
+        read_varints(raw, 0, 1)
+    with pytest.raises(WireError, match="varint"):
+        unpack_block(b"\x01" + raw * 4, None, 1)
+
+
+def test_keyframes_and_loops_do_not_pass_for_each_other_in_the_hash() -> None:
+    zeros = KeyframeBlock(1, np.zeros(12, dtype=np.int64), np.zeros((12, 3), dtype=np.int32))
+    looped = KeyframeBlock(
+        1, np.zeros(1, dtype=np.int64), np.zeros((1, 3), dtype=np.int32), edges=np.zeros((5, 11), dtype=np.int64)
+    )
+    assert zeros.content != looped.content

@@ -167,6 +167,8 @@ def test_each_reason_has_its_name():
         [10, "a", -1],
         [10, "a", 2**63],
         [9, "a", 1, 7],
+        [1, "a", 1, 2, 3, 0, 0, [], 0, None],  # a beacon without a period
+        [1, "a", 1, 2, 3, 500, 3, [], 0, None],  # and one of a mode that is none
         [6, "a", 1, "b", 1, 0, 1, float("nan"), 0, [], [], [], [], []],
         [6, "a", 1, "b", 1, 0, 1, float("inf"), 0, [], [], [], [], []],
         [6, "a", 1, "b", 1, 0, 1, 0.0, 0, [], [], [], [], []],
@@ -199,7 +201,7 @@ def test_the_frame_is_as_documented():
     assert payload[HEADER.size :] == b"\x93\x0a\xa1a\x01"
 
 
-@pytest.mark.parametrize("name", ["", "a b", "a/b", "*", "x" * 65, "ü", "a\n"])
+@pytest.mark.parametrize("name", ["", "a b", "a/b", "*", "x" * 65, "ü", "a\n", ".", "..", ".hidden"])
 def test_names_that_break_keys_are_refused(name):
     with pytest.raises(InputError, match="robot id must be"):
         check_name(name, "robot id")

@@ -183,3 +183,16 @@ def test_nonsense_is_refused_in_words():
         merge_maps({"a": PLAN}, anchor="z")
     with pytest.raises(InputError, match="alignment method must be one of"):
         merge_maps({"a": PLAN, "b": PLAN}, method="magic")
+
+
+def test_a_map_is_not_said_to_be_nearest_to_itself():
+    maps, _ = team(3)
+    maps["a stranger"] = building(90, rooms=4)
+    assert "nearest was m" in merge_maps(maps).team_map.unplaced["a stranger"]
+
+
+def test_one_map_with_a_known_pose_places_those_that_fit_it():
+    maps, poses = team(3)
+    result = merge_maps(maps, {"m0": poses["m0"]})
+    assert {"m0", "m1"} <= result.team_map.T_team_map.keys()
+    np.testing.assert_allclose(result.team_map.T_team_map["m0"], poses["m0"], atol=1e-9)

@@ -7,7 +7,7 @@ import pytest
 
 from mrslam.merge.grids.warp import warp
 from mrslam.merge.sessions.diff import Diff, diff
-from mrslam.merge.sessions.picture import APPEARED, INK, VANISHED, draw_diff
+from mrslam.merge.sessions.picture import APPEARED, FAINT, INK, ONE_ONLY, VANISHED, draw_diff
 from mrslam.spatial import InputError, Keyframes, KeyScans, OccupancyGrid, se2
 from mrslam.spatial.files.saved_map import SavedMap, of_one_session
 from tests.merge.joint.blocks import drive, local_map, walls
@@ -114,3 +114,24 @@ def test_the_picture_shows_what_changed() -> None:
     assert picture_of(found, INK) == int(room().is_occupied.sum()) * scale**2
     row = picture.shape[0] - 1 - (round(9.02 / 0.05) + 12) * scale  # first row on top
     assert tuple(picture[row, (round(2.3 / 0.05) + 12) * scale]) == VANISHED
+
+
+def test_the_picture_tells_what_both_have_seen_from_what_one_has() -> None:
+    before = room()
+    before.cells[:, 300:] = -1
+    picture = draw_diff(found := diff(saved(before), saved(room()), same_frame=True))
+    scale = picture.shape[1] // (400 + 24)
+    walls = [int(grid.is_occupied.sum()) for grid in (found.before, found.after)]
+    for colour, cells in (
+        (INK, walls[0]),
+        (FAINT, walls[1] - walls[0]),
+        (ONE_ONLY, int(room().is_free[:, 300:].sum())),
+    ):
+        assert picture_of(found, colour) == cells * scale**2
+
+
+@pytest.mark.parametrize(("near_m", "pieces"), [(0.1, 2), (0.3, 0)])
+def test_how_far_a_wall_may_be_beside_itself_is_chosen(near_m: float, pieces: int) -> None:
+    before, after = room(), room()
+    before.cells[180:230, 100], after.cells[180:230, 104] = 100, 100
+    assert len(diff(saved(before), saved(after), same_frame=True, near_m=near_m).pieces) == pieces

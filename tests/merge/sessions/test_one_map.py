@@ -101,3 +101,10 @@ def test_of_two_sessions_the_later_one_is_right() -> None:
         centres = made.centres(made.is_occupied)
         inside = ((centres > (x - 0.1, y - 0.1)) & (centres < (x + wide + 0.1, y + high + 0.1))).all(axis=1)
         assert inside.any() == shown
+
+
+def test_a_map_that_is_laid_as_it_is_takes_its_keyframes_along() -> None:
+    saved, T = session(drive(0.0, 40.0, seed=1)), np.array([2.0, -1.0, 0.5])
+    team = SimpleNamespace(grid=saved.grid, bends={}, T_team_map={"saved": T})
+    placed = placed_in_one_frame(saved, "saved", SimpleNamespace(team_map=team))  # type: ignore[arg-type]
+    np.testing.assert_allclose(placed.keyframes.T_map_base, se2.compose(T, saved.keyframes.T_map_base))

@@ -1,0 +1,86 @@
+"""Mutants of sim_driver/drivers."""
+
+from bench.mutants.mutant import Mutant
+
+GOALS, EXPLORE, COSTMAP = (f"sim_driver/drivers/{name}.py" for name in ("goals", "explore", "costmap"))
+
+MUTANTS = (
+    Mutant(
+        GOALS,
+        "goals.append(Goal(xy, path, nearest is None or int(nearest[row, col]) == 0, score))",
+        "goals.append(Goal(xy, path, True, score))",
+        "robots drive to the frontier that a teammate is nearer to",
+    ),
+    Mutant(
+        GOALS,
+        "if any(np.hypot(*(xy - bad)) < config.blacklist_radius_m for bad in given_up_m):",
+        "if False:",
+        "a robot goes for ever to a frontier that it cannot reach",
+    ),
+    Mutant(
+        EXPLORE,
+        "self._finished = now_ns - self._nothing_since_ns >= self._config.finish_after_s * NS",
+        "self._finished = False",
+        "exploration never ends",
+    ),
+    Mutant(
+        COSTMAP,
+        "weight[~free | (gap_m < body)] = np.inf",
+        "weight[~free] = np.inf",
+        "robots plan through gaps that they do not fit",
+    ),
+    Mutant(
+        "sim_driver/drivers/follow.py",
+        "return min(speed, math.sqrt(2.0 * BRAKE_M_S2 * gap)), turn",
+        "return speed, turn",
+        "robots drive into what their laser sees",
+    ),
+    Mutant(
+        "sim_driver/drivers/waypoints.py",
+        "        if self._recovery.is_stuck(now_ns, T_map_base):\n",
+        "        if False:\n",
+        "a robot that is held on its way to a waypoint stands there for ever",
+    ),
+    Mutant(
+        "sim_driver/drivers/waypoints.py",
+        "        return slow_for_obstacles(wanted, scan, self._config)\n",
+        "        return wanted\n",
+        "on the way to a waypoint a robot drives into what its laser sees",
+    ),
+    Mutant(
+        "sim_driver/drivers/waypoints.py",
+        "return slow_for_obstacles((min(speed, distance), turn), scan, self._config)",
+        "return min(speed, distance), turn",
+        "a robot that follows a recorded trajectory drives into what its laser sees",
+    ),
+    Mutant(
+        "sim_driver/drivers/waypoints.py",
+        "seen = seen_obstacles(scan, T_map_base, mates, self._config)",
+        "seen = seen_obstacles(None, T_map_base, mates, self._config)",
+        "ways to waypoints lead through what stands in the way and is not in the map",
+    ),
+    Mutant(
+        "sim_driver/drivers/plan.py",
+        "points = points[np.hypot(*(points - mate).T) > 2.0 * config.robot_radius_m]",
+        "pass",
+        "a teammate that passes closes the way for plans",
+    ),
+    Mutant(
+        "sim_driver/drivers/recovery.py",
+        "            if self._moved_ns is not None and metres > 4 * MOVED_M:\n                self.in_a_row = 0\n",
+        "",
+        "a robot that got free three times in an hour gives up every frontier at which it stops",
+    ),
+    Mutant(
+        "sim_driver/drivers/explore.py",
+        "            self._attempts.clear()\n",
+        "",
+        "frontiers that were given up get no second chance",
+    ),
+    Mutant(
+        "sim_driver/drivers/explore.py",
+        "if self._blacklist and self._forgiven < self._config.blacklist_forgiven:",
+        "if False:",
+        "frontiers behind a teammate that stood in the door are given up for good",
+    ),
+)
