@@ -55,9 +55,7 @@ def after_pause(
         return replace(reading, is_contradicted=looked.is_contradicted, is_unconfirmed=is_unconfirmed)
     if not is_elsewhere(expected, looked.place):
         return replace(reading, shown=moved)
-    # Where it neither stood nor drove by its wheels: one scan may fit a place that looks alike.
-    is_unconfirmed = is_elsewhere(T_map_before, looked.place)
-    return replace(came_to(looked.place, T_map_before, reading), is_unconfirmed=is_unconfirmed)
+    return came_to(looked.place, T_map_before, reading)
 
 
 def came_to(place: Transform, T_map_before: Transform, reading: Reading) -> Reading:

@@ -92,30 +92,6 @@ def test_a_robot_that_drove_in_a_pause_to_where_its_map_shows_nothing_is_lost_un
     assert (info.health > LOST) == (mapper._back.loops.edges > 0) == close_loops
 
 
-@pytest.mark.parametrize("close_loops", [False, True])
-def test_a_robot_that_its_map_shows_where_it_neither_stood_nor_drove_is_lost_until_it_is_back(
-    close_loops: bool,
-) -> None:
-    """One scan may as well fit a place that looks alike."""
-    mapper, way = Mapper(replace(SMALL, close_loops=close_loops), seed=1), drive(200)
-    feed(mapper, way[:60])
-    leap = np.array([1.0, 0.6, 0.2])
-    for k, pose in enumerate(way[40:]):  # it drove back in the pause, and on from there
-        info = mapper.update(make_scan(pose, (180 + k) * 10**8, rng=np.random.default_rng(k)), se2.compose(leap, pose))
-        if k == 0:
-            assert info.processed and info.health <= LOST and np.abs(se2.between(pose, info.T_map_base)).max() < 0.05
-    assert (info.health > LOST) == (mapper._back.loops.edges > 0) == close_loops
-
-
-def test_a_robot_that_its_map_shows_where_it_stood_while_the_wheels_leapt_is_sure_of_it() -> None:
-    mapper = Mapper(replace(SMALL, close_loops=False), seed=1)
-    feed(mapper, drive(60))
-    for k in range(10):
-        scan = make_scan(BEFORE, (180 + k) * 10**8, rng=np.random.default_rng(k))
-        info = mapper.update(scan, se2.compose(np.array([1.0, 0.6, 0.2]), BEFORE))
-        assert info.health > LOST and np.abs(se2.between(BEFORE, info.T_map_base)).max() < 0.05
-
-
 def test_a_contradicted_robot_that_moved_little_is_lost_at_once_and_remains_so(monkeypatch: pytest.MonkeyPatch) -> None:
     mapper, step = Mapper(replace(SMALL, close_loops=False), seed=1), np.array([0.31, 0.0, 0.0])
     feed(mapper, drive(60))

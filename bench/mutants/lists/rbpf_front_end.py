@@ -407,18 +407,6 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/front_end/after_pause.py",
-        "    is_unconfirmed = is_elsewhere(T_map_before, looked.place)",
-        "    is_unconfirmed = False",
-        "a robot that one scan after a pause shows metres from where its wheels led is sure of that place",
-    ),
-    Mutant(
-        "rbpf/front_end/after_pause.py",
-        "    is_unconfirmed = is_elsewhere(T_map_before, looked.place)",
-        "    is_unconfirmed = True",
-        "a robot that stood while its wheels leapt in a pause publishes nothing until it closes a loop",
-    ),
-    Mutant(
-        "rbpf/front_end/after_pause.py",
         "    if reading.is_set_back:",
         "    if False:",
         "odometry that begins again at its origin moves the robot there",
