@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from mrslam.rbpf.front_end.front_end import has_stood
 from mrslam.rbpf.front_end.intake import Reading
-from mrslam.rbpf.front_end.look_around import is_elsewhere, look_around, shown_at
+from mrslam.rbpf.front_end.look_around import is_beyond, is_elsewhere, look_around, shown_at
 from mrslam.rbpf.front_end.prediction import Predictor
 from mrslam.spatial.hits.views import Tiles
 from mrslam.spatial.poses import between, compose
@@ -55,7 +55,9 @@ def after_pause(
         return replace(reading, is_contradicted=looked.is_contradicted, is_unconfirmed=is_unconfirmed)
     if not is_elsewhere(expected, looked.place):
         return replace(reading, shown=moved)
-    return came_to(looked.place, T_map_before, reading)
+    # A place far from where its wheels led, and from where it stood, may only look alike to one scan.
+    is_unconfirmed = is_beyond(expected, looked.place) and is_elsewhere(T_map_before, looked.place)
+    return replace(came_to(looked.place, T_map_before, reading), is_unconfirmed=is_unconfirmed)
 
 
 def came_to(place: Transform, T_map_before: Transform, reading: Reading) -> Reading:

@@ -34,6 +34,8 @@ from mrslam.spatial.se2 import Transform
 SQUARE_M, SQUARES = 1.0, (-2.0, 0.0, 2.0)
 """Half width of a square that shows its best place, metres, and middles of squares along either axis, metres from where
 odometry leads: what is farther off than all of them is for those who look for a robot that was carried."""
+LEAP_M = 2.0
+"""A place farther than this from where odometry leads is not believed by one scan: similar rooms are as near."""
 TURN_MOST_RAD = 0.7
 """Half width of the search in heading."""
 RIVAL = 0.9
@@ -111,6 +113,11 @@ def shown_at(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, s
 def is_elsewhere(expected: Transform, place: Transform) -> bool:
     """Return whether a place ``(3,)`` is not the one expected."""
     return not _are_within(expected, place, NEAR_M, NEAR_TURN_RAD)
+
+
+def is_beyond(expected: Transform, place: Transform) -> bool:
+    """Return whether a place ``(3,)`` is farther from the one expected than ``LEAP_M``."""
+    return math.hypot(place[0] - expected[0], place[1] - expected[1]) > LEAP_M
 
 
 def _are_within(one: Transform, other: Transform, away_m: float, turn_rad: float) -> bool:

@@ -92,6 +92,30 @@ def test_a_robot_that_drove_in_a_pause_to_where_its_map_shows_nothing_is_lost_un
     assert (info.health > LOST) == (mapper._back.loops.edges > 0) == close_loops
 
 
+@pytest.mark.parametrize("close_loops", [False, True])
+def test_a_robot_that_its_map_shows_far_from_where_its_wheels_led_is_lost_until_it_is_back(close_loops: bool) -> None:
+    """One scan may as well fit a place that looks alike."""
+    mapper, way = Mapper(replace(SMALL, close_loops=close_loops), seed=1), drive(200)
+    feed(mapper, way[:60])
+    for k, pose in enumerate(way[40:]):  # it drove back in the pause, and on from there
+        told = se2.compose(np.array([2.0, 1.0, 0.2]), pose)
+        info = mapper.update(make_scan(pose, (180 + k) * 10**8, rng=np.random.default_rng(k)), told)
+        if k == 0:
+            assert info.processed and info.health <= LOST and np.abs(se2.between(pose, info.T_map_base)).max() < 0.05
+    assert (info.health > LOST) == (mapper._back.loops.edges > 0) == close_loops
+
+
+@pytest.mark.parametrize("leap", [(2.0, 1.0, 0.2), (1.0, 0.6, 0.2)])
+def test_a_robot_that_its_map_shows_where_it_stood_or_near_where_its_wheels_led_is_sure_of_it(leap: tuple) -> None:
+    mapper, way = Mapper(replace(SMALL, close_loops=False), seed=1), drive(60)
+    feed(mapper, way)
+    for k in range(10):
+        pose = way[59 if leap[0] > 1.5 else 40]
+        scan = make_scan(pose, (180 + k) * 10**8, rng=np.random.default_rng(k))
+        info = mapper.update(scan, se2.compose(np.array(leap), pose))
+        assert info.health > LOST and np.abs(se2.between(pose, info.T_map_base)).max() < 0.05
+
+
 def test_a_contradicted_robot_that_moved_little_is_lost_at_once_and_remains_so(monkeypatch: pytest.MonkeyPatch) -> None:
     mapper, step = Mapper(replace(SMALL, close_loops=False), seed=1), np.array([0.31, 0.0, 0.0])
     feed(mapper, drive(60))

@@ -407,6 +407,24 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/front_end/after_pause.py",
+        "    is_unconfirmed = is_beyond(expected, looked.place) and is_elsewhere(T_map_before, looked.place)",
+        "    is_unconfirmed = False",
+        "a robot that one scan after a pause shows metres from where its wheels led is sure of that place",
+    ),
+    Mutant(
+        "rbpf/front_end/after_pause.py",
+        "is_beyond(expected, looked.place) and is_elsewhere(T_map_before, looked.place)",
+        "is_beyond(expected, looked.place)",
+        "a robot that stood while its wheels leapt far in a pause publishes nothing until it closes a loop",
+    ),
+    Mutant(
+        "rbpf/front_end/after_pause.py",
+        "is_beyond(expected, looked.place) and is_elsewhere(T_map_before, looked.place)",
+        "is_elsewhere(T_map_before, looked.place)",
+        "a robot whose wheels slipped by a metre in a pause publishes nothing until it closes a loop",
+    ),
+    Mutant(
+        "rbpf/front_end/after_pause.py",
         "    if reading.is_set_back:",
         "    if False:",
         "odometry that begins again at its origin moves the robot there",
