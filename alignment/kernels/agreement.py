@@ -36,7 +36,7 @@ def agreement(
     """Judge source wall points in the target map; return how many match, are opposed, contradict, are unseen.
 
     matched: a wall that faces the same way within the tolerance. opposed: a wall there, but facing otherwise.
-    contradicted: the target is free there, and the source point is part of something ``solid``; specks come and go.
+    contradicted: the target looks through it, and the source point is part of something ``solid``; specks come and go.
     unseen: neither. ``verdict`` ``(N,)`` receives MATCHED, OPPOSED, CONTRADICTED or UNSEEN of every ``step``-th point.
     """
     points_s, normals_s, solid_s = source.points, source.normals, source.solid
@@ -65,7 +65,12 @@ def agreement(
                 if speck or (mx == 0.0 and my == 0.0) or (k == 0 and nx * mx + ny * my > SAME_FACING):
                     found = MATCHED
                     break
-            if found == UNSEEN and solid_s[i] and free_around(state_t, r, c) >= MIN_FREE:
+            if (
+                found == UNSEEN
+                and solid_s[i]
+                and free_around(state_t, r, c) >= MIN_FREE
+                and not ends_behind(state_t, x - x0, y - y0, nx, ny, res, tolerance_m)
+            ):
                 found = CONTRADICTED
         verdict[i] = found
         if found == MATCHED:
@@ -77,6 +82,24 @@ def agreement(
         else:
             unseen += 1
     return matched, opposed, against, unseen
+
+
+@njit(cache=True, nogil=True)
+def ends_behind(
+    state: U8, x: float, y: float, nx: float, ny: float, res: float, reach_m: float
+) -> bool:  # pragma: no cover - compiled
+    """Return whether what the map knows ends within ``reach_m`` behind a wall at ``(x, y)`` that faces ``(nx, ny)``.
+
+    Beams along a wall pass beside it by as much as its place is unsure, and hit it nowhere: a map that is free up to it
+    and unknown behind it did not look through it. ``x``, ``y`` : metres from the left and lower edge. False for specks.
+    """
+    if nx == 0.0 and ny == 0.0:
+        return False
+    for k in range(1, int(reach_m / res + 0.5) + 1):
+        c, r = int(math.floor((x - k * res * nx) / res)), int(math.floor((y - k * res * ny) / res))
+        if not (0 <= r < state.shape[0] and 0 <= c < state.shape[1]) or state[r, c] == UNKNOWN:
+            return True
+    return False
 
 
 @njit(cache=True, nogil=True, inline="always")

@@ -638,6 +638,12 @@ MUTANTS = (
     ),
     Mutant(
         "alignment/kernels/agreement.py",
+        "                and not ends_behind(state_t, x - x0, y - y0, nx, ny, res, tolerance_m)\n",
+        "",
+        "walls beside which far beams passed speak against the right place in a saved map",
+    ),
+    Mutant(
+        "alignment/kernels/agreement.py",
         "speck or (mx == 0.0 and my == 0.0) or (k",
         "speck or (k",
         "a wall on a speck of the other map speaks against",

@@ -57,6 +57,10 @@ def agreement_twin(source: PreparedMap, target: PreparedMap, T: se2.Transform, t
         if found == 0:
             block = target.state[r - 1 : r + 2, c - 1 : c + 2]
             found = 3 if (block == wall_kernels.FREE).sum() >= 6 and solid else 0
+            for k in range(1, round(tolerance / target.res) + 1 if n.any() else 1):
+                c, r = np.floor((p - k * target.res * n - (target.x0, target.y0)) / target.res).astype(int)
+                inside = 0 <= r < target.state.shape[0] and 0 <= c < target.state.shape[1]
+                found = found if inside and target.state[r, c] != wall_kernels.UNKNOWN else 0
         verdicts.append(found)
     return verdicts
 
@@ -104,6 +108,24 @@ def one_point(normal: list[float]) -> wall_kernels.WallMap:
     normals = np.array([normal])
     label = wall_kernels.nearest_labels(41, 41, at, normals, 6)
     return wall_kernels.WallMap(state, label, (at + 0.5) * 0.1, normals, np.ones(1, dtype=bool), 0.0, 0.0, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("known_behind_m", "normal", "verdict"),
+    [
+        (0.0, WALL, agreement_kernels.UNSEEN), (0.3, WALL, agreement_kernels.CONTRADICTED),
+        (0.0, [0.0, -1.0], agreement_kernels.CONTRADICTED), (0.0, SPECK, agreement_kernels.CONTRADICTED),
+    ],
+)  # fmt: skip
+def test_a_wall_contradicts_only_where_the_other_map_looks_through_it(
+    known_behind_m: float, normal: list[float], verdict: int
+) -> None:
+    found, floor = np.empty(1, dtype=np.uint8), one_point(WALL)
+    floor.state[: 20 - round(known_behind_m / 0.1)] = wall_kernels.UNKNOWN
+    floor.state[20, 20] = wall_kernels.FREE
+    floor.label[:] = wall_kernels.NOTHING
+    agreement_kernels.agreement(one_point(normal), floor, np.zeros(3), 1, 0.15, found)
+    assert found[0] == verdict
 
 
 def test_free_overlap_like_its_twin():
