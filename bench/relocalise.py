@@ -144,10 +144,9 @@ def judge(name: str, saved: Path, robot: Path, data: Path, is_foreign: bool) -> 
         start, now = read_tum(saved / "truth.tum")[1][0], at(read_tum(robot / "truth.tum"), way[0][around])
         expected = se2.compose(se2.between(start, now), T_base_laser)
     elif truth is not None:
-        pairs = related(data / f"slam/{name}.relations", saved_way, way, stamp_ns)
-        row["by"] = "relations" if len(pairs) >= FEW_RELATIONS else "reference"
+        row["by"], pairs = "relations", related(data / f"slam/{name}.relations", saved_way, way, stamp_ns)
         if len(pairs) < FEW_RELATIONS:
-            pairs = referred((saved_way, true_saved), (way, true_way), stamp_ns)
+            row["by"], pairs = "reference", referred((saved_way, true_saved), (way, true_way), stamp_ns)
         if not len(pairs):
             return row
         off_first = se2.between(pairs[0], pairs)

@@ -2,7 +2,8 @@
 
 Whole-map alignment gives the first guess; keyframes that may have seen the same place are matched locally; of the
 matches the largest consistent set is taken, and a robust solve rejects what still does not fit. Each solve brings more
-keyframes within reach of a comparison; it ends when a round finds no new match, and is done once more from there.
+keyframes within reach of a comparison; it ends when a round finds no new match, after one that looks farther where
+robots stay untied, and is done once more from there.
 """
 
 from __future__ import annotations

@@ -117,7 +117,7 @@ def is_elsewhere(expected: Transform, place: Transform) -> bool:
 
 def is_beyond(expected: Transform, place: Transform) -> bool:
     """Return whether a place ``(3,)`` is farther from the one expected than ``LEAP_M``."""
-    return math.hypot(place[0] - expected[0], place[1] - expected[1]) > LEAP_M
+    return not _are_within(expected, place, LEAP_M, math.pi)
 
 
 def _are_within(one: Transform, other: Transform, away_m: float, turn_rad: float) -> bool:
