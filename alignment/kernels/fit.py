@@ -26,15 +26,6 @@ SETTLED_M, SETTLED_RAD = 1e-4, 1e-5
 
 
 @njit(cache=True, nogil=True)
-def _nearest(target: WallMap, x: float, y: float, nx: float, ny: float) -> int:  # pragma: no cover - compiled
-    """Return the wall point nearest to ``(x, y)``, metres, that faces as ``(nx, ny)`` does, or NOTHING."""
-    c, r = int(math.floor((x - target.x0) / target.res)), int(math.floor((y - target.y0) / target.res))
-    if not (0 <= r < target.label.shape[1] and 0 <= c < target.label.shape[2]):
-        return NOTHING
-    return int(target.label[quadrant(nx, ny), r, c])
-
-
-@njit(cache=True, nogil=True)
 def normal_equations(
     source: WallMap,
     target: WallMap,
@@ -54,6 +45,8 @@ def normal_equations(
     Residuals are weighed by the Geman-McClure kernel of ``scale_m``; only the upper triangle of ``H`` is filled.
     """
     points_s, normals_s, points_t, normals_t = source.points, source.normals, target.points, target.normals
+    label, x0, y0, res = target.label, target.x0, target.y0, target.res
+    height, width = label.shape[1], label.shape[2]
     cos, sin = math.cos(T_t_s[2]), math.sin(T_t_s[2])
     used, cost, s2 = 0, 0.0, scale_m * scale_m
     for i in range(0, points_s.shape[0], step):
@@ -64,7 +57,10 @@ def normal_equations(
         x = T_t_s[0] + cos * px - sin * py
         y = T_t_s[1] + sin * px + cos * py
         nx, ny = cos * nx - sin * ny, sin * nx + cos * ny
-        j = _nearest(target, x, y, nx, ny)
+        c, r = int(math.floor((x - x0) / res)), int(math.floor((y - y0) / res))
+        if not (0 <= r < height and 0 <= c < width):
+            continue
+        j = label[quadrant(nx, ny), r, c]  # the wall nearest to it that faces as it does
         if j == NOTHING:
             continue
         dx, dy = x - points_t[j, 0], y - points_t[j, 1]
