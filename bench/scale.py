@@ -20,6 +20,7 @@ import argparse
 import json
 import multiprocessing
 import resource
+import sys
 import tempfile
 import threading
 import time
@@ -142,6 +143,8 @@ class Meter:
         noted = {"cpu_s": round(self.cpu_s, 1), "cpu_by_room_s": self.by_room_s(), "sent_bytes": sum(sent)}
         noted |= {"peak_rss_mb": round(peak_kb() / 1024), "alignments": self.calls["alignment"]}
         self.minutes.append({**noted, "placed": round(sum(placed) / len(placed), 2)})
+        told = f"minute {len(self.minutes)}: {noted['cpu_s']} s of CPU, {self.minutes[-1]['placed']} maps placed"
+        print(told, file=sys.stderr, flush=True)
 
 
 def run(robots: int, minutes: float, world: str, seed: int, is_patrol: bool, processes: int = 1) -> dict[str, Any]:
@@ -158,6 +161,7 @@ def run(robots: int, minutes: float, world: str, seed: int, is_patrol: bool, pro
         mission = patrol(tables, "bench-scale") if is_patrol else make_mission(tables, Path("bench-scale.toml"))
         metrics = run_mission(mission, Path(scratch), meter.look, print, processes=processes)
         wall_s = time.monotonic() - wall
+    merged = [pair for pair in metrics["pairs"] if pair["status"] == "accepted"]
     others = resource.getrusage(resource.RUSAGE_CHILDREN)  # all of them, and the largest one's memory
     peak_mb = (peak_kb() + (processes - 1) * others.ru_maxrss) / 1024
     sent, driven_min = [robot["sent_bytes"] for robot in metrics["robots"]], metrics["mission_s"] / 60.0
@@ -170,7 +174,9 @@ def run(robots: int, minutes: float, world: str, seed: int, is_patrol: bool, pro
         "bytes_a_robot_minute": {
             lane: round(sum(one[lane] for one in sent) / robots / driven_min) for lane in ("beacon", "control", "bulk")
         },
-        "pairs": len(metrics["pairs"]), "pairs_merged": sum(p["status"] == "accepted" for p in metrics["pairs"]),
+        "pairs": len(metrics["pairs"]), "pairs_merged": len(merged),
+        "pairs_placed": sum(bool(pair["placed_together_by"]) for pair in metrics["pairs"]),
+        "worst_error_m": max((pair["error_m"] for pair in merged), default=0.0),
         "most_placed": max(len(robot["placed"]) for robot in metrics["robots"]), "by_minute": meter.minutes,
     }  # fmt: skip
 

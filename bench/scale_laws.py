@@ -80,7 +80,12 @@ def longest(rows: list[Row]) -> list[Row]:
 def a_minute(row: Row, name: str) -> NDArray[np.float64]:
     """Return what a robot took of a figure in each minute ``(M,)``; the notes are sums from the beginning."""
     sums = np.array([minute[name] for minute in row["by_minute"]], dtype=np.float64)
-    return np.diff(sums, prepend=0.0) / row["robots"]
+    return np.diff(sums, prepend=0.0) / noted_robots(row)
+
+
+def noted_robots(row: Row) -> int:
+    """Return of how many robots the notes by minute are: those of the first of the run's processes."""
+    return -(-int(row["robots"]) // int(row.get("processes", 1)))
 
 
 def plot(rows: list[Row], path: Path) -> None:
@@ -98,18 +103,18 @@ def plot(rows: list[Row], path: Path) -> None:
         label = f"{row['robots']} robots"
         cpu.plot(minutes, a_minute(row, "cpu_s"), label=label)
         sent.plot(minutes, a_minute(row, "sent_bytes") / 1e3, label=label)
-        memory.plot(minutes, [minute["peak_rss_mb"] / row["robots"] for minute in row["by_minute"]], label=label)
+        memory.plot(minutes, [minute["peak_rss_mb"] / noted_robots(row) for minute in row["by_minute"]], label=label)
     for axes, title, unit in (
         (cpu, "CPU of a robot", "seconds a minute"),
         (sent, "sent by a robot", "kB a minute"),
-        (memory, "memory, peak, all in one process", "MB a robot"),
+        (memory, "memory, peak of a process, by its robots", "MB a robot"),
     ):
         axes.set(title=title, xlabel="minute of the mission", ylabel=unit, yscale="log")
         axes.legend()
     row = runs[-1]
     names = list(row["cpu_by_room_s"])
     of_room = [np.array([minute["cpu_by_room_s"][name] for minute in row["by_minute"]]) for name in names]
-    shares = [np.maximum(np.diff(sums, prepend=0.0), 0.0) / row["robots"] for sums in of_room]
+    shares = [np.maximum(np.diff(sums, prepend=0.0), 0.0) / noted_robots(row) for sums in of_room]
     rooms.stackplot(1.0 + np.arange(len(row["by_minute"])), shares, labels=names)
     rooms.set(title=f"CPU of a robot of {row['robots']}, by room", xlabel="minute", ylabel="seconds a minute")
     rooms.legend(fontsize="small")
