@@ -89,6 +89,8 @@ class JoinJob:
     """By robot: ``(3,)``, the rigid placement (``Placement.T_rigid``)."""
     T_a_b: Mapping[Pair, Transform]
     """The alignments believed now."""
+    seen: Mapping[Pair, Transform]
+    """Those of them whose robots saw each other there."""
     epochs: Mapping[str, int]
     """Epoch of each robot's map: the outcome is void where one has changed."""
 

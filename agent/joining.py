@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
 from mrslam.agent.effects import JoinJob
 from mrslam.agent.known_map import KnownMap
-from mrslam.alignment import StabilityCheck
 from mrslam.merge import Pair, Placement
 from mrslam.merge.joint.bent_team import is_the_same
+from mrslam.merge.joint.consistent import is_at
 from mrslam.merge.joint.join import Tie
-from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
 
 JOIN_NS = 10_000_000_000
@@ -39,12 +38,17 @@ class Joining:
         self._seen_ns = 0
 
     def next_job(
-        self, placement: Placement, maps: Mapping[str, KnownMap], T_a_b: Mapping[Pair, Transform], now_ns: int
+        self,
+        placement: Placement,
+        maps: Mapping[str, KnownMap],
+        T_a_b: Mapping[Pair, Transform],
+        seen: Collection[Pair],
+        now_ns: int,
     ) -> JoinJob | None:
         """Return the maps to join, where more than one is placed and something is new; else None.
 
         A new alignment, or one that moved, does not wait for maps to grow: until then they are not compared for
-        contradictions.
+        contradictions. ``seen`` : the pairs of ``T_a_b`` whose robots saw each other there.
         """
         frame = placement.anchor
         known = {name: maps[name] for name in placement.T_rigid if name in maps and len(maps[name].trail)}
@@ -61,6 +65,7 @@ class Joining:
         return JoinJob(
             frame=frame, trails={name: one.trail for name, one in known.items()},
             T_team_map={name: placement.T_rigid[name] for name in known}, T_a_b=dict(T_a_b),
+            seen={pair: T_a_b[pair] for pair in seen if known.keys() >= set(pair)},
             epochs={name: one.epoch for name, one in known.items()},
         )  # fmt: skip
 
@@ -87,12 +92,8 @@ def confirmed_pairs(ties: Iterable[Tie], job: JoinJob) -> frozenset[Pair]:
 
     Such a pair need not be aligned again as its maps are corrected: the next solutions start near enough, and follow.
     """
-    limits, confirmed = StabilityCheck(), set()
-    for tie in ties:
-        pair = (tie.a, tie.b)
-        if tie.believed and pair in job.T_a_b and pair not in confirmed:
-            T_a_j = se2.compose(job.trails[tie.a].T_map_key[tie.match.i], tie.match.T_i_j)
-            T_a_b = se2.compose(T_a_j, se2.inverse(job.trails[tie.b].T_map_key[tie.match.j]))
-            if limits.is_near(T_a_b, job.T_a_b[pair]):
-                confirmed.add(pair)
-    return frozenset(confirmed)
+    trails, T_a_b = job.trails, job.T_a_b
+    believed = ((tie, (tie.a, tie.b)) for tie in ties if tie.believed)
+    return frozenset(
+        pair for tie, pair in believed if pair in T_a_b and is_at(trails[tie.a], trails[tie.b], tie.match, T_a_b[pair])
+    )

@@ -166,8 +166,9 @@ class Team:
         ``searching`` : teammates in sight that search for the pairs of their own maps, and tell what they find.
         """
         T_a_b = {pair: found.T_a_b for pair, found in self._alignments().items()}
+        seen = [pair for pair in T_a_b if self.beliefs[pair].is_seen]
         return (
-            self._joining.next_job(self.layout.placement, self.maps, T_a_b, now_ns)
+            self._joining.next_job(self.layout.placement, self.maps, T_a_b, seen, now_ns)
             or sighted_job(self.beliefs, self.maps, self.schedule.config.align_interval_s, now_ns)
             or self._hinted_job(now_ns)
             or self.schedule.next_job(

@@ -115,7 +115,7 @@ def judged(trails: dict[str, Trail], matches: Matches) -> tuple[Matches, Matches
     found: dict[Pair, dict[tuple[int, int], KeyMatch]] = {}
     for a, b, match in matches:
         found.setdefault((a, b), {})[match.i, match.j] = match
-    chosen, ambiguous = believable(trails, found)
+    chosen, ambiguous = believable(trails, found, {})
     return chosen, others(found, chosen, ambiguous)
 
 

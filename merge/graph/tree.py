@@ -62,7 +62,7 @@ def components(ids: Iterable[str], edges: Collection[Pair]) -> list[list[str]]:
     return groups
 
 
-def path(tree: Mapping[Pair, Edge], start: str, end: str) -> list[Pair]:
+def path(tree: Iterable[Pair], start: str, end: str) -> list[Pair]:
     """Return the pairs along the tree from one robot to another; empty where none leads there."""
     neighbours: dict[str, list[str]] = {}
     for a, b in tree:

@@ -43,7 +43,7 @@ class BentTeam:
     ties: tuple[Tie, ...] = ()
     """The mutually consistent matches between robots, with whether the solution believes them."""
     ambiguous: Mapping[Pair, str] = field(default_factory=dict)
-    """Pairs whose matches are not used, for a rival set is nearly as large; and why."""
+    """Pairs whose matches are not used, and why: a rival set is nearly as large, or robots saw each other elsewhere."""
     joined: frozenset[str] = frozenset()
     """The robots that were in the solution, tied or not."""
     T_a_b: Mapping[Pair, Transform] = field(default_factory=dict)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mrslam.alignment import StabilityCheck
 from mrslam.merge.joint.trail import Trail
 from mrslam.spatial import se2
 from mrslam.spatial.matching.places import DRIFT_M_PER_M, DRIFT_RAD_PER_M
@@ -18,6 +19,8 @@ LOOSE_M, LOOSE_RAD = 0.10, 0.02
 Drift along both robots' paths between the matches is added."""
 GATE = 3.0
 """A loop closes when its error is within this number of standard deviations."""
+SAME_PLACE = StabilityCheck()
+"""By how much two estimates of where a map lies may differ."""
 STARTS = 20
 """Number of matches that cliques are grown from, those that agree with most others first: bounds the time."""
 
@@ -31,6 +34,12 @@ class KeyMatch(NamedTuple):
     """``(3,)`` metres, radians."""
     information: NDArray[np.float64]
     """``(3, 3)``, its inverse covariance: 1/m^2, 1/(m rad), 1/rad^2."""
+
+
+def is_at(a: Trail, b: Trail, match: KeyMatch, T_a_b: Transform) -> bool:
+    """Return whether a match has map b where ``T_a_b (3,)`` has it, as two estimates of one transform may differ."""
+    T_a_j = se2.compose(a.T_map_key[match.i], match.T_i_j)
+    return SAME_PLACE.is_near(se2.compose(T_a_j, se2.inverse(b.T_map_key[match.j])), T_a_b)
 
 
 class Chosen(NamedTuple):

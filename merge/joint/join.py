@@ -8,6 +8,7 @@ robots stay untied, and is done once more from there.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
@@ -16,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 
 from mrslam.merge.graph.edges import Pair
-from mrslam.merge.graph.tree import components
+from mrslam.merge.graph.tree import components, path
 from mrslam.merge.joint.candidates import candidates
-from mrslam.merge.joint.consistent import Chosen, KeyMatch, agreeing, choose
+from mrslam.merge.joint.consistent import Chosen, KeyMatch, agreeing, choose, is_at
 from mrslam.merge.joint.local_match import FIRST_LOST_M, LocalMatcher
 from mrslam.merge.joint.trail import Trail, rigid
 from mrslam.spatial import se2
@@ -43,6 +44,8 @@ CLEAR = 1.25
 """Least ratio of the consistent matches to the largest rival set; below, the pair is ambiguous and not tied."""
 
 
+Found = Mapping[Pair, Mapping[tuple[int, int], KeyMatch]]
+"""By pair and by its two keyframes: how they match."""
 NamedMatch = tuple[str, str, KeyMatch]
 """The robots whose keyframes ``i`` and ``j`` match, and how."""
 
@@ -68,7 +71,7 @@ class JointMap:
     """The matches that went into the last solve: each pair's largest consistent set, none of ambiguous pairs, and
     others that turned out to agree with it."""
     ambiguous: Mapping[Pair, str] = field(default_factory=dict)
-    """Pairs whose matches are not used, for a rival set is nearly as large; and why."""
+    """Pairs whose matches are not used, and why: a rival set is nearly as large, or robots saw each other elsewhere."""
 
     def seen_from(self, robot_id: str, T_map_key: Transform) -> dict[str, Transform]:
         """Return all keyframes in the map frame of one robot, whose own are at ``T_map_key (K, 3)`` in its map.
@@ -89,14 +92,19 @@ class JointMap:
 
 
 def join(
-    trails: Mapping[str, Trail], T_team_map: Mapping[str, Transform], matcher: LocalMatcher | None = None
+    trails: Mapping[str, Trail],
+    T_team_map: Mapping[str, Transform],
+    matcher: LocalMatcher | None = None,
+    seen: Mapping[Pair, Transform] | None = None,
 ) -> JointMap:
     """Return all robots' keyframes as they fit together best; the same input gives the same bytes.
 
     ``T_team_map`` : ``(3,)`` by robot, the rigid placement that alignment found; robots without one are left out. The
     first robot's first keyframe stays where it is by this.
     ``matcher`` : pass the same one again to reuse the matches it has computed before.
+    ``seen`` : ``T_a_b (3,)`` by pair, a < b, of robots that saw each other: what others' matches say yields to it.
     """
+    seen = seen or {}
     names = [name for name in sorted(trails) if name in T_team_map and len(trails[name])]
     matcher = matcher or LocalMatcher()
     poses = {name: se2.compose(T_team_map[name], trails[name].T_map_key) for name in names}
@@ -111,8 +119,7 @@ def join(
                     break
                 lost_m = WIDE_LOST_M
                 continue
-            chosen, ambiguous = believable(trails, found)
-            poses, ties = solve({name: trails[name] for name in names}, poses, chosen, others(found, chosen, ambiguous))
+            poses, ties, ambiguous = _solve_believable({name: trails[name] for name in names}, poses, found, seen)
     return JointMap(T_team_key=poses, ties=ties, ambiguous=ambiguous)
 
 
@@ -139,8 +146,38 @@ def _compare(
     return len(found) - before
 
 
+def _solve_believable(
+    trails: Mapping[str, Trail], poses: Mapping[str, Transform], found: Found, seen: Mapping[Pair, Transform]
+) -> tuple[dict[str, Transform], tuple[Tie, ...], dict[Pair, str]]:
+    """Return what :func:`solve` does with the matches that are believable, and why other pairs' are not used.
+
+    Of rooms that look alike two pairs may agree on wrong places by more matches than a third pair has at the right one.
+    Where that is of robots that saw each other, the others' smallest set is left out, until it is not outvoted.
+    """
+    chosen, unused = believable(trails, found, seen)
+    while True:
+        solved, ties = solve(trails, poses, chosen, others(found, chosen, unused))
+        rival = _outvoting(ties[: len(chosen)], seen)
+        if rival is None:
+            return solved, ties, unused
+        unused[rival] = "its places would put robots that saw each other elsewhere"
+        chosen = [one for one in chosen if one[:2] != rival]
+
+
+def _outvoting(ties: Sequence[Tie], seen: Collection[Pair]) -> Pair | None:
+    """Return the pair with the fewest matches of those that put robots elsewhere than they saw each other, or None."""
+    counts = Counter((tie.a, tie.b) for tie in ties)
+    believed = Counter((tie.a, tie.b) for tie in ties if tie.believed)
+    for pair in sorted(seen):
+        if 2 * believed[pair] < counts[pair]:
+            between = path(counts.keys() - {pair}, *pair)
+            if rest := [other for other in between if other not in seen]:
+                return min(rest, key=lambda other: (counts[other], other))
+    return None
+
+
 def believable(
-    trails: Mapping[str, Trail], found: Mapping[Pair, Mapping[tuple[int, int], KeyMatch]]
+    trails: Mapping[str, Trail], found: Found, seen: Mapping[Pair, Transform]
 ) -> tuple[list[NamedMatch], dict[Pair, str]]:
     """Return every pair's largest consistent set of matches, and why the ambiguous pairs have none."""
     chosen: list[NamedMatch] = []
@@ -153,12 +190,15 @@ def believable(
         if best.keep.size < CLEAR * best.rival:
             ambiguous[a, b] = f"{best.keep.size} places agree with each other, {best.rival} others say otherwise"
             continue
+        if (a, b) in seen and not any(is_at(trails[a], trails[b], matches[k], seen[a, b]) for k in best.keep):
+            ambiguous[a, b] = "the places that agree are not where the robots saw each other"
+            continue
         chosen += [(a, b, matches[k]) for k in best.keep]
     return chosen, ambiguous
 
 
 def others(
-    found: Mapping[Pair, Mapping[tuple[int, int], KeyMatch]],
+    found: Found,
     chosen: Sequence[NamedMatch],
     ambiguous: Collection[Pair],
 ) -> list[NamedMatch]:
