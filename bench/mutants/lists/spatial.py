@@ -189,4 +189,22 @@ MUTANTS = (
         "        pass",
         "maps are used before another thread has drawn its part",
     ),
+    Mutant(
+        "spatial/pose_graph.py",
+        "directed=False",
+        "directed=True",
+        "ways lead only forward in time, and loops are not known to shorten them",
+    ),
+    Mutant(
+        "spatial/pose_graph.py",
+        "np.where(doubtful, _truncated(edges.chi2(poses), bound, mu), 1.0)",
+        "_truncated(edges.chi2(poses), bound, mu)",
+        "a sure wrong loop drives out the way the robot drove, and is believed",
+    ),
+    Mutant(
+        "spatial/key_scans.py",
+        "not 0 < starts.size <= KEYFRAMES_MOST + 1",
+        "not 0 < starts.size",
+        "scans of more keyframes than indices can count are read",
+    ),
 )

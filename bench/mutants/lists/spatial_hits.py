@@ -99,4 +99,46 @@ MUTANTS = (
         "",
         "tiles are copied again and again for one scan",
     ),
+    Mutant(
+        "spatial/hits/store.py",
+        "        self._mark = np.zeros(tables.shape[1:], dtype=np.int32)\n        self._marked = 0\n\n    def _window",
+        "        self._mark = np.resize(self._mark, tables.shape[1:])\n        self._marked = 0\n\n    def _window",
+        "walls are not drawn where the window grew",
+    ),
+    Mutant(
+        "spatial/hits/store.py",
+        "self.row0 if r_low - 1 >= self.row0 else",
+        "self.row0 if r_low >= self.row0 else",
+        "nothing matches at the lower rim of the map's window",
+    ),
+    Mutant(
+        "spatial/hits/store.py",
+        "r1 if r_high + 1 < r1 else",
+        "r1 if r_high < r1 else",
+        "nothing matches at the upper rim of the map's window",
+    ),
+    Mutant(
+        "spatial/hits/store.py",
+        "c1 if c_high + 1 < c1 else",
+        "c1 if c_high <= c1 else",
+        "a kernel writes beyond the map's window at its right rim",
+    ),
+    Mutant(
+        "spatial/hits/store.py",
+        '        self.writes = state["writes"]\n',
+        "",
+        "what a resumed robot draws on known ground is not published",
+    ),
+    Mutant(
+        "spatial/hits/store.py",
+        '        self.row0, self.col0 = state["window"]\n',
+        '        self.col0, self.row0 = state["window"]\n',
+        "a resumed robot's map lies elsewhere",
+    ),
+    Mutant(
+        "spatial/hits/store.py",
+        "        self.cover(box[0], box[1])\n",
+        "",
+        "hits far from the start are lost",
+    ),
 )
