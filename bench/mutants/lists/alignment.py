@@ -154,4 +154,16 @@ MUTANTS = (
         "{}",
         "what the proposing method said is lost in results",
     ),
+    Mutant(
+        "alignment/result.py",
+        "covariance.shape != (3, 3) or not np.isfinite(covariance).all()",
+        "covariance.shape != (3, 3)",
+        "a prior with an infinite covariance ends in numpy's error",
+    ),
+    Mutant(
+        "alignment/result.py",
+        "not np.allclose(covariance, covariance.T) or ",
+        "",
+        "half of a prior's covariance is believed where its halves contradict each other",
+    ),
 )

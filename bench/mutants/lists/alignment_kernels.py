@@ -117,4 +117,41 @@ MUTANTS = (
         "if (mx",
         "a speck on a wall of the other map speaks against",
     ),
+    Mutant(
+        "alignment/kernels/agreement.py",
+        "if not (0 <= r < state.shape[0] and 0 <= c < state.shape[1]) or state[r, c] == UNKNOWN:",
+        "if (0 <= r < state.shape[0] and 0 <= c < state.shape[1]) and state[r, c] == UNKNOWN:",
+        "walls at the rim of a map contradict maps that show more",
+    ),
+    Mutant(
+        "alignment/kernels/agreement.py",
+        "px, py = xs + (c + 0.5) * res, ys + (r + 0.5) * res",
+        "px, py = xs + c * res, ys + r * res",
+        "cells are compared half a cell beside their place",
+    ),
+    Mutant(
+        "alignment/kernels/bending.py",
+        " and facing >= FACES_LIKE",
+        "",
+        "bent maps are drawn to walls that face otherwise",
+    ),
+    Mutant(
+        "alignment/kernels/bending.py",
+        "if dx * dx + dy * dy <= reach_m * reach_m and facing",
+        "if facing",
+        "bent maps are drawn to walls too far away",
+    ),
+    Mutant(
+        "alignment/kernels/bending.py",
+        "        for _ in range(rounds):\n"
+        "            here[:] = straight - shifts_at(here, nodes, nx0, ny0, spacing_m)\n",
+        "        here[:] = straight - shifts_at(here, nodes, nx0, ny0, spacing_m)\n",
+        "floor of bent maps is drawn beside its walls",
+    ),
+    Mutant(
+        "alignment/kernels/bending.py",
+        "                out[tr, tc] = OCCUPIED\n",
+        "                pass\n",
+        "thin walls vanish where a map is bent",
+    ),
 )
