@@ -291,4 +291,52 @@ MUTANTS = (
         "",
         "a robot that has come elsewhere once more does not say so",
     ),
+    Mutant(
+        "agent/config.py",
+        "len(start) in (2, 3)",
+        "len(start) == 3",
+        "a start without a heading is refused",
+    ),
+    Mutant(
+        "agent/chosen_frame.py",
+        "se2.compose(T_frame_base, se2.inverse(T_map_base))",
+        "se2.compose(se2.inverse(T_map_base), T_frame_base)",
+        "a robot that has turned reports a place elsewhere in the saved map",
+    ),
+    Mutant(
+        "agent/chosen_frame.py",
+        "se2.compose(team.layout.T_team_own, T_map_base)",
+        "T_map_base",
+        "a robot whose map is not the team's frame reports a place elsewhere in the saved map",
+    ),
+    Mutant(
+        "agent/effects.py",
+        "return saved[0] if len(saved) == 1 else None",
+        "return saved[0] if saved else None",
+        "two saved maps are aligned as a robot with one",
+    ),
+    Mutant(
+        "agent/effects.py",
+        "self.hinted_by in (self.a, self.b) and",
+        "self.hinted_by is not None and",
+        "what any robot says of another's place in a saved map is believed as if it had said it itself",
+    ),
+    Mutant(
+        "agent/effects.py",
+        "return self.place is None and self.prior is not None and self.sighted is None",
+        "return self.place is None and self.prior is not None",
+        "what robots saw of each other counts as a start that the user told",
+    ),
+    Mutant(
+        "agent/effects.py",
+        "self.place is not None and self.prior is not None and self.hinted_by is None",
+        "self.place is not None and self.prior is not None",
+        "maps are searched for around a place that another robot told",
+    ),
+    Mutant(
+        "agent/effects.py",
+        "if tie.believed)\n",
+        "if not tie.believed)\n",
+        "matches that were dropped are reported as believed",
+    ),
 )

@@ -267,4 +267,22 @@ MUTANTS = (
         "        for robot in robots:\n            robot.flush(now_ns)\n        meet()\n",
         "what robots of another process send and drive counts a step late",
     ),
+    Mutant(
+        "agent/shells/status.py",
+        "belief.alignment is not None",
+        "belief.alignment is None",
+        "mrslam top says merged of maps that are not",
+    ),
+    Mutant(
+        "agent/shells/status.py",
+        'belief.reason if belief.status == "untried" else f"not merged: {belief.words}"',
+        'f"not merged: {belief.words}"',
+        "mrslam top says of maps that nobody has tried yet that they do not fit",
+    ),
+    Mutant(
+        "agent/shells/clock.py",
+        "mission_ns / 1e9 / self.speed",
+        "mission_ns / 1e9 * self.speed",
+        "robots of a fast mission wait too long, and fall behind",
+    ),
 )
