@@ -285,4 +285,22 @@ MUTANTS = (
         "mission_ns / 1e9 * self.speed",
         "robots of a fast mission wait too long, and fall behind",
     ),
+    Mutant(
+        "agent/shells/overload.py",
+        "self.late = count, now_s, 0.0",
+        "self.late = count, now_s, self.late",
+        "one burst of late scans of a slow laser takes particles twice",
+    ),
+    Mutant(
+        "agent/shells/sensors.py",
+        "<= ODOMETRY_AGE_NS",
+        "<= 10 * ODOMETRY_AGE_NS",
+        "what wheels said two seconds ago is taken for where the scan was made",
+    ),
+    Mutant(
+        "agent/shells/sensors.py",
+        "se2.compose(T0, share * se2.between(T0, T1))",
+        "T0 + share * (T1 - T0)",
+        "a robot that drives backwards gets scans turned by half a turn",
+    ),
 )

@@ -303,4 +303,10 @@ MUTANTS = (
         "    if relations is None:",
         "robots of different logs are judged by relations of one",
     ),
+    Mutant(
+        "sim_driver/sweep/table.py",
+        "if any(isinstance(value, str) for value in values):",
+        "if all(isinstance(value, str) for value in values):",
+        "a sweep over a number and a word ends without its table",
+    ),
 )
