@@ -9,6 +9,8 @@ SLOW = ("mark.slow", "subprocess", "processes")
 """Words in test files that take long."""
 IS_SLOW = 4
 """Added to the rank of such files."""
+TESTED_BY = {"bench": "chaos"}
+"""Folder of the tests of a package that has none of its own name."""
 PYTEST = ("-m", "pytest", "-p", "no:cacheprovider", "-q", "-x")
 
 
@@ -21,7 +23,7 @@ def nearest_first(package: str, file: str = "", top: Path = Path()) -> list[list
 
     file : str, path of a module from the top of the repository.
     """
-    folder = TESTS / package
+    folder = TESTS / TESTED_BY.get(package, package)
     found = sorted((top / folder).rglob("test_*.py")) if file else []
     ranked = sorted((rank, path) for path in found if (rank := _rank(path, Path(file), top)) is not None)
     near, slow = (
@@ -36,7 +38,7 @@ def nearest_first(package: str, file: str = "", top: Path = Path()) -> list[list
 def _rank(path: Path, file: Path, top: Path) -> int | None:
     """Return how far a test file is from a module, None where nothing ties the two."""
     text = path.read_text(encoding="utf-8")
-    module = "mrslam." + ".".join(file.with_suffix("").parts)
+    module = ("" if file.parts[0] == "bench" else "mrslam.") + ".".join(file.with_suffix("").parts)
     imports = f"{module} import" in text or f"{module.rpartition('.')[0]} import {file.stem}\n" in text
     is_beside = len(file.parts) > 2 and path.parent == top / TESTS / file.parent
     if path.stem.startswith(f"test_{file.stem}"):

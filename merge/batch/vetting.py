@@ -49,6 +49,7 @@ def doubt(
     agrees = gap_m < pairs.config.loop_tolerance_m * 2 and gap_rad < pairs.config.loop_tolerance_rad * 2
     if agrees and (isinstance(found, Alignment) or confidence >= SURE):
         return None
-    why = found.reason if isinstance(found, Rejection) else f"they fit better {gap_m:.1f} m away"
+    better = f"they fit better {gap_m:.1f} m and {np.degrees(gap_rad):.1f} deg away"
+    why = found.reason if isinstance(found, Rejection) else better
     reason = f"accepted by itself, but the merged maps of both sides speak against it: {why}"
     return Rejection(reason, found.confidence, found.evidence, found.method)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from mrslam.agent import Agent, AgentConfig, Settings, write_robot
+from mrslam.agent import Agent, AgentConfig, Settings, chosen_frame, write_robot
 from mrslam.agent.chosen_frame import in_frame
 from mrslam.spatial import InputError, OccupancyGrid, read_map, se2
 from tests.agent.test_saved_maps import MONDAY, SECOND, T_A_MONDAY, localise, robot_with_map
@@ -42,6 +43,18 @@ def test_the_frame_is_known_once_the_robot_is_localised_and_stays_when_that_is_w
     assert agent.T_frame_base == pytest.approx(se2.inverse(T_A_MONDAY))
     agent._begin_map()  # a new map has another frame
     assert agent.T_frame_base is None
+
+
+def test_the_frame_is_that_of_the_map_wherever_the_robot_is_and_however_it_is_turned(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    T_frame_map, T_team_own = np.array([4.0, -2.0, 1.1]), np.array([0.5, 0.3, -0.4])
+    T_frame_team = se2.compose(T_frame_map, se2.inverse(T_team_own))
+    monkeypatch.setattr(chosen_frame, "pose_in", lambda team, map_id, T: se2.compose(T_frame_team, T))
+    frame = chosen_frame.ChosenFrame(MONDAY)
+    team = SimpleNamespace(layout=SimpleNamespace(T_team_own=T_team_own))
+    frame.follow(team, np.array([3.0, 1.0, 0.7]))  # type: ignore[arg-type]
+    assert frame.T_frame_map == pytest.approx(T_frame_map)
 
 
 def test_the_team_map_is_written_in_that_frame(tmp_path: Path) -> None:

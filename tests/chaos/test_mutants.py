@@ -104,6 +104,11 @@ def test_the_nearest_tests_come_first_and_all_of_the_package_come(file: str, fir
     assert rest[-1] == f"tests/{package}" and {f"--ignore={name}" for name in names} <= set(rest)
 
 
+def test_judges_of_chaos_are_tested_by_its_tests() -> None:
+    near, rest = nearest_first("bench", "bench/chaos/places.py", TOP)
+    assert "tests/chaos/test_judges.py" in near and rest[-1] == "tests/chaos"
+
+
 def test_where_no_test_is_near_all_of_the_package_are_run_at_once() -> None:
     (only,) = nearest_first("agent", "agent/no_such_module.py", TOP)
     assert only[-1] == "tests/agent" and not any("--ignore" in word for word in only)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from mrslam.spatial import InputError, KeyScans
-from mrslam.spatial.key_scans import BEARINGS, POINTS_MOST, RANGE_M
+from mrslam.spatial.key_scans import BEARINGS, KEYFRAMES_MOST, POINTS_MOST, RANGE_M
 
 
 def some(seed: int, keyframes: int, most: int = POINTS_MOST, reach_m: float = 30.0) -> KeyScans:
@@ -101,6 +101,11 @@ def test_what_contradicts_itself_is_refused(change: dict[str, object], message: 
             np.array(fields["polar"], np.uint16),
             np.array(fields["origins"], np.float32),
         )
+
+
+def test_more_keyframes_than_indices_can_count_are_refused() -> None:
+    with pytest.raises(InputError, match=f"K <= {KEYFRAMES_MOST}"):
+        KeyScans(np.zeros(KEYFRAMES_MOST + 2, np.int32), np.empty((0, 2), np.uint16), np.empty((0, 2), np.float32))
 
 
 def test_a_wrong_number_type_is_refused() -> None:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mrslam.spatial import se2
-from mrslam.spatial.pose_graph import Edges, marginal, relax, relax_again, relax_graduated
+from mrslam.spatial.pose_graph import Edges, marginal, relax, relax_again, relax_graduated, shortest
 
 TIGHT = np.diag([1e4, 1e4, 1e4])
 
@@ -71,6 +71,21 @@ def test_edges_that_always_count_are_never_dropped():
     )
     _, weight = relax_graduated(truth, edges, np.zeros(5, dtype=bool), 16.27)
     assert weight.tolist() == [1.0] * 5
+
+
+def test_a_surer_edge_that_is_doubtful_does_not_drive_out_one_that_always_counts() -> None:
+    edges = Edges(
+        np.array([0, 0]), np.array([1, 1]), np.array([[1.0, 0.0, 0.0], [3.0, 0.0, 0.0]]), np.stack([TIGHT, 4.0 * TIGHT])
+    )
+    solved, weight = relax_graduated(np.zeros((2, 3)), edges, np.array([False, True]), 16.27)
+    assert weight.tolist() == [1.0, 0.0]
+    assert solved[1] == pytest.approx([1.0, 0.0, 0.0], abs=1e-3)
+
+
+def test_the_shortest_way_leads_over_edges_either_way() -> None:
+    ends = np.array([[1, 0], [1, 2], [3, 2], [0, 3]])
+    found = shortest(np.array([1.0, 2.0, 4.0, 9.0]), ends, 5, 0)
+    assert found.tolist() == [0.0, 1.0, 3.0, 7.0, np.inf]
 
 
 def test_the_first_pose_stays_and_the_input_is_not_touched():

@@ -267,4 +267,40 @@ MUTANTS = (
         "        for robot in robots:\n            robot.flush(now_ns)\n        meet()\n",
         "what robots of another process send and drive counts a step late",
     ),
+    Mutant(
+        "agent/shells/status.py",
+        "belief.alignment is not None",
+        "belief.alignment is None",
+        "mrslam top says merged of maps that are not",
+    ),
+    Mutant(
+        "agent/shells/status.py",
+        'belief.reason if belief.status == "untried" else f"not merged: {belief.words}"',
+        'f"not merged: {belief.words}"',
+        "mrslam top says of maps that nobody has tried yet that they do not fit",
+    ),
+    Mutant(
+        "agent/shells/clock.py",
+        "mission_ns / 1e9 / self.speed",
+        "mission_ns / 1e9 * self.speed",
+        "robots of a fast mission wait too long, and fall behind",
+    ),
+    Mutant(
+        "agent/shells/overload.py",
+        "self.late = count, now_s, 0.0",
+        "self.late = count, now_s, self.late",
+        "one burst of late scans of a slow laser takes particles twice",
+    ),
+    Mutant(
+        "agent/shells/sensors.py",
+        "<= ODOMETRY_AGE_NS",
+        "<= 10 * ODOMETRY_AGE_NS",
+        "what wheels said two seconds ago is taken for where the scan was made",
+    ),
+    Mutant(
+        "agent/shells/sensors.py",
+        "se2.compose(T0, share * se2.between(T0, T1))",
+        "T0 + share * (T1 - T0)",
+        "a robot that drives backwards gets scans turned by half a turn",
+    ),
 )

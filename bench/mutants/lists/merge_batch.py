@@ -61,4 +61,28 @@ MUTANTS = (
         'return f"{reason}; nearest was {best[0]}',
         "a map that is not placed is said to be nearest to itself",
     ),
+    Mutant(
+        "merge/batch/vetting.py",
+        "if agrees and (isinst",
+        "if (isinst",
+        "a bridge stands though the merged maps of its sides fit elsewhere",
+    ),
+    Mutant(
+        "merge/batch/vetting.py",
+        "(isinstance(found, Alignment) or confidence >= SURE)",
+        "isinstance(found, Alignment)",
+        "a sure bridge falls where the merged maps of its sides fit there without a clear lead",
+    ),
+    Mutant(
+        "merge/batch/vetting.py",
+        " and gap_rad < pairs.config.loop_tolerance_rad * 2",
+        "",
+        "a bridge stands though the merged maps of its sides fit only when turned",
+    ),
+    Mutant(
+        "merge/batch/vetting.py",
+        "node_of(other.grid)",
+        "node_of(one.grid)",
+        "true bridges fall: a small turn is measured at the wrong map's middle",
+    ),
 )

@@ -180,4 +180,10 @@ MUTANTS = (
         "T_team_key = saved.grid, saved.keyframes.T_map_base",
         "a session that is turned but not bent leaves its keyframes elsewhere",
     ),
+    Mutant(
+        "merge/sessions/diff.py",
+        "connectivity=8",
+        "connectivity=4",
+        "strokes of one thing that face each other across a corner are two pieces",
+    ),
 )

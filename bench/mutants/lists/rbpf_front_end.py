@@ -1,13 +1,13 @@
-"""Mutants of the mapper's front end: scans, odometry, pauses, robots carried off."""
+"""Mutants of the mapper's front end: scans, odometry, prediction, health."""
 
 from bench.mutants.mutant import Mutant
 
 MUTANTS = (
     Mutant(
-        "rbpf/front_end/after_pause.py",
-        "if not is_elsewhere(expected, looked.place):",
-        "if True:",
-        "odometry that jumped in a pause is believed",
+        "rbpf/front_end/health.py",
+        "        if seen > SEEN_LEAST:\n",
+        "        if True:\n",
+        "new ground counts among what usually fits the map",
     ),
     Mutant(
         "rbpf/front_end/intake.py",
@@ -32,24 +32,6 @@ MUTANTS = (
         '        self._has_put_back = state["has_put_back"]\n',
         "",
         "a robot that resumes leaves a second scan out after a pause",
-    ),
-    Mutant(
-        "rbpf/front_end/look_around.py",
-        "SQUARE_M, SQUARES = 1.0, (-2.0, 0.0, 2.0)",
-        "SQUARE_M, SQUARES = 1.5, (0.0,)",
-        "wheels that leapt by two metres while nothing was seen lead to another place than the robot's",
-    ),
-    Mutant(
-        "rbpf/front_end/look_around.py",
-        "    if is_only and _is_sure(best):",
-        "    if _is_sure(best):",
-        "of two rooms that look alike a robot that drove blind takes one for its own",
-    ),
-    Mutant(
-        "rbpf/front_end/look_around.py",
-        "return Looked(None, not is_unknown, is_unknown)",
-        "return Looked(None, True, is_unknown)",
-        "a robot leaves scans out on ground that its map does not show",
     ),
     Mutant(
         "rbpf/front_end/front_end.py",
@@ -106,12 +88,6 @@ MUTANTS = (
         "a robot carried off with its laser on maps on as if nothing had happened",
     ),
     Mutant(
-        "rbpf/front_end/elsewhere.py",
-        "if is_long and self._log_odds >= SURE and self._fitted == 0:",
-        "if is_long:",
-        "a crowd before the laser is taken for another place",
-    ),
-    Mutant(
         "rbpf/front_end/visibility.py",
         "wrong += range_m < least - near_m or range_m > most + near_m",
         "wrong += range_m > most + near_m",
@@ -128,48 +104,6 @@ MUTANTS = (
         "most = LOST if self.is_lost else",
         "most = DOUBTFUL if self._is_lost else",
         "a robot that knows it was carried off publishes on",
-    ),
-    Mutant(
-        "rbpf/front_end/after_pause.py",
-        "return replace(reading, is_contradicted=looked.is_contradicted, is_unconfirmed=is_unconfirmed)",
-        "return reading",
-        "a robot whose map contradicts its wheels twice is sure of where they have it",
-    ),
-    Mutant(
-        "rbpf/front_end/after_pause.py",
-        "is_unconfirmed = looked.is_contradicted or (looked.is_unknown and math.hypot(moved[0], moved[1]) > UNSEEN_M)",
-        "is_unconfirmed = looked.is_contradicted",
-        "a robot that drove in a pause to where its map shows nothing is sure of what its wheels say",
-    ),
-    Mutant(
-        "rbpf/front_end/after_pause.py",
-        "(looked.is_unknown and math.hypot(moved[0], moved[1]) > UNSEEN_M)",
-        "looked.is_unknown",
-        "a robot that turned about in a pause and sees what it never saw gives its map up",
-    ),
-    Mutant(
-        "rbpf/front_end/look_around.py",
-        "return Looked(None, not is_unknown, is_unknown)",
-        "return Looked(None, not is_unknown)",
-        "a place that the map hardly shows is taken for one that it does not contradict",
-    ),
-    Mutant(
-        "rbpf/front_end/look_around.py",
-        "        return Looked(None, False)\n",
-        "        pass\n",
-        "a scan that fits nearly as usual beside where the wheels lead makes a robot give up its map",
-    ),
-    Mutant(
-        "rbpf/front_end/look_around.py",
-        "    if is_near and _shown(best)",
-        "    if _shown(best)",
-        "a scan that nearly fits another room confirms the wheels that lead elsewhere",
-    ),
-    Mutant(
-        "rbpf/front_end/look_around.py",
-        "found.pose if _is_sure(found) else None, False, is_unknown)",
-        "found.pose if _is_sure(found) else None, False)",
-        "a place of which the map shows nothing is taken for one that it does not contradict",
     ),
     Mutant(
         "rbpf/front_end/health.py",
@@ -292,12 +226,6 @@ MUTANTS = (
         "after one long pause others are not noticed",
     ),
     Mutant(
-        "rbpf/front_end/gathering.py",
-        "*self._since_key[1 - SINCE_KEY_MOST :]",
-        "*self._since_key",
-        "a sparse laser at rest takes more and more memory, then seconds for one scan",
-    ),
-    Mutant(
         "rbpf/front_end/sight.py",
         "min(self.clear_range_m, scan.range_max_m)",
         "self.clear_range_m",
@@ -326,12 +254,6 @@ MUTANTS = (
         "else key.inliers",
         "else 1.0",
         "a robot whose scans fit neither its map nor what it just saw says that all is well",
-    ),
-    Mutant(
-        "rbpf/front_end/gathering.py",
-        "corrected(between(T_odom_base, newest))",
-        "between(T_odom_base, newest)",
-        "scans of few beams are put together by wheels that are known to be wrong",
     ),
     Mutant(
         "rbpf/front_end/prediction.py",
@@ -406,54 +328,6 @@ MUTANTS = (
         "scans of before a leap are drawn at the place behind it",
     ),
     Mutant(
-        "rbpf/front_end/after_pause.py",
-        "    is_unconfirmed = is_beyond(expected, looked.place) and is_elsewhere(T_map_before, looked.place)",
-        "    is_unconfirmed = False",
-        "a robot that one scan after a pause shows metres from where its wheels led is sure of that place",
-    ),
-    Mutant(
-        "rbpf/front_end/after_pause.py",
-        "is_beyond(expected, looked.place) and is_elsewhere(T_map_before, looked.place)",
-        "is_beyond(expected, looked.place)",
-        "a robot that stood while its wheels leapt far in a pause publishes nothing until it closes a loop",
-    ),
-    Mutant(
-        "rbpf/front_end/after_pause.py",
-        "is_beyond(expected, looked.place) and is_elsewhere(T_map_before, looked.place)",
-        "is_elsewhere(T_map_before, looked.place)",
-        "a robot whose wheels slipped by a metre in a pause publishes nothing until it closes a loop",
-    ),
-    Mutant(
-        "rbpf/front_end/after_pause.py",
-        "    if reading.is_set_back:",
-        "    if False:",
-        "odometry that begins again at its origin moves the robot there",
-    ),
-    Mutant(
-        "rbpf/front_end/after_pause.py",
-        "replace(reading, is_carried=True) if place is None else came_to",
-        "reading if place is None else came_to",
-        "a robot whose odometry began again where its map shows nothing is sure of a place",
-    ),
-    Mutant(
-        "rbpf/front_end/after_pause.py",
-        "for at in (T_map_before, expected))",
-        "for at in (expected,))",
-        "a robot that stood while its odometry began again is lost",
-    ),
-    Mutant(
-        "rbpf/front_end/after_pause.py",
-        "for at in (T_map_before, expected))",
-        "for at in (T_map_before,))",
-        "a robot that drove to where its odometry began, which began again, is lost",
-    ),
-    Mutant(
-        "rbpf/front_end/after_pause.py",
-        "        return replace(reading, shown=moved)",
-        "        return reading",
-        "a robot that drove blind between halves of a house that are alike is in the wrong one",
-    ),
-    Mutant(
         "rbpf/front_end/front_end.py",
         "            return self._begin_again(view, shown)\n",
         "            pass\n",
@@ -500,113 +374,5 @@ MUTANTS = (
         " and abs(T_now[2]) < ORIGIN_RAD",
         "",
         "a robot that turned near where odometry began is lost",
-    ),
-    Mutant(
-        "rbpf/front_end/look_around.py",
-        "_is_sure(found) and found.blind == 0.0",
-        "_is_sure(found)",
-        "along a bare corridor a robot stands where it stood",
-    ),
-    Mutant(
-        "rbpf/loops/loop_closer.py",
-        "        if way_m - self._last_fit_m < EDGE_WAY_M:\n            return False\n",
-        "",
-        "every scan on known ground is matched again, and weighs more with each",
-    ),
-    Mutant(
-        "rbpf/loops/loop_closer.py",
-        "        if self.is_carried:\n            return False\n        way_m",
-        "        way_m",
-        "a robot that was carried closes a loop where it thinks it is",
-    ),
-    Mutant(
-        "rbpf/loops/loop_closer.py",
-        "            self._far.drop()\n",
-        "            pass\n",
-        "a robot that was carried is found by what it saw before",
-    ),
-    Mutant(
-        "rbpf/loops/loop_closer.py",
-        "way_m[newest] - way_m[before[0]] > AGREE_WAY_M",
-        "False",
-        "two chance fits far apart bend the map",
-    ),
-    Mutant(
-        "rbpf/loops/loop_closer.py",
-        "        self._keep(weight[keys.size :][: self.edges] > 0.0)\n",
-        "",
-        "a loop that was found false is told to teammates as true",
-    ),
-    Mutant(
-        "rbpf/loops/loop_closer.py",
-        '        self._last_fit_m, self._anchored_m = state["way_m"]\n',
-        "",
-        "a resumed robot compares its place too soon",
-    ),
-    Mutant(
-        "rbpf/loops/loop_closer.py",
-        '        self.is_carried = state["is_carried"]\n',
-        "",
-        "a robot that was carried and started again closes a loop where it thinks it is",
-    ),
-    Mutant(
-        "rbpf/loops/loop_closer.py",
-        '            "waiting": None if self._waiting is None else list(self._waiting),\n',
-        '            "waiting": None,\n',
-        "a fit that waits for a second one is forgotten in a restart",
-    ),
-    Mutant(
-        "rbpf/loops/loop_closer.py",
-        "robust=doubtful)",
-        "robust=None)",
-        "one false loop bends the map",
-    ),
-    Mutant(
-        "rbpf/loops/drift.py",
-        "min(float(reach_m.max()), REACH_MOST_M)",
-        "float(reach_m.max())",
-        "after a long way without loops the search takes in kilometres",
-    ),
-    Mutant(
-        "rbpf/loops/drift.py",
-        "min(float(turn_rad.max()), TURN_MOST_RAD)",
-        "float(turn_rad.max())",
-        "after a long way without loops every heading is searched",
-    ),
-    Mutant(
-        "rbpf/loops/kept_scans.py",
-        '        self._starts = list(state["starts"])\n',
-        "",
-        "a robot that was carried and started again matches scans of two places as one",
-    ),
-    Mutant(
-        "rbpf/front_end/gathering.py",
-        "while len(self._waiting) > 2 and",
-        "while False and",
-        "a sparse laser's scans are smeared by odometry",
-    ),
-    Mutant(
-        "rbpf/front_end/gathering.py",
-        "self.returns >= ENOUGH or",
-        "",
-        "a robot with a sparse laser that stands maps nothing",
-    ),
-    Mutant(
-        "rbpf/front_end/gathering.py",
-        "        self._waiting.clear()",
-        "        pass",
-        "scans from before a jump of odometry are put together with those after it",
-    ),
-    Mutant(
-        "rbpf/front_end/gathering.py",
-        "        self._since_key = []\n        return joined",
-        "        return joined",
-        "keyframes of a sparse laser show what was seen long before",
-    ),
-    Mutant(
-        "rbpf/front_end/gathering.py",
-        "        self._returns = state[0]\n",
-        "",
-        "a sparse laser is not known for one after a restart",
     ),
 )

@@ -269,4 +269,16 @@ MUTANTS = (
         "frame",
         "a recording shows a team map that is in a saved map's frame in the robot's own",
     ),
+    Mutant(
+        "sim_driver/robots/walkers.py",
+        "gaps.min() < RADIUS_M + ROOM_M",
+        "False",
+        "people walk through robots",
+    ),
+    Mutant(
+        "sim_driver/robots/walkers.py",
+        "dt_s * self._velocities[k]",
+        "self._velocities[k]",
+        "people run at ten metres a second",
+    ),
 )

@@ -1,8 +1,116 @@
-"""Mutants of reading and writing files."""
+"""Mutants of the files that spatial reads and writes."""
 
 from bench.mutants.mutant import Mutant
 
 MUTANTS = (
+    Mutant(
+        "spatial/files/saved_map.py",
+        '        if hashlib.sha256(part).hexdigest() != manifest["sha256"].get(name):\n',
+        "        if False:\n",
+        "a saved map with a part of another one is read",
+    ),
+    Mutant(
+        "spatial/files/saved_map.py",
+        "    if number > FORMAT:\n",
+        "    if False:\n",
+        "a saved map of a newer program is read as if it were an old one",
+    ),
+    Mutant(
+        "spatial/files/atomic.py",
+        "        part.replace(path)",
+        '        path.write_bytes(b"".join(pieces))\n        part.unlink()',
+        "a crash while writing leaves half a map or checkpoint",
+    ),
+    Mutant(
+        "spatial/files/atomic.py",
+        "fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)",
+        "fcntl.flock(handle, fcntl.LOCK_SH | fcntl.LOCK_NB)",
+        "two runs write into one folder",
+    ),
+    Mutant(
+        "spatial/files/state_file.py",
+        "if hashlib.sha256(body).hexdigest().encode() != parts[2]:",
+        "if not body:",
+        "a damaged checkpoint is taken up",
+    ),
+    Mutant(
+        "spatial/files/trinary.py",
+        "return np.ascontiguousarray(image[::-1])",
+        "return np.ascontiguousarray(image)",
+        "maps are written upside down",
+    ),
+    Mutant(
+        "spatial/files/tum.py",
+        "theta = np.arctan2(2 * (qw * qz + qx * qy), qw * qw",
+        "theta = np.arctan2(2 * (qw * qz - qx * qy), qw * qw",
+        "trajectories of other tools with a slope are read with a wrong heading",
+    ),
+    Mutant(
+        "spatial/files/map_files.py",
+        "return _grid(path, cells, resolution, (0.0, 0.0)), se2.transform(x, y, yaw)",
+        "return _grid(path, cells, resolution, (0.0, 0.0)), se2.transform(x, y, 0.0)",
+        "the yaw of a map file is not heeded",
+    ),
+    Mutant(
+        "spatial/files/saved_map.py",
+        "round(float(steps.sum()), 2)",
+        "0.0",
+        "saved maps say that nobody drove",
+    ),
+    Mutant(
+        "spatial/files/keyframes.py",
+        "return Keyframes(keyframes.stamps_ns[: len(scans)], keyframes.T_map_base[: len(scans)]), scans",
+        "return keyframes, scans",
+        "maps with keyframes of which some have no scan cannot be merged or saved",
+    ),
+    Mutant(
+        "spatial/files/saved_map.py",
+        "            if large:\n",
+        "            if False:\n",
+        "a small file that unpacks to all memory ends the program",
+    ),
+    Mutant(
+        "spatial/files/state_file.py",
+        "is_fixed = array.base is None and not array.flags.writeable",
+        "is_fixed = not array.flags.writeable",
+        "a checkpoint is written while what it holds changes",
+    ),
+    Mutant(
+        "spatial/files/trinary.py",
+        "    if not PLAIN.fullmatch(image):\n        image = json.dumps(image, ensure_ascii=False)\n",
+        "",
+        "a map whose name has a hash or a colon cannot be read again",
+    ),
+    Mutant(
+        "spatial/files/tum.py",
+        "qw * qw + qx * qx - qy * qy - qz * qz)",
+        "1 - 2 * (qy * qy + qz * qz))",
+        "headings of quaternions that are not of length one are wrong",
+    ),
+    Mutant(
+        "spatial/files/images.py",
+        "== np.iinfo(whole.dtype).max",
+        "> 0",
+        "half transparent pixels of a saved map are taken for walls or floor",
+    ),
+    Mutant(
+        "spatial/files/pixels.py",
+        "cells[~opaque[::-1]]",
+        "cells[~opaque]",
+        "what is transparent in a plan is unknown upside down",
+    ),
+    Mutant(
+        "spatial/files/keyframes.py",
+        "    if len(scans) > stamps_ns.size:\n",
+        "    if False:\n",
+        "a file with more scans than keyframes is read, and fails later without its name",
+    ),
+    Mutant(
+        "spatial/files/state_file.py",
+        " and array.flags.c_contiguous",
+        "",
+        "a checkpoint that holds an array by columns cannot be written",
+    ),
     Mutant(
         "spatial/files/map_files.py",
         'if path.suffix.lower() in (".yaml", ".yml")',

@@ -108,3 +108,9 @@ def test_scans_that_are_lost_count_as_late_for_those_of_a_fast_laser_are_never_o
     assert [load.look(0.05, 7, 0.025 * k) for k in range(400)] == [None] * 400  # all lost before, as at the start
     changes = [load.look(0.05, 8 + k, 10.0 + 0.025 * k) for k in range(100)]
     assert [count for count in changes if count is not None] == [15]
+
+
+def test_after_a_reduction_only_new_late_scans_count() -> None:
+    load = Overload(64)
+    changed = [k for k in range(60) if load.look(1.0, 0, float(k)) is not None]  # of a laser that scans once a second
+    assert len(changed) >= 3 and changed[1] - changed[0] == changed[2] - changed[1] >= changed[0] > 10

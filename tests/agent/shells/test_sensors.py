@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mrslam.agent import SharedClock, WallClock
-from mrslam.agent.shells.sensors import SensorBody
+from mrslam.agent.shells.sensors import ODOMETRY_AGE_NS, SensorBody
 from mrslam.comms.transport.sensors import decode_odometry, decode_scan, encode_odometry, encode_scan
 from mrslam.spatial import InputError, Scan
 
@@ -92,3 +92,26 @@ def test_a_scan_gets_the_odometry_of_its_moment_in_whatever_order_it_comes(order
     body.on_scan(scan(stamp_ns=150_000_000), own)
     sensed = body.sense(0)
     assert sensed is not None and sensed.T_odom_base is own
+
+
+def told_at(stamp_ns: int, *readings: tuple[int, list[float]]) -> np.ndarray | None:
+    """Return the odometry that a scan of this stamp gets from readings of the wheels."""
+    body = SensorBody(WallClock())
+    for at_ns, pose in readings:
+        body.on_odometry(at_ns, np.array(pose))
+    body.on_scan(scan(stamp_ns=stamp_ns))
+    sensed = body.sense(0)
+    assert sensed is not None
+    return sensed.T_odom_base
+
+
+def test_wheels_that_were_heard_long_before_a_scan_say_nothing_of_it() -> None:
+    near, far = ODOMETRY_AGE_NS - 1, ODOMETRY_AGE_NS + 1
+    assert told_at(near, (0, [1.0, 2.0, 0.5])) == pytest.approx([1.0, 2.0, 0.5])
+    assert told_at(far, (0, [1.0, 2.0, 0.5])) is None
+    assert told_at(far, (0, [1.0, 2.0, 0.5]), (2 * far, [2.0, 2.0, 0.5])) is None
+
+
+def test_a_heading_between_two_readings_goes_the_short_way_round() -> None:
+    found = told_at(25_000_000, (0, [0.0, 0.0, 3.1]), (100_000_000, [0.0, 0.0, -3.1]))
+    assert found is not None and found[2] == pytest.approx(3.1 + 0.25 * (2.0 * np.pi - 6.2))

@@ -128,8 +128,19 @@ def test_a_wall_contradicts_only_where_the_other_map_looks_through_it(
     assert found[0] == verdict
 
 
-def test_free_overlap_like_its_twin():
-    rng = np.random.default_rng(6)
+def test_a_wall_at_the_rim_of_what_a_map_knows_is_not_looked_through() -> None:
+    found, floor = np.empty(1, dtype=np.uint8), one_point(WALL)
+    floor.state[20, 20] = wall_kernels.FREE
+    floor.label[:] = wall_kernels.NOTHING
+    for first, verdict in ((18, agreement_kernels.CONTRADICTED), (19, agreement_kernels.UNSEEN)):
+        cut = floor._replace(state=floor.state[first:].copy(), label=floor.label[:, first:].copy(), y0=0.1 * first)
+        agreement_kernels.agreement(one_point(WALL), cut, np.zeros(3), 1, 0.21, found)
+        assert found[0] == verdict
+
+
+@pytest.mark.parametrize("seed", range(6, 10))
+def test_free_overlap_like_its_twin(seed: int) -> None:
+    rng = np.random.default_rng(seed)
     s, t = rng.integers(0, 3, (14, 11)).astype(np.uint8), rng.integers(0, 3, (13, 17)).astype(np.uint8)
     T = np.array([0.11, -0.07, 0.4])
     got = agreement_kernels.free_overlap(s, 0.0, 0.0, 1, T, t, -0.1, 0.1, 0.1)

@@ -1,8 +1,10 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from mrslam.alignment.kernels.bending import add_walls, bent_state, shifts_at
+from mrslam.alignment.kernels.bending import add_walls, bent_state, partners, shifts_at
+from mrslam.alignment.kernels.walls import WallMap, nearest_labels
 
 LATTICE = (3, 4, -1.0, 2.0, 2.0)
 """Rows, columns, first node's x and y, spacing."""
@@ -59,3 +61,44 @@ def test_a_thin_wall_stays_whole_where_the_map_is_stretched() -> None:
     nodes[:, 1, 0] = -0.2  # pressed together along x by a tenth: walls may fall between two samples
     drawn = bent_state(state, 0.0, 0.0, 0.05, (nodes, 0.0, 0.0, 2.0), (40, 40, 0.0, 0.0), 4)
     assert (drawn == 2).any(axis=1).all()
+
+
+@pytest.mark.parametrize("column", range(10, 30))
+def test_no_wall_falls_between_two_samples(column: int) -> None:
+    state = np.full((40, 40), 1, dtype=np.uint8)
+    state[:, column] = 2
+    nodes = np.zeros((2, 2, 2))
+    nodes[:, 1, 0] = -0.2
+    drawn = bent_state(state, 0.0, 0.0, 0.05, (nodes, 0.0, 0.0, 2.0), (40, 40, 0.0, 0.0), 4)
+    assert (drawn == 2).any(axis=1).all()
+
+
+def test_floor_is_drawn_where_the_bend_takes_it() -> None:
+    state = np.full((40, 40), 1, dtype=np.uint8)
+    state[:, :20] = 0
+    nodes = np.zeros((2, 2, 2))
+    nodes[:, 1, 0] = -0.8  # pressed together by two fifths: what was at 1 m is at 0.6 m
+    drawn = bent_state(state, 0.0, 0.0, 0.05, (nodes, 0.0, 0.0, 2.0), (40, 40, 0.0, 0.0), 12)
+    assert np.flatnonzero(drawn[20] == 1)[0] == 12
+
+
+def test_partners_are_near_and_face_as_the_points_do() -> None:
+    cells = np.array([[20, 20], [20, 30]], dtype=np.int32)
+    normals = np.array([[0.0, 1.0], [0.6, 0.8]])
+    label = nearest_labels(41, 41, cells, normals, 6)
+    state = np.ones((41, 41), dtype=np.uint8)
+    points = (cells[:, ::-1] + 0.5) * 0.1
+    target = WallMap(state, label, points, normals, np.ones(2, dtype=bool), 0.0, 0.0, 0.1)
+    cases = [
+        ((2.05, 2.25), (0.0, 1.0), 0),
+        ((2.05, 2.25), (0.0, -1.0), -1),  # another side of the wall
+        ((2.05, 2.25), (0.0, 0.0), -1),  # a speck
+        ((2.05, 2.45), (0.0, 1.0), -1),  # too far away
+        ((3.05, 2.15), (0.6, 0.8), 1),
+        ((3.05, 2.15), (-0.6, 0.8), -1),  # in one quadrant with the wall, but facing otherwise
+        ((3.15, -0.5), (0.0, 1.0), -1),  # outside of the map
+    ]
+    at, facing, expected = (np.array(column) for column in zip(*cases, strict=True))
+    found = np.empty(len(cases), dtype=np.int64)
+    assert partners(at, facing, target, 0.3, found) == 2
+    assert found.tolist() == expected.tolist()

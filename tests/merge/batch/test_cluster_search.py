@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,9 @@ from mrslam.merge import MergeConfig
 from mrslam.merge.batch.all_pairs import try_every_pair
 from mrslam.merge.batch.cluster_search import ClusterSearch
 from mrslam.merge.batch.pair_aligner import PairAligner
+from mrslam.merge.batch.vetting import doubt
 from mrslam.merge.graph.edges import Pair
+from mrslam.merge.graph.nodes import node_of
 from mrslam.merge.team import TeamMap
 from mrslam.spatial import OccupancyGrid, se2
 from tests.merge.plans import alignment, building, part, truth
@@ -128,6 +131,45 @@ def test_a_bridge_goes_where_the_merged_maps_of_its_sides_do_not_fit(pool: Execu
     assert len(kept[False]) < 2
     (_, reason) = next(iter(pairs.rejections.items()))
     assert "the merged maps of both sides speak against it: told so" in reason.reason
+
+
+AS_PLACED = (0.0, 0.0)
+REFUSED = Rejection("two places", 0.4, None, "told")
+
+
+@pytest.mark.parametrize(
+    ("confidence", "fused", "off", "against"),
+    [
+        (0.6, "accepted", AS_PLACED, ""),
+        (0.9, "accepted", (0.9, 0.0), ""),
+        (0.9, "accepted", (0.0, 0.11), ""),
+        (0.9, "accepted", (3.0, 0.0), "they fit better 3.0 m and 0.0 deg away"),
+        (0.9, "accepted", (1.1, 0.0), "they fit better 1.1 m and 0.0 deg away"),
+        (0.9, "accepted", (0.0, 0.13), "they fit better 0.0 m and 7.4 deg away"),
+        (0.75, "proposed", AS_PLACED, ""),
+        (0.74, "proposed", AS_PLACED, "two places"),
+        (0.9, "proposed", (1.1, 0.0), "two places"),
+        (0.9, "nowhere", AS_PLACED, "two places"),
+    ],
+)
+def test_a_bridge_stands_where_the_merged_maps_of_its_sides_fit_as_they_are_placed(
+    pool: Executor, confidence: float, fused: str, off: tuple[float, float], against: str
+) -> None:
+    """``off`` : metres and radians about the middle of a side that its merged map fits beside its place."""
+    pairs = Told({"a": (0.0, 0.5), "b": (0.2, 0.6), "c": (0.55, 1.0)}, pool, [("a", "b")], lambda main, other: True)
+    pairs.align_pairs([("a", "b", None)])
+    place = {"a": se2.IDENTITY, "c": truth(pairs.poses, "a", "c")}
+    centre = np.array([*node_of(pairs.cluster(["c"]).grid).centre_m, 0.0])
+    beside = se2.compose(se2.compose(centre, np.array([off[0], 0.0, off[1]])), se2.inverse(centre))
+    T_a_c = se2.compose(place["c"], beside)
+    found = alignment(T_a_c) if fused == "accepted" else replace(REFUSED, T_a_b=T_a_c if fused == "proposed" else None)
+    pairs.align_grids = lambda one, others: [found]  # type: ignore[method-assign]
+    said = doubt(pairs, confidence, [["a", "b"], ["c"]], place)
+    assert (said is None) is (against == "")
+    if said is not None:
+        assert said.reason.startswith(
+            f"accepted by itself, but the merged maps of both sides speak against it: {against}"
+        )
 
 
 class Misled(Told):

@@ -91,6 +91,14 @@ def test_strokes_of_one_piece_are_one() -> None:
     )
 
 
+def test_strokes_that_face_each_other_across_a_corner_are_one_piece() -> None:
+    before, after = (OccupancyGrid(room().cells, 0.03) for _ in range(2))
+    after.cells[200:212, 100] = 100
+    after.cells[216, 105:125] = 100  # four cells, 0.12 m, between the two along either axis
+    (piece,) = diff(saved(before), saved(after), same_frame=True).pieces
+    assert (piece.width_m, piece.height_m) == pytest.approx((25 * 0.03, 17 * 0.03))
+
+
 def test_nothing_of_a_building_that_stayed_has_changed_though_its_maps_are_bent() -> None:
     maps = []
     for start, bend, seed in ((0.0, 0.0004, 1), (40.0, -0.0004, 2)):

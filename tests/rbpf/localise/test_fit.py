@@ -38,6 +38,12 @@ def test_stamps_that_go_back_are_no_time() -> None:
     assert fit.value == 0.9
 
 
+def test_a_long_way_between_two_scans_forgets_what_was_before_and_no_more() -> None:
+    fit = Fit(0.5)
+    fit.follow(1.0, 0.0, 40.0, 60.0)
+    assert fit.value == fit.shown == 1.0
+
+
 def test_words_say_what_is_wrong() -> None:
     fit = Fit()
     for _ in range(60):

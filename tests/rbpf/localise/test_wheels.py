@@ -56,6 +56,12 @@ def test_where_a_scan_fits_well_the_wheels_are_wrong() -> None:
     assert told(STOOD, ON, check=check) == [5, 10]
 
 
+def test_half_a_turn_is_one_whichever_way_it_is_told() -> None:
+    check, left, right = WheelsCheck(), np.array([0.0, 0.0, 3.05]), np.array([0.0, 0.0, -3.1])
+    assert not check.follow(right, left, 4.0, IN_PART, Predictor(0.1))
+    assert check.follow(STOOD, left, 4.0, IN_PART, Predictor(0.1))
+
+
 def slipping() -> Predictor:
     predictor = Predictor(0.1)
     predictor.odometry.slip = 0.7

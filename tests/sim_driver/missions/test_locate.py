@@ -26,6 +26,10 @@ def test_files_are_found_in_the_data_folder(data: Path) -> None:
     assert locate("slam/intel.clf.gz") == data / "slam" / "intel.clf.gz"
 
 
+def test_folders_are_found_too(data: Path) -> None:
+    assert locate("other/deep") == data / "other" / "deep"
+
+
 def test_a_file_of_that_name_elsewhere_in_the_data_folder_is_named(data: Path) -> None:
     where = re.escape(f"intel.clf.gz: not found in this folder, {data} ({DATA_VARIABLE})")
     with pytest.raises(InputError, match=f"^{where}; did you mean slam/intel.clf.gz\\?$"):

@@ -32,6 +32,22 @@ def test_a_robots_own_settings_lie_over_those_of_the_mission() -> None:
     assert r2.agent.give_up_s == 9.0 and r2.comms == mission.settings.comms
 
 
+@pytest.mark.parametrize(
+    ("section", "key", "value"),
+    [
+        ("rbpf", "particles", 9),
+        ("alignment", "min_confidence", 0.9),
+        ("mutual_detection", "margin_m", 0.2),
+        ("merge", "resolution_m", 0.2),
+        ("agent", "give_up_s", 9.0),
+    ],
+)
+def test_a_robot_may_have_its_own_settings_of_every_package(section: str, key: str, value: object) -> None:
+    mission = make(robots=[ROBOT, {**ROBOT, "id": "r2", section: {key: value}}])
+    r1, r2 = (getattr(mission.settings_of[robot.id], section) for robot in mission.robots)
+    assert getattr(r2, key) == value != getattr(r1, key)
+
+
 def test_a_trace_makes_the_links_traced() -> None:
     assert make(links={"trace": "t.csv"}).settings.comms.link_source == "trace"
     assert make().settings.comms.link_source == "measured"
@@ -47,6 +63,17 @@ def test_a_trace_makes_the_links_traced() -> None:
         ({"robots": [{"id": "r1"}]}, "has no log"),
         ({"robots": [{"id": "r1", "log": "x", "first": 0.5, "last": 0.2}]}, "0 <= first < last <= 1"),
         ({"robots": [{"id": "r1", "log": "x", "start": [float("nan"), 0, 0]}]}, r"robots\.r1\.start must be"),
+        ({"robots": [{"id": "r1", "log": "x", "first": 0.5, "last": 0.5}]}, "0 <= first < last <= 1"),
+        ({"robots": [{"id": "", "log": "x"}]}, r"robots\.id must be a name"),
+        ({"robots": [ROBOT | {"start": [1.0, 2.0]}]}, r"robots\.r1\.start must be \[x_m, y_m, theta_rad\]"),
+        ({"robots": [ROBOT | {"start_known": True}]}, r"robots\.r1\.start_known must be false where no start is given"),
+        ({"robots": [ROBOT | {"waypoints": [[1.0, 2.0, 0.0]]}]}, r"robots\.r1\.waypoints must be \[x_m, y_m\] each"),
+        ({"robots": [ROBOT | {"mode": "centre"}]}, r"robots\.r1\.mode must be distributed, mapper or central"),
+        ({"maps": [{"path": "m", "id": "office"}]}, r"maps\.id must be two names"),
+        ({"maps": [{"path": "m", "near": [1.0]}]}, r"maps\.near must be \[x_m, y_m, theta_rad\] or"),
+        ({"mission": {"linger_s": -1}}, r"mission\.linger_s must be in 0\.\."),
+        ({"world": {"name": "arena1", "walkers": -1}}, r"world\.walkers must be a whole number in 0\.\.1000, got -1"),
+        ({"sweep": {"seeds": 0}}, r"sweep\.seeds must be a whole number in 1\.\."),
         ({"mision": {}}, "unknown key 'mision'; did you mean 'mission'"),
         ({"mission": {"speed": 0}}, r"mission\.speed must be in 0\.01\.\.1000, got 0"),
         ({"mission": {"shell": "thread"}}, "'process' or 'virtual'"),

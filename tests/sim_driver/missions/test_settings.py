@@ -29,6 +29,11 @@ def test_a_misspelt_key_suggests_the_nearest() -> None:
         build(Knobs, {"timeout": 5}, "knobs")
 
 
+def test_where_no_key_is_like_it_all_are_named() -> None:
+    with pytest.raises(InputError, match="unknown key 'zzz'; known are count, name, timeout_s"):
+        build(Knobs, {"zzz": 5}, "knobs")
+
+
 def test_a_wrong_type_names_key_and_value() -> None:
     with pytest.raises(InputError, match=r"knobs\.count = 'many': Expected `int \| null`"):
         build(Knobs, {"count": "many"}, "knobs")
@@ -44,6 +49,7 @@ def test_a_value_out_of_range_says_the_bound() -> None:
     [
         ("comms.exchange_timeout_s=10", (["comms", "exchange_timeout_s"], 10)),
         ("mission.shell=virtual", (["mission", "shell"], "virtual")),
+        ("mission.shell= virtual ", (["mission", "shell"], "virtual")),
         ("a.b=[1, 2]", (["a", "b"], [1, 2])),
         ("a.b=x=y", (["a", "b"], "x=y")),
     ],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,7 +15,7 @@ from mrslam.agent import Sensed
 from mrslam.sim_driver.evaluate.trajectories import Trajectory
 from mrslam.sim_driver.report import seen as module
 from mrslam.sim_driver.report.layout import Layout
-from mrslam.sim_driver.report.seen import first_seen_s, mission_trajectory
+from mrslam.sim_driver.report.seen import first_seen_s, mission_trajectory, spread
 from mrslam.spatial import Scan
 from mrslam.spatial.files.tum import read_tum, write_tum
 
@@ -82,3 +83,51 @@ def test_a_recorded_robot_that_gave_its_map_up_begins_its_way_where_its_last_map
     for told, begun_s in ((events, 50.0), (events[:1], 40.0)):
         anew = run(np.zeros((3, 3)), "a.log", began_s=40.0, events=told)
         assert (mission_trajectory(anew, "r1")[0] / S).tolist() == [begun_s, begun_s + 1.0, begun_s + 2.0]
+
+
+def test_beams_that_hit_nothing_show_nothing_and_short_steps_add_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    poses = np.array([[2.1 + 0.1 * k, 5.1, 0.0] for k in range(6)])
+    scans = [Sensed(k * S, looking_ahead(k * S), None) for k in range(6)]
+    scans[0] = Sensed(0, replace(looking_ahead(0), ranges_m=np.full(1, np.inf, dtype=np.float32)), None)
+    monkeypatch.setattr(module, "_scans", lambda run, robot: scans)
+    layout = Layout("r1", "r1", {"r1": np.zeros(3)}, ("r1",), 0.25, np.zeros((40, 40), dtype=np.int8))
+    seen = first_seen_s(run(poses), layout, "r1")
+    assert sorted(set(seen[np.isfinite(seen)].tolist())) == [0.0, 3.0]  # cast every 0.25 m
+    assert (seen == 0.0).sum() <= 2 and np.flatnonzero(seen[20] == 3.0)[-1] in (20, 21)  # 3 m ahead
+
+
+def test_without_scans_a_place_is_seen_when_the_robot_is_first_near_it(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    poses = np.array([[1.0, 5.0, 0.0], [4.0, 5.0, 0.0], [1.0, 5.0, 0.0]])
+    bare = run(poses)
+    bare.mission.replay, bare.folder = None, tmp_path
+    layout = Layout("r1", "r1", {"r1": np.zeros(3)}, ("r1",), 0.25, np.zeros((40, 80), dtype=np.int8))
+    seen = first_seen_s(bare, layout, "r1")
+    assert (seen[20, 4], seen[20, 16], seen[20, 8]) == (0.0, 1.0, 0.0)
+    reach = module.SIGHT_M / 2 / 0.25
+    assert np.isfinite(seen[20, round(16 + reach) - 1]) and not np.isfinite(seen[20, round(16 + reach) + 2])
+
+
+def test_scans_of_a_run_that_was_played_again_are_those_of_the_first(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    first, again = tmp_path / "first", tmp_path / "again"
+    (first / "r1").mkdir(parents=True)
+    (first / "r1" / module.SCANS_FILE).touch()
+    monkeypatch.setattr(module, "read_recording", lambda path: [path])
+    bare = run(np.zeros((1, 3)))
+    bare.folder, bare.mission.replay = again, first
+    assert module._scans(bare, "r1") == [first / "r1" / module.SCANS_FILE]
+    bare.mission.replay = None
+    assert module._scans(bare, "r1") == []
+
+
+def test_only_known_places_between_the_beams_take_the_time_of_their_neighbours() -> None:
+    seen = np.full((3, 5), np.inf, dtype=np.float32)
+    seen[1, 0], seen[1, 4] = 2.0, 7.0
+    known = np.zeros((3, 5), dtype=bool)
+    known[1, :4] = True
+    filled = spread(seen, known)
+    assert filled[1].tolist()[:2] == [2.0, 2.0] and filled[1, 3:].tolist() == [7.0, 7.0]
+    assert not np.isfinite(filled[[0, 2]]).any()

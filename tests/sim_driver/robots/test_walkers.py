@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mrslam.sim_driver.missions.mission import make_mission
-from mrslam.sim_driver.robots.walkers import ROOM_M, Walkers
+from mrslam.sim_driver.robots.walkers import RADIUS_M, ROOM_M, SPEED_M_S, Walkers
 from mrslam.sim_driver.simulation.simulation import Simulation
 from mrslam.sim_driver.worlds import load_world
 
@@ -46,3 +46,18 @@ def test_lasers_see_people_and_a_mission_without_them_is_as_it_was(tmp_path) -> 
     nearer = crowded < alone - 0.5
     assert nearer.sum() > 3 and abs(float(crowded[nearer].min()) - 1.82) < 0.05
     assert (crowded == alone).mean() > 0.9
+
+
+def test_people_walk_at_their_speed_and_into_nobody() -> None:
+    walkers = Walkers(load_world("office"), 20, np.random.default_rng(2))
+    before = walkers.places_m.copy()
+    walkers.step(np.empty((0, 2)), 0.1)
+    stepped_m = np.hypot(*(walkers.places_m - before).T)
+    assert (stepped_m > 0.0).sum() > 10 and stepped_m.max() <= 0.1 * SPEED_M_S[1]
+    robots, before = walkers.places_m + 0.3, walkers.places_m.copy()  # each has a robot in its way
+    for _ in range(50):
+        walkers.step(robots, 0.1)
+    assert (np.hypot(*(walkers.places_m - before).T) > 0.5).sum() < 20
+    gaps = np.hypot(*(walkers.places_m[:, None] - robots[None]).transpose(2, 0, 1)).min(axis=1)
+    moved = (walkers.places_m != before).any(axis=1)
+    assert (gaps[moved] >= RADIUS_M + ROOM_M).all()

@@ -1,9 +1,13 @@
 from __future__ import annotations
 
-import numpy as np
+import copy
 
+import numpy as np
+import pytest
+
+from mrslam.spatial.hits.cells import TILE
 from mrslam.spatial.hits.drawing import insert_scan
-from mrslam.spatial.hits.store import TileStore
+from mrslam.spatial.hits.store import GROWTH_TILES, TileStore
 from mrslam.spatial.hits.views import NO_ENDS, Beams
 
 ORIGIN = np.zeros(2)
@@ -179,3 +183,51 @@ def test_scans_drawn_at_once_are_as_if_one_after_the_other_though_tiles_run_out_
     assert stores[0].writes == stores[1].writes == 5
     for store in stores:
         recount(store)
+
+
+def test_what_is_drawn_after_the_window_grew_is_as_if_it_had_been_large_from_the_start() -> None:
+    grown, large = TileStore(1, 0.05), TileStore(1, 0.05)
+    large.cover(np.full(2, -60.0), np.full(2, 60.0))
+    for x, y in ((0.0, 0.0), (-40.0, 3.0), (1.0, 40.0), (0.0, -45.0)):
+        for store in (grown, large):
+            write(store, 0, (x, y, 0.3), points((9, 2), (0, 12), (-14, 3)))
+    assert content(grown, 0) == content(large, 0)
+    for store in (grown, large):
+        recount(store)
+
+
+@pytest.mark.parametrize("corner", [(-1, 0), (0, -1), (1, 0), (0, 1)])
+@pytest.mark.parametrize("off_m", [-0.3, 0.3])
+def test_a_tile_to_spare_lies_around_what_the_window_covers(corner: tuple[int, int], off_m: float) -> None:
+    """What reads a map looks at the tiles around a point's own without asking whether they are in the window."""
+    edge_m = TILE * 0.05
+    for tiles in (GROWTH_TILES - 1, GROWTH_TILES, GROWTH_TILES + 1):
+        store = TileStore(1, 0.05)
+        at = np.array(corner) * tiles * edge_m + off_m
+        store.cover(at, at)
+        col, row = np.floor(at / edge_m).astype(int)
+        rows, cols = store.tables.shape[1:]
+        assert 1 <= row - store.row0 < rows - 1 and 1 <= col - store.col0 < cols - 1
+
+
+def test_hits_far_outside_of_the_window_widen_it() -> None:
+    store = TileStore(1, 0.05)
+    store.add_points(0, np.array([70.0, -50.0, 0.0]), points((2, 0)))
+    assert set(content(store, 0)) == {(-50 * 20 // TILE, 72 * 20 // TILE)}
+
+
+def test_a_store_that_is_resumed_goes_on_as_if_it_had_never_stopped() -> None:
+    store = TileStore(2, 0.05)
+    write(store, 0, (30, 0, 0), points((2, 0), (0, 3)))
+    write(store, 0, (30, 5, 0), points((2, 0), (0, 3)))
+    store.resample(np.zeros(2, dtype=np.int64))
+    resumed = TileStore(2, 0.05)
+    resumed.restore(copy.deepcopy(store.state()))
+    for one in (store, resumed):
+        assert one.row0 != one.col0
+        write(one, 1, (31, -20, 0.1), points((5, 0), (0, 3)))
+        recount(one)
+    for index in range(2):
+        assert content(resumed, index) == content(store, index) != {}
+        assert stamps(resumed, index) == stamps(store, index)
+    assert resumed.writes == store.writes == 3

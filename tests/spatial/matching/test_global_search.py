@@ -137,3 +137,19 @@ def test_a_place_that_is_left_out_is_so_on_either_side_of_half_a_turn() -> None:
     if barred.spot is not None:
         away_m, turned_rad = se2.difference(barred.spot.T_map_scan, T_map_scan)
         assert away_m > 1.5 or turned_rad > 0.2
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_place_is_searched_for_around_what_is_expected_as_far_as_was_asked(side: float) -> None:
+    expected = np.array([30.0, -20.0, math.pi - 0.05])
+    T_map_scan = expected + side * np.array([0.98, 0.98, 0.095])
+    rng = np.random.default_rng(5)
+    seen = se2.apply(se2.inverse(T_map_scan), walls(1) + expected[:2])
+    seen = seen[rng.choice(len(seen), 200, replace=False)]
+    grid = wall_grid(walls(1) + expected[:2])
+    spot = find(grid, seen, expected, 0.98, 0.095, 0.6).spot
+    assert spot is not None and 0.8 < spot.share <= 1.0
+    assert np.abs(spot.T_map_scan[:2] - T_map_scan[:2]).max() < 0.2  # a step less is 0.23
+    assert -math.pi <= spot.T_map_scan[2] <= math.pi
+    assert abs(se2.wrap(spot.T_map_scan[2] - T_map_scan[2])) < 0.0101
+    assert find(grid, seen, expected, 0.98, 0.095, 0.6, [spot.T_map_scan]).spot is None

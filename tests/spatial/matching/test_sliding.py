@@ -70,3 +70,21 @@ def test_along_bare_walls_a_scan_goes_back_to_where_it_is_expected() -> None:
     assert found.pose[0] == pytest.approx(0.6, abs=0.2)
     found, _ = slid(tiles, corridor((), 4.0), found, Drift(expected, 0.2, prior, 2.0), SIGMA_M)
     assert abs(found.pose[0]) < 0.15
+
+
+@pytest.mark.parametrize("off_m", [0.8, -1.2])
+def test_the_last_place_that_was_tried_says_nothing_of_how_far_along_the_scan_lies(off_m: float) -> None:
+    tiles, points = drawn((-2.5, -0.3, 2.9)), corridor((-2.5, -0.3, 2.9), 4.0)
+    expected, prior = np.array([off_m, 0.0, 0.0]), np.diag([1.0, 1.0, 2500.0])
+    found = match(tiles, points, expected, expected, prior, SIGMA_M, 0)
+    _, along = slid(tiles, points, found, Drift(expected, 1.0, prior, 0.5), SIGMA_M)
+    assert not along.any()
+
+
+def test_what_descent_found_along_a_corridor_is_left_out() -> None:
+    tiles, points = drawn((-2.5, -0.3, 2.9)), corridor((-2.5, -0.3, 2.9), 4.0)
+    at, prior = np.zeros(3), np.diag([1.0, 1.0, 2500.0])
+    said = np.array([[50.0, 0.0, 9.0], [0.0, 1e5, 7.0], [9.0, 7.0, 1e6]])
+    found = match(tiles, points, at, at, prior, SIGMA_M, 12)._replace(information=said)
+    found, _ = slid(tiles, points, found, Drift(at, 1.0, prior, 0.0), SIGMA_M)
+    assert found.information == pytest.approx(np.array([[0.0, 0.0, 0.0], [0.0, 1e5, 7.0], [0.0, 7.0, 1e6]]))

@@ -1,0 +1,198 @@
+"""Mutants of the searches that propose how two maps lie."""
+
+from bench.mutants.mutant import Mutant
+
+MUTANTS = (
+    Mutant(
+        "alignment/proposals/walks/aligner.py",
+        'return [Candidate(about(row[:3], b), -float(row[3]), {"dissimilarity": float(row[3])}) for row in kept]',
+        "return []",
+        "five search methods find nothing at all",
+    ),
+    Mutant(
+        "alignment/proposals/walks/random_walk.py",
+        "        if len(self._steps) < MEMORY:",
+        "        if True:",
+        "the adaptive walk never adapts",
+    ),
+    Mutant(
+        "alignment/proposals/walks/annealings.py",
+        "if found < value or rng.random() < math.exp(-(found - value) / temperature):",
+        "if found < value:",
+        "annealing never accepts what is worse",
+    ),
+    Mutant(
+        "alignment/proposals/walks/climbs.py",
+        "                now, value = options[k], found[k]\n",
+        "                break\n",
+        "hill climbing never climbs",
+    ),
+    Mutant(
+        "alignment/proposals/walks/aligner.py",
+        "return middle, middle - sigma - (lever, lever, 0.0), middle + sigma + (lever, lever, 0.0)",
+        "return middle, np.append(a.points.min(axis=0), -math.pi), np.append(a.points.max(axis=0), math.pi)",
+        "walks ignore the prior's window",
+    ),
+    Mutant(
+        "alignment/proposals/search.py",
+        "+ min(4.0 * lever, 1e6))",
+        "+ 0.0)",
+        "a known pose far from its map's content has no lever arm",
+    ),
+    Mutant(
+        "alignment/proposals/walks/aligner.py",
+        "lever = float(np.hypot(*b.centre)) * sigma[2]",
+        "lever = 0.0",
+        "walks: a known pose far from its map's content has no lever arm",
+    ),
+    Mutant(
+        "alignment/proposals/dissimilarity.py",
+        "        cell_m = max(cell_m, a.res)  # finer would but take memory: both maps have cells of this edge\n",
+        "",
+        "maps of large cells take gigabytes to compare",
+    ),
+    Mutant(
+        "alignment/proposals/rotations.py",
+        "float(smooth[k] / max(top, 1e-12))",
+        "float(smooth[k] / top)",
+        "a warning of a division by nothing on the terminal",
+    ),
+    Mutant(
+        "alignment/proposals/walks/log.py",
+        "s[2] = self.low[2] + (s[2] - self.low[2]) % (2.0 * math.pi)",
+        "s[2] = (s[2] + math.pi) % (2.0 * math.pi) - math.pi",
+        "near half a turn a random walk does not reach half of where it may look",
+    ),
+    Mutant(
+        "alignment/proposals/search.py",
+        ", span / MOST_CELLS)",
+        ")",
+        "maps of a large building are correlated on pictures of any size",
+    ),
+    Mutant(
+        "alignment/proposals/search.py",
+        "        if len(angles) > 40:",
+        "        if False:",
+        "where a robot's heading is not known, hundreds of turns are tried",
+    ),
+    Mutant(
+        "alignment/proposals/search.py",
+        "OFFSETS_DEG = (-1.0, 0.0, 1.0)",
+        "OFFSETS_DEG = (0.0, 0.0, 0.0)",
+        "maps that are bent are tried at one turn only",
+    ),
+    Mutant(
+        "alignment/proposals/search.py",
+        "kept = thinned(se2.apply(T_a_b, b.centre), T_a_b[:, 2].copy(), 0.3, math.radians(1.0), most)",
+        "kept = np.arange(min(len(T_a_b), most))",
+        "two hundred proposals of one place leave none for the others",
+    ),
+    Mutant(
+        "alignment/proposals/search.py",
+        "    settled.sort(key=lambda c: -c.score)\n",
+        "",
+        "of the places that fit the first ten that were proposed are looked at, not the best",
+    ),
+    Mutant(
+        "alignment/proposals/correlate.py",
+        " ** 2 * cell_m / a.res\n",
+        " ** 2\n",
+        "of maps with coarse cells places where walls lie beside each other are not proposed",
+    ),
+    Mutant(
+        "alignment/proposals/correlate.py",
+        "a.res**2 / cell_m",
+        "a.res",
+        "what the correlation found is not metres of wall",
+    ),
+    Mutant(
+        "alignment/proposals/correlate.py",
+        "spectra[4] = -np.float32(against) * walls",
+        "spectra[4] = 0.0",
+        "walls of the first map on free space of the second do not speak against a place",
+    ),
+    Mutant(
+        "alignment/proposals/correlate.py",
+        "    spectra[:4] -= np.float32(against) * spectra[4]\n",
+        "",
+        "walls of the second map on free space of the first do not speak against a place",
+    ),
+    Mutant(
+        "alignment/proposals/correlate.py",
+        "                score[np.hypot(x[None, :], y[:, None]) > near[1] + cell_m] = 0.0\n",
+        "                pass\n",
+        "places far from where a robot was told to be crowd out those near it",
+    ),
+    Mutant(
+        "alignment/proposals/features.py",
+        "MODELS = 3",
+        "MODELS = 1",
+        "orb and surf propose one place only, which may be the wrong one",
+    ),
+    Mutant(
+        "alignment/proposals/features.py",
+        " or fit[1].sum() < FEWEST_INLIERS",
+        "",
+        "two key points that agree by chance are a place",
+    ),
+    Mutant(
+        "alignment/proposals/features.py",
+        "        pixel *= 2.0\n",
+        "",
+        "orb and surf lay large maps at half the distance",
+    ),
+    Mutant(
+        "alignment/proposals/features.py",
+        "crossCheck=True",
+        "crossCheck=False",
+        "key points are matched with what does not match them",
+    ),
+    Mutant(
+        "alignment/proposals/hough.py",
+        "for theta in (k * math.pi / HALF_TURN_BINS, k * math.pi / HALF_TURN_BINS + math.pi):",
+        "for theta in (k * math.pi / HALF_TURN_BINS,):",
+        "hough never finds maps that are turned by more than half a turn",
+    ),
+    Mutant(
+        "alignment/proposals/hough.py",
+        "    found.sort(key=lambda candidate: -candidate.score)\n",
+        "",
+        "hough's best proposal is not the first",
+    ),
+    Mutant(
+        "alignment/proposals/ransac.py",
+        "if lb < 5.0 * inlier_m or abs(la - lb) > 2.0 * inlier_m:",
+        "if lb == 0.0 or la == 0.0:",
+        "matches of different distances give transforms that no match holds",
+    ),
+    Mutant(
+        "alignment/proposals/rotations.py",
+        "for turn in (0.0, math.pi):",
+        "for turn in (0.0, 0.0):",
+        "half of the turns are never tried",
+    ),
+    Mutant(
+        "alignment/proposals/dissimilarity.py",
+        "        masks[0] &= ~masks[1]\n",
+        "",
+        "cells with a wall are free as well, and narrow rooms fit nowhere",
+    ),
+    Mutant(
+        "alignment/proposals/walks/climbs.py",
+        "        now = rng.uniform(low, high)\n",
+        "        now = log.clip(start)\n",
+        "hill-climb climbs the same hill over and over",
+    ),
+    Mutant(
+        "alignment/proposals/walks/random_walk.py",
+        "            now = rng.uniform(low, high)\n",
+        "            pass\n",
+        "a walk in a pit stays there",
+    ),
+    Mutant(
+        "alignment/proposals/walks/lattice.py",
+        "log(np.array([x, y, theta]))",
+        "log(np.array([x, y, low[2]]))",
+        "brute force tries one heading",
+    ),
+)

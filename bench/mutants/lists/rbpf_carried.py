@@ -1,0 +1,192 @@
+"""Mutants of what the mapper does after pauses and when its robot was carried off."""
+
+from bench.mutants.mutant import Mutant
+
+MUTANTS = (
+    Mutant(
+        "rbpf/front_end/look_around.py",
+        "    if found.inliers >= GOOD_INLIERS:",
+        "    if _is_sure(found):",
+        "half of a scan beyond the walls of a saved map counts as a fit",
+    ),
+    Mutant(
+        "rbpf/front_end/look_around.py",
+        "least = min(GOOD_INLIERS, usual_fit) - CLEARLY",
+        "least = GOOD_INLIERS - CLEARLY",
+        "a robot before trees is lost after a pause though its map fits as well as ever",
+    ),
+    Mutant(
+        "rbpf/front_end/look_around.py",
+        "least = min(GOOD_INLIERS, usual_fit) - CLEARLY",
+        "least = usual_fit - CLEARLY",
+        "a little furniture that came in a pause makes a robot lost",
+    ),
+    Mutant(
+        "rbpf/front_end/after_pause.py",
+        "if not is_elsewhere(expected, looked.place):",
+        "if True:",
+        "odometry that jumped in a pause is believed",
+    ),
+    Mutant(
+        "rbpf/front_end/look_around.py",
+        "SQUARE_M, SQUARES = 1.0, (-2.0, 0.0, 2.0)",
+        "SQUARE_M, SQUARES = 1.5, (0.0,)",
+        "wheels that leapt by two metres while nothing was seen lead to another place than the robot's",
+    ),
+    Mutant(
+        "rbpf/front_end/look_around.py",
+        "    if is_only and _is_sure(best):",
+        "    if _is_sure(best):",
+        "of two rooms that look alike a robot that drove blind takes one for its own",
+    ),
+    Mutant(
+        "rbpf/front_end/look_around.py",
+        "return Looked(None, not is_unknown, is_unknown)",
+        "return Looked(None, True, is_unknown)",
+        "a robot leaves scans out on ground that its map does not show",
+    ),
+    Mutant(
+        "rbpf/front_end/elsewhere.py",
+        "if is_long and self._log_odds >= SURE and self._fitted == 0:",
+        "if is_long:",
+        "a crowd before the laser is taken for another place",
+    ),
+    Mutant(
+        "rbpf/front_end/after_pause.py",
+        "return replace(reading, is_contradicted=looked.is_contradicted, is_unconfirmed=is_unconfirmed)",
+        "return reading",
+        "a robot whose map contradicts its wheels twice is sure of where they have it",
+    ),
+    Mutant(
+        "rbpf/front_end/after_pause.py",
+        "is_unconfirmed = looked.is_contradicted or (looked.is_unknown and math.hypot(moved[0], moved[1]) > UNSEEN_M)",
+        "is_unconfirmed = looked.is_contradicted",
+        "a robot that drove in a pause to where its map shows nothing is sure of what its wheels say",
+    ),
+    Mutant(
+        "rbpf/front_end/after_pause.py",
+        "(looked.is_unknown and math.hypot(moved[0], moved[1]) > UNSEEN_M)",
+        "looked.is_unknown",
+        "a robot that turned about in a pause and sees what it never saw gives its map up",
+    ),
+    Mutant(
+        "rbpf/front_end/look_around.py",
+        "return Looked(None, not is_unknown, is_unknown)",
+        "return Looked(None, not is_unknown)",
+        "a place that the map hardly shows is taken for one that it does not contradict",
+    ),
+    Mutant(
+        "rbpf/front_end/look_around.py",
+        "        return Looked(None, False)\n",
+        "        pass\n",
+        "a scan that fits nearly as usual beside where the wheels lead makes a robot give up its map",
+    ),
+    Mutant(
+        "rbpf/front_end/look_around.py",
+        "    if is_near and _shown(best)",
+        "    if _shown(best)",
+        "a scan that nearly fits another room confirms the wheels that lead elsewhere",
+    ),
+    Mutant(
+        "rbpf/front_end/look_around.py",
+        "found.pose if _is_sure(found) else None, False, is_unknown)",
+        "found.pose if _is_sure(found) else None, False)",
+        "a place of which the map shows nothing is taken for one that it does not contradict",
+    ),
+    Mutant(
+        "rbpf/front_end/gathering.py",
+        "*self._since_key[1 - SINCE_KEY_MOST :]",
+        "*self._since_key",
+        "a sparse laser at rest takes more and more memory, then seconds for one scan",
+    ),
+    Mutant(
+        "rbpf/front_end/gathering.py",
+        "corrected(between(T_odom_base, newest))",
+        "between(T_odom_base, newest)",
+        "scans of few beams are put together by wheels that are known to be wrong",
+    ),
+    Mutant(
+        "rbpf/front_end/after_pause.py",
+        "    is_unconfirmed = is_beyond(expected, looked.place) and is_elsewhere(T_map_before, looked.place)",
+        "    is_unconfirmed = False",
+        "a robot that one scan after a pause shows metres from where its wheels led is sure of that place",
+    ),
+    Mutant(
+        "rbpf/front_end/after_pause.py",
+        "is_beyond(expected, looked.place) and is_elsewhere(T_map_before, looked.place)",
+        "is_beyond(expected, looked.place)",
+        "a robot that stood while its wheels leapt far in a pause publishes nothing until it closes a loop",
+    ),
+    Mutant(
+        "rbpf/front_end/after_pause.py",
+        "is_beyond(expected, looked.place) and is_elsewhere(T_map_before, looked.place)",
+        "is_elsewhere(T_map_before, looked.place)",
+        "a robot whose wheels slipped by a metre in a pause publishes nothing until it closes a loop",
+    ),
+    Mutant(
+        "rbpf/front_end/after_pause.py",
+        "    if reading.is_set_back:",
+        "    if False:",
+        "odometry that begins again at its origin moves the robot there",
+    ),
+    Mutant(
+        "rbpf/front_end/after_pause.py",
+        "replace(reading, is_carried=True) if place is None else came_to",
+        "reading if place is None else came_to",
+        "a robot whose odometry began again where its map shows nothing is sure of a place",
+    ),
+    Mutant(
+        "rbpf/front_end/after_pause.py",
+        "for at in (T_map_before, expected))",
+        "for at in (expected,))",
+        "a robot that stood while its odometry began again is lost",
+    ),
+    Mutant(
+        "rbpf/front_end/after_pause.py",
+        "for at in (T_map_before, expected))",
+        "for at in (T_map_before,))",
+        "a robot that drove to where its odometry began, which began again, is lost",
+    ),
+    Mutant(
+        "rbpf/front_end/after_pause.py",
+        "        return replace(reading, shown=moved)",
+        "        return reading",
+        "a robot that drove blind between halves of a house that are alike is in the wrong one",
+    ),
+    Mutant(
+        "rbpf/front_end/look_around.py",
+        "_is_sure(found) and found.blind == 0.0",
+        "_is_sure(found)",
+        "along a bare corridor a robot stands where it stood",
+    ),
+    Mutant(
+        "rbpf/front_end/gathering.py",
+        "while len(self._waiting) > 2 and",
+        "while False and",
+        "a sparse laser's scans are smeared by odometry",
+    ),
+    Mutant(
+        "rbpf/front_end/gathering.py",
+        "self.returns >= ENOUGH or",
+        "",
+        "a robot with a sparse laser that stands maps nothing",
+    ),
+    Mutant(
+        "rbpf/front_end/gathering.py",
+        "        self._waiting.clear()",
+        "        pass",
+        "scans from before a jump of odometry are put together with those after it",
+    ),
+    Mutant(
+        "rbpf/front_end/gathering.py",
+        "        self._since_key = []\n        return joined",
+        "        return joined",
+        "keyframes of a sparse laser show what was seen long before",
+    ),
+    Mutant(
+        "rbpf/front_end/gathering.py",
+        "        self._returns = state[0]\n",
+        "",
+        "a sparse laser is not known for one after a restart",
+    ),
+)

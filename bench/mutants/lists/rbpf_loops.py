@@ -1,0 +1,186 @@
+"""Mutants of how the mapper closes loops."""
+
+from bench.mutants.mutant import Mutant
+
+MUTANTS = (
+    Mutant(
+        "rbpf/loops/loop_closer.py",
+        "return bool(away_m <= AGREE_M and turned <= AGREE_RAD)",
+        "return True",
+        "one fit that nothing confirms bends the map",
+    ),
+    Mutant(
+        "rbpf/loops/guesses.py",
+        "self.log_weight += evidence_beams * (found.score - NEW)",
+        "self.log_weight += evidence_beams * found.score",
+        "a history is not weighed against the place being new",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        "if len(fits) < AGREE_LEAST or",
+        "if len(fits) < 1 or",
+        "a place is believed when one stretch fits",
+    ),
+    Mutant(
+        "rbpf/loops/loop_closer.py",
+        "poses = self._put_back(T_map_key) if self._is_far else T_map_key",
+        "poses = T_map_key",
+        "a robot that was carried is not put back where it was found before the trajectory is relaxed",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        "        self._asked = [*self._asked[-ASKED_MOST:], T_map_key.shape[0] - 1]",
+        "        self._asked = [T_map_key.shape[0] - 1]",
+        "a new history is not weighed by what was seen before",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        "            guess.disagreed += 1\n",
+        "            pass\n",
+        "histories that disagree are followed for ever",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        "            guess.disagreed = DISAGREE_MOST + len(guess.fits)\n            return",
+        "            return",
+        "a history that nothing speaks for is kept",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        " or self._is_ambiguous(fits, T_map_key, old, drift):",
+        ":",
+        "of two places that look alike the first is believed",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        "        return way_m - self._searched_m >= (CARRIED_EVERY_M if is_carried else EVERY_M)",
+        "        return way_m - self._searched_m >= EVERY_M",
+        "a carried robot waits long until it looks where it is",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        "        if away_m[k] > NEAR_M:\n            return None",
+        "        if False:\n            return None",
+        "places where nothing old is near speak against histories",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        "most = min(self.most - len(self.guesses), BEGUN_MOST if drift.is_unknown else 1)",
+        "most = 1",
+        "a lost robot follows one place of those that look alike",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        "share_least, other_than, looks_most, most)",
+        "share_least, [], looks_most, most)",
+        "places that are followed already are begun again",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        "self._searched_m, self._asked_m, self._asked = state[:3]",
+        "self._searched_m, self._asked_m, _ = state[:3]",
+        "a resumed robot forgets what it asked",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        "key == newest or key not in self._scans.points or",
+        "key == newest or",
+        "a robot that turned on the spot while it is looked for stops mapping with an error",
+    ),
+    Mutant(
+        "rbpf/loops/kept_scans.py",
+        "del self.points[int(here[0])]",
+        "del self.points[int(here[-1])]",
+        "a robot that goes round in one room compares with what it saw there first for ever",
+    ),
+    Mutant(
+        "rbpf/loops/guesses.py",
+        "        if all(away_m > within_m or turned > within_rad for away_m, turned in apart):\n",
+        "        if True:\n",
+        "two histories of one place hold each other in doubt for ever",
+    ),
+    Mutant(
+        "rbpf/loops/guesses.py",
+        "(-len(guess.fits), -guess.log_weight)",
+        "(len(guess.fits), -guess.log_weight)",
+        "of two histories of one place the one with fewer fits is followed",
+    ),
+    Mutant(
+        "rbpf/loops/far_search.py",
+        "surviving(distinct(self.guesses, FOUND_WITHIN_M, FOUND_WITHIN_RAD), self.most)",
+        "surviving(self.guesses, self.most)",
+        "a carried robot is never found where two histories lead to one place",
+    ),
+    Mutant(
+        "rbpf/loops/loop_closer.py",
+        "        if way_m - self._last_fit_m < EDGE_WAY_M:\n            return False\n",
+        "",
+        "every scan on known ground is matched again, and weighs more with each",
+    ),
+    Mutant(
+        "rbpf/loops/loop_closer.py",
+        "        if self.is_carried:\n            return False\n        way_m",
+        "        way_m",
+        "a robot that was carried closes a loop where it thinks it is",
+    ),
+    Mutant(
+        "rbpf/loops/loop_closer.py",
+        "            self._far.drop()\n",
+        "            pass\n",
+        "a robot that was carried is found by what it saw before",
+    ),
+    Mutant(
+        "rbpf/loops/loop_closer.py",
+        "way_m[newest] - way_m[before[0]] > AGREE_WAY_M",
+        "False",
+        "two chance fits far apart bend the map",
+    ),
+    Mutant(
+        "rbpf/loops/loop_closer.py",
+        "        self._keep(weight[keys.size :][: self.edges] > 0.0)\n",
+        "",
+        "a loop that was found false is told to teammates as true",
+    ),
+    Mutant(
+        "rbpf/loops/loop_closer.py",
+        '        self._last_fit_m, self._anchored_m = state["way_m"]\n',
+        "",
+        "a resumed robot compares its place too soon",
+    ),
+    Mutant(
+        "rbpf/loops/loop_closer.py",
+        '        self.is_carried = state["is_carried"]\n',
+        "",
+        "a robot that was carried and started again closes a loop where it thinks it is",
+    ),
+    Mutant(
+        "rbpf/loops/loop_closer.py",
+        '            "waiting": None if self._waiting is None else list(self._waiting),\n',
+        '            "waiting": None,\n',
+        "a fit that waits for a second one is forgotten in a restart",
+    ),
+    Mutant(
+        "rbpf/loops/loop_closer.py",
+        "robust=doubtful)",
+        "robust=None)",
+        "one false loop bends the map",
+    ),
+    Mutant(
+        "rbpf/loops/drift.py",
+        "min(float(reach_m.max()), REACH_MOST_M)",
+        "float(reach_m.max())",
+        "after a long way without loops the search takes in kilometres",
+    ),
+    Mutant(
+        "rbpf/loops/drift.py",
+        "min(float(turn_rad.max()), TURN_MOST_RAD)",
+        "float(turn_rad.max())",
+        "after a long way without loops every heading is searched",
+    ),
+    Mutant(
+        "rbpf/loops/kept_scans.py",
+        '        self._starts = list(state["starts"])\n',
+        "",
+        "a robot that was carried and started again matches scans of two places as one",
+    ),
+)

@@ -1,0 +1,186 @@
+"""Mutants of the page of a run."""
+
+from bench.mutants.mutant import Mutant
+
+MUTANTS = (
+    Mutant(
+        "sim_driver/report/story.py",
+        'return "good" if shares_one_map(pair) else "plain", ',
+        'return "good", ',
+        "what only a third robot knows is told as if the two knew it",
+    ),
+    Mutant(
+        "sim_driver/report/seen.py",
+        "        if np.hypot(*(pose - before)[:2]) < STEP_M and abs(se2.wrap(pose[2] - before[2])) < STEP_RAD:",
+        "        if np.hypot(*(pose - before)[:2]) < STEP_M:",
+        "what a robot saw as it turned on the spot is missing in the report",
+    ),
+    Mutant(
+        "sim_driver/report/seen.py",
+        "run.began_s(robot_id) if begun_s is None else",
+        "0.0 if begun_s is None else",
+        "agents that began late are shown too early",
+    ),
+    Mutant(
+        "sim_driver/report/seen.py",
+        "(stamp_us, stamp_us - 1, stamp_us + 1)",
+        "(one.scan.stamp_ns,)",
+        "the report shows nothing seen by robots whose logs have nanoseconds",
+    ),
+    Mutant(
+        "sim_driver/report/seen.py",
+        "run.began_s(robot_id) if begun_s is None else begun_s)",
+        "run.began_s(robot_id))",
+        "the report shows what a robot saw in its last map as if it had driven there from the begin",
+    ),
+    Mutant(
+        "sim_driver/report/links.py",
+        'if e["event"] == "exchange_done"), key=_at)',
+        'if e["event"] == "exchange_done"), key=lambda e: 0.0)',
+        "the report's curve of traffic runs back in time",
+    ),
+    Mutant(
+        "sim_driver/report/links.py",
+        ' and {e["a"], e["b"]} == {a, b}]',
+        "]",
+        "the report shows a link's maps as merged when two others were",
+    ),
+    Mutant(
+        "sim_driver/report/links.py",
+        'if event.get("peer") == b and event["event"] in',
+        'if event["event"] in',
+        "the report shows exchanges with all robots on every link",
+    ),
+    Mutant(
+        "sim_driver/report/tied.py",
+        "components({frame}.union(*pairs), pairs)",
+        "components({frame}.union(*pairs), pairs[-1:])",
+        "the player never joins a map that came by way of two others",
+    ),
+    Mutant(
+        "sim_driver/report/tied.py",
+        " for robot in group if robot not in tied}",
+        " for robot in group}",
+        "the player joins maps when the last merge came, not the first",
+    ),
+    Mutant(
+        "sim_driver/report/story.py",
+        'case "exchange_done" if event["robot"] < event["peer"]:',
+        'case "exchange_done":',
+        "every exchange is in the report's ticker twice",
+    ),
+    Mutant(
+        "sim_driver/report/story.py",
+        "    if 0 < whole < len(merging):",
+        "    if False:",
+        "the report says that all robots share one map where one has it",
+    ),
+    Mutant(
+        "sim_driver/report/layout.py",
+        '(len(run.robots[robot]["placed"]), run.robots[robot]["team_area_m2"])',
+        '(run.robots[robot]["team_area_m2"], len(run.robots[robot]["placed"]))',
+        "the page shows a robot that is alone in place of the team's map",
+    ),
+    Mutant(
+        "sim_driver/report/layout.py",
+        'if x not in placed and robot["mode"] != "central"',
+        "if x not in placed",
+        "an empty map of the base station stands on the page",
+    ),
+    Mutant(
+        "sim_driver/report/layout.py",
+        "max(finest, max(edge_m, height_m) / MOST_PIXELS)",
+        "finest",
+        "the page of a large building takes hundreds of megabytes",
+    ),
+    Mutant(
+        "sim_driver/report/layout.py",
+        'run.robots[anchor].get("frame") or anchor',
+        "anchor",
+        "the page names a frame that a base station does not have",
+    ),
+    Mutant(
+        "sim_driver/report/layout.py",
+        "edge_m += grid.shape[1]",
+        "edge_m += grid.shape[0]",
+        "maps on the page overlap",
+    ),
+    Mutant(
+        "sim_driver/report/data.py",
+        "if len(lines) > TICKER_LINES:",
+        "if False:",
+        "the player's ticker of a long run is endless",
+    ),
+    Mutant(
+        "sim_driver/report/data.py",
+        "lines.sort(key=lambda line: line[0])",
+        "pass",
+        "the player's ticker leaps to and fro",
+    ),
+    Mutant(
+        "sim_driver/report/data.py",
+        'event["status"] == "accepted"',
+        'event["status"] != "accepted"',
+        "tries that were refused are drawn as accepted",
+    ),
+    Mutant(
+        "sim_driver/report/data.py",
+        "value != default[section][key]",
+        "value == default[section][key]",
+        "the page marks the settings that are as by default",
+    ),
+    Mutant(
+        "sim_driver/report/data.py",
+        "not row[2]",
+        "row[2]",
+        "settings that differ come last",
+    ),
+    Mutant(
+        "sim_driver/report/data.py",
+        "for robot in run.mission.robots:\n        for section, table in robot.own",
+        "for robot in run.mission.robots[:1]:\n        for section, table in robot.own",
+        "a robot's own settings are not on the page",
+    ),
+    Mutant(
+        "sim_driver/report/one_map.py",
+        "sorted(kept | dropped)",
+        "sorted(kept)",
+        "pairs whose matches were all dropped are not on the page",
+    ),
+    Mutant(
+        "sim_driver/report/seen.py",
+        "np.where(np.isfinite(ranges), ranges, 0.0)",
+        "np.where(np.isfinite(ranges), ranges, SIGHT_M)",
+        "places behind glass count as seen",
+    ),
+    Mutant(
+        "sim_driver/report/seen.py",
+        "missing = known & ~np.isfinite(seen)",
+        "missing = ~np.isfinite(seen)",
+        "unknown places count as seen",
+    ),
+    Mutant(
+        "sim_driver/report/seen.py",
+        "seeds[r, c] = min(seeds[r, c], np.float32(t))",
+        "seeds[r, c] = np.float32(t)",
+        "places count as seen when the robot was there last",
+    ),
+    Mutant(
+        "sim_driver/report/seen.py",
+        "away_cells * layout.cell_m <= SIGHT_M / 2",
+        "away_cells <= SIGHT_M / 2",
+        "without scans next to nothing counts as seen",
+    ),
+    Mutant(
+        "sim_driver/report/seen.py",
+        "(run.mission.replay or run.folder)",
+        "run.folder",
+        "the page of a run that was played again lacks its scans",
+    ),
+    Mutant(
+        "sim_driver/report/seen.py",
+        "        before = pose\n",
+        "",
+        "all scans of a run are cast, and its page takes minutes",
+    ),
+)

@@ -1,0 +1,383 @@
+"""Judges of chaos missions, each with scenes made up for it: what is wrong is said once, what is right is not."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bench.chaos import carried_off, merging
+from bench.chaos.carried_off import NOTICED_S, CarriedOff
+from bench.chaos.doubt import LOOKS_AGAIN_S, Silence
+from bench.chaos.knowledge import Knowledge
+from bench.chaos.masking import BEAMS_LEAST, Masking
+from bench.chaos.merging import UNMERGED_MOST, WAIT_S, Flapping, Merging
+from bench.chaos.places import LIE_PLACE_M, Places
+from bench.chaos.recovery import NEWS_S, RECOVERED_S, Recovery
+from bench.chaos.repeats import KNOWN_S, SIGHT_M, Repeats
+from bench.chaos.scene import Report
+from bench.chaos.team_maps import GHOSTS_MOST, PRECISION, TeamMaps
+from mrslam.sim_driver.evaluate.truth import FALSE_MERGE_M, MUST_MERGE
+from mrslam.sim_driver.faults import FaultConfig
+from mrslam.spatial import OccupancyGrid, se2
+
+S = 1_000_000_000
+Version = tuple[int, int]
+
+
+class Team:
+    """Robots whose state a test sets, and the scene that judges see."""
+
+    def __init__(self, *names: str, faults: tuple[FaultConfig, ...] = ()) -> None:
+        self.agents: dict[str, Any] = {name: self._agent(name) for name in names}
+        self.all_faults, self.now_s = faults, 0.0
+        self.T_world_base = {name: np.zeros(3) for name in names}
+        self.T_world_map: dict[str, np.ndarray] = {name: np.zeros(3) for name in names}
+        self.judge = SimpleNamespace(world=None, occupied_precision=lambda *told: 1.0)
+        self.mission = SimpleNamespace(world=SimpleNamespace(name="arena2"))
+        self.walls = 0
+
+    def _agent(self, name: str) -> Any:
+        versions: dict[str, Version] = {}
+        store = SimpleNamespace(
+            versions=versions, version=lambda other: versions.get(other, (0, 0)), own_epoch=1, maps={}
+        )
+        return SimpleNamespace(
+            robot_id=name, node=SimpleNamespace(store=store, must_stop=False), mapper=object(), scan=None,
+            masked_beams=0, self_doubt=SimpleNamespace(doubtful=False), T_team_map={name: np.zeros(3)},
+        )  # fmt: skip
+
+    def at(self, now_s: float) -> Any:
+        """Return the scene at a time; every robot has a scan of it."""
+        self.now_s = now_s
+        for agent in self.agents.values():
+            agent.scan = SimpleNamespace(stamp_ns=round(now_s * S), points_base=lambda: np.zeros((0, 2)))
+        return SimpleNamespace(
+            now_s=now_s, now_ns=round(now_s * S), agents=self.agents, judge=self.judge, mission=self.mission,
+            T_world_base=self.T_world_base, faults=self.faults, suffers=self.suffers, is_due=lambda every: True,
+            frame=lambda holder, name: self.T_world_map[name], strayed_m=lambda holder, name: 0.0, off_m=self.off_m,
+            team=SimpleNamespace(simulation=SimpleNamespace(radio=SimpleNamespace(walls=lambda a, b: self.walls))),
+        )  # fmt: skip
+
+    def faults(self, robot_id: str | None = None) -> list[FaultConfig]:
+        return [fault for fault in self.all_faults if robot_id in (None, fault.robot)]
+
+    def suffers(self, robot_id: str, *kinds: str) -> bool:
+        return any(not kinds or fault.kind in kinds for fault in self.faults(robot_id))
+
+    def off_m(self, robot_id: str, T_world_map: np.ndarray) -> float:
+        return float(np.hypot(*(self.T_world_base[robot_id] - T_world_map)[:2]))
+
+
+def fault(kind: str, robot: str = "r1", at_s: float = 10.0, for_s: float = 5.0) -> FaultConfig:
+    return FaultConfig(kind=kind, robot=robot, at_s=at_s, for_s=for_s)
+
+
+def holds(team: Team, version: Version, *names: str) -> None:
+    for name in names:
+        team.agents[name].node.store.versions["r1"] = version
+
+
+@pytest.mark.parametrize(("known_s", "is_said"), [(RECOVERED_S - 1.0, False), (RECOVERED_S + 1.0, True), (1e3, True)])
+def test_a_robot_has_recovered_when_all_others_hold_what_it_maps_after_a_fault(known_s: float, is_said: bool) -> None:
+    report, team = Report(), Team("r1", "r2", "r3", faults=(fault("slow"),))
+    recovery = Recovery(report)
+    holds(team, (1, 4), "r1", "r2", "r3")
+    recovery.step(team.at(12.0))  # while it lasts
+    recovery.step(team.at(15.0))
+    holds(team, (1, 5), "r1")
+    recovery.step(team.at(16.0))
+    holds(team, (1, 5), "r2")
+    recovery.step(team.at(17.0))
+    assert recovery._cases[0].took_s is None  # r3 has not got it
+    if known_s < 100.0:
+        holds(team, (1, 5), "r3")
+        recovery.step(team.at(15.0 + known_s))
+    recovery.at_end(team.at(70.0))
+    assert bool(report.violations) is is_said
+    assert report.figures["recovery"] == [["slow", "r1", known_s if known_s < 100.0 else None]]
+
+
+def test_a_robot_that_stands_still_after_a_fault_has_no_newer_map_to_give() -> None:
+    report, team = Report(), Team("r1", "r2", faults=(fault("slow"),))
+    recovery = Recovery(report)
+    holds(team, (1, 4), "r1", "r2")
+    for now_s in (15.0, 15.0 + NEWS_S - 0.1, 15.0 + NEWS_S + 0.1):
+        assert not recovery._cases or recovery._cases[0].took_s is None
+        recovery.step(team.at(now_s))
+    assert recovery._cases[0].took_s == pytest.approx(NEWS_S + 0.1)
+
+
+def test_a_robot_that_doubts_has_not_recovered() -> None:
+    report, team = Report(), Team("r1", "r2", faults=(fault("slow"),))
+    recovery = Recovery(report)
+    holds(team, (1, 4), "r1", "r2")
+    team.agents["r1"].self_doubt.doubtful = True
+    for now_s in (15.0, 30.0):
+        recovery.step(team.at(now_s))
+    recovery.at_end(team.at(70.0))
+    assert len(report.violations) == 1
+
+
+def test_a_robot_that_is_sure_and_elsewhere_is_said_once_unless_it_was_blind() -> None:
+    for faults, said in (((), 1), ((fault("laser_stuck"),), 0), ((fault("kidnapped"),), 0), ((fault("slow"),), 1)):
+        report, team = Report(), Team("r1", faults=faults)
+        silence = Silence(report)
+        holds(team, (1, 1), "r1")
+        team.T_world_base["r1"] = np.array([1.2, 0.0, 0.0])
+        for now_s in (11.0, 12.0, 15.0 + LOOKS_AGAIN_S - 0.1):
+            silence.step(team.at(now_s))
+        assert len(report.violations) == said
+    silence.step(team.at(15.0 + LOOKS_AGAIN_S))
+    silence.at_end(team.at(70.0))
+    assert report.figures["pose"] == [["r1", 1.2]]
+
+
+def test_publishing_in_doubt_is_said_and_not_what_was_published_before_or_by_another_life() -> None:
+    report, team = Report(), Team("r1")
+    silence, agent = Silence(report), team.agents["r1"]
+    for doubtful, version, said in (
+        (False, 1, 0),
+        (False, 2, 0),
+        (True, 3, 0),
+        (True, 3, 0),
+        (True, 4, 1),
+        (False, 5, 1),
+    ):
+        agent.self_doubt.doubtful = doubtful
+        holds(team, (1, version), "r1")
+        silence.step(team.at(10.0))
+        assert len(report.violations) == said
+    agent.self_doubt.doubtful = True
+    silence.step(team.at(11.0))
+    team.agents["r1"] = team._agent("r1")
+    team.agents["r1"].self_doubt.doubtful = True
+    holds(team, (2, 1), "r1")
+    silence.step(team.at(12.0))
+    assert len(report.violations) == 1
+
+
+@pytest.mark.parametrize(("masked", "is_said"), [(0.4, True), (0.6, False)])
+def test_most_beams_that_hit_a_known_teammate_must_be_masked(masked: float, is_said: bool) -> None:
+    report, team = Report(), Team("r1", "r2")
+    masking, agent = Masking(report), team.agents["r1"]
+    agent.T_team_map["r2"] = np.zeros(3)
+    team.T_world_base |= {"r1": np.array([2.0, 0.0, np.pi]), "r2": np.zeros(3)}
+    team.T_world_map["r2"] = np.zeros(3)
+    scene = team.at(10.0)
+    scene.off_m = lambda name, T: 0.0
+    mapped = round((1.0 - masked) * 2 * BEAMS_LEAST)
+    agent.scan.points_base = lambda: np.concatenate([np.tile([1.8, 0.0], (mapped, 1)), np.tile([1.0, 1.0], (500, 1))])
+    agent.masked_beams = round(masked * 2 * BEAMS_LEAST)
+    masking.step(scene)
+    masking.at_end(scene)
+    assert report.figures["unmasked"] == [["r1", 2 * BEAMS_LEAST, pytest.approx(1.0 - masked)]]
+    assert bool(report.violations) is is_said
+
+
+@pytest.mark.parametrize(
+    ("noticed_s", "looks", "is_said"),
+    [(NOTICED_S - 1.0, 0.5, False), (NOTICED_S + 1.0, 0.5, True), (None, 0.5, True), (None, 0.9, False)],
+)
+def test_a_robot_that_is_carried_off_must_notice_where_the_world_looks_alike_nowhere(
+    monkeypatch: pytest.MonkeyPatch, noticed_s: float | None, looks: float, is_said: bool
+) -> None:
+    monkeypatch.setattr(carried_off, "alike", lambda judge: looks)
+    report, team = Report(), Team("r1", faults=(fault("kidnapped", for_s=1.0),))
+    judge, agent = CarriedOff(report), team.agents["r1"]
+    judge.step(team.at(9.9))
+    team.T_world_base["r1"] = np.array([3.0, 0.0, 0.0])
+    judge.step(team.at(10.0))
+    if noticed_s is not None:
+        agent.self_doubt.doubtful = True
+        judge.step(team.at(10.0 + noticed_s))
+        agent.self_doubt.doubtful = False
+    judge.step(team.at(30.0))
+    judge.at_end(team.at(70.0))
+    assert report.figures["carried off"] == [["r1", looks, 10.0, noticed_s]]
+    assert bool(report.violations) is is_said
+
+
+def test_a_robot_that_begins_another_map_has_noticed_that_it_was_carried_off() -> None:
+    team = Team("r1", faults=(fault("kidnapped", for_s=1.0),))
+    judge = CarriedOff(Report())
+    judge.step(team.at(9.9))
+    team.T_world_base["r1"] = np.array([3.0, 0.0, 0.0])
+    judge.step(team.at(10.0))
+    team.agents["r1"].mapper = object()
+    judge.step(team.at(11.0))
+    assert judge._cases[0].noticed_s == 1.0
+
+
+@pytest.mark.parametrize(
+    ("apart_m", "walls", "right_at_s", "is_said"),
+    [(SIGHT_M - 1.0, 0, None, True), (SIGHT_M + 1.0, 0, None, False), (1.0, 1, None, False), (1.0, 0, 20.0, False)],
+)
+def test_robots_that_have_met_give_a_wrong_place_up(
+    apart_m: float, walls: int, right_at_s: float | None, is_said: bool
+) -> None:
+    report, team = Report(), Team("r1", "r2")
+    repeats, team.walls = Repeats(report), walls
+    team.T_world_base["r2"] = np.array([apart_m, 0.0, 0.0])
+    for now_s in (5.0, 20.0, 5.0 + KNOWN_S + 1.0, 5.0 + KNOWN_S + 2.0):
+        repeats.judge(team.at(now_s), "r1", "r2", now_s == right_at_s)
+    assert len(report.violations) == int(is_said)
+
+
+@pytest.mark.parametrize(
+    ("merged_s", "looks", "is_said"),
+    [(None, 0.5, True), (5.0 + WAIT_S + 3.0, 0.5, True), (5.0 + WAIT_S - 3.0, 0.5, False), (None, 0.9, False)],
+)
+def test_robots_whose_maps_overlap_merge_them_in_time(
+    monkeypatch: pytest.MonkeyPatch, merged_s: float | None, looks: float, is_said: bool
+) -> None:
+    monkeypatch.setattr(merging, "alike", lambda judge: looks)
+    monkeypatch.setattr(merging, "overlap", lambda *told: MUST_MERGE)
+    report, team = Report(), Team("r1", "r2")
+    held = {name: SimpleNamespace(map=SimpleNamespace(to_grid=lambda: None)) for name in team.agents}
+    team.agents["r1"].node.store.maps = held
+    judge = Merging(report)
+    judge.step(team.at(5.0))
+    if merged_s is not None:
+        team.agents["r1"].T_team_map["r2"] = np.zeros(3)
+        judge.step(team.at(merged_s))
+    judge.at_end(team.at(5.0 + WAIT_S + 10.0))
+    assert len(report.violations) == int(is_said)
+
+
+def test_a_place_is_lost_only_while_both_go_on_with_their_maps() -> None:
+    for change, said in (("", 1), ("other", 0), ("own", 0), ("life", 0)):
+        report, team = Report(), Team("r1", "r2")
+        flapping = Flapping(report)
+        for k in range(UNMERGED_MOST + 2):
+            agent = team.agents["r1"]
+            agent.T_team_map = {"r1": np.zeros(3), "r2": np.zeros(3)}
+            flapping.step(team.at(2.0 * k))
+            if change == "life":
+                team.agents["r1"] = agent = team._agent("r1")
+            agent.T_team_map = {"r1": np.zeros(3)}
+            agent.node.store.versions |= {"other": {"r2": (k + 1, 0)}, "own": {"r1": (k + 1, 0)}}.get(change, {})
+            flapping.step(team.at(2.0 * k + 1.0))
+        assert len(report.violations) == said
+
+
+@pytest.mark.parametrize(
+    ("off_m", "alike", "is_said"),
+    [(FALSE_MERGE_M - 0.1, 0.0, False), (FALSE_MERGE_M + 0.1, 0.0, True), (FALSE_MERGE_M + 0.1, 1.0, False)],
+)
+def test_a_wrong_place_is_said_where_the_world_does_not_look_the_same_there(
+    off_m: float, alike: float, is_said: bool
+) -> None:
+    report, team = Report(), Team("r1", "r2")
+    team.judge.occupied_precision = lambda *told: alike
+    team.T_world_map |= {"r1": np.array([1.0, 2.0, 0.5]), "r2": np.array([4.0, 1.0, -1.0])}
+    right = se2.between(team.T_world_map["r1"], team.T_world_map["r2"])
+    team.agents["r1"].T_team_map["r2"] = right + np.array([off_m, 0.0, 0.0])
+    Places(report).step(team.at(5.0))
+    assert bool(report.violations) is is_said
+
+
+@pytest.mark.parametrize(
+    ("turn_rad", "walls", "said"), [(0.0, 1.0, 0), (0.0, 0.5, 1), (np.pi, 1.0, 1), (np.pi, 0.5, 2)]
+)
+def test_a_lie_is_believed_by_its_walls_or_by_where_its_robot_is_shown(
+    turn_rad: float, walls: float, said: int
+) -> None:
+    report, team = Report(), Team("r1", "r2", faults=(fault("liar", "r2", 0.0),))
+    team.judge.occupied_precision = lambda *told: walls
+    grid = SimpleNamespace(map=SimpleNamespace(to_grid=lambda: None))
+    team.agents["r1"].node.store.maps = {"r2": grid}
+    team.T_world_map |= {"r1": np.array([1.0, 0.0, 0.0]), "r2": np.array([2.0, 1.0, 0.0])}
+    team.T_world_base["r2"] = np.array([2.0 + LIE_PLACE_M, 1.0, 0.0])
+    team.agents["r1"].T_team_map["r2"] = np.array([1.0, 1.0, turn_rad])
+    Places(report).step(team.at(5.0))
+    assert len(report.violations) == said
+
+
+def snapshot(wall: int) -> Any:
+    cells = np.full((4, 4), -1, dtype=np.int8)
+    cells[wall] = 100
+    return SimpleNamespace(map=SimpleNamespace(tiles={(0, 0): SimpleNamespace(cells=cells)}))
+
+
+def knowing(digest: dict[str, Version], wall: int = 0, **state: Any) -> Any:
+    store = SimpleNamespace(digest=lambda: digest, newest=lambda owner: snapshot(wall), own_epoch=state.get("epoch", 1))
+    staged = SimpleNamespace(staging=range(state.get("staged", 0)))
+    return SimpleNamespace(
+        node=SimpleNamespace(store=store, staged_maps=staged), known_area_m2=lambda: state.get("area_m2", 0.0),
+        team=SimpleNamespace(beliefs=range(state.get("pairs", 0))),
+    )  # fmt: skip
+
+
+def test_one_version_of_a_map_is_one_content_whoever_holds_it() -> None:
+    report = Report()
+    knowledge = Knowledge(report)
+    for robot, wall, said in (("r1", 0, 0), ("r2", 0, 0), ("r3", 1, 1)):
+        knowledge._contents_are_true(robot, knowing({"r1": (1, 3)}, wall))
+        assert len(report.violations) == said
+    knowledge._contents_are_true("r2", knowing({"r1": (1, 4)}))  # which r1 never had
+    assert len(report.violations) == 2
+
+
+def test_nothing_that_was_known_is_forgotten() -> None:
+    report, robot = Report(), SimpleNamespace(runner=SimpleNamespace(keeper=None))
+    knowledge = Knowledge(report)
+    for digest, said in (({"r1": (1, 3), "r2": (1, 1)}, 0), ({"r1": (2, 1), "r2": (1, 1)}, 0), ({"r1": (2, 1)}, 1)):
+        knowledge._is_monotone("r1", knowing(digest), robot, None)  # type: ignore[arg-type]
+        assert len(report.violations) == said
+
+
+def test_a_map_that_goes_on_does_not_shrink_but_another_may_begin() -> None:
+    report = Report()
+    knowledge = Knowledge(report)
+    for epoch, area_m2, said in ((1, 50.0, 0), (1, 40.0, 0), (2, 1.0, 0), (2, 30.0, 0), (2, 15.0, 1)):
+        knowledge._map_is_not_lost("r1", knowing({}, epoch=epoch, area_m2=area_m2))
+        assert len(report.violations) == said
+
+
+@pytest.mark.parametrize(("staged", "pairs", "said"), [(3, 9, 0), (4, 0, 1), (0, 10, 1)])
+def test_no_more_is_kept_than_there_are_robots_and_pairs(staged: int, pairs: int, said: int) -> None:
+    report = Report()
+    Knowledge(report)._is_bounded("r1", knowing({}, staged=staged, pairs=pairs), 3)
+    assert len(report.violations) == said
+
+
+@pytest.mark.parametrize(
+    ("precision", "ghosts", "shown", "own", "words"),
+    [
+        (1.0, 0, 1.0, 1.0, ""),
+        (PRECISION - 0.01, 0, 1.0, 1.0, "of the walls"),
+        (1.0, GHOSTS_MOST + 1, 1.0, 1.0, "where teammates drove"),
+        (1.0, 0, 0.85, 1.0, "of the floor its maps show"),
+        (1.0, 0, 0.6, 0.6, "% of the floor"),
+    ],
+)
+def test_team_maps_are_held_against_the_world(
+    precision: float, ghosts: int, shown: float, own: float, words: str
+) -> None:
+    def known(share: float) -> OccupancyGrid:
+        cells = np.full((40, 100), -1, dtype=np.int8)
+        cells[:, : round(100 * share)] = 0
+        cells[0] = 100
+        return OccupancyGrid(cells, 0.1)
+
+    report, team = Report(), Team("r1", "r2")
+    team.judge = SimpleNamespace(
+        world=known(1.0), reachable=np.arange(40)[:, None] + np.zeros(100) > 0,
+        occupied_precision=lambda *told: precision,
+        ghosts=lambda grid, T, where, within_m, or_at: ghosts if len(where) else 0,
+    )  # fmt: skip
+    agent = team.agents["r1"]
+    agent.node.store.maps = {
+        name: SimpleNamespace(map=SimpleNamespace(to_grid=lambda: known(own))) for name in team.agents
+    }
+    agent.team_map = lambda: SimpleNamespace(T_team_map=dict.fromkeys(("r1", "r2"), se2.IDENTITY), grid=known(shown))
+    agent.team = SimpleNamespace(covariance_of=lambda mate: None)
+    scene = team.at(1.0)
+    scene.frame_now = scene.frame
+    maps = TeamMaps(report)
+    maps.step(scene)
+    maps._judge(scene, "r1", agent)
+    assert len(report.violations) == bool(words) and all(words in line for line in report.violations)
