@@ -11,6 +11,7 @@ from mrslam.agent.config import Settings
 from mrslam.agent.effects import AlignJob, Event, JoinJob
 from mrslam.agent.joining import confirmed_pairs
 from mrslam.agent.known_map import KnownMap
+from mrslam.agent.pairs.hypotheses import SUPPORTED_LLR
 from mrslam.agent.team import Team
 from mrslam.alignment import Alignment, Evidence, WallEvidence
 from mrslam.merge import join
@@ -54,6 +55,18 @@ def joined(team: Team, t_s: int = 12) -> list[Event]:
     job = team.next_job(t_s * S)
     assert isinstance(job, JoinJob)
     return team.on_joined(job, join(job.trails, job.T_team_map), t_s * S)
+
+
+def test_joint_solutions_are_told_where_robots_saw_each_other():
+    team = team_of()
+    align(team)
+    assert not team.next_job(12 * S).seen
+    team = team_of()
+    align(team)
+    place = team.beliefs["a", "b"].places.at(T_A_B)
+    place.told["b"] = SUPPORTED_LLR
+    job = team.next_job(12 * S)
+    assert list(job.seen) == [("a", "b")] and np.array_equal(job.seen["a", "b"], job.T_a_b["a", "b"])
 
 
 def kinds(events: list[Event]) -> list[str]:

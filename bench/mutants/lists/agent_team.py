@@ -155,15 +155,27 @@ MUTANTS = (
     ),
     Mutant(
         "agent/joining.py",
-        "            if limits.is_near(T_a_b, job.T_a_b[pair]):\n                confirmed.add(pair)",
-        "            confirmed.add(pair)",
+        "if pair in T_a_b and is_at(trails[tie.a], trails[tie.b], tie.match, T_a_b[pair])",
+        "if pair in T_a_b",
         "an alignment that scans contradict is confirmed",
     ),
     Mutant(
         "agent/joining.py",
-        "        if tie.believed and pair in job.T_a_b",
-        "        if pair in job.T_a_b",
+        "    believed = ((tie, (tie.a, tie.b)) for tie in ties if tie.believed)",
+        "    believed = ((tie, (tie.a, tie.b)) for tie in ties)",
         "matches that the solution rejects confirm alignments",
+    ),
+    Mutant(
+        "agent/team.py",
+        "        seen = [pair for pair in T_a_b if self.beliefs[pair].is_seen]",
+        "        seen = list[Pair]()",
+        "joint solutions do not know which robots saw each other",
+    ),
+    Mutant(
+        "agent/shells/runner.py",
+        "        return join(job.trails, job.T_team_map, self._matcher, job.seen)",
+        "        return join(job.trails, job.T_team_map, self._matcher)",
+        "joint solutions are not told which robots saw each other",
     ),
     Mutant(
         "agent/team.py",

@@ -149,9 +149,33 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/join.py",
-        "poses, chosen, others(found, chosen, ambiguous))",
-        "poses, chosen)",
+        "solve(trails, poses, chosen, others(found, chosen, unused))",
+        "solve(trails, poses, chosen)",
         "a right match that a wrong one kept out of the largest set is lost",
+    ),
+    Mutant(
+        "merge/joint/join.py",
+        "        if 2 * believed[pair] < counts[pair]:",
+        "        if 2 * believed[pair] > counts[pair]:",
+        "robots that saw each other are outvoted by the matches of third ones",
+    ),
+    Mutant(
+        "merge/joint/join.py",
+        "                return min(rest, key=lambda other: (counts[other], other))",
+        "                return max(rest, key=lambda other: (counts[other], other))",
+        "of the pairs that outvote a sight the larger set is left out",
+    ),
+    Mutant(
+        "merge/joint/join.py",
+        "            if rest := [other for other in between if other not in seen]:",
+        "            if rest := list(between):",
+        "pairs that saw each other are left out for each other",
+    ),
+    Mutant(
+        "merge/joint/join.py",
+        "        if (a, b) in seen and not any(",
+        "        if (a, b) in seen and any(",
+        "matches where robots saw each other are left out, and others are not",
     ),
     Mutant(
         "merge/joint/join.py",

@@ -4,7 +4,7 @@ import pytest
 from bench import joint as bench
 from mrslam.merge import LocalMatcher, Trail, join
 from mrslam.merge.joint.consistent import Chosen, KeyMatch, choose
-from mrslam.merge.joint.join import MATCHES_LEAST, WIDE_LOST_M, believable, others, solve
+from mrslam.merge.joint.join import MATCHES_LEAST, WIDE_LOST_M, _solve_believable, believable, others, solve
 from mrslam.spatial import KeyScans, se2
 from tests.merge.joint.blocks import drive, errors_m
 
@@ -159,7 +159,7 @@ def test_matches_too_few_to_tie_two_robots_are_held_against_what_third_ones_say(
     joint = join(trails, T_team_map)
     found = {pair: {(m.i, m.j): m for m in matches_between(joint, *pair)} for pair in PAIRS}
     few = dict(list(found["a", "c"].items())[: MATCHES_LEAST - 1])
-    chosen, ambiguous = believable(trails, {**found, ("a", "c"): few})
+    chosen, ambiguous = believable(trails, {**found, ("a", "c"): few}, {})
     assert {(a, b) for a, b, _ in chosen} == {("a", "b"), ("b", "c")} and not ambiguous
     spare = others({**found, ("a", "c"): few}, chosen, ambiguous)
     assert [(match.i, match.j) for a, b, match in spare if (a, b) == ("a", "c")] == list(few)
@@ -195,5 +195,47 @@ def test_where_two_answers_are_as_good_as_each_other_neither_is_believed(share, 
     truths, trails = bench.team(rng, 2, 400)
     matches, _ = bench.spoilt(rng, trails, bench.matches_of(rng, truths), share, together=True)
     found = {("r1", "r2"): {(match.i, match.j): match for _, _, match in matches}}
-    chosen, ambiguous = believable(trails, found)
+    chosen, ambiguous = believable(trails, found, {})
     assert bool(chosen) == tied and (("r1", "r2") in ambiguous) != tied
+
+
+def outvoted(seen, few=5):
+    """Solve a, b and c: the few matches of a and b are right, those of either with c put the two 3 m apart."""
+    c = drive(45.0, 60.0, 0.0, seed=3)
+    trails = {"a": A.trail, "b": B.trail, "c": c.trail}
+    T_team_map = {"a": se2.IDENTITY, "b": T_A_B, "c": se2.between(A.truth[0], c.truth[0])}
+    joint = join(trails, T_team_map)
+    found = {pair: {(m.i, m.j): m for m in matches_between(joint, *pair)} for pair in PAIRS}
+    found["a", "b"] = dict(list(found["a", "b"].items())[:few])
+    shift = np.array([3.0, 0.0, 0.0])  # of c in the map of a: all of the pair's matches say the same
+    for key, m in found["a", "c"].items():
+        T_map_i = A.trail.T_map_key[m.i]
+        wrong = se2.between(T_map_i, se2.compose(shift, se2.compose(T_map_i, m.T_i_j)))
+        found["a", "c"][key] = m._replace(T_i_j=wrong)
+    poses = {name: se2.compose(T_team_map[name], trails[name].T_map_key) for name in trails}
+    solved, ties, unused = _solve_believable(trails, poses, found, seen)
+    believed = {pair: sum((tie.a, tie.b) == pair and tie.believed for tie in ties) for pair in PAIRS}
+    return errors_m(A, B, solved["a"], solved["b"]).mean(), believed, unused, {pair: len(found[pair]) for pair in PAIRS}
+
+
+def test_what_robots_saw_of_each_other_is_not_outvoted_by_third_ones():
+    off_m, believed, unused, counts = outvoted({})
+    assert off_m > 1.0 and not believed["a", "b"] and not unused  # so it is without
+    assert counts["a", "b"] < min(counts["a", "c"], counts["b", "c"])
+    off_m, believed, unused, counts = outvoted({("a", "b"): T_A_B})
+    smaller = min(PAIRS[1:], key=lambda pair: counts[pair])
+    assert off_m < 0.5 and believed["a", "b"] >= counts["a", "b"] - 1 and list(unused) == [smaller]
+    assert believed[next(pair for pair in PAIRS[1:] if pair != smaller)] > 0
+
+
+def test_matches_that_are_not_where_robots_saw_each_other_tie_nobody():
+    elsewhere = se2.compose(np.array([3.0, 0.0, 0.0]), T_A_B)
+    _, believed, unused, _ = outvoted({("a", "b"): elsewhere})
+    assert "saw each other" in unused["a", "b"] and believed["a", "c"] and believed["b", "c"]
+
+
+def test_where_all_pairs_saw_each_other_none_is_left_out():
+    c = drive(45.0, 60.0, 0.0, seed=3)
+    T_a_c, T_b_c = se2.between(A.truth[0], c.truth[0]), se2.between(B.truth[0], c.truth[0])
+    shifted = se2.compose(np.array([3.0, 0.0, 0.0]), T_a_c)
+    assert not outvoted({("a", "b"): T_A_B, ("a", "c"): shifted, ("b", "c"): T_b_c})[2]
