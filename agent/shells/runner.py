@@ -16,7 +16,7 @@ from mrslam.agent.shells.outputs import EventLog, write_robot
 from mrslam.agent.shells.watcher import Watcher
 from mrslam.alignment import Alignment, Rejection, align
 from mrslam.comms import Incoming, PeerJoined, PeerLeft, Transport
-from mrslam.merge import JointMap, LocalMatcher, join
+from mrslam.merge import LocalMatcher, join
 from mrslam.merge.joint.align_bent import Scanned, align_bent
 from mrslam.merge.joint.local_match import Answers
 from mrslam.spatial.runtime.heap import give_back_now_and_then, trim
@@ -108,12 +108,12 @@ class Runner:
 
     def work(self, job: Job) -> Outcome:
         """Do a job by the agent's settings; slow. One job is done at a time."""
-        outcome = self._join(job) if isinstance(job, JoinJob) else self._align(job)
+        if isinstance(job, JoinJob):
+            outcome: Outcome = join(job.trails, job.T_team_map, self._matcher, job.seen)
+        else:
+            outcome = self._align(job)
         give_back_now_and_then()
         return outcome
-
-    def _join(self, job: JoinJob) -> JointMap:
-        return join(job.trails, job.T_team_map, self._matcher, job.seen)
 
     def _align(self, job: AlignJob) -> Alignment | Rejection:
         settings = self.agent.settings.alignment

@@ -19,7 +19,7 @@ def is_due(joining: Joining, t_s: float, *, epoch: int = 1, T_a_b: np.ndarray = 
     epochs = {"b": epoch}
     maps = {name: SimpleNamespace(epoch=epochs.get(name, 1), trail=[0] * count) for name, count in keyframes.items()}
     placement = Placement(anchor="a", T_rigid=dict.fromkeys(keyframes, T_A_B))
-    job = joining.next_job(placement, maps, {("a", "b"): T_a_b}, round(t_s * S))  # type: ignore[arg-type]
+    job = joining.next_job(placement, maps, {("a", "b"): T_a_b}, (), round(t_s * S))  # type: ignore[arg-type]
     assert job is None or {name: len(trail) for name, trail in job.trails.items()} == keyframes
     return job is not None
 

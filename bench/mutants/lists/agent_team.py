@@ -173,8 +173,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/shells/runner.py",
-        "        return join(job.trails, job.T_team_map, self._matcher, job.seen)",
-        "        return join(job.trails, job.T_team_map, self._matcher)",
+        "join(job.trails, job.T_team_map, self._matcher, job.seen)",
+        "join(job.trails, job.T_team_map, self._matcher)",
         "joint solutions are not told which robots saw each other",
     ),
     Mutant(

@@ -6,8 +6,14 @@ import json
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import numpy as np
+
 from mrslam.agent import Agent, Inline, Keeper, Runner, Settings, VirtualRobot
+from mrslam.agent.effects import JoinJob
 from mrslam.comms import CommsConfig, MemoryNetwork
+from mrslam.merge import JointMap
+from mrslam.spatial import se2
+from tests.merge.joint.blocks import drive
 
 S = 1_000_000_000
 SETTINGS = Settings(comms=CommsConfig(link_source="model", exchange_timeout_s=1.0))
@@ -68,3 +74,18 @@ def test_a_robot_in_virtual_time_saves_itself(tmp_path: Path) -> None:
         for k in range(4):
             robot.step(k * S, worker)
     assert keeper.saved_ns is not None and keeper.path.exists()
+
+
+def test_a_joint_solution_is_told_where_robots_saw_each_other(tmp_path: Path) -> None:
+    a, b = drive(0.0, 40.0, 0.0, seed=1), drive(10.0, 40.0, 0.0, seed=2)
+    T_a_b = se2.between(a.truth[0], b.truth[0])
+    elsewhere = se2.compose(np.array([3.0, 0.0, 0.0]), T_a_b)
+    places = {"a": se2.IDENTITY, "b": T_a_b}
+    runner = Runner(Agent("a", SETTINGS), Quiet(), MemoryNetwork().attach("a"), tmp_path, Links())
+    for seen_there, tied in ((T_a_b, True), (elsewhere, False)):
+        job = JoinJob(
+            frame="a", trails={"a": a.trail, "b": b.trail}, T_team_map=places, T_a_b={("a", "b"): T_a_b},
+            seen={("a", "b"): seen_there}, epochs={"a": 1, "b": 1},
+        )  # fmt: skip
+        joint = runner.work(job)
+        assert isinstance(joint, JointMap) and bool(joint.ties) == tied
