@@ -1,4 +1,4 @@
-"""Maps and scans as kernels take them: named values of arrays, which cost nothing once compiled."""
+"""Maps and scans as kernels take them: named values of arrays, which are unpacked before a loop, not in it."""
 
 from __future__ import annotations
 
