@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -18,7 +19,7 @@ from mrslam.spatial import InputError, OccupancyGrid
 from mrslam.spatial.files.saved_map import SavedMap
 
 ONE_PIECE_M = 0.15
-"""Changed cells no farther apart than this are one piece, metres: a laser sees furniture in strokes."""
+"""Changed cells with no more than this between them are one piece, metres: a laser sees furniture in strokes."""
 LEAST_M2 = 0.02
 """Smaller pieces are left out, square metres: eight cells of 5 cm, a stroke of 0.4 m, the side of a chair."""
 
@@ -111,8 +112,8 @@ def _pieces(
     """Return the pieces of changed cells that are large enough, and their cells."""
     if not mask.any():
         return [], mask
-    reach = max(round(0.5 * ONE_PIECE_M / grid.resolution_m), 1)
-    joined = cv2.dilate(mask.astype(np.uint8), np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
+    edge = 1 + math.floor(ONE_PIECE_M / grid.resolution_m + 1e-9)  # squares of it touch with that between their cells
+    joined = cv2.dilate(mask.astype(np.uint8), np.ones((edge, edge), np.uint8))
     _, label = cv2.connectedComponents(joined, connectivity=8)
     label = np.where(mask, label, 0)
     cell_m2 = grid.resolution_m**2

@@ -74,6 +74,18 @@ MUTANTS = (
     ),
     Mutant(
         "merge/sessions/diff.py",
+        "    edge = 1 + math.floor(",
+        "    edge = 2 + math.floor(",
+        "strokes 0.2 m apart are one piece",
+    ),
+    Mutant(
+        "merge/sessions/diff.py",
+        "    edge = 1 + math.floor(",
+        "    edge = math.floor(",
+        "strokes 0.15 m apart are two pieces",
+    ),
+    Mutant(
+        "merge/sessions/diff.py",
         "        if k == 0:\n            continue\n",
         "",
         "everything that did not change is a piece",

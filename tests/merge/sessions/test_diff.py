@@ -91,6 +91,16 @@ def test_strokes_of_one_piece_are_one() -> None:
     )
 
 
+@pytest.mark.parametrize(("between", "pieces"), [(3, 1), (4, 2)])
+def test_strokes_with_at_most_0_15_m_between_them_are_one_piece(between: int, pieces: int) -> None:
+    for turned in (False, True):
+        cells = room().cells.copy()
+        for at in (100, 101 + between):
+            (cells.T if turned else cells)[100:112, at] = 100
+        found = diff(saved(room()), saved(OccupancyGrid(cells, 0.05)))
+        assert [piece.what for piece in found.pieces] == ["appeared"] * pieces
+
+
 def test_strokes_that_face_each_other_across_a_corner_are_one_piece() -> None:
     before, after = (OccupancyGrid(room().cells, 0.03) for _ in range(2))
     after.cells[200:212, 100] = 100
