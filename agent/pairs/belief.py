@@ -13,6 +13,7 @@ from mrslam.agent.pairs.loops import Loop
 from mrslam.agent.pairs.second_look import is_echo, lies_elsewhere, refuted
 from mrslam.agent.pairs.weighing import agrees, by_sight, is_worth_keeping, weighed
 from mrslam.alignment import Alignment, Rejection, StabilityCheck
+from mrslam.merge.graph.consistency import SEEN_CONFIDENCE
 
 Status = Literal["untried", "accepted", "rejected", "revoked"]
 UNCONFIRMED = "found once; a second alignment that agrees is awaited"
@@ -23,8 +24,6 @@ common, 1/m. Measured from 40 m2 on: 0.14 and more in ten robots of intel whose 
 map is another building's less than 0.1 in four searches of five (38 of 47), and up to 0.24 by chance in the others."""
 WEAK = "found again, but on evidence that has not grown since"
 """Reason of a pair whose second alignment repeats a weak first one, or any in a saved map."""
-SEEN_CONFIDENCE = 0.99
-"""Confidence in the team graph of an alignment where the robots saw each other, 0..1: above those by walls alone."""
 
 
 @dataclass(frozen=True)

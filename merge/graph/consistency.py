@@ -19,6 +19,9 @@ from mrslam.merge.graph.nodes import Node
 from mrslam.merge.graph.tree import chain, path, spanning_tree
 from mrslam.spatial import se2
 
+SEEN_CONFIDENCE = 0.99
+"""Confidence from which an alignment is one of robots that saw each other, 0..1: above those by walls alone."""
+
 
 @dataclass(frozen=True)
 class Loop:
@@ -73,7 +76,7 @@ def drop_broken_loops(
 def _drop_broken(
     edges: Mapping[Pair, Edge], loops: Callable[[Mapping[Pair, Edge]], list[Loop]], fixed: str | None
 ) -> tuple[dict[Pair, Edge], dict[Pair, str]]:
-    """Drop the least supported edge of the loops that fail to close until all of them close."""
+    """Drop the least supported edge of the loops that fail to close until all of them close, seen ones last."""
     kept, dropped = dict(sorted(edges.items())), dict[Pair, str]()
     while True:
         found = loops(kept)
@@ -81,7 +84,11 @@ def _drop_broken(
         if not suspects:
             return kept, dropped
         support = _support(kept, found)
-        worst = min(suspects, key=lambda pair: (support[pair], kept[pair].confidence, pair))
+        # What robots saw of each other is no chance that repeats itself, as look-alikes are: others go first.
+        worst = min(
+            suspects,
+            key=lambda pair: (kept[pair].confidence >= SEEN_CONFIDENCE, support[pair], kept[pair].confidence, pair),
+        )
         dropped[worst] = suspects[worst]
         del kept[worst]
 

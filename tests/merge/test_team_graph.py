@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from mrslam.merge import MergeConfig, TeamGraph, team_graph
+from mrslam.merge.graph.consistency import SEEN_CONFIDENCE
 from mrslam.merge.graph.solve import jointly
 from mrslam.spatial import InputError, OccupancyGrid, se2
 from tests.merge.plans import alignment, truth
@@ -94,6 +95,23 @@ def test_an_edge_shown_wrong_by_a_third_robot_is_dropped_and_the_team_heals():
     assert "a-b-c" in healed.dropped["a", "b"]
     for x in "abc":
         np.testing.assert_allclose(healed.T_team_map[x], truth(poses, "a", x), atol=1e-6)
+
+
+def test_what_robots_saw_of_each_other_is_dropped_last_however_many_look_alikes_agree():
+    """Robots c and d saw each other, and a both b and c; where b lies for c and d is a look-alike, the same for both."""
+    graph, poses = graph_of({"a": 8, "b": 8, "c": 8, "d": 8})
+    for pair in ("ab", "ac", "cd"):
+        join(graph, poses, *pair, confidence=SEEN_CONFIDENCE)
+    elsewhere = poses | {"b": se2.compose(poses["b"], np.array([8.0, 0.0, 0.0]))}
+    join(graph, elsewhere, "b", "c", confidence=0.89)
+    join(graph, elsewhere, "b", "d", confidence=0.84)
+    placement = graph.place()
+    assert ("a", "b") not in placement.dropped and ("b", "c") in placement.dropped
+    for x in "abcd":
+        np.testing.assert_allclose(placement.T_team_map[x], truth(poses, "a", x), atol=1e-6)
+    # Where robots saw each other at places that cannot all be right, the least supported goes as ever.
+    join(graph, elsewhere, "b", "c", confidence=SEEN_CONFIDENCE)
+    assert ("a", "b") in graph.place().dropped
 
 
 def test_edges_before_maps_and_removed_maps():

@@ -6,6 +6,12 @@ CONSISTENCY, SOLVE = (f"merge/graph/{name}.py" for name in ("consistency", "solv
 
 MUTANTS = (
     Mutant(
+        "merge/graph/consistency.py",
+        "(kept[pair].confidence >= SEEN_CONFIDENCE, support[pair],",
+        "(support[pair],",
+        "look-alikes that agree with each other outvote robots that saw each other",
+    ),
+    Mutant(
         "merge/graph/tree.py",
         "return spanning_tree(edges, lambda edge: edge.confidence)",
         "return spanning_tree(edges, lambda edge: -edge.confidence)",
