@@ -98,7 +98,7 @@ def test_an_edge_shown_wrong_by_a_third_robot_is_dropped_and_the_team_heals():
 
 
 def test_what_robots_saw_of_each_other_is_dropped_last_however_many_look_alikes_agree():
-    """Robots c and d saw each other, and a both b and c; where b lies for c and d is a look-alike, the same for both."""
+    """Robots c and d saw each other, and a both b and c; for c and d b lies in a look-alike, the same for both."""
     graph, poses = graph_of({"a": 8, "b": 8, "c": 8, "d": 8})
     for pair in ("ab", "ac", "cd"):
         join(graph, poses, *pair, confidence=SEEN_CONFIDENCE)
