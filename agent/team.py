@@ -27,6 +27,7 @@ from mrslam.agent.pairs.through import unless_refuted
 from mrslam.alignment import Alignment, Rejection
 from mrslam.comms import is_saved
 from mrslam.merge import BentTeam, JointMap, Pair, TeamMap
+from mrslam.merge.graph.consistency import SEEN_CONFIDENCE
 from mrslam.merge.graph.edges import inverse_covariance, pair_of
 from mrslam.mutual_detection import clear_ghosts
 from mrslam.spatial import OccupancyGrid
@@ -165,8 +166,9 @@ class Team:
 
         ``searching`` : teammates in sight that search for the pairs of their own maps, and tell what they find.
         """
-        T_a_b = {pair: found.T_a_b for pair, found in self._alignments().items()}
-        seen = [pair for pair in T_a_b if self.beliefs[pair].is_seen]
+        alignments = self._alignments()
+        T_a_b = {pair: found.T_a_b for pair, found in alignments.items()}
+        seen = [pair for pair, found in alignments.items() if found.confidence >= SEEN_CONFIDENCE]
         return (
             self._joining.next_job(self.layout.placement, self.maps, T_a_b, seen, now_ns)
             or sighted_job(self.beliefs, self.maps, self.schedule.config.align_interval_s, now_ns)

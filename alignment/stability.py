@@ -54,3 +54,8 @@ class StabilityCheck:
         """Forget the believed transform and what led to it: later evidence (a loop, a third robot) shows it wrong."""
         self.believed = None
         self.previous = None
+
+
+SAME_PLACE = StabilityCheck()
+"""Two transforms that differ by less are one place: two estimates of where a map lies may, and what robots see of one
+of them they see of the other."""

@@ -18,10 +18,10 @@ from mrslam.agent.config import AgentConfig
 from mrslam.agent.effects import AlignJob
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.pairs.belief import PairBelief
-from mrslam.agent.pairs.hypotheses import SAME_PLACE
 from mrslam.agent.pairs.others import is_predicted, tied_enough
 from mrslam.agent.pairs.schedule import PATIENCE_S, PRIOR_COVARIANCE
 from mrslam.alignment import Alignment, Prior, Rejection
+from mrslam.alignment.stability import SAME_PLACE
 from mrslam.comms import TeammateHint, is_saved
 from mrslam.merge import Pair
 from mrslam.merge.graph.edges import pair_of

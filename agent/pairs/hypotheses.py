@@ -10,12 +10,11 @@ import numpy as np
 
 from mrslam.agent.known_map import Version
 from mrslam.alignment import StabilityCheck
+from mrslam.alignment.stability import SAME_PLACE
 from mrslam.mutual_detection import MutualFix, Sightings
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
 
-SAME_PLACE = StabilityCheck()
-"""Two transforms that differ by less are one place: what is seen of one of them is seen of the other."""
 MOVED = StabilityCheck(max_dx_m=0.15, max_dy_m=0.15, max_dtheta_rad=0.02)
 """A place that is corrected by more is looked at once more: half of what a body may stand beside it, and the same at
 6 m."""

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Collection, Mapping
 
 from mrslam.agent.pairs.belief import PairBelief
-from mrslam.agent.pairs.hypotheses import SAME_PLACE
+from mrslam.alignment.stability import SAME_PLACE
 from mrslam.merge import Pair
 from mrslam.merge.graph.edges import pair_of
 from mrslam.spatial import se2

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mrslam.alignment import StabilityCheck
+from mrslam.alignment.stability import SAME_PLACE
 from mrslam.merge.joint.trail import Trail
 from mrslam.spatial import se2
 from mrslam.spatial.matching.places import DRIFT_M_PER_M, DRIFT_RAD_PER_M
@@ -19,8 +19,6 @@ LOOSE_M, LOOSE_RAD = 0.10, 0.02
 Drift along both robots' paths between the matches is added."""
 GATE = 3.0
 """A loop closes when its error is within this number of standard deviations."""
-SAME_PLACE = StabilityCheck()
-"""By how much two estimates of where a map lies may differ."""
 STARTS = 20
 """Number of matches that cliques are grown from, those that agree with most others first: bounds the time."""
 

@@ -167,7 +167,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/team.py",
-        "        seen = [pair for pair in T_a_b if self.beliefs[pair].is_seen]",
+        "        seen = [pair for pair, found in alignments.items() if found.confidence >= SEEN_CONFIDENCE]",
         "        seen = list[Pair]()",
         "joint solutions do not know which robots saw each other",
     ),
