@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mrslam.spatial.errors import InputError
+from mrslam.spatial.se2 import Transform
 
 POINTS_MOST = 60
 """Most points of one keyframe; bounds bytes and matching time (90 are used for loops within one map)."""
@@ -27,6 +28,8 @@ ORIGIN_M = 1e-3
 """Step of the laser's place on the base, metres."""
 ORIGIN_MOST_M = 30.0
 """No laser sits farther from its robot's base, metres (fits 16 bits of ``ORIGIN_M``)."""
+SECTORS = 8
+"""Directions of the map's frame in which a scan may have seen something, 45 degrees each."""
 KEYFRAMES_MOST = 1 << 22
 """More keyframes are refused; with ``POINTS_MOST`` points each the indices still fit 32 bits."""
 
@@ -111,15 +114,27 @@ class KeyScans:
     def part(self, first: int, last: int) -> KeyScans:
         """Return keyframes ``first .. last - 1``, sharing the arrays of points and origins."""
         start, end = self.starts[first], self.starts[last]
-        return self._checked(self.starts[first : last + 1] - start, self.polar[start:end], self.origins[first:last])
+        return self.of_checked(self.starts[first : last + 1] - start, self.polar[start:end], self.origins[first:last])
+
+    def directions(self, T_map_key: Transform) -> NDArray[np.bool_]:
+        """Return ``(K, SECTORS) bool``: in which directions of the map's frame each keyframe's scan has points.
+
+        ``T_map_key (K, 3)`` : where the keyframes are.
+        """
+        key = np.repeat(np.arange(len(self)), np.diff(self.starts))
+        bearing_rad = 2.0 * np.pi * self.polar[:, 0] / BEARINGS - np.pi + T_map_key[key, 2]
+        sector = np.floor(bearing_rad * (SECTORS / (2.0 * np.pi))).astype(np.int64) % SECTORS
+        seen = np.zeros((len(T_map_key), SECTORS), dtype=np.bool_)
+        seen[key, sector] = True
+        return seen
 
     def copy(self) -> KeyScans:
         """Return the same in memory of its own."""
-        return self._checked(self.starts.copy(), self.polar.copy(), self.origins.copy())
+        return self.of_checked(self.starts.copy(), self.polar.copy(), self.origins.copy())
 
     @classmethod
-    def _checked(cls, starts: NDArray[np.int32], polar: NDArray[np.uint16], origins: NDArray[np.float32]) -> KeyScans:
-        """Return scans whose arrays are parts of some that were checked: the check takes as long as reading them."""
+    def of_checked(cls, starts: NDArray[np.int32], polar: NDArray[np.uint16], origins: NDArray[np.float32]) -> KeyScans:
+        """Return scans of arrays that are known to be sound: the check takes as long as reading them."""
         scans = object.__new__(cls)
         for name, array in (("starts", starts), ("polar", polar), ("origins", origins)):
             object.__setattr__(scans, name, array)

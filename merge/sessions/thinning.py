@@ -7,14 +7,11 @@ from numpy.typing import NDArray
 
 from mrslam.merge.joint.trail import NEAR_M, OLD_WAY_M
 from mrslam.spatial import KeyScans
-from mrslam.spatial.key_scans import BEARINGS
 from mrslam.spatial.se2 import Transform
 
 SAME_M = NEAR_M - 0.5
 """A keyframe saw the place of another one that is this near, metres: scans up to ``NEAR_M`` apart are matched, and a
 robot that comes by has keyframes every half metre, so that one of them is near enough to what stays."""
-SECTORS = 8
-"""Directions of the map's frame in which a scan may have seen something, 45 degrees each."""
 SHARED = 0.75
 """Least share of the directions seen by a keyframe that another one saw as well: with a field of view of half a turn
 headings may differ by less than 90 degrees, with one of a whole turn by any angle."""
@@ -30,7 +27,7 @@ def last_visits(T_map_key: Transform, scans: KeyScans, sessions: NDArray[np.int6
     keep = np.zeros(count, dtype=np.bool_)
     if not count:
         return keep
-    places, seen = T_map_key[:, :2], directions(T_map_key, scans)
+    places, seen = T_map_key[:, :2], scans.directions(T_map_key)
     way_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(places, axis=0).T))])
     by_cell: dict[tuple[int, int], list[int]] = {}
     for k in range(count - 1, -1, -1):
@@ -44,13 +41,3 @@ def last_visits(T_map_key: Transform, scans: KeyScans, sessions: NDArray[np.int6
             keep[k] = True
             by_cell.setdefault((row, col), []).append(k)
     return keep
-
-
-def directions(T_map_key: Transform, scans: KeyScans) -> NDArray[np.bool_]:
-    """Return ``(K, SECTORS) bool``: in which directions of the map's frame each keyframe's scan has points."""
-    key = np.repeat(np.arange(len(scans)), np.diff(scans.starts))
-    bearing_rad = 2.0 * np.pi * scans.polar[:, 0] / BEARINGS - np.pi + T_map_key[key, 2]
-    sector = np.floor(bearing_rad * (SECTORS / (2.0 * np.pi))).astype(np.int64) % SECTORS
-    seen = np.zeros((len(T_map_key), SECTORS), dtype=np.bool_)
-    seen[key, sector] = True
-    return seen

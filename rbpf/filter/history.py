@@ -8,6 +8,7 @@ import numpy as np
 
 from mrslam.rbpf.filter.back_end import BackEnd
 from mrslam.rbpf.filter.key_scan_log import KeyScanLog
+from mrslam.rbpf.filter.known_places import is_known
 from mrslam.rbpf.filter.scan_log import ScanLog
 from mrslam.rbpf.filter.trajectory import spread
 from mrslam.rbpf.rows import Rows
@@ -34,10 +35,16 @@ class History:
         """Scans of all keyframes, subsampled."""
         return self._key_scans.scans
 
-    def add_key(self, stamp_ns: int, beams: Beams) -> None:
-        """Remember a keyframe."""
+    def add_key(self, stamp_ns: int, beams: Beams, T_map_key: Transform, T_map_new: Transform) -> None:
+        """Remember a keyframe at ``T_map_new (3,)``, and its scan where it shows what those before have not shown.
+
+        ``T_map_key (K, 3)`` : where the best particle has those.
+        """
+        scan = self._key_scans.of_points(beams.points, beams.origin)
+        if is_known(T_map_key, self.key_scans, T_map_new, scan):
+            scan = KeyScans.blank(1)
         self._key_stamps.add(stamp_ns)
-        self._key_scans.add(beams.points, beams.origin)
+        self._key_scans.add(scan)
 
     def add_scan(self, stamp_ns: int, T_key_base: Transform, way_m: float, T_map_base: Transform) -> None:
         """Remember a scan: local motion ``(3,)`` and way since the newest keyframe, and the pose ``(3,)`` reported."""

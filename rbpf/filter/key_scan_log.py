@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.rbpf.rows import Rows
-from mrslam.spatial.key_scans import APART_M, POINTS_MOST, KeyScans, quantised, quantised_origins
+from mrslam.spatial.key_scans import APART_M, POINTS_MOST, KeyScans
 from mrslam.spatial.matching.scan_points import POINT_COLUMNS, spaced
 
 
@@ -20,18 +20,21 @@ class KeyScanLog:
         self._ends.add(0)
         self._subsample = np.zeros((POINTS_MOST, POINT_COLUMNS))
 
-    def add(self, points: NDArray[np.float64], origin: NDArray[np.float64]) -> None:
-        """Take a keyframe's points ``(N, 5)`` in beam order, base frame, seen from ``origin (2,)``."""
+    def of_points(self, points: NDArray[np.float64], origin: NDArray[np.float64]) -> KeyScans:
+        """Return a keyframe's points ``(N, 5)`` in beam order, base frame, seen from ``origin (2,)``, subsampled."""
         count = spaced(points, origin, APART_M, POINTS_MOST, self._subsample)
-        laser = quantised_origins(origin)
-        self._polar.extend(quantised(self._subsample[:count, :2], laser))
+        return KeyScans.of_points([self._subsample[:count, :2]], origin)
+
+    def add(self, scan: KeyScans) -> None:
+        """Take the scan of one more keyframe."""
+        self._polar.extend(scan.polar)
         self._ends.add(self._polar.size)
-        self._origins.add(laser)
+        self._origins.add(scan.origins[0])
 
     @property
     def scans(self) -> KeyScans:
         """All of them."""
-        return KeyScans(*(_frozen(rows) for rows in (self._ends.rows[:, 0], self._polar.rows, self._origins.rows)))
+        return KeyScans.of_checked(*(_frozen(rows) for rows in (self._ends.rows[:, 0], self._polar.rows, self._origins.rows)))
 
     def state(self) -> dict[str, Any]:
         """Return all of it."""

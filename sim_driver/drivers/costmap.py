@@ -17,6 +17,8 @@ WALL_PENALTY = 4.0
 """How much dearer a step right beside a wall is."""
 SPECK_MARGIN_M = 0.1
 """A robot in a map may be so much larger than its radius."""
+UNKNOWN_PENALTY = 3.0
+"""How much dearer a step is where nothing is known, if such steps are allowed: there may be a wall."""
 CROWD_PENALTY = 10.0
 """How much dearer a step through a teammate is: it may have gone by then."""
 
@@ -43,6 +45,10 @@ class Costmap:
         """Return centres ``(..., 2)``, metres, of cells ``(..., 2)`` (row, col)."""
         return (np.asarray(cells)[..., ::-1] + 0.5) * self.resolution_m + np.asarray(self.origin_m)
 
+    def inside(self, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the centre ``(2,)`` of the cell in the map that is nearest to a point."""
+        return self.point(np.array(self.cell(xy_m), dtype=np.int32))
+
     def nearest_open(self, xy_m: NDArray[np.float64], within_m: float) -> tuple[int, int] | None:
         """Return the open cell nearest to a point, None where none is within reach."""
         row, col = self.cell(xy_m)
@@ -63,11 +69,13 @@ def make_costmap(
     obstacles: NDArray[np.float64] | None = None,
     teammates: NDArray[np.float64] | None = None,
     hopeful: bool = False,
+    through_unknown: bool = False,
 ) -> Costmap:
     """Return the planning cells of a map.
 
     ``obstacles`` : ``(N, 2)`` points seen now, in the map frame; ``teammates`` : ``(M, 2)`` where teammates are.
     ``hopeful`` : what is no larger than a robot is taken to be one that has driven on.
+    ``through_unknown`` : paths may lead where nothing is known.
     """
     factor = max(1, round(config.plan_resolution_m / grid.resolution_m))
     while grid.cells.size / factor**2 > config.max_plan_cells:
@@ -92,6 +100,9 @@ def make_costmap(
         gap_m = _gap_m(occupied, resolution)
     crowding = np.clip(1.0 - (gap_m - body) / config.comfort_m, 0.0, 1.0)
     weight = (1.0 + WALL_PENALTY * crowding**2).astype(np.float32)
+    if through_unknown:
+        weight[unknown] *= UNKNOWN_PENALTY
+        free = free | unknown
     weight[~free | (gap_m < body)] = np.inf
     for x, y in teammates if teammates is not None else ():
         _add_disc(

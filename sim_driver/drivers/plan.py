@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from mrslam.sim_driver.drivers.config import DriverConfig
 from mrslam.sim_driver.drivers.costmap import Costmap
 from mrslam.sim_driver.drivers.search import trace, travel
-from mrslam.spatial import Scan, se2
+from mrslam.spatial import UNKNOWN, OccupancyGrid, Scan, se2
 from mrslam.spatial.se2 import Transform
 
 SEEN_WITHIN_M = 2.0
@@ -41,6 +41,13 @@ def path_between(
     source = np.array(start, dtype=np.int32)
     cost, before, _ = travel(costmap.weight, source[:1], source[1:], *goal)
     return costmap.point(trace(before, *goal)) if np.isfinite(cost[goal]) else None
+
+
+def surrounded(grid: OccupancyGrid, width_m: float) -> OccupancyGrid:
+    """Return a map with unknown cells around it."""
+    width = round(width_m / grid.resolution_m)
+    x, y = (origin - width * grid.resolution_m for origin in grid.origin_m)
+    return OccupancyGrid(np.pad(grid.cells, width, constant_values=UNKNOWN), grid.resolution_m, (x, y))
 
 
 def length_m(path_m: NDArray[np.float64]) -> float:

@@ -11,16 +11,18 @@ from mrslam.sim_driver.drivers.base import STOP, Command
 from mrslam.sim_driver.drivers.config import DriverConfig
 from mrslam.sim_driver.drivers.costmap import make_costmap
 from mrslam.sim_driver.drivers.follow import slow_for_obstacles, steer, steer_at
-from mrslam.sim_driver.drivers.plan import path_between, seen_obstacles
+from mrslam.sim_driver.drivers.plan import path_between, seen_obstacles, surrounded
 from mrslam.sim_driver.drivers.recovery import Recovery
 from mrslam.spatial import InputError, OccupancyGrid, Scan
 from mrslam.spatial.se2 import Transform
 
 NS = 1_000_000_000
+AROUND_M = 1.0
+"""Width of the unknown that is planned through around a map, metres: room for a robot."""
 
 
 class WaypointDriver:
-    """Drives to each waypoint by A* on the map, or straight at it while the map shows no way."""
+    """Drives to each waypoint by A* on the map, where that shows no way through what it does not know, or straight."""
 
     def __init__(
         self, waypoints_m: ArrayLike, config: DriverConfig | None = None, seed: int = 0, loop: bool = False
@@ -64,12 +66,8 @@ class WaypointDriver:
         goal = self._waypoints_m[self._at]
         if now_ns >= self._next_plan_ns:
             self._next_plan_ns = now_ns + round(self._config.plan_interval_s * NS)
-            self._path_m = None
-            if grid is not None and grid.cells.size:
-                mates = np.array([teammates[name][:2] for name in sorted(teammates)]).reshape(-1, 2)
-                seen = seen_obstacles(scan, T_map_base, mates, self._config)
-                costmap = make_costmap(grid, self._config, seen, mates)
-                self._path_m = path_between(costmap, T_map_base[:2], goal, self._config.arrive_m)
+            mates = np.array([teammates[name][:2] for name in sorted(teammates)]).reshape(-1, 2)
+            self._path_m = self._plan(grid, T_map_base, goal, mates, scan)
         if self._recovery.is_stuck(now_ns, T_map_base):
             self._next_plan_ns = now_ns
             return self._recovery.start(now_ns)
@@ -78,6 +76,26 @@ class WaypointDriver:
         else:
             wanted = steer(T_map_base, np.concatenate([self._path_m, goal[None]]), self._config)
         return slow_for_obstacles(wanted, scan, self._config)
+
+    def _plan(
+        self,
+        grid: OccupancyGrid | None,
+        T_map_base: Transform,
+        goal: NDArray[np.float64],
+        mates: NDArray[np.float64],
+        scan: Scan | None,
+    ) -> NDArray[np.float64] | None:
+        """Return a path ``(N, 2)`` to the goal, or to where it leaves the map; None where there is none."""
+        if grid is None or not grid.cells.size:
+            return None
+        seen = seen_obstacles(scan, T_map_base, mates, self._config)
+        costmap = make_costmap(grid, self._config, seen, mates)
+        path = path_between(costmap, T_map_base[:2], goal, self._config.arrive_m)
+        if path is None:
+            around = surrounded(grid, AROUND_M)
+            costmap = make_costmap(around, self._config, seen, mates, through_unknown=True)
+            path = path_between(costmap, T_map_base[:2], costmap.inside(goal))
+        return path
 
 
 class TrajectoryDriver:

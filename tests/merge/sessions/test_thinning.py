@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mrslam.merge.sessions.thinning import SAME_M, directions, last_visits
+from mrslam.merge.sessions.thinning import SAME_M, last_visits
 from mrslam.spatial import KeyScans
 
 
@@ -46,7 +46,7 @@ def test_the_other_way_round_is_another_view_unless_the_laser_looks_all_around()
 def test_directions_are_of_the_map() -> None:
     one = KeyScans.of_points([np.array([[2.0, 0.2]])] * 3, np.zeros((3, 2)))
     poses = np.array([[0.0, 0.0, 0.0], [5.0, 5.0, np.pi / 2], [0.0, 0.0, -np.pi / 4]])
-    assert [list(np.flatnonzero(row)) for row in directions(poses, one)] == [[0], [2], [7]]
+    assert [list(np.flatnonzero(row)) for row in one.directions(poses)] == [[0], [2], [7]]
     assert not directions(poses, KeyScans.blank(3)).any()
 
 
