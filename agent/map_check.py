@@ -43,7 +43,7 @@ def contradicts_itself(local: LocalMap, before: LocalMap | None = None) -> str |
     if not len(seen):
         return None
     shown = _on_walls(tiled, seen)
-    is_known = before is not None and len(before.key_scans) >= SCANS_MOST
+    is_known = before is not None and len(before.key_scans.shown) >= SCANS_MOST
     if shown < (ON_WALLS_KNOWN if is_known else ON_WALLS):
         return f"only {100 * shown:.0f} % of what its scans hit is wall in its own map"
     return None
@@ -61,8 +61,8 @@ def _places(local: LocalMap, tiled: TiledGrid) -> tuple[int, float]:
 
 def _seen(local: LocalMap) -> NDArray[np.float64]:
     """Return ``(N, 2)`` where scans evenly chosen along the way hit something, metres, map frame."""
-    scans, poses = local.key_scans, local.keyframes.T_map_base
-    chosen = np.unique(np.linspace(0, len(scans) - 1, min(len(scans), SCANS_MOST)).astype(np.int64))
+    scans, poses, with_scan = local.key_scans, local.keyframes.T_map_base, local.key_scans.shown
+    chosen = with_scan[np.unique(np.linspace(0, len(with_scan) - 1, min(len(with_scan), SCANS_MOST)).astype(np.int64))]
     hits = [se2.apply(poses[k], scans.of(int(k)).astype(np.float64)) for k in chosen]
     return np.concatenate([np.empty((0, 2)), *hits])
 

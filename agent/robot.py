@@ -65,6 +65,7 @@ class Robot:
         self._looked_ns = self._idle_ns = -(10**12)
         """When all pairs were looked at last, and when no job was found for the last time."""
         self._published_ns: int | None = None
+        self._published_new = 0
         self.has_news = False
         """Whether there are keyframes that were not published."""
 

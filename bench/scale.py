@@ -7,7 +7,7 @@
 CPU seconds are those of all robots together, without compiling, by room: ``simulation`` (lasers, radio, driving),
 ``mapping``, ``alignment`` (whole maps), ``joint`` (scans matched, poses solved), ``placing`` and ``drawing`` (team
 maps), ``exchange`` (beacons, messages, coding), ``rest``. Bytes are those a robot sends in a minute, by lane.
-``by_minute`` has what had been spent and sent by the end of each minute of the mission, and how many robots each had
+``by_minute`` has what had been spent, announced (beacons) and exchanged by the end of each minute of the mission, and how many robots each had
 placed then, in the mean. Missions end when all is explored, before their time; with ``--patrol`` the robots drive in
 rounds for all of it. With ``--processes 2`` robots take their turns in two processes: ``cpu_s`` and ``peak_rss_mb`` are
 those of all, rooms and minutes those of the first one's robots. ``--rows`` adds the lines to a file, and the laws
@@ -42,6 +42,7 @@ from mrslam.rbpf import Mapper
 from mrslam.sim_driver.kernels import load_kernels
 from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.sim_driver.missions.usage import peak_kb
+from mrslam.sim_driver.run.metrics import NEVER_MET
 from mrslam.sim_driver.run.run import run_mission
 from mrslam.sim_driver.simulation.simulated import SimulatedBody
 
@@ -55,6 +56,8 @@ ROOMS: dict[str, list[tuple[Any, str]]] = {
     "exchange": [(CommsNode, name) for name in ("on_message", "on_tick", "publish")],
 }
 """By room: the calls whose time is its own, but for that of other rooms' calls in them."""
+LANES = "beacon", "control", "bulk"
+"""What robots send each other: what they announce, and, in exchanges of maps, questions and maps."""
 
 
 class Inner(threading.local):
@@ -138,9 +141,10 @@ class Meter:
         """Note what was spent at the end of each minute; called at every step."""
         if round(now_s) < 60 * (len(self.minutes) + 1):  # the last step is just before the end
             return
-        sent = [sum(runner.sent_bytes.values()) for runner in self._runners]
+        beacon, *exchange = (sum(runner.sent_bytes[lane] for runner in self._runners) for lane in LANES)
         placed = [len(runner.agent.T_team_map) for runner in self._runners]
-        noted = {"cpu_s": round(self.cpu_s, 1), "cpu_by_room_s": self.by_room_s(), "sent_bytes": sum(sent)}
+        noted = {"cpu_s": round(self.cpu_s, 1), "cpu_by_room_s": self.by_room_s()}
+        noted |= {"beacon_bytes": beacon, "exchange_bytes": sum(exchange)}
         noted |= {"peak_rss_mb": round(peak_kb() / 1024), "alignments": self.calls["alignment"]}
         self.minutes.append({**noted, "placed": round(sum(placed) / len(placed), 2)})
         told = f"minute {len(self.minutes)}: {noted['cpu_s']} s of CPU, {self.minutes[-1]['placed']} maps placed"
@@ -172,9 +176,10 @@ def run(robots: int, minutes: float, world: str, seed: int, is_patrol: bool, pro
         "alignments": meter.calls["alignment"], "by_kind": meter.kinds, "joint_solutions": meter.calls["joint"],
         "peak_rss_mb": round(peak_mb),
         "bytes_a_robot_minute": {
-            lane: round(sum(one[lane] for one in sent) / robots / driven_min) for lane in ("beacon", "control", "bulk")
+            lane: round(sum(one[lane] for one in sent) / robots / driven_min) for lane in LANES
         },
         "pairs": len(metrics["pairs"]), "pairs_merged": len(merged),
+        "pairs_met": sum(pair["reason"] != NEVER_MET for pair in metrics["pairs"]),
         "pairs_placed": sum(bool(pair["placed_together_by"]) for pair in metrics["pairs"]),
         "worst_error_m": max((pair["error_m"] for pair in merged), default=0.0),
         "most_placed": max(len(robot["placed"]) for robot in metrics["robots"]), "by_minute": meter.minutes,

@@ -59,7 +59,8 @@ def over_time(rows: list[Row]) -> list[str]:
         early, late = slice(0, max(1, len(row["by_minute"]) // 10)), slice(len(row["by_minute"]) // 2, None)
         for name, unit, values in (
             ("CPU", "s", a_minute(row, "cpu_s")),
-            ("sent", "kB", a_minute(row, "sent_bytes") / 1e3),
+            ("beacons", "kB", a_minute(row, "beacon_bytes") / 1e3),
+            ("exchanges", "kB", a_minute(row, "exchange_bytes") / 1e3),
         ):
             lines.append(
                 f"{row['world']}, {row['robots']} robots, {row['minutes']:g} min: {name} a robot-minute "
@@ -102,11 +103,11 @@ def plot(rows: list[Row], path: Path) -> None:
         minutes = 1.0 + np.arange(len(row["by_minute"]))
         label = f"{row['robots']} robots"
         cpu.plot(minutes, a_minute(row, "cpu_s"), label=label)
-        sent.plot(minutes, a_minute(row, "sent_bytes") / 1e3, label=label)
+        sent.plot(minutes, a_minute(row, "exchange_bytes") / 1e3, label=label)
         memory.plot(minutes, [minute["peak_rss_mb"] / noted_robots(row) for minute in row["by_minute"]], label=label)
     for axes, title, unit in (
         (cpu, "CPU of a robot", "seconds a minute"),
-        (sent, "sent by a robot", "kB a minute"),
+        (sent, "exchanged by a robot, without beacons", "kB a minute"),
         (memory, "memory, peak of a process, by its robots", "MB a robot"),
     ):
         axes.set(title=title, xlabel="minute of the mission", ylabel=unit, yscale="log")

@@ -43,6 +43,8 @@ class Stats:
     """Scans that were not used."""
     processed: int = 0
     """Keyframes, also those whose results are not known yet."""
+    seen_before: int = 0
+    """Keyframes whose scans were not kept, for earlier ones show what they saw."""
     resamplings: int = 0
     """Keyframes at which particles were resampled."""
     neff_min: float = math.inf

@@ -107,6 +107,11 @@ class KeyScans:
         points.flags.writeable = False
         return points
 
+    @cached_property
+    def shown(self) -> NDArray[np.int64]:
+        """The keyframes that have points, in order."""
+        return np.flatnonzero(np.diff(self.starts))
+
     def of(self, k: int) -> NDArray[np.float32]:
         """Return ``(n, 2) float32``, the points of keyframe ``k`` in its base frame, metres."""
         return self.points[self.starts[k] : self.starts[k + 1]]

@@ -78,6 +78,8 @@ def to_blocks(
     """Return the keyframes in blocks; one that equals that of ``before`` is the same object, with its revision."""
     stamps, poses = np.asarray(keyframes.stamps_ns, dtype=np.int64), quantise(keyframes.T_map_base)
     edges, blocks = to_rows(loops), []
+    if len(scans):  # nothing is matched with a keyframe without a scan
+        edges = edges[np.diff(scans.starts)[edges[:, 0]] > 0]
     for i, start in enumerate(range(0, stamps.size, BLOCK)):
         end = min(start + BLOCK, stamps.size)
         seen = scans.part(start, end) if len(scans) else scans

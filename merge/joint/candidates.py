@@ -51,12 +51,16 @@ def candidates(
     if believed:
         to_a = a.way_from(np.array([match.i for match in believed]))
         to_b = b.way_from(np.array([match.j for match in believed]))
-    nearest, away_m = nearest_keys(T_a, T_b, TURN_COST_M)
+    shown = a.scans.shown
+    if not shown.size:
+        return []
+    nearest, away_m = nearest_keys(T_a[shown], T_b, TURN_COST_M)
+    nearest, has_scan = shown[nearest], np.diff(b.scans.starts) > 0
     done_m = np.array([b.way_m[j] for _, j in found])
     chosen: list[Candidate] = []
     last_m = -np.inf
     for j in range(len(b)):
-        if b.way_m[j] - last_m < COMPARED_EVERY_M:
+        if not has_scan[j] or b.way_m[j] - last_m < COMPARED_EVERY_M:
             continue
         i = int(nearest[j])
         if away_m[j] > FAR_MOST_M:

@@ -21,7 +21,8 @@ def last_visits(T_map_key: Transform, scans: KeyScans, sessions: NDArray[np.int6
     """Return which keyframes ``(K, 3)`` to keep, ``(K,) bool``; ``sessions (K,)`` rises, and the last ones are newest.
 
     From the newest backward a keyframe is left out where one that was kept of a later visit saw its place, in the same
-    directions: a visit of another session, or of the same one after ``OLD_WAY_M`` of path.
+    directions: a visit of another session, or of the same one after ``OLD_WAY_M`` of path. So is one without a scan where others
+    have some.
     """
     count = len(T_map_key)
     keep = np.zeros(count, dtype=np.bool_)
@@ -30,7 +31,7 @@ def last_visits(T_map_key: Transform, scans: KeyScans, sessions: NDArray[np.int6
     places, seen = T_map_key[:, :2], scans.directions(T_map_key)
     way_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(places, axis=0).T))])
     by_cell: dict[tuple[int, int], list[int]] = {}
-    for k in range(count - 1, -1, -1):
+    for k in scans.shown[::-1].tolist() or range(count - 1, -1, -1):
         row, col = (int(value) for value in np.floor(places[k] / SAME_M))
         near = [j for r in (-1, 0, 1) for c in (-1, 0, 1) for j in by_cell.get((row + r, col + c), ())]
         others = np.array(near, dtype=np.int64)

@@ -35,16 +35,16 @@ class History:
         """Scans of all keyframes, subsampled."""
         return self._key_scans.scans
 
-    def add_key(self, stamp_ns: int, beams: Beams, T_map_key: Transform, T_map_new: Transform) -> None:
-        """Remember a keyframe at ``T_map_new (3,)``, and its scan where it shows what those before have not shown.
+    def add_key(self, stamp_ns: int, beams: Beams, T_map_key: Transform, T_map_new: Transform) -> bool:
+        """Remember a keyframe at ``T_map_new (3,)``, and its scan where earlier ones do not show what it saw.
 
-        ``T_map_key (K, 3)`` : where the best particle has those.
+        ``T_map_key (K, 3)`` : where the best particle has those. Return whether the scan was kept.
         """
         scan = self._key_scans.of_points(beams.points, beams.origin)
-        if is_known(T_map_key, self.key_scans, T_map_new, scan):
-            scan = KeyScans.blank(1)
+        is_kept = not is_known(T_map_key, self.key_scans, T_map_new, scan)
         self._key_stamps.add(stamp_ns)
-        self._key_scans.add(scan)
+        self._key_scans.add(scan if is_kept else KeyScans.blank(1))
+        return is_kept
 
     def add_scan(self, stamp_ns: int, T_key_base: Transform, way_m: float, T_map_base: Transform) -> None:
         """Remember a scan: local motion ``(3,)`` and way since the newest keyframe, and the pose ``(3,)`` reported."""

@@ -34,7 +34,9 @@ class KeyScanLog:
     @property
     def scans(self) -> KeyScans:
         """All of them."""
-        return KeyScans.of_checked(*(_frozen(rows) for rows in (self._ends.rows[:, 0], self._polar.rows, self._origins.rows)))
+        return KeyScans.of_checked(
+            *(_frozen(rows) for rows in (self._ends.rows[:, 0], self._polar.rows, self._origins.rows))
+        )
 
     def state(self) -> dict[str, Any]:
         """Return all of it."""

@@ -1,9 +1,8 @@
-"""Which keyframes saw nothing new: their scans say of a place what those of earlier visits have said."""
+"""Which keyframes saw nothing new: their scans would say of a place what those of an earlier visit have said."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mrslam.spatial import KeyScans
 from mrslam.spatial.se2 import Transform
@@ -14,31 +13,24 @@ that comes by has keyframes every half metre, so that one of those that are kept
 VISIT_WAY_M = 12.0
 """Least path between two visits of a place, metres: more than a scan's usual reach indoors."""
 SHARED = 0.75
-"""Least share of the directions seen by a keyframe that another one saw as well: with a field of view of half a turn
+"""Least share of the directions seen by a keyframe that the other one saw as well: with a field of view of half a turn
 headings may differ by less than 90 degrees, with one of a whole turn by any angle."""
-VISITS = 2
-"""Visits whose scans are kept."""
 
 
 def is_known(T_map_key: Transform, scans: KeyScans, T_map_new: Transform, new: KeyScans) -> bool:
-    """Return whether ``VISITS`` earlier visits saw what a new keyframe sees.
+    """Return whether an earlier visit saw what a new keyframe sees. Measured: the scans of two visits, or of all, in
+    place of one change the errors between robots on recorded logs by less than 1 %.
 
-    ``T_map_key (K, 3)`` : where the keyframes are of ``scans``, which may be blank; ``T_map_new (3,)`` : where the new
-    one is, whose scan is ``new``.
+    ``T_map_key (K, 3)`` : where the keyframes of ``scans`` are, some of which may be blank; ``T_map_new (3,)`` : where
+    the new one is, whose scan is ``new``.
     """
-    near = np.flatnonzero(np.hypot(*(T_map_key[:, :2] - T_map_new[:2]).T) <= SAME_M)
-    near = near[np.diff(scans.starts)[near] > 0]
-    if near.size < VISITS:
+    places = np.concatenate([T_map_key[:, :2], T_map_new[None, :2]])
+    steps = np.hypot(*np.diff(places, axis=0).T)
+    since_m = np.cumsum(steps[::-1])[::-1]
+    is_near = np.hypot(*(places[:-1] - places[-1]).T) <= SAME_M
+    earlier = np.flatnonzero(is_near & (since_m >= VISIT_WAY_M) & (np.diff(scans.starts) > 0))
+    if not earlier.size:
         return False
-    way_m = np.cumsum(np.hypot(*np.diff(np.concatenate([T_map_key[:, :2], T_map_new[None, :2]]), axis=0).T))
     seen = new.directions(T_map_new[None])[0]
-    begun_m, visits = way_m[-1], 0
-    for k in near[::-1].tolist():
-        left_m = way_m[k - 1] if k else 0.0
-        if begun_m - left_m < VISIT_WAY_M:
-            continue
-        if (scans.part(k, k + 1).directions(T_map_key[k : k + 1])[0] & seen).sum() >= SHARED * seen.sum():
-            begun_m, visits = left_m, visits + 1
-            if visits == VISITS:
-                return True
-    return False
+    others = KeyScans.concatenate(scans.part(k, k + 1) for k in earlier.tolist()).directions(T_map_key[earlier])
+    return bool(((others & seen).sum(axis=1) >= SHARED * seen.sum()).any())

@@ -95,7 +95,7 @@ class WaypointDriver:
             around = surrounded(grid, AROUND_M)
             costmap = make_costmap(around, self._config, seen, mates, through_unknown=True)
             path = path_between(costmap, T_map_base[:2], costmap.inside(goal))
-        return path
+        return path if path is not None and len(path) > 1 else None  # where it is one point, that was reached
 
 
 class TrajectoryDriver:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mrslam.agent import Agent, AgentConfig
+from mrslam.agent.core import SEEN_BEFORE_NS
 from mrslam.agent.effects import Effect, Event
 from mrslam.spatial import Scan
 from tests.agent.duo import SETTINGS, TURN_RAD, S, live, merge, odometry, robot, scan, talk
@@ -100,6 +101,22 @@ def test_a_large_map_is_published_less_often_in_proportion(monkeypatch: pytest.M
     often, keyframes = revisions(1000)
     seldom, _ = revisions(max(1, keyframes // 8))
     assert often >= 3 and 1 <= seldom < often
+
+
+def test_what_was_seen_before_is_published_less_often(monkeypatch: pytest.MonkeyPatch) -> None:
+    one, times = robot("r1", 1), []
+    monkeypatch.setattr(one, "publish", lambda now_ns: (times.append(now_ns), Agent.publish(one, now_ns)))
+    live([one], 0, 60)
+    monkeypatch.setattr("mrslam.rbpf.filter.history.is_known", lambda *_: True)  # from here on
+    begun = len(times)
+    live([one], 60, 680)
+    known = one.mapper.stats.seen_before
+    assert known > 10 and len(one.mapper.snapshot().key_scans.shown) + known == one.mapper.stats.processed
+    assert len(times) - begun <= 2 and times[-1] - times[-2] >= SEEN_BEFORE_NS
+    monkeypatch.setattr("mrslam.rbpf.filter.history.is_known", lambda *_: False)
+    begun = len(times)
+    live([one], 680, 760)
+    assert len(times) - begun >= 2
 
 
 def test_a_robot_without_a_map_has_no_trajectory_and_one_without_news_publishes_nothing() -> None:

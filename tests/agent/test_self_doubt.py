@@ -222,6 +222,15 @@ def test_a_map_must_show_what_its_robot_has_seen() -> None:
     assert doubted(LocalMap(silent.map, silent.keyframes)) is None  # of a robot that sends no scans nobody can say
 
 
+def test_the_scans_that_a_map_must_show_are_sought_among_keyframes_without() -> None:
+    turned, blank = hall(np.pi / 2), KeyScans.blank(980)
+    stamps, way = np.arange(1000), np.concatenate([np.zeros((980, 3)), turned.keyframes.T_map_base])
+    among = LocalMap(turned.map, Keyframes(stamps, way), blank.append(turned.key_scans))
+    assert doubted(among) == doubted(turned) is not None
+    nothing = LocalMap(turned.map, Keyframes(stamps[:980], way[:980]), blank)
+    assert doubted(nothing) is None
+
+
 def three_of_four_walls(count: int, *, mirrored: bool) -> LocalMap:
     """A hall with a wall across, and so many scans in its larger part; mirrored, three of its walls lie on walls."""
     cells = np.full((200, 200), -1, dtype=np.int8)
@@ -249,6 +258,10 @@ def test_a_map_that_was_sound_for_long_is_not_doubted_for_a_hedge_that_shows_as_
     assert contradicts_itself(worse, known) is None
     assert contradicts_itself(worse, three_of_four_walls(49, mirrored=False)) == doubted(worse) is not None
     assert contradicts_itself(hall(np.pi / 2), known) is not None  # but no map turns round
+    young = three_of_four_walls(49, mirrored=False)
+    way = np.concatenate([young.keyframes.T_map_base, np.zeros((9, 3))])
+    without = LocalMap(young.map, Keyframes(np.arange(58), way), young.key_scans.append(KeyScans.blank(9)))
+    assert contradicts_itself(worse, without) == doubted(worse)  # keyframes without scans prove nothing
 
 
 def test_what_is_known_of_a_teammates_map_says_nothing_of_its_next_one() -> None:

@@ -13,9 +13,14 @@ from mrslam.spatial.key_scans import KeyScans
 from mrslam.spatial.matching.places import FAR_MOST_M, NEAR_M, TURN_COST_M, within_m
 
 
+def scans(keys: int) -> KeyScans:
+    """Return scans of one point each."""
+    return KeyScans.of_points([np.array([[1.0, 0.0]])] * keys, np.zeros((keys, 2)))
+
+
 def straight(keys: int = 30) -> Trail:
     poses = np.stack([0.5 * np.arange(keys), np.zeros(keys), np.zeros(keys)], axis=1)
-    return Trail(poses, KeyScans.empty())
+    return Trail(poses, scans(keys))
 
 
 @pytest.mark.parametrize(
@@ -51,7 +56,7 @@ def test_the_nearest_keyframe_is_that_of_the_slow_twin():
 
 def trail(places: list[tuple[float, float]]) -> Trail:
     """Return a way with a keyframe at each of these places."""
-    return Trail(np.column_stack([np.array(places), np.zeros(len(places))]), KeyScans.empty())
+    return Trail(np.column_stack([np.array(places), np.zeros(len(places))]), scans(len(places)))
 
 
 def along(y: float, length_m: float = 20.0) -> list[tuple[float, float]]:
@@ -103,3 +108,17 @@ def test_next_to_what_was_matched_nothing_is_compared_again() -> None:
     b = trail(along(1.0))
     assert [one.j for one in compared(b, found=((10, 11), (30, 33)))] == [0, 5, 15, 20, 25, 30, 40]
     assert not compared(b, found=tuple((k, k) for k in range(0, 41, 2)))
+
+
+def test_keyframes_without_scans_are_not_compared() -> None:
+    b, blank = trail(along(1.0)), KeyScans.blank(1)
+    every_other = KeyScans.concatenate(scans(1) if k % 2 else blank for k in range(len(A)))
+    half_a, half_b = Trail(A.T_map_key, every_other), Trail(b.T_map_key, every_other)
+    to_half = candidates((half_a, b), (A.T_map_key, b.T_map_key), [], [])
+    assert [one.j for one in to_half] == [0, 5, 10, 15, 20, 25, 30, 35, 40]
+    assert all(one.i % 2 == 1 and abs(one.i - one.j) <= 1 for one in to_half)
+    of_half = candidates((A, half_b), (A.T_map_key, b.T_map_key), [], [])
+    assert [one.j for one in of_half] == [1, 7, 13, 19, 25, 31, 37]
+    nothing = Trail(A.T_map_key, KeyScans.blank(len(A)))
+    assert not candidates((nothing, b), (A.T_map_key, b.T_map_key), [], [])
+    assert not candidates((A, nothing), (A.T_map_key, A.T_map_key), [], [])

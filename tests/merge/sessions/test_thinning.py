@@ -47,7 +47,14 @@ def test_directions_are_of_the_map() -> None:
     one = KeyScans.of_points([np.array([[2.0, 0.2]])] * 3, np.zeros((3, 2)))
     poses = np.array([[0.0, 0.0, 0.0], [5.0, 5.0, np.pi / 2], [0.0, 0.0, -np.pi / 4]])
     assert [list(np.flatnonzero(row)) for row in one.directions(poses)] == [[0], [2], [7]]
-    assert not directions(poses, KeyScans.blank(3)).any()
+    assert not KeyScans.blank(3).directions(poses).any()
+
+
+def test_keyframes_without_scans_are_left_out_where_others_have_some() -> None:
+    places, none = np.concatenate([way(40.0), way(50.0, y_m=0.3)]), KeyScans.blank(100)
+    keep = last_visits(places, scans(80).append(none), np.zeros(180, dtype=np.int64))
+    assert list(np.flatnonzero(keep)) == list(range(80))
+    assert last_visits(way(40.0), KeyScans.blank(80), np.zeros(80, dtype=np.int64)).all()
 
 
 def test_laps_of_one_session_are_visits() -> None:

@@ -17,7 +17,7 @@ MISSED_M = 0.06
 
 def test_every_keyframe_has_its_scan_and_it_lies_on_the_walls() -> None:
     mapper = Mapper(SMALL, seed=1)
-    way = drive(40)
+    way = drive(40)[:36]  # most of a lap: who comes round sees nothing new
     feed(mapper, way, T_base_laser=T_BASE_LASER)
     local = mapper.snapshot()
     assert len(local.key_scans) == local.keyframes.stamps_ns.size > 3
@@ -34,11 +34,11 @@ def test_every_keyframe_has_its_scan_and_it_lies_on_the_walls() -> None:
 def test_scans_handed_out_stay_as_they_are() -> None:
     log, rng = KeyScanLog(), np.random.default_rng(0)
     points = np.concatenate([rng.uniform(1.0, 5.0, (50, 2)), np.ones((50, 3))], axis=1)
-    log.add(points, np.zeros(2))
+    log.add(log.of_points(points, np.zeros(2)))
     first = log.scans
     before = first.points.tobytes(), first.polar.tobytes()
     for _ in range(200):
-        log.add(points, np.zeros(2))
+        log.add(log.of_points(points, np.zeros(2)))
     assert len(log.scans) == 201
     assert (first.points.tobytes(), first.polar.tobytes()) == before
     assert not log.scans.polar.flags.writeable
@@ -48,8 +48,7 @@ def test_points_are_apart_across_the_beams_and_reach_all_around() -> None:
     angles = np.radians(np.arange(-135.0, 135.0, 0.25))
     circle = 4.0 * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     log = KeyScanLog()
-    log.add(np.concatenate([circle, np.ones((angles.size, 3))], axis=1), np.zeros(2))
-    kept = log.scans.of(0)
+    kept = log.of_points(np.concatenate([circle, np.ones((angles.size, 3))], axis=1), np.zeros(2)).of(0)
     steps = np.hypot(*np.diff(kept, axis=0).T)
     assert POINTS_MOST / 1.25 <= kept.shape[0] <= POINTS_MOST
     assert steps.min() >= APART_M

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mrslam.sim_driver.drivers import DRIVERS, DriverConfig, Explorer, IdleDriver, TrajectoryDriver, WaypointDriver
-from mrslam.sim_driver.drivers.costmap import make_costmap
+from mrslam.sim_driver.drivers.costmap import UNKNOWN_PENALTY, make_costmap
 from mrslam.sim_driver.drivers.follow import slow_for_obstacles, steer
 from mrslam.sim_driver.drivers.goals import find_goals
 from mrslam.sim_driver.drivers.plan import path_between, seen_obstacles
@@ -53,6 +53,37 @@ def test_waypoints_go_around_walls():
     assert driver.finished
     wall = np.abs(track[:, 0] - 3.025) < 0.15
     assert track[wall, 1].min() > 3.1
+
+
+@pytest.mark.parametrize("goal", [(5.0, 1.0), (9.0, 1.0)], ids=["in the map", "beyond it"])
+def test_waypoints_behind_walls_are_reached_through_what_is_not_known(goal):
+    cells = np.full((80, 120), -1, dtype=np.int8)
+    cells[:60, :60] = 0
+    cells[:60, 60] = 100  # a wall at x = 3 up to y = 3, and nobody knows what is behind it
+    driver = WaypointDriver([goal])
+    track = roll(driver, 60, OccupancyGrid(cells, 0.05), (1.0, 1.0, 0.0))
+    assert driver.finished
+    wall = np.abs(track[:, 0] - 3.025) < 0.15
+    assert track[wall, 1].min() > 3.1 or track[wall, 1].max() < -0.1
+
+
+def test_a_longer_way_that_is_known_is_better_than_a_short_one_that_is_not():
+    cells = np.zeros((80, 120), dtype=np.int8)
+    cells[:60, 60] = 100
+    cells[20:30, 58:63] = -1  # something in the wall that was never seen
+    driver = WaypointDriver([[5.0, 1.0]])
+    track = roll(driver, 60, OccupancyGrid(cells, 0.05), (1.0, 1.0, 0.0))
+    assert driver.finished and track[np.abs(track[:, 0] - 3.025) < 0.15, 1].min() > 3.1
+
+
+def test_steps_where_nothing_is_known_are_dearer():
+    cells = np.zeros((40, 40), dtype=np.int8)
+    cells[:, 20:] = -1
+    known, unknown = (
+        make_costmap(OccupancyGrid(cells, 0.1), DriverConfig(), through_unknown=through).weight[20, [5, 35]]
+        for through in (False, True)
+    )
+    assert list(known) == [1.0, np.inf] and list(unknown) == [1.0, UNKNOWN_PENALTY]
 
 
 def test_a_frontier_is_whoever_is_nearer_to_it():
