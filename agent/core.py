@@ -28,8 +28,7 @@ AT_REST = 2.0
 """Publishing intervals after which a robot without new keyframes publishes what it has: one that drives on publishes
 with the next keyframe after the first, and one that stopped, or gets no more scans, is not waited for longer."""
 SEEN_BEFORE_NS = 60_000_000_000
-"""Time after which keyframes are published that saw only what earlier ones had seen, nanoseconds. Measured: of six robots
-that drive on in an office they know ..."""
+"""Time after which keyframes are published that saw only what earlier ones had seen, nanoseconds."""
 LOOK_NS = 500_000_000
 """Time between two looks at all pairs: for a job where there was none, for what was seen, and for what is new to tell,
 nanoseconds. A tenth of the time in which maps and alignments change."""

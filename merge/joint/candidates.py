@@ -38,7 +38,7 @@ def candidates(
     believed: Sequence[KeyMatch],
     first_lost_m: float = FIRST_LOST_M,
 ) -> list[Candidate]:
-    """Return the keyframes of the second trail to compare, each with the nearest keyframe of the first.
+    """Return the keyframes of the second trail to compare, each with the nearest of the first; both have scans.
 
     ``poses`` : present estimates of both robots' keyframes, ``(K, 3)`` each, in one frame. ``found`` : keyframes (i, j)
     of all matches so far; within half of ``COMPARED_EVERY_M`` along the second trail nothing is compared again.
@@ -46,27 +46,21 @@ def candidates(
     drifted where there are none, metres.
     """
     (a, b), (T_a, T_b) = trails, poses
-    if not _are_near(T_a, T_b):
+    shown = a.scans.shown, b.scans.shown
+    if not _are_near(T_a[shown[0]], T_b[shown[1]]):
         return []
     if believed:
         to_a = a.way_from(np.array([match.i for match in believed]))
         to_b = b.way_from(np.array([match.j for match in believed]))
-    shown = a.scans.shown
-    if not shown.size:
-        return []
-    nearest, away_m = nearest_keys(T_a[shown], T_b, TURN_COST_M)
-    nearest, has_scan = shown[nearest], np.diff(b.scans.starts) > 0
+    nearest, away_m = nearest_keys(T_a[shown[0]], T_b[shown[1]], TURN_COST_M)
     done_m = np.array([b.way_m[j] for _, j in found])
     chosen: list[Candidate] = []
     last_m = -np.inf
-    for j in range(len(b)):
-        if not has_scan[j] or b.way_m[j] - last_m < COMPARED_EVERY_M:
-            continue
-        i = int(nearest[j])
-        if away_m[j] > FAR_MOST_M:
+    for i, j, away in zip(shown[0][nearest].tolist(), shown[1].tolist(), away_m.tolist(), strict=True):
+        if b.way_m[j] - last_m < COMPARED_EVERY_M or away > FAR_MOST_M:
             continue
         lost_m = float((to_a[:, i] + to_b[:, j]).min()) if believed else first_lost_m
-        if away_m[j] > within_m(lost_m):
+        if away > within_m(lost_m):
             continue
         last_m = b.way_m[j]
         if done_m.size == 0 or np.abs(done_m - last_m).min() >= 0.5 * COMPARED_EVERY_M:

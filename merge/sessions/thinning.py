@@ -21,8 +21,8 @@ def last_visits(T_map_key: Transform, scans: KeyScans, sessions: NDArray[np.int6
     """Return which keyframes ``(K, 3)`` to keep, ``(K,) bool``; ``sessions (K,)`` rises, and the last ones are newest.
 
     From the newest backward a keyframe is left out where one that was kept of a later visit saw its place, in the same
-    directions: a visit of another session, or of the same one after ``OLD_WAY_M`` of path. So is one without a scan where others
-    have some.
+    directions: a visit of another session, or of the same one after ``OLD_WAY_M`` of path. So is one without a scan
+    where others have some.
     """
     count = len(T_map_key)
     keep = np.zeros(count, dtype=np.bool_)

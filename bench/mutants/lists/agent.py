@@ -53,6 +53,24 @@ MUTANTS = (
     ),
     Mutant(
         "agent/core.py",
+        "if self._new_keyframes == self._published_new:",
+        "if False:",
+        "robots send each other for ever what they have known for long",
+    ),
+    Mutant(
+        "agent/core.py",
+        "        self._published_new = self._new_keyframes\n",
+        "",
+        "robots send each other for ever what they have known for long (2)",
+    ),
+    Mutant(
+        "agent/core.py",
+        "return self.mapper.stats.processed - self.mapper.stats.seen_before",
+        "return 0",
+        "teammates learn of new rooms a minute late",
+    ),
+    Mutant(
+        "agent/core.py",
         "return se2.compose(self.T_map_base, se2.between(self._T_odom_base, T_odom_base))",
         "return self.T_map_base",
         "on a robot that turns, teammates are masked where they were a scan before",

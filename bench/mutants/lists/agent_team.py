@@ -221,15 +221,27 @@ MUTANTS = (
     ),
     Mutant(
         "agent/map_check.py",
-        "is_known = before is not None and len(before.key_scans) >= SCANS_MOST",
+        "is_known = before is not None and len(before.key_scans.shown) >= SCANS_MOST",
         "is_known = False",
         "robots in a campus lose sight of each other for good where a hedge shows as free",
     ),
     Mutant(
         "agent/map_check.py",
-        "is_known = before is not None and len(before.key_scans) >= SCANS_MOST",
+        "is_known = before is not None and len(before.key_scans.shown) >= SCANS_MOST",
         "is_known = before is not None",
         "a mirrored map is believed that began where all looks the same",
+    ),
+    Mutant(
+        "agent/map_check.py",
+        "len(before.key_scans.shown) >= SCANS_MOST",
+        "len(before.key_scans) >= SCANS_MOST",
+        "a mirrored map is believed of a robot that went round one place",
+    ),
+    Mutant(
+        "agent/map_check.py",
+        "local.key_scans.shown\n",
+        "np.arange(len(local.key_scans))\n",
+        "a turned map is believed of a robot that has seen all of its floor",
     ),
     Mutant(
         "agent/team.py",

@@ -193,4 +193,10 @@ MUTANTS = (
         '    mode: int\n    """Index in ``MODES``."""',
         "a beacon with a mode that does not exist ends all who hear it",
     ),
+    Mutant(
+        "comms/wire/keyframe_codec.py",
+        "edges = edges[np.diff(scans.starts)[edges[:, 0]] > 0]",
+        "pass",
+        "loops of known places travel for ever",
+    ),
 )

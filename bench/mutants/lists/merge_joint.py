@@ -323,9 +323,21 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/candidates.py",
-        "if b.way_m[j] - last_m < COMPARED_EVERY_M:",
-        "if False:",
+        "if b.way_m[j] - last_m < COMPARED_EVERY_M or away > FAR_MOST_M:",
+        "if away > FAR_MOST_M:",
         "joining takes five times as long",
+    ),
+    Mutant(
+        "merge/joint/candidates.py",
+        "shown = a.scans.shown, b.scans.shown",
+        "shown = np.arange(len(a)), b.scans.shown",
+        "places are compared with keyframes that came without scans",
+    ),
+    Mutant(
+        "merge/joint/candidates.py",
+        "shown = a.scans.shown, b.scans.shown",
+        "shown = a.scans.shown, np.arange(len(b))",
+        "keyframes that came without scans are compared",
     ),
     Mutant(
         "merge/joint/ways.py",

@@ -198,4 +198,10 @@ MUTANTS = (
         "connectivity=4",
         "strokes of one thing that face each other across a corner are two pieces",
     ),
+    Mutant(
+        "merge/sessions/thinning.py",
+        "for k in scans.shown[::-1].tolist() or range(count - 1, -1, -1):",
+        "for k in range(count - 1, -1, -1):",
+        "saved maps keep keyframes that nothing can be matched with",
+    ),
 )

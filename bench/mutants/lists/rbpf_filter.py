@@ -243,4 +243,46 @@ MUTANTS = (
         "is_lost=False,",
         "a robot that was carried forgets that it is lost",
     ),
+    Mutant(
+        "rbpf/filter/known_places.py",
+        "is_near & (since_m >= VISIT_WAY_M)",
+        "is_near",
+        "of each place one scan travels, and nothing can be matched with it",
+    ),
+    Mutant(
+        "rbpf/filter/known_places.py",
+        "is_near = np.hypot(*(places[:-1] - places[-1]).T) <= SAME_M",
+        "is_near = np.hypot(*(places[:-1] - places[-1]).T) <= 10.0",
+        "rooms beside known ones are not sent",
+    ),
+    Mutant(
+        "rbpf/filter/known_places.py",
+        " & (np.diff(scans.starts) > 0)",
+        "",
+        "a place that was seen in passing, without its scan, counts as known",
+    ),
+    Mutant(
+        "rbpf/filter/known_places.py",
+        "return bool(((others & seen).sum(axis=1) >= SHARED * seen.sum()).any())",
+        "return True",
+        "of a corridor that is driven back only one direction is sent",
+    ),
+    Mutant(
+        "rbpf/filter/known_places.py",
+        ".directions(T_map_key[earlier])",
+        ".directions(np.zeros((earlier.size, 3)))",
+        "of a corridor that is driven back only one direction is sent (2)",
+    ),
+    Mutant(
+        "rbpf/filter/history.py",
+        "self._key_scans.add(scan if is_kept else KeyScans.blank(1))",
+        "self._key_scans.add(scan)",
+        "a robot that drives its rounds sends its scans for ever",
+    ),
+    Mutant(
+        "rbpf/mapper.py",
+        "self.stats.seen_before += not is_kept",
+        "self.stats.seen_before += is_kept",
+        "teammates learn of new rooms a minute late",
+    ),
 )

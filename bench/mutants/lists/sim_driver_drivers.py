@@ -83,4 +83,28 @@ MUTANTS = (
         "if False:",
         "frontiers behind a teammate that stood in the door are given up for good",
     ),
+    Mutant(
+        "sim_driver/drivers/waypoints.py",
+        "make_costmap(around, self._config, seen, mates, through_unknown=True)",
+        "make_costmap(around, self._config, seen, mates)",
+        "robots push for ever against the wall that a waypoint is behind",
+    ),
+    Mutant(
+        "sim_driver/drivers/waypoints.py",
+        "around = surrounded(grid, AROUND_M)",
+        "around = grid",
+        "robots push for ever against the wall that a waypoint beyond the map is behind",
+    ),
+    Mutant(
+        "sim_driver/drivers/waypoints.py",
+        "return path if path is not None and len(path) > 1 else None",
+        "return path",
+        "a robot that leaves its map for a waypoint turns back at the edge for ever",
+    ),
+    Mutant(
+        COSTMAP,
+        "weight[unknown] *= UNKNOWN_PENALTY",
+        "pass",
+        "robots leave the way they know for walls they have not seen",
+    ),
 )

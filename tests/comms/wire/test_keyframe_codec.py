@@ -171,6 +171,14 @@ def test_maps_with_and_without_scans_are_told_apart():
     assert [block.scans for block in to_blocks(poses, scans.copy(), NONE, seen, 3)] == [block.scans for block in seen]
 
 
+def test_loops_that_lead_to_keyframes_without_scans_do_not_travel():
+    poses, keys = Keyframes(np.arange(40), np.zeros((40, 3))), np.array([[0, 10], [2, 30], [30, 39]], dtype=np.int32)
+    loops = LoopEdges(keys, np.zeros((3, 3)), np.stack([1e4 * np.eye(3)] * 3))
+    scans = KeyScans.concatenate([room_scans(20), KeyScans.blank(19), room_scans(1)])
+    assert to_loops(to_blocks(poses, scans, loops, (), 1)).keys.tolist() == [[0, 10], [30, 39]]
+    assert to_loops(to_blocks(poses, KeyScans.empty(), loops, (), 1)).keys.tolist() == keys.tolist()
+
+
 def test_blocks_do_not_keep_the_arrays_they_were_made_of():
     scans = room_scans(3)
     polar = scans.polar.copy()
