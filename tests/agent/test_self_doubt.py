@@ -223,11 +223,12 @@ def test_a_map_must_show_what_its_robot_has_seen() -> None:
 
 
 def test_the_scans_that_a_map_must_show_are_sought_among_keyframes_without() -> None:
-    turned, blank = hall(np.pi / 2), KeyScans.blank(980)
-    stamps, way = np.arange(1000), np.concatenate([np.zeros((980, 3)), turned.keyframes.T_map_base])
-    among = LocalMap(turned.map, Keyframes(stamps, way), blank.append(turned.key_scans))
+    turned = hall(np.pi / 2, count=3)
+    before, after = KeyScans.blank(5), KeyScans.blank(992)  # few of these would be looked at
+    stamps, way = np.arange(1000), np.concatenate([np.zeros((5, 3)), turned.keyframes.T_map_base, np.zeros((992, 3))])
+    among = LocalMap(turned.map, Keyframes(stamps, way), before.append(turned.key_scans).append(after))
     assert doubted(among) == doubted(turned) is not None
-    nothing = LocalMap(turned.map, Keyframes(stamps[:980], way[:980]), blank)
+    nothing = LocalMap(turned.map, Keyframes(stamps, way), KeyScans.blank(1000))
     assert doubted(nothing) is None
 
 

@@ -305,7 +305,7 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/candidates.py",
-        "        if away_m[j] > within_m(lost_m):\n",
+        "        if away > within_m(lost_m):\n",
         "        if False:\n",
         "keyframes metres apart are compared, next to matches that say where they are",
     ),

@@ -257,12 +257,6 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/filter/known_places.py",
-        " & (np.diff(scans.starts) > 0)",
-        "",
-        "a place that was seen in passing, without its scan, counts as known",
-    ),
-    Mutant(
-        "rbpf/filter/known_places.py",
         "return bool(((others & seen).sum(axis=1) >= SHARED * seen.sum()).any())",
         "return True",
         "of a corridor that is driven back only one direction is sent",
