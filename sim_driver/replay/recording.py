@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mrslam.agent import Agent, Event, Sensed
 from mrslam.sim_driver.missions.run_files import SCANS_FILE
@@ -13,40 +15,65 @@ from mrslam.sim_driver.missions.sections import LONGEST_S
 from mrslam.spatial import InputError, Scan
 from mrslam.spatial.files.archives import read_arrays
 from mrslam.spatial.files.atomic import is_file, write_bytes
+from mrslam.spatial.runtime.spool import Spool
 
 
 class Recorder:
-    """Keeps every scan and its odometry as they came, and writes them when the robot ends."""
+    """Puts every scan and its odometry away as they came, and writes them when the robot ends."""
 
     def __init__(self, folder: Path) -> None:
         """Write into this folder."""
         self._folder = folder
-        self._sensed: list[Sensed] = []
+        self._first: Scan | None = None
+        self._rows: Spool | None = None
 
     def on_scan(self, agent: Agent, sensed: Sensed, now_ns: int) -> None:
-        """Keep the scan as it was before teammates were masked."""
-        self._sensed.append(sensed)
+        """Put the scan away as it was before teammates were masked."""
+        if self._first is None or self._rows is None:
+            self._first, self._rows = sensed.scan, Spool(row_of(sensed.scan))
+        self._rows.add(as_row(sensed))
 
     def on_event(self, agent: Agent, event: Event) -> None:
         """Events are in ``events.jsonl`` already."""
 
     def close(self, agent: Agent, now_ns: int) -> None:
         """Write the file."""
-        if self._sensed:
-            write_recording(self._folder / SCANS_FILE, self._sensed)
+        if self._first is not None and self._rows is not None:
+            _write(self._folder / SCANS_FILE, self._first, self._rows.rows)
+
+
+def row_of(scan: Scan) -> np.dtype[Any]:
+    """Return the type of a row of a recording, of scans with as many beams."""
+    return np.dtype(
+        [
+            ("t_ns", np.int64),
+            ("stamps_ns", np.int64),
+            ("ranges_m", np.float32, scan.ranges_m.shape),
+            ("T_odom_base", np.float64, 3),
+        ]
+    )
+
+
+def as_row(sensed: Sensed) -> tuple[int, int, NDArray[np.float32], NDArray[np.float64]]:
+    """Return what was sensed as a row; no odometry is NaN."""
+    T_odom_base = np.full(3, np.nan) if sensed.T_odom_base is None else sensed.T_odom_base
+    return sensed.t_ns, sensed.scan.stamp_ns, sensed.scan.ranges_m, T_odom_base
 
 
 def write_recording(path: Path, sensed: list[Sensed]) -> None:
     """Write scans of one laser: ``t_ns (N,)``, ``ranges_m (N, B)``, ``T_odom_base (N, 3)`` (NaN: none), geometry."""
     scan = sensed[0].scan
-    no_odometry = np.full(3, np.nan)
+    _write(path, scan, np.array([as_row(one) for one in sensed], row_of(scan)))
+
+
+def _write(path: Path, scan: Scan, rows: NDArray[Any]) -> None:
     buffer = io.BytesIO()
     np.savez(
         buffer,
-        t_ns=np.array([one.t_ns for one in sensed], dtype=np.int64),
-        stamps_ns=np.array([one.scan.stamp_ns for one in sensed], dtype=np.int64),
-        ranges_m=np.array([one.scan.ranges_m for one in sensed]),
-        T_odom_base=np.array([no_odometry if one.T_odom_base is None else one.T_odom_base for one in sensed]),
+        t_ns=rows["t_ns"],
+        stamps_ns=rows["stamps_ns"],
+        ranges_m=rows["ranges_m"],
+        T_odom_base=rows["T_odom_base"],
         geometry=np.array(
             [scan.angle_min_rad, scan.angle_increment_rad, scan.range_max_m, scan.range_min_m, scan.beam_interval_s]
         ),

@@ -189,4 +189,10 @@ MUTANTS = (
         "    except ZeroDivisionError:\n",
         "a mission whose second process was killed for want of memory ends with an EOFError that says nothing",
     ),
+    Mutant(
+        "sim_driver/replay/recording.py",
+        "self._rows.add(as_row(sensed))",
+        "self._rows.add(as_row(sensed)), self.__dict__.setdefault('held', []).append(sensed)",
+        "memory grows by a megabyte with each minute of a simulated robot",
+    ),
 )

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import json
 import shutil
+import weakref
 from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from mrslam.agent import Sensed
+from mrslam.agent import Agent, Sensed
 from mrslam.sim_driver.missions.mission import make_mission
-from mrslam.sim_driver.replay import read_recording
+from mrslam.sim_driver.replay import Recorder, read_recording
 from mrslam.sim_driver.replay.again import mission_of, replay_mission
 from mrslam.sim_driver.replay.recording import write_recording
 from mrslam.sim_driver.run.run import run_mission
@@ -98,6 +99,27 @@ def test_a_recording_keeps_stamps_odometry_laser_and_where_that_is_mounted(tmp_p
     for then, now in zip(sensed, back, strict=True):
         for name in (field.name for field in fields(Scan)):
             np.testing.assert_array_equal(getattr(now.scan, name), getattr(then.scan, name), err_msg=name)
+
+
+def test_a_recorder_holds_no_scans_and_writes_all_of_them(tmp_path: Path) -> None:
+    agent, recorder, held = Agent("r1"), Recorder(tmp_path), []
+    for k in range(3000):
+        scan = Scan(
+            stamp_ns=k, ranges_m=np.full(3, k, dtype=np.float32), angle_min_rad=0.0, angle_increment_rad=0.1,
+            range_max_m=5e3,
+        )  # fmt: skip
+        recorder.on_scan(agent, Sensed(2 * k, scan, None if k % 2 else np.array([k, 0.0, 0.0])), 2 * k)
+        held.append(weakref.ref(scan))
+    del scan
+    assert sum(ref() is not None for ref in held) <= 1
+    recorder.close(agent, 0)
+    back = read_recording(tmp_path / "scans.npz")
+    assert [(one.t_ns, one.scan.stamp_ns) for one in back] == [(2 * k, k) for k in range(3000)]
+    assert all(
+        (one.scan.ranges_m == k).all() and (one.T_odom_base is None) == bool(k % 2) for k, one in enumerate(back)
+    )
+    Recorder(tmp_path / "nothing").close(agent, 0)
+    assert not (tmp_path / "nothing").exists()
 
 
 def test_a_damaged_recording_is_named(recorded: Path, tmp_path: Path) -> None:
