@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mrslam.agent import Agent, Sensed
+from mrslam.agent import Agent, Sensed, Settings
 from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.sim_driver.replay import Recorder, read_recording
 from mrslam.sim_driver.replay.again import mission_of, replay_mission
@@ -102,10 +102,10 @@ def test_a_recording_keeps_stamps_odometry_laser_and_where_that_is_mounted(tmp_p
 
 
 def test_a_recorder_holds_no_scans_and_writes_all_of_them(tmp_path: Path) -> None:
-    agent, recorder, held = Agent("r1"), Recorder(tmp_path), []
+    agent, recorder, held = Agent("r1", Settings()), Recorder(tmp_path), []
     for k in range(3000):
         scan = Scan(
-            stamp_ns=k, ranges_m=np.full(3, k, dtype=np.float32), angle_min_rad=0.0, angle_increment_rad=0.1,
+            stamp_ns=k, ranges_m=np.full(3, k + 1, dtype=np.float32), angle_min_rad=0.0, angle_increment_rad=0.1,
             range_max_m=5e3,
         )  # fmt: skip
         recorder.on_scan(agent, Sensed(2 * k, scan, None if k % 2 else np.array([k, 0.0, 0.0])), 2 * k)
@@ -116,7 +116,7 @@ def test_a_recorder_holds_no_scans_and_writes_all_of_them(tmp_path: Path) -> Non
     back = read_recording(tmp_path / "scans.npz")
     assert [(one.t_ns, one.scan.stamp_ns) for one in back] == [(2 * k, k) for k in range(3000)]
     assert all(
-        (one.scan.ranges_m == k).all() and (one.T_odom_base is None) == bool(k % 2) for k, one in enumerate(back)
+        (one.scan.ranges_m == k + 1).all() and (one.T_odom_base is None) == bool(k % 2) for k, one in enumerate(back)
     )
     Recorder(tmp_path / "nothing").close(agent, 0)
     assert not (tmp_path / "nothing").exists()
