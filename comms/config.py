@@ -36,7 +36,7 @@ class CommsConfig:
     """Expert: beacons over which the received share is taken, 8..1024: more is steadier and slower."""
     beacon_deadline_s: float = 0.5
     """Expert: a beacon this much later than the quickest recent one counts as lost, seconds."""
-    beacon_neighbours: int = 16
+    beacon_neighbours: int = 4
     """Expert: neighbours whose LQ one beacon reports, taken in turn; bounds the beacon's size, 1..64."""
     peer_timeout_s: float = 3.0
     """A peer without beacons (and without a liveliness token) for this long is gone, seconds."""
