@@ -17,14 +17,15 @@ JOIN_NS = 10_000_000_000
 SETTLE_NS = 4_000_000_000
 """Least time between two solutions where alignments changed, nanoseconds: robots that meet find several of them."""
 KEYFRAMES, SHARE = 8, 0.15
-"""Least new keyframes of all robots together for another solution (some metres of path), and least share of all they
-have, so that the cost of all solutions grows with the path and the robots, and not with their squares."""
+"""Least new keyframes with scans of all robots together for another solution (some metres of path), and least share of
+all they have, so that the cost of all solutions grows with the path and the robots, and not with their squares."""
 AT_LAST_NS = 300_000_000_000
 """Time after which fewer new keyframes are joined, too, nanoseconds: a robot that drives little is not waited for. With
 60 s the solutions of a long run cost with the square of its length, for the same errors (docs/performance.md)."""
 STILL_NS = 60_000_000_000
-"""Time without a new keyframe of anybody after which the last few are joined, nanoseconds: robots stand still, or are
-done. Twice the default time between two exchanges, so that nobody is taken to stand because it is not heard of."""
+"""Time without a new scan of anybody after which the last few are joined, nanoseconds: robots stand still, see what
+they know, or are done. Twice the default time between two exchanges, so that nobody is taken to stand because it is not
+heard of."""
 
 
 class Joining:
@@ -54,7 +55,7 @@ class Joining:
         known = {name: maps[name] for name in placement.T_rigid if name in maps and len(maps[name].trail)}
         if frame is None or frame not in known or len(known) < 2:
             return None
-        keys = {name: (one.epoch, len(one.trail)) for name, one in known.items()}
+        keys = {name: (one.epoch, len(one.trail.scans.shown)) for name, one in known.items()}
         if keys != self._seen:
             self._seen, self._seen_ns = keys, now_ns
         pairs = self._T_a_b.keys() | T_a_b.keys()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import weakref
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from mrslam.alignment import look_alikes
@@ -23,16 +24,21 @@ class KnownMap:
 
     version: Version
     local: LocalMap
+    _held: list[weakref.ref[OccupancyGrid]] = field(default_factory=list, init=False, repr=False)
 
     @property
     def epoch(self) -> int:
         """Which of the robot's maps this is; maps of one epoch have one frame."""
         return self.version[0]
 
-    @cached_property
+    @property
     def grid(self) -> OccupancyGrid:
-        """The map as one grid."""
-        return self.local.map.to_grid()
+        """The map as one grid, kept for as long as somebody else holds it: of a large building it takes megabytes."""
+        held = self._held[0]() if self._held else None
+        if held is None:
+            held = self.local.map.to_grid()
+            self._held[:] = [weakref.ref(held)]
+        return held
 
     @cached_property
     def trail(self) -> Trail:

@@ -14,10 +14,21 @@ from tests.agent.duo import S
 T_A_B = np.array([1.0, 0.0, 0.0])
 
 
+class Keyframes(list[int]):
+    """Keyframes of a way, all with scans."""
+
+    @property
+    def scans(self) -> SimpleNamespace:
+        return SimpleNamespace(shown=self)
+
+
 def is_due(joining: Joining, t_s: float, *, epoch: int = 1, T_a_b: np.ndarray = T_A_B, **keyframes: int) -> bool:
     """Return whether maps of so many keyframes are joined at a time; that of b is of this epoch."""
     epochs = {"b": epoch}
-    maps = {name: SimpleNamespace(epoch=epochs.get(name, 1), trail=[0] * count) for name, count in keyframes.items()}
+    maps = {
+        name: SimpleNamespace(epoch=epochs.get(name, 1), trail=Keyframes([0] * count))
+        for name, count in keyframes.items()
+    }
     placement = Placement(anchor="a", T_rigid=dict.fromkeys(keyframes, T_A_B))
     job = joining.next_job(placement, maps, {("a", "b"): T_a_b}, (), round(t_s * S))  # type: ignore[arg-type]
     assert job is None or {name: len(trail) for name, trail in job.trails.items()} == keyframes
@@ -84,3 +95,11 @@ def test_an_alignment_that_was_refined_is_joined_again_once_it_has_moved(off: tu
 def test_one_map_alone_is_not_joined() -> None:
     assert not is_due(Joining(), 0.0, a=200)
     assert not is_due(Joining(), 0.0, a=200, b=0)
+
+
+def test_keyframes_without_scans_bring_nothing_to_join(monkeypatch: pytest.MonkeyPatch) -> None:
+    joining = begun()
+    monkeypatch.setattr(Keyframes, "scans", SimpleNamespace(shown=range(200)))
+    assert not any(is_due(joining, t_s, a=200, b=900) for t_s in (11.0, 61.0, 301.0, 900.0))
+    monkeypatch.setattr(Keyframes, "scans", SimpleNamespace(shown=range(300)))
+    assert is_due(joining, 901.0, a=900, b=900)

@@ -321,4 +321,16 @@ MUTANTS = (
         "if False:",
         "teammates are masked though that was switched off",
     ),
+    Mutant(
+        "agent/known_map.py",
+        "self._held[:] = [weakref.ref(held)]",
+        "self._held[:] = [lambda: held]",
+        "sixteen robots hold every map of a campus a second time",
+    ),
+    Mutant(
+        "agent/joining.py",
+        "(one.epoch, len(one.trail.scans.shown))",
+        "(one.epoch, len(one.trail))",
+        "robots that drive their rounds solve for ever what they have solved",
+    ),
 )
