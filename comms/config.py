@@ -22,6 +22,9 @@ class CommsConfig:
     """Expert: a strong link turns weak only below ``link_threshold - link_hysteresis``, 0..1."""
     exchange_timeout_s: float = 30.0
     """Least time from a completed exchange to the next with the same peer, seconds."""
+    exchanges_per_timeout: int = 5
+    """Expert: exchanges of a robot within ``exchange_timeout_s`` with peers that it has met before, 1..64; others of a
+    larger team get its news from these. Whoever is met for the first time is never made to wait."""
     link_source: str = "measured"
     """Where link quality comes from: "measured" (beacons), "model" (a simulated radio) or "trace" (a file)."""
     link_smoothing: float = 0.5
@@ -88,6 +91,7 @@ class CommsConfig:
             "beacon_window": (8, 1024),
             "beacon_neighbours": (1, 64),
             "max_parallel_exchanges": (1, 64),
+            "exchanges_per_timeout": (1, 64),
             "chunk_bytes": (1000, 200_000),
             "window_tiles": (1, 4096),
             "history": (1, 1000),

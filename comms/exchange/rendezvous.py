@@ -2,11 +2,13 @@
 
 A peer's link is weak (0) or strong (1), with hysteresis. An exchange is due on a strong link
 when ``exchange_timeout_s`` has passed since the last completed one, and the pause after a failed one is over. The peer
-that has waited longest goes first.
+that has waited longest goes first. In that time a robot exchanges with some of the peers it has met before, not with
+all of them: the others hear the news from these, and what a robot sends does not grow with the team.
 """
 
 from __future__ import annotations
 
+import heapq
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -86,20 +88,37 @@ class Rendezvous:
         free = self.config.max_parallel_exchanges - sum(known.is_busy for known in self.peers.values())
         if free <= 0:
             return []
+        again_ns = self._again_ns()
         ready = [
             peer
             for peer, known in self.peers.items()
-            if not known.is_busy and now_ns >= self._due_ns(peer) and is_worth(peer)
+            if not known.is_busy and now_ns >= self._due_ns(peer, again_ns) and is_worth(peer)
         ]
-        return sorted(ready, key=lambda peer: (self.peers[peer].turn, peer))[:free]
+        ready.sort(key=lambda peer: (self.peers[peer].turn, peer))
+        again = [peer for peer in ready if self.peers[peer].done_ns is not None]
+        met_ns = (known.done_ns for known in self.peers.values() if known.done_ns is not None and not known.is_busy)
+        begun = sum(known.is_busy for known in self.peers.values())
+        room = self.config.exchanges_per_timeout - begun - sum(now_ns < ns + self._timeout_ns for ns in met_ns)
+        wait = set(again[max(room, 0) :])
+        return [peer for peer in ready if peer not in wait][:free]
 
-    def _due_ns(self, peer: str) -> float:
+    def _again_ns(self) -> int:
+        """Return from when on a peer that was met before may be met again: so many were met in the last timeout."""
+        most = self.config.exchanges_per_timeout
+        done_ns = heapq.nlargest(most, (known.done_ns for known in self.peers.values() if known.done_ns is not None))
+        return NEVER_NS if len(done_ns) < most else done_ns[-1] + self._timeout_ns
+
+    @property
+    def _timeout_ns(self) -> int:
+        return round(self.config.exchange_timeout_s * 1e9)
+
+    def _due_ns(self, peer: str, again_ns: int) -> float:
         known = self.peers[peer]
         if known.state != STRONG:
             return float("inf")
         since_done = known.strong_since_ns
         if known.done_ns is not None:
-            since_done = max(since_done, known.done_ns + round(self.config.exchange_timeout_s * 1e9))
+            since_done = max(since_done, known.done_ns + self._timeout_ns, again_ns)
         answerer_delay_ns = ANSWERER_DELAY_NS if self.own_id > peer else 0
         return max(since_done + answerer_delay_ns, known.paused_until_ns)
 
@@ -107,7 +126,7 @@ class Rendezvous:
         """Return in how many seconds an exchange with a peer is due; 0 now, inf while its link is weak."""
         if peer not in self.peers:
             return float("inf")
-        return max(0.0, (self._due_ns(peer) - now_ns) / 1e9)
+        return max(0.0, (self._due_ns(peer, self._again_ns()) - now_ns) / 1e9)
 
     def may_answer(self, peer: str) -> str | None:
         """Return None where an exchange that the peer opens is accepted, else the reason for Refuse."""

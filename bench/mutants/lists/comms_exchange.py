@@ -13,8 +13,8 @@ MUTANTS = (
     ),
     Mutant(
         RENDEZVOUS,
-        "since_done = max(since_done, known.done_ns + round(self.config.exchange_timeout_s * 1e9))",
-        "since_done = max(since_done, known.done_ns)",
+        "since_done = max(since_done, known.done_ns + self._timeout_ns, again_ns)",
+        "since_done = max(since_done, known.done_ns, again_ns)",
         "robots exchange all the time: the timeout counts for nothing",
     ),
     Mutant(
@@ -25,8 +25,8 @@ MUTANTS = (
     ),
     Mutant(
         RENDEZVOUS,
-        "return sorted(ready, key=lambda peer: (self.peers[peer].turn, peer))[:free]",
-        "return sorted(ready)[:free]",
+        "ready.sort(key=lambda peer: (self.peers[peer].turn, peer))",
+        "ready.sort()",
         "in a crowd the last by name are never met",
     ),
     Mutant(
@@ -199,14 +199,14 @@ MUTANTS = (
     ),
     Mutant(
         "comms/exchange/rendezvous.py",
-        "now_ns >= self._due_ns(peer) and is_worth(peer)",
-        "now_ns >= self._due_ns(peer)",
+        "now_ns >= self._due_ns(peer, again_ns) and is_worth(peer)",
+        "now_ns >= self._due_ns(peer, again_ns)",
         "exchanges are opened though there is nothing to exchange",
     ),
     Mutant(
         "comms/exchange/rendezvous.py",
-        "max(since_done, known.done_ns + round(self.config.exchange_timeout_s * 1e9))",
-        "known.done_ns + round(self.config.exchange_timeout_s * 1e9)",
+        "max(since_done, known.done_ns + self._timeout_ns, again_ns)",
+        "max(known.done_ns + self._timeout_ns, again_ns)",
         "two robots that meet again open an exchange at once, both of them",
     ),
     Mutant(
@@ -220,5 +220,29 @@ MUTANTS = (
         "(1.0 + 0.2 * self.rng.random())",
         "1.0",
         "exchanges that failed together are tried again together",
+    ),
+    Mutant(
+        "comms/exchange/rendezvous.py",
+        "since_done = max(since_done, known.done_ns + self._timeout_ns, again_ns)",
+        "since_done = max(since_done, known.done_ns + self._timeout_ns)",
+        "what robots ask each other grows with the square of the team",
+    ),
+    Mutant(
+        "comms/exchange/rendezvous.py",
+        "wait = set(again[max(room, 0) :])",
+        "wait = set()",
+        "robots of a large team open two exchanges where one is due",
+    ),
+    Mutant(
+        "comms/exchange/rendezvous.py",
+        "return NEVER_NS if len(done_ns) < most else done_ns[-1] + self._timeout_ns",
+        "return NEVER_NS if len(done_ns) < most else done_ns[0] + self._timeout_ns",
+        "robots of a large team exchange once in a timeout",
+    ),
+    Mutant(
+        "comms/exchange/rendezvous.py",
+        "        since_done = known.strong_since_ns\n",
+        "        since_done = max(known.strong_since_ns, again_ns)\n",
+        "robots that meet for the first time wait because of others",
     ),
 )

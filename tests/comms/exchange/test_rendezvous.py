@@ -44,6 +44,49 @@ def test_the_first_meeting_is_at_once_and_the_next_after_the_timeout():
     assert r.due(38 * S) == ["b"]
 
 
+def meet(r: Rendezvous, peer: str, now_ns: int) -> None:
+    r.started(peer)
+    r.done(peer, now_ns)
+
+
+def test_of_many_peers_met_before_a_few_are_met_in_each_timeout_and_all_get_their_turn():
+    peers = [f"r{k:02d}" for k in range(15)]
+    r = rendezvous(exchange_timeout_s=30, exchanges_per_timeout=4)
+    for peer in peers:
+        r.on_quality(peer, 1.0, 0)
+    met = []
+    for t in range(600):
+        for peer in r.due(t * S):
+            meet(r, peer, t * S)
+            met.append((t, peer))
+    assert [peer for _, peer in met[:15]] == peers and met[14][0] < 10  # strangers do not wait
+    again = [(t, peer) for t, peer in met if t >= 10]
+    assert max(sum(begin <= t < begin + 30 for t, _ in again) for begin in range(570)) == 4
+    assert len(again) > 0.9 * 4 * 570 / 30
+    assert [peer for _, peer in again[:30]] == 2 * peers
+    assert again[-10][0] < 570 and 0.0 < r.next_exchange_s(again[-10][1], 600 * S) < 30.0  # it is not its turn
+
+
+def test_who_is_met_for_the_first_time_is_met_at_once_however_many_were_met():
+    r = rendezvous(exchange_timeout_s=30, exchanges_per_timeout=2)
+    for peer in ("b", "c"):
+        r.on_quality(peer, 1.0, 0)
+        meet(r, peer, 0)
+    r.on_quality("d", 1.0, 1 * S)
+    assert r.due(1 * S) == ["d"]
+    meet(r, "d", 1 * S)
+    assert r.due(29 * S) == [] and r.due(30 * S) == ["b"]
+    meet(r, "b", 30 * S)
+    assert r.due(30 * S) == [] and r.due(31 * S) == ["c"]  # d and b were met in the last 30 s
+    at_once = rendezvous(exchange_timeout_s=0, exchanges_per_timeout=1)
+    for peer in ("b", "c"):
+        at_once.on_quality(peer, 1.0, 0)
+        meet(at_once, peer, 0)
+    assert at_once.due(0) == ["b"]
+    meet(at_once, "b", 0)
+    assert at_once.due(0) == ["c"]
+
+
 def test_nothing_is_due_on_a_weak_link():
     r = rendezvous(exchange_timeout_s=0)
     r.on_quality("b", 0.79, 0)
