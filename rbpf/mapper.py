@@ -167,7 +167,9 @@ class Mapper:
             is_unconfirmed=reading.is_unconfirmed,
         )  # fmt: skip
         self._reported.begin_key(key.arrival[MOTION])
-        is_kept = self._history.add_key(stamp_ns, key.beams, back.filter.trajectory, self.T_map_base)
+        is_kept = self._history.add_key(
+            stamp_ns, key.beams, back.filter.trajectory, self.T_map_base, is_sure=self.health > DOUBTFUL
+        )
         self.stats.seen_before += not is_kept
         self._pending = self._crew.begin(lambda: back.add(key))
         self._settle_in = SETTLE_SCANS

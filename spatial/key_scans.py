@@ -30,6 +30,12 @@ ORIGIN_MOST_M = 30.0
 """No laser sits farther from its robot's base, metres (fits 16 bits of ``ORIGIN_M``)."""
 SECTORS = 8
 """Directions of the map's frame in which a scan may have seen something, 45 degrees each."""
+SAME_M = 1.5
+"""A keyframe saw the place of another one that is this near, metres: scans up to 2 m apart are matched, and a robot
+that comes by has keyframes every half metre, so that one of those that stay is near enough."""
+SHARED = 0.75
+"""Least share of the directions seen by a keyframe that another one saw as well: with a field of view of half a turn
+headings may differ by less than 90 degrees, with one of a whole turn by any angle."""
 KEYFRAMES_MOST = 1 << 22
 """More keyframes are refused; with ``POINTS_MOST`` points each the indices still fit 32 bits."""
 

@@ -5,16 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mrslam.merge.joint.trail import NEAR_M, OLD_WAY_M
+from mrslam.merge.joint.trail import OLD_WAY_M
 from mrslam.spatial import KeyScans
+from mrslam.spatial.key_scans import SAME_M, SHARED
 from mrslam.spatial.se2 import Transform
-
-SAME_M = NEAR_M - 0.5
-"""A keyframe saw the place of another one that is this near, metres: scans up to ``NEAR_M`` apart are matched, and a
-robot that comes by has keyframes every half metre, so that one of them is near enough to what stays."""
-SHARED = 0.75
-"""Least share of the directions seen by a keyframe that another one saw as well: with a field of view of half a turn
-headings may differ by less than 90 degrees, with one of a whole turn by any angle."""
 
 
 def last_visits(T_map_key: Transform, scans: KeyScans, sessions: NDArray[np.int64]) -> NDArray[np.bool_]:

@@ -35,13 +35,14 @@ class History:
         """Scans of all keyframes, subsampled."""
         return self._key_scans.scans
 
-    def add_key(self, stamp_ns: int, beams: Beams, T_map_key: Transform, T_map_new: Transform) -> bool:
-        """Remember a keyframe at ``T_map_new (3,)``, and its scan where earlier ones do not show what it saw.
+    def add_key(self, stamp_ns: int, beams: Beams, T_map_key: Transform, T_new: Transform, *, is_sure: bool) -> bool:
+        """Remember a keyframe at ``T_new (3,)``, and its scan where earlier ones do not show what it saw.
 
-        ``T_map_key (K, 3)`` : where the best particle has those. Return whether the scan was kept.
+        ``T_map_key (K, 3)`` : where the best particle has those; ``is_sure`` : whether the new one's place is not in
+        doubt. Return whether the scan was kept.
         """
         scan = self._key_scans.of_points(beams.points, beams.origin)
-        is_kept = not is_known(T_map_key, self.key_scans, T_map_new, scan)
+        is_kept = not (is_sure and is_known(T_map_key, self.key_scans, T_new, scan))
         self._key_stamps.add(stamp_ns)
         self._key_scans.add(scan if is_kept else KeyScans.blank(1))
         return is_kept

@@ -5,16 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from mrslam.spatial import KeyScans
+from mrslam.spatial.key_scans import SAME_M, SHARED
 from mrslam.spatial.se2 import Transform
 
-SAME_M = 1.5
-"""A keyframe saw the place of another one that is this near, metres: teammates match scans up to 2 m apart, and a robot
-that comes by has keyframes every half metre, so that one of those that are kept is near enough."""
 VISIT_WAY_M = 12.0
 """Least path between two visits of a place, metres: more than a scan's usual reach indoors."""
-SHARED = 0.75
-"""Least share of the directions seen by a keyframe that the other one saw as well: with a field of view of half a turn
-headings may differ by less than 90 degrees, with one of a whole turn by any angle."""
 
 
 def is_known(T_map_key: Transform, scans: KeyScans, T_map_new: Transform, new: KeyScans) -> bool:

@@ -279,4 +279,10 @@ MUTANTS = (
         "self.stats.seen_before += is_kept",
         "teammates learn of new rooms a minute late",
     ),
+    Mutant(
+        "rbpf/mapper.py",
+        "is_sure=self.health > DOUBTFUL",
+        "is_sure=True",
+        "a robot that is lost where all looks alike loses the scans by which it could be placed",
+    ),
 )

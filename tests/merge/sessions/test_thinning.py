@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from mrslam.merge.sessions.thinning import SAME_M, last_visits
+from mrslam.merge.sessions.thinning import last_visits
 from mrslam.spatial import KeyScans
+from mrslam.spatial.key_scans import SAME_M
 
 
 def way(length_m: float, *, y_m: float = 0.0, heading_rad: float = 0.0) -> np.ndarray:

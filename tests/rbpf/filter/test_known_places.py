@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from mrslam.rbpf import Mapper
-from mrslam.rbpf.filter.known_places import SAME_M, VISIT_WAY_M, is_known
+from mrslam.rbpf.filter.known_places import VISIT_WAY_M, is_known
+from mrslam.rbpf.front_end.health import DOUBTFUL
 from mrslam.spatial import KeyScans
+from mrslam.spatial.key_scans import SAME_M
 from tests.rbpf.rooms import SMALL, drive, feed
 
 
@@ -53,6 +56,13 @@ def test_what_one_visit_saw_is_not_known_while_it_lasts() -> None:
 def test_keyframes_without_scans_show_nothing() -> None:
     there_and_back = lap()
     assert not is_known(there_and_back, KeyScans.blank(len(there_and_back)), np.zeros(3), scan())
+
+
+def test_who_is_not_sure_of_its_place_keeps_its_scans(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Mapper, "health", property(lambda _: DOUBTFUL))
+    mapper = Mapper(SMALL, seed=1)
+    feed(mapper, np.concatenate([drive(100)] * 3))
+    assert mapper.stats.seen_before == 0 and len(mapper.snapshot().key_scans.shown) == mapper.stats.processed > 40
 
 
 def test_a_mapper_keeps_the_scans_of_the_first_lap_only() -> None:
