@@ -9,9 +9,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from mrslam.comms.wire.binary_coder import READ_AHEAD
 from mrslam.comms.wire.edge_codec import COLUMNS, are_edges, from_rows, to_rows
 from mrslam.comms.wire.frames import WireError
 from mrslam.comms.wire.scan_codec import pack_scans, scan_content, unpack_scans
+from mrslam.comms.wire.step_coder import code_steps
 from mrslam.spatial import Keyframes, KeyScans, LoopEdges
 
 BLOCK = 64
@@ -23,6 +25,10 @@ SCALE = np.array(UNITS)
 """Units per metre, metre, radian."""
 STAMP_LIMIT_NS = 2**62
 """Bound of stamps, nanoseconds: 146 years."""
+UNIT_MOST = 9
+"""Stamps' steps are told in a power of ten of nanoseconds, this one at most."""
+STEP_BYTES_MOST = 384
+"""Room for a step that is written, bytes: each of its 280 decisions takes 10 bits at most."""
 POSE_LIMIT = 2**30
 """Bound of a pose's numbers, mm and 0.1 mrad: some 1000 km."""
 
@@ -132,14 +138,55 @@ def _columns(block: KeyframeBlock | None, count: int) -> NDArray[np.int64]:
 def pack_block(block: KeyframeBlock, base: KeyframeBlock | None) -> bytes:
     """Return the block coded against the asker's: steps of differences from its poses, and new edges and scans."""
     count = block.stamps_ns.size
-    residual = _columns(block, count) - _columns(base, count)
-    steps = np.diff(residual, axis=0, prepend=0)
     known = 0 if base is None else _common(block.scans, base.scans)
     new, body = len(block.scans) - known, b""
     if new:
         body = pack_scans(block.scans, known) if known else block.packed_scans
     sizes = np.array([known, new, len(body)], dtype=np.int64)
-    return bytes([count]) + varints(steps.T.reshape(-1)) + _pack_edges(block, base) + varints(sizes) + body
+    return bytes([count]) + _pack_steps(block, base) + _pack_edges(block, base) + varints(sizes) + body
+
+
+def _pack_steps(block: KeyframeBlock, base: KeyframeBlock | None) -> bytes:
+    """Return stamps and poses as the steps of their differences from the asker's, and the unit of the stamps' steps."""
+    count = block.stamps_ns.size
+    steps = np.diff(_columns(block, count) - _columns(base, count), axis=0, prepend=0)
+    unit = 0
+    while unit < UNIT_MOST and not (steps[:, 0] % 10 ** (unit + 1)).any():
+        unit += 1
+    steps[:, 0] //= 10**unit
+    trained = _trained(base, unit)
+    room = np.empty(STEP_BYTES_MOST * (count + 1), dtype=np.uint8)
+    used = code_steps(trained, steps, _kept(base, count), room, True)
+    return bytes([unit]) + varints(np.array([used], dtype=np.int64)) + room[:used].tobytes()
+
+
+def _unpack_steps(raw: bytes, at: int, base: KeyframeBlock | None, count: int) -> tuple[NDArray[np.int64], int]:
+    """Return stamps and poses ``(count, 4)``, and the position after them."""
+    unit = raw[at] if at < len(raw) else UNIT_MOST + 1
+    if unit > UNIT_MOST:
+        raise WireError("bad keyframes", "unit")
+    (size,), at = _sizes(raw, at + 1, 1)
+    if not 0 < size <= len(raw) - at:
+        raise WireError("bad keyframes", "steps")
+    steps, coded = np.zeros((count, 4), dtype=np.int64), np.frombuffer(bytearray(raw[at : at + size]), dtype=np.uint8)
+    if code_steps(_trained(base, unit), steps, _kept(base, count), coded, False) != size + READ_AHEAD:
+        raise WireError("bad keyframes", "steps")
+    with np.errstate(over="ignore"):
+        steps[:, 0] *= 10**unit
+        return np.cumsum(steps, axis=0) + _columns(base, count), at + size
+
+
+def _kept(base: KeyframeBlock | None, count: int) -> int:
+    return 0 if base is None else min(base.stamps_ns.size, count)
+
+
+def _trained(base: KeyframeBlock | None, unit: int) -> NDArray[np.int64]:
+    """Return the steps ``(k, 4)`` of the asker's block: what new ones are like."""
+    if base is None:
+        return np.empty((0, 4), dtype=np.int64)
+    steps = np.diff(_columns(base, base.stamps_ns.size), axis=0)
+    steps[:, 0] //= 10**unit
+    return steps
 
 
 def _pack_edges(block: KeyframeBlock, base: KeyframeBlock | None) -> bytes:
@@ -164,9 +211,7 @@ def unpack_block(raw: bytes, base: KeyframeBlock | None, revision: int, index: i
     count = raw[0] if raw else 0
     if not 0 < count <= BLOCK:
         raise WireError("bad keyframes", "count")
-    steps, at = read_varints(raw, 1, 4 * count)
-    with np.errstate(over="ignore"):
-        rows = np.cumsum(steps.reshape(4, count).T, axis=0) + _columns(base, count)
+    rows, at = _unpack_steps(raw, 1, base, count)
     if not (_within(rows[:, 1:], POSE_LIMIT) and _within(rows[:, 0], STAMP_LIMIT_NS)):
         raise WireError("bad keyframes", "out of range")
     edges, at = _unpack_edges(raw, at, base)

@@ -199,4 +199,34 @@ MUTANTS = (
         "pass",
         "loops of known places travel for ever",
     ),
+    Mutant(
+        "comms/wire/step_coder.py",
+        "kind = KEPT if k < kept else NEW",
+        "kind = NEW",
+        "a corrected map costs twice the bytes",
+    ),
+    Mutant(
+        "comms/wire/keyframe_codec.py",
+        "return steps\n",
+        "return steps[:0]\n",
+        "the first keyframes of every exchange cost twice the bytes",
+    ),
+    Mutant(
+        "comms/wire/keyframe_codec.py",
+        "    while unit < UNIT_MOST and",
+        "    while False and",
+        "stamps cost more than poses",
+    ),
+    Mutant(
+        "comms/wire/keyframe_codec.py",
+        "coded, False) != size + READ_AHEAD:",
+        "coded, False) < 0:",
+        "bytes that belong to nothing pass for keyframes",
+    ),
+    Mutant(
+        "comms/wire/keyframe_codec.py",
+        "        steps[:, 0] *= 10**unit\n",
+        "",
+        "keyframes of others have stamps of the year 1970",
+    ),
 )

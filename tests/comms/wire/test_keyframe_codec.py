@@ -24,6 +24,7 @@ from mrslam.comms.wire.keyframe_codec import (
     unpack_block,
     varints,
 )
+from mrslam.comms.wire.step_coder import code_steps
 from mrslam.spatial import Keyframes, KeyScans, LoopEdges
 from tests.comms.scans import noise_scans, room_scans
 
@@ -74,7 +75,15 @@ def test_varints_come_back(values):
     assert used == len(raw)
 
 
-ONE = b"\x01\0\0\0\0\0\0"  # one keyframe at stamp 0 and the origin, no edges; then: scans known, new, and bytes
+def coded(steps: NDArray[np.int64], unit: int = 0) -> bytes:
+    """Stamps and poses as :func:`pack_block` writes them, of steps ``(n, 4)``."""
+    room = np.empty(384 * (len(steps) + 1), dtype=np.uint8)
+    used = code_steps(np.empty((0, 4), dtype=np.int64), steps.copy(), 0, room, True)
+    return bytes([unit]) + varints(np.array([used], dtype=np.int64)) + room[:used].tobytes()
+
+
+NOTHING = np.zeros((1, 4), dtype=np.int64)
+ONE = b"\x01" + coded(NOTHING) + b"\0\0"  # one keyframe at stamp 0 and the origin, no edges; then the three of scans
 EDGE = b"\x02\0\0\0\0\x14\0\x14\0\0\x14"  # from the keyframe before, identity
 
 
@@ -266,9 +275,73 @@ def test_any_factor_in_range_makes_information(seed):
 def test_the_least_integers_are_no_stamp_and_no_pose(column: int, least: int) -> None:
     steps = np.zeros(4, dtype=np.int64)
     steps[column] = least
-    raw = b"\x01" + varints(steps) + ONE[5:] + b"\0\0\0"
+    raw = b"\x01" + coded(steps[None]) + b"\0\0" + b"\0\0\0"
     with pytest.raises(WireError, match="out of range"):
         unpack_block(raw, None, 1)
+
+
+def test_steps_that_are_cut_off_longer_or_of_no_unit_are_refused() -> None:
+    assert unpack_block(ONE + b"\0\0\0", None, 1)[0].stamps_ns.tolist() == [0]
+    three = coded(np.array([[0, 1, 2, 3], [5, 5, 5, 5], [7, -800, 9, 2000]]), 9)
+    block, _ = unpack_block(b"\x03" + three + b"\0\0\0\0\0", None, 1)
+    assert block.stamps_ns.tolist() == [0, 5 * 10**9, 12 * 10**9] and block.poses[2].tolist() == [-794, 16, 2008]
+    body = three[2:]
+    for bad in (
+        b"\x0a" + three[1:],  # ten to the tenth
+        b"\x09" + bytes([len(body) - 1]) + body[:-1],
+        b"\x09" + bytes([len(body) + 1]) + body + b"\0",
+        b"\x09\0",
+        b"\x09" + bytes([len(body) + 9]) + body,
+        b"",
+    ):
+        with pytest.raises(WireError, match=r"steps|unit"):
+            unpack_block(b"\x03" + bad, None, 1)
+
+
+numbers = st.integers(-(2**63), 2**63 - 1) | st.integers(-3000, 3000)
+
+
+@given(st.lists(st.tuples(numbers, numbers, numbers, numbers), min_size=1, max_size=64), st.integers(0, 64), st.data())
+def test_any_steps_come_back_whatever_was_known(rows, kept, data):
+    steps = np.array(rows, dtype=np.int64)
+    trained = steps[: data.draw(st.integers(0, len(steps)))][::-1].copy()
+    room = np.empty(384 * (len(steps) + 1), dtype=np.uint8)
+    used = code_steps(trained, steps.copy(), kept, room, True)
+    assert 0 < used <= room.size
+    back = np.zeros_like(steps)
+    code_steps(trained, back, kept, room[:used].copy(), False)
+    np.testing.assert_array_equal(back, steps)
+
+
+def drive(count: int, seed: int) -> KeyframeBlock:
+    """A robot that turns here and there, with a keyframe each 0.3 to 1.4 s."""
+    rng = np.random.default_rng(seed)
+    stamps = 10**8 * np.cumsum(rng.integers(3, 15, count)).astype(np.int64)
+    steps = rng.normal(size=(count, 3)) * [300.0, 300.0, 2500.0]
+    return KeyframeBlock(1, stamps, np.cumsum(steps, axis=0).astype(np.int32))
+
+
+def test_a_keyframe_costs_five_bytes_and_what_the_asker_holds_trains_the_code() -> None:
+    whole = drive(64, 1)
+    base = replace(whole, stamps_ns=whole.stamps_ns[:40], poses=whole.poses[:40])
+    alone = KeyframeBlock(1, whole.stamps_ns[40:], whole.poses[40:])
+    assert len(pack_block(whole, None)) < 5.6 * 64
+    assert len(pack_block(whole, base)) < 5.6 * 24 + 12 < len(pack_block(alone, None))
+    corrected = replace(whole, poses=whole.poses + np.array([3, -2, 1], dtype=np.int32))
+    assert len(pack_block(corrected, whole)) < 64
+    for one in (whole, corrected):
+        assert unpack_block(pack_block(one, base), base, 1)[0].equals(one)
+
+
+def test_stamps_of_any_unit_come_back() -> None:
+    for unit in range(12):
+        stamps = 10**unit * np.array([3, 4, 14, 15, 92], dtype=np.int64) + 2 * 10**unit
+        block = KeyframeBlock(1, stamps, np.zeros((5, 3), dtype=np.int32))
+        base = KeyframeBlock(1, stamps[:2] // 7, np.zeros((2, 3), dtype=np.int32))
+        raw = pack_block(block, None)
+        assert raw[1] == min(unit, 9)
+        assert unpack_block(raw, None, 1)[0].equals(block)
+        assert unpack_block(pack_block(block, base), base, 1)[0].equals(block)
 
 
 def test_a_block_of_more_keyframes_than_a_block_has_is_refused() -> None:
@@ -290,7 +363,7 @@ def test_numbers_beyond_64_bits_are_refused(raw: bytes) -> None:
     with pytest.raises(WireError, match="varint"):
         read_varints(raw, 0, 1)
     with pytest.raises(WireError, match="varint"):
-        unpack_block(b"\x01" + raw * 4, None, 1)
+        unpack_block(b"\x01\0" + raw, None, 1)
 
 
 def test_keyframes_and_loops_do_not_pass_for_each_other_in_the_hash() -> None:
