@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bench.patrol import patrol
 from mrslam.agent import Agent, Settings
 from mrslam.sim_driver.drivers import TrajectoryDriver, WaypointDriver
 from mrslam.sim_driver.missions.mission import Mission, make_mission
 from mrslam.sim_driver.missions.traces import LinkTrace
+from mrslam.sim_driver.run.run import run_mission
 from mrslam.sim_driver.run.team import _driver, radio_of, take_saved_maps
 from mrslam.spatial import InputError, write_map
-from mrslam.spatial.files.tum import write_tum
+from mrslam.spatial.files.tum import read_tum, write_tum
 from tests.merge.plans import building
 
 START = [2.0, 3.0, 1.5707963]
@@ -35,6 +37,19 @@ def test_waypoints_of_the_world_are_driven_to_in_the_robots_own_frame(patrol: bo
     assert isinstance(driver, WaypointDriver)
     np.testing.assert_allclose(driver._waypoints_m, [[1.0, 0.0], [0.0, 1.0]], atol=1e-6)
     assert driver._loop is patrol
+
+
+def test_a_robot_finds_its_way_to_rooms_that_it_has_not_seen(tmp_path: Path) -> None:
+    tables = {"mission": {"name": "rounds", "seed": 1, "duration_s": 90.0, "shell": "virtual"},
+              "world": {"name": "office"}, "robots": [{"id": "r1"}]}  # fmt: skip
+    rounds = patrol(tables, "rounds")
+    run_mission(rounds, tmp_path, lambda *_: None, lambda _: None)
+    _, T_world_base = read_tum(tmp_path / "r1" / "truth.tum")
+    away_m = np.hypot(*(T_world_base[:, None, :2] - np.array(rounds.robots[0].waypoints)).transpose(2, 0, 1)).min(
+        axis=0
+    )
+    assert (away_m[:3] < 0.4).all()  # behind walls, and 10 m and more from each other
+    assert np.hypot(*np.diff(T_world_base[:, :2], axis=0).T).sum() > 30.0
 
 
 def test_a_trajectory_of_the_world_is_followed_in_the_robots_own_frame(tmp_path: Path) -> None:
