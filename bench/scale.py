@@ -8,11 +8,10 @@ CPU seconds are those of all robots together, without compiling, by room: ``simu
 ``mapping``, ``alignment`` (whole maps), ``joint`` (scans matched, poses solved), ``placing`` and ``drawing`` (team
 maps), ``exchange`` (beacons, messages, coding), ``rest``. Bytes are those a robot sends in a minute, by lane.
 ``by_minute`` has what had been spent, sent in beacons and exchanged by the end of each minute of the mission, and how
-many robots each had placed then, in the mean.
-Missions end when all is explored, before their time; with ``--patrol`` the robots drive in
-rounds for all of it. With ``--processes 2`` robots take their turns in two processes: ``cpu_s`` and ``peak_rss_mb`` are
-those of all, rooms and minutes those of the first one's robots. ``--rows`` adds the lines to a file, and the laws
-(``scale_laws.py``) are fitted to all of it.
+many robots each had placed then, in the mean. Missions end when all is explored, before their time; with ``--patrol``
+the robots drive in rounds for all of it. With ``--processes 2`` robots take their turns in two processes: ``cpu_s`` and
+``peak_rss_mb`` are those of all, rooms and minutes those of the first one's robots. ``--rows`` adds the lines to a
+file, and the laws (``scale_laws.py``) are fitted to all of it.
 """
 
 from __future__ import annotations

@@ -33,6 +33,8 @@ SECTORS = 8
 SAME_M = 1.5
 """A keyframe saw the place of another one that is this near, metres: scans up to 2 m apart are matched, and a robot
 that comes by has keyframes every half metre, so that one of those that stay is near enough."""
+VISIT_WAY_M = 12.0
+"""Least path between two visits of a place, metres: more than a scan's usual reach indoors."""
 SHARED = 0.75
 """Least share of the directions seen by a keyframe that another one saw as well: with a field of view of half a turn
 headings may differ by less than 90 degrees, with one of a whole turn by any angle."""
@@ -170,6 +172,11 @@ class KeyScans:
     def append(self, other: KeyScans) -> KeyScans:
         """Return these keyframes and then those of another."""
         return KeyScans.concatenate((self, other))
+
+
+def show(others: NDArray[np.bool_], seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which keyframes saw what another one sees: ``(K,)`` of their directions ``(K, S)`` and its ``(S,)``."""
+    return np.asarray((others & seen).sum(axis=1) >= SHARED * seen.sum())
 
 
 def quantised(points: NDArray[np.float64], origin: NDArray[np.float32]) -> NDArray[np.uint16]:

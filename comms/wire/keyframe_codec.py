@@ -85,7 +85,7 @@ def to_blocks(
     stamps, poses = np.asarray(keyframes.stamps_ns, dtype=np.int64), quantise(keyframes.T_map_base)
     edges, blocks = to_rows(loops), []
     if len(scans):  # nothing is matched with a keyframe without a scan
-        edges = edges[np.diff(scans.starts)[edges[:, 0]] > 0]
+        edges = edges[np.isin(edges[:, 0], scans.shown)]
     for i, start in enumerate(range(0, stamps.size, BLOCK)):
         end = min(start + BLOCK, stamps.size)
         seen = scans.part(start, end) if len(scans) else scans

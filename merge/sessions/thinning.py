@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mrslam.merge.joint.trail import OLD_WAY_M
 from mrslam.spatial import KeyScans
-from mrslam.spatial.key_scans import SAME_M, SHARED
+from mrslam.spatial.key_scans import SAME_M, VISIT_WAY_M, show
 from mrslam.spatial.se2 import Transform
 
 
@@ -15,7 +14,7 @@ def last_visits(T_map_key: Transform, scans: KeyScans, sessions: NDArray[np.int6
     """Return which keyframes ``(K, 3)`` to keep, ``(K,) bool``; ``sessions (K,)`` rises, and the last ones are newest.
 
     From the newest backward a keyframe is left out where one that was kept of a later visit saw its place, in the same
-    directions: a visit of another session, or of the same one after ``OLD_WAY_M`` of path. So is one without a scan
+    directions: a visit of another session, or of the same one after ``VISIT_WAY_M`` of path. So is one without a scan
     where others have some.
     """
     count = len(T_map_key)
@@ -30,8 +29,8 @@ def last_visits(T_map_key: Transform, scans: KeyScans, sessions: NDArray[np.int6
         near = [j for r in (-1, 0, 1) for c in (-1, 0, 1) for j in by_cell.get((row + r, col + c), ())]
         others = np.array(near, dtype=np.int64)
         covers = np.hypot(*(places[others] - places[k]).T) <= SAME_M
-        covers &= (seen[others] & seen[k]).sum(axis=1) >= SHARED * seen[k].sum()
-        covers &= (sessions[others] != sessions[k]) | (way_m[others] - way_m[k] >= OLD_WAY_M)
+        covers &= show(seen[others], seen[k])
+        covers &= (sessions[others] != sessions[k]) | (way_m[others] - way_m[k] >= VISIT_WAY_M)
         if not covers.any():
             keep[k] = True
             by_cell.setdefault((row, col), []).append(k)

@@ -5,11 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from mrslam.spatial import KeyScans
-from mrslam.spatial.key_scans import SAME_M, SHARED
+from mrslam.spatial.key_scans import SAME_M, VISIT_WAY_M, show
 from mrslam.spatial.se2 import Transform
-
-VISIT_WAY_M = 12.0
-"""Least path between two visits of a place, metres: more than a scan's usual reach indoors."""
 
 
 def is_known(T_map_key: Transform, scans: KeyScans, T_map_new: Transform, new: KeyScans) -> bool:
@@ -24,9 +21,9 @@ def is_known(T_map_key: Transform, scans: KeyScans, T_map_new: Transform, new: K
     steps = np.hypot(*np.diff(places, axis=0).T)
     since_m = np.cumsum(steps[::-1])[::-1]
     is_near = np.hypot(*(places[:-1] - places[-1]).T) <= SAME_M
-    earlier = np.flatnonzero(is_near & (since_m >= VISIT_WAY_M) & (np.diff(scans.starts) > 0))
+    earlier = scans.shown[(is_near & (since_m >= VISIT_WAY_M))[scans.shown]]
     if not earlier.size:
         return False
     seen = new.directions(T_map_new[None])[0]
     others = KeyScans.concatenate(scans.part(k, k + 1) for k in earlier.tolist()).directions(T_map_key[earlier])
-    return bool(((others & seen).sum(axis=1) >= SHARED * seen.sum()).any())
+    return bool(show(others, seen).any())

@@ -56,7 +56,7 @@ MUTANTS = (
     ),
     Mutant(
         THINNING,
-        "        covers &= (seen[others] & seen[k]).sum(axis=1) >= SHARED * seen[k].sum()\n",
+        "        covers &= show(seen[others], seen[k])\n",
         "",
         "what was seen driving the other way is left out",
     ),

@@ -257,7 +257,7 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/filter/known_places.py",
-        "return bool(((others & seen).sum(axis=1) >= SHARED * seen.sum()).any())",
+        "return bool(show(others, seen).any())",
         "return True",
         "of a corridor that is driven back only one direction is sent",
     ),

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from mrslam.rbpf import Mapper
-from mrslam.rbpf.filter.known_places import VISIT_WAY_M, is_known
+from mrslam.rbpf.filter.known_places import is_known
 from mrslam.rbpf.front_end.health import DOUBTFUL
 from mrslam.spatial import KeyScans
-from mrslam.spatial.key_scans import SAME_M
+from mrslam.spatial.key_scans import SAME_M, VISIT_WAY_M
 from tests.rbpf.rooms import SMALL, drive, feed
 
 
