@@ -9,7 +9,7 @@ from mrslam.agent.known_map import KnownMap
 from mrslam.merge import Pair, Placement
 from mrslam.merge.joint.bent_team import is_the_same
 from mrslam.merge.joint.consistent import is_at
-from mrslam.merge.joint.join import Tie
+from mrslam.merge.joint.ties import Tie
 from mrslam.spatial.se2 import Transform
 
 JOIN_NS = 10_000_000_000

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mrslam.agent.known_map import KnownMap
 from mrslam.alignment import Alignment
 from mrslam.merge import Bend, BentTeam, MergeConfig, Pair, Placement, TeamMap, TeamMapper
-from mrslam.merge.joint.join import Tie
+from mrslam.merge.joint.ties import Tie
 from mrslam.spatial import Keyframes, se2
 from mrslam.spatial.se2 import Transform
 

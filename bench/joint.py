@@ -18,8 +18,9 @@ import time
 import numpy as np
 
 from mrslam.merge import Pair
+from mrslam.merge.joint.believable import believable, others
 from mrslam.merge.joint.consistent import KeyMatch
-from mrslam.merge.joint.join import NamedMatch, believable, others, solve
+from mrslam.merge.joint.ties import NamedMatch, solve
 from mrslam.merge.joint.trail import Trail
 from mrslam.spatial import KeyScans, se2
 from mrslam.spatial.se2 import Transform

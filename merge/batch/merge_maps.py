@@ -18,7 +18,8 @@ from mrslam.merge.batch.pair_aligner import PairAligner, Progress
 from mrslam.merge.config import MergeConfig
 from mrslam.merge.graph.edges import Pair
 from mrslam.merge.joint.bent_team import BentTeam
-from mrslam.merge.joint.join import Tie, join
+from mrslam.merge.joint.join import join
+from mrslam.merge.joint.ties import Tie
 from mrslam.merge.joint.trail import Trail
 from mrslam.merge.team import TeamMap, TeamMapper
 from mrslam.merge.team_graph import Placement

@@ -16,7 +16,8 @@ from mrslam.merge.graph.edges import Pair
 from mrslam.merge.graph.tree import components
 from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.merge.joint.bend import Bend
-from mrslam.merge.joint.join import JointMap, Tie
+from mrslam.merge.joint.join import JointMap
+from mrslam.merge.joint.ties import Tie
 from mrslam.merge.joint.trail import Trail
 from mrslam.merge.joint.ways import Ways, part_around
 from mrslam.spatial.matching.places import FAR_MOST_M

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 
 from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.merge.joint.bend import Bend
-from mrslam.merge.joint.join import Tie
+from mrslam.merge.joint.ties import Tie
 from mrslam.merge.joint.trail import Trail
 from mrslam.spatial import TILE_CELLS, se2
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from mrslam.merge import Bend, MergeConfig, TeamMap, TeamMapper, Trail, fuse, warp
 from mrslam.merge.joint.bent_team import BentTeam
 from mrslam.merge.joint.consistent import KeyMatch
-from mrslam.merge.joint.join import Tie
+from mrslam.merge.joint.ties import Tie
 from mrslam.merge.joint.ways import HELD_M, Ways
 from mrslam.spatial import UNKNOWN, KeyScans, LocalMap, OccupancyGrid, TiledMap, se2
 from tests.merge.plans import alignment, building, part, truth

@@ -6,7 +6,8 @@ import numpy as np
 
 from mrslam.merge.joint.bend import Bend
 from mrslam.merge.joint.bent_team import BentTeam
-from mrslam.merge.joint.join import JointMap, Tie
+from mrslam.merge.joint.join import JointMap
+from mrslam.merge.joint.ties import Tie
 from mrslam.merge.joint.trail import Trail
 from mrslam.spatial import KeyScans, se2
 from mrslam.spatial.matching.places import FAR_MOST_M

@@ -3,8 +3,10 @@ import pytest
 
 from bench import joint as bench
 from mrslam.merge import LocalMatcher, Trail, join
+from mrslam.merge.joint.believable import MATCHES_LEAST, believable, others, solve_believable
 from mrslam.merge.joint.consistent import Chosen, KeyMatch, choose
-from mrslam.merge.joint.join import MATCHES_LEAST, WIDE_LOST_M, _solve_believable, believable, others, solve
+from mrslam.merge.joint.join import WIDE_LOST_M
+from mrslam.merge.joint.ties import solve
 from mrslam.spatial import KeyScans, se2
 from tests.merge.joint.blocks import drive, errors_m
 
@@ -178,7 +180,7 @@ def test_matches_too_few_to_tie_two_robots_are_held_against_what_third_ones_say(
 def test_right_matches_that_were_kept_out_of_the_largest_set_are_believed_in_the_end(monkeypatch):
     whole = joined()
     monkeypatch.setattr(
-        "mrslam.merge.joint.join.choose", lambda agrees: Chosen(choose(agrees).keep[:-3], choose(agrees).rival)
+        "mrslam.merge.joint.believable.choose", lambda agrees: Chosen(choose(agrees).keep[:-3], choose(agrees).rival)
     )
     assert joined().tied("a", "b") == whole.tied("a", "b")
 
@@ -213,7 +215,7 @@ def outvoted(seen, few=5):
         wrong = se2.between(T_map_i, se2.compose(shift, se2.compose(T_map_i, m.T_i_j)))
         found["a", "c"][key] = m._replace(T_i_j=wrong)
     poses = {name: se2.compose(T_team_map[name], trails[name].T_map_key) for name in trails}
-    solved, ties, unused = _solve_believable(trails, poses, found, seen)
+    solved, ties, unused = solve_believable(trails, poses, found, seen)
     believed = {pair: sum((tie.a, tie.b) == pair and tie.believed for tie in ties) for pair in PAIRS}
     return errors_m(A, B, solved["a"], solved["b"]).mean(), believed, unused, {pair: len(found[pair]) for pair in PAIRS}
 

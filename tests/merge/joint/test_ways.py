@@ -7,7 +7,7 @@ from mrslam.merge import Trail
 from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.merge.joint.bend import Bend
 from mrslam.merge.joint.consistent import KeyMatch
-from mrslam.merge.joint.join import Tie
+from mrslam.merge.joint.ties import Tie
 from mrslam.merge.joint.ways import HELD_M, SHOWN_M, Ways, part_around
 from mrslam.spatial import TILE_CELLS, KeyScans, se2
 
