@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,68 +10,15 @@ import pytest
 from bench.chaos import carried_off, merging
 from bench.chaos.carried_off import NOTICED_S, CarriedOff
 from bench.chaos.doubt import LOOKS_AGAIN_S, Silence
-from bench.chaos.knowledge import Knowledge
 from bench.chaos.masking import BEAMS_LEAST, Masking
 from bench.chaos.merging import UNMERGED_MOST, WAIT_S, Flapping, Merging
 from bench.chaos.places import LIE_PLACE_M, Places
 from bench.chaos.recovery import NEWS_S, RECOVERED_S, Recovery
 from bench.chaos.repeats import KNOWN_S, SIGHT_M, Repeats
 from bench.chaos.scene import Report
-from bench.chaos.team_maps import GHOSTS_MOST, PRECISION, TeamMaps
 from mrslam.sim_driver.evaluate.truth import FALSE_MERGE_M, MUST_MERGE
-from mrslam.sim_driver.faults import FaultConfig
-from mrslam.spatial import OccupancyGrid, se2
-
-S = 1_000_000_000
-Version = tuple[int, int]
-
-
-class Team:
-    """Robots whose state a test sets, and the scene that judges see."""
-
-    def __init__(self, *names: str, faults: tuple[FaultConfig, ...] = ()) -> None:
-        self.agents: dict[str, Any] = {name: self._agent(name) for name in names}
-        self.all_faults, self.now_s = faults, 0.0
-        self.T_world_base = {name: np.zeros(3) for name in names}
-        self.T_world_map: dict[str, np.ndarray] = {name: np.zeros(3) for name in names}
-        self.judge = SimpleNamespace(world=None, occupied_precision=lambda *told: 1.0)
-        self.mission = SimpleNamespace(world=SimpleNamespace(name="arena2"))
-        self.walls = 0
-
-    def _agent(self, name: str) -> Any:
-        versions: dict[str, Version] = {}
-        store = SimpleNamespace(
-            versions=versions, version=lambda other: versions.get(other, (0, 0)), own_epoch=1, maps={}
-        )
-        return SimpleNamespace(
-            robot_id=name, node=SimpleNamespace(store=store, must_stop=False), mapper=object(), scan=None,
-            masked_beams=0, self_doubt=SimpleNamespace(doubtful=False), T_team_map={name: np.zeros(3)},
-        )  # fmt: skip
-
-    def at(self, now_s: float) -> Any:
-        """Return the scene at a time; every robot has a scan of it."""
-        self.now_s = now_s
-        for agent in self.agents.values():
-            agent.scan = SimpleNamespace(stamp_ns=round(now_s * S), points_base=lambda: np.zeros((0, 2)))
-        return SimpleNamespace(
-            now_s=now_s, now_ns=round(now_s * S), agents=self.agents, judge=self.judge, mission=self.mission,
-            T_world_base=self.T_world_base, faults=self.faults, suffers=self.suffers, is_due=lambda every: True,
-            frame=lambda holder, name: self.T_world_map[name], strayed_m=lambda holder, name: 0.0, off_m=self.off_m,
-            team=SimpleNamespace(simulation=SimpleNamespace(radio=SimpleNamespace(walls=lambda a, b: self.walls))),
-        )  # fmt: skip
-
-    def faults(self, robot_id: str | None = None) -> list[FaultConfig]:
-        return [fault for fault in self.all_faults if robot_id in (None, fault.robot)]
-
-    def suffers(self, robot_id: str, *kinds: str) -> bool:
-        return any(not kinds or fault.kind in kinds for fault in self.faults(robot_id))
-
-    def off_m(self, robot_id: str, T_world_map: np.ndarray) -> float:
-        return float(np.hypot(*(self.T_world_base[robot_id] - T_world_map)[:2]))
-
-
-def fault(kind: str, robot: str = "r1", at_s: float = 10.0, for_s: float = 5.0) -> FaultConfig:
-    return FaultConfig(kind=kind, robot=robot, at_s=at_s, for_s=for_s)
+from mrslam.spatial import se2
+from tests.chaos.versions import Team, Version, fault
 
 
 def holds(team: Team, version: Version, *names: str) -> None:
@@ -294,90 +240,3 @@ def test_a_lie_is_believed_by_its_walls_or_by_where_its_robot_is_shown(
     team.agents["r1"].T_team_map["r2"] = np.array([1.0, 1.0, turn_rad])
     Places(report).step(team.at(5.0))
     assert len(report.violations) == said
-
-
-def snapshot(wall: int) -> Any:
-    cells = np.full((4, 4), -1, dtype=np.int8)
-    cells[wall] = 100
-    return SimpleNamespace(map=SimpleNamespace(tiles={(0, 0): SimpleNamespace(cells=cells)}))
-
-
-def knowing(digest: dict[str, Version], wall: int = 0, **state: Any) -> Any:
-    store = SimpleNamespace(digest=lambda: digest, newest=lambda owner: snapshot(wall), own_epoch=state.get("epoch", 1))
-    staged = SimpleNamespace(staging=range(state.get("staged", 0)))
-    return SimpleNamespace(
-        node=SimpleNamespace(store=store, staged_maps=staged), known_area_m2=lambda: state.get("area_m2", 0.0),
-        team=SimpleNamespace(beliefs=range(state.get("pairs", 0))),
-    )  # fmt: skip
-
-
-def test_one_version_of_a_map_is_one_content_whoever_holds_it() -> None:
-    report = Report()
-    knowledge = Knowledge(report)
-    for robot, wall, said in (("r1", 0, 0), ("r2", 0, 0), ("r3", 1, 1)):
-        knowledge._contents_are_true(robot, knowing({"r1": (1, 3)}, wall))
-        assert len(report.violations) == said
-    knowledge._contents_are_true("r2", knowing({"r1": (1, 4)}))  # which r1 never had
-    assert len(report.violations) == 2
-
-
-def test_nothing_that_was_known_is_forgotten() -> None:
-    report, robot = Report(), SimpleNamespace(runner=SimpleNamespace(keeper=None))
-    knowledge = Knowledge(report)
-    for digest, said in (({"r1": (1, 3), "r2": (1, 1)}, 0), ({"r1": (2, 1), "r2": (1, 1)}, 0), ({"r1": (2, 1)}, 1)):
-        knowledge._is_monotone("r1", knowing(digest), robot, None)  # type: ignore[arg-type]
-        assert len(report.violations) == said
-
-
-def test_a_map_that_goes_on_does_not_shrink_but_another_may_begin() -> None:
-    report = Report()
-    knowledge = Knowledge(report)
-    for epoch, area_m2, said in ((1, 50.0, 0), (1, 40.0, 0), (2, 1.0, 0), (2, 30.0, 0), (2, 15.0, 1)):
-        knowledge._map_is_not_lost("r1", knowing({}, epoch=epoch, area_m2=area_m2))
-        assert len(report.violations) == said
-
-
-@pytest.mark.parametrize(("staged", "pairs", "said"), [(3, 9, 0), (4, 0, 1), (0, 10, 1)])
-def test_no_more_is_kept_than_there_are_robots_and_pairs(staged: int, pairs: int, said: int) -> None:
-    report = Report()
-    Knowledge(report)._is_bounded("r1", knowing({}, staged=staged, pairs=pairs), 3)
-    assert len(report.violations) == said
-
-
-@pytest.mark.parametrize(
-    ("precision", "ghosts", "shown", "own", "words"),
-    [
-        (1.0, 0, 1.0, 1.0, ""),
-        (PRECISION - 0.01, 0, 1.0, 1.0, "of the walls"),
-        (1.0, GHOSTS_MOST + 1, 1.0, 1.0, "where teammates drove"),
-        (1.0, 0, 0.85, 1.0, "of the floor its maps show"),
-        (1.0, 0, 0.6, 0.6, "% of the floor"),
-    ],
-)
-def test_team_maps_are_held_against_the_world(
-    precision: float, ghosts: int, shown: float, own: float, words: str
-) -> None:
-    def known(share: float) -> OccupancyGrid:
-        cells = np.full((40, 100), -1, dtype=np.int8)
-        cells[:, : round(100 * share)] = 0
-        cells[0] = 100
-        return OccupancyGrid(cells, 0.1)
-
-    report, team = Report(), Team("r1", "r2")
-    team.judge = SimpleNamespace(
-        world=known(1.0), reachable=np.arange(40)[:, None] + np.zeros(100) > 0,
-        occupied_precision=lambda *told: precision,
-        ghosts=lambda grid, T, where, within_m, or_at: ghosts if len(where) else 0,
-    )  # fmt: skip
-    agent = team.agents["r1"]
-    agent.node.store.maps = {
-        name: SimpleNamespace(map=SimpleNamespace(to_grid=lambda: known(own))) for name in team.agents
-    }
-    agent.team_map = lambda: SimpleNamespace(T_team_map=dict.fromkeys(("r1", "r2"), se2.IDENTITY), grid=known(shown))
-    agent.team = SimpleNamespace(covariance_of=lambda mate: None)
-    scene = team.at(1.0)
-    scene.frame_now = scene.frame
-    maps = TeamMaps(report)
-    maps.step(scene)
-    maps._judge(scene, "r1", agent)
-    assert len(report.violations) == bool(words) and all(words in line for line in report.violations)
