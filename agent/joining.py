@@ -16,6 +16,9 @@ JOIN_NS = 10_000_000_000
 """Least time between two joint solutions while only maps grow, nanoseconds: robots drive some metres in it."""
 SETTLE_NS = 4_000_000_000
 """Least time between two solutions where alignments changed, nanoseconds: robots that meet find several of them."""
+SETTLE_KEYFRAMES = 500
+"""Keyframes with scans of all robots together up to which that time holds; of more it grows with their number, as the
+cost of a solution does: where many robots map together an alignment changes every second."""
 KEYFRAMES, SHARE = 8, 0.15
 """Least new keyframes with scans of all robots together for another solution (some metres of path), and least share of
 all they have, so that the cost of all solutions grows with the path and the robots, and not with their squares."""
@@ -72,15 +75,15 @@ class Joining:
 
     def _is_due(self, keys: Mapping[str, tuple[int, int]], now_ns: int, *, is_changed: bool) -> bool:
         waited_ns = AT_LAST_NS if self._last_ns is None else now_ns - self._last_ns
+        count = sum(count for _, count in keys.values())
         if is_changed:
-            return waited_ns >= SETTLE_NS
+            return waited_ns >= SETTLE_NS * max(1.0, count / SETTLE_KEYFRAMES)
         if waited_ns < JOIN_NS or keys == self._keys:
             return False
         if now_ns - self._seen_ns >= STILL_NS:
             return True
         if waited_ns >= AT_LAST_NS or {name: epoch for name, (epoch, _) in keys.items()} != self._epochs:
             return True
-        count = sum(count for _, count in keys.values())
         return count - sum(count for _, count in self._keys.values()) >= max(KEYFRAMES, SHARE * count)
 
     @property

@@ -117,8 +117,9 @@ def relax_graduated(
     if not doubtful.any():
         return poses, weight
     worst = float(edges.chi2(poses)[doubtful].max())
-    if worst > bound:
-        _anneal(poses, edges, equations, doubtful, bound, worst)
+    if worst <= bound:
+        return poses, weight
+    _anneal(poses, edges, equations, doubtful, bound, worst)
     weight = np.where(doubtful & (edges.chi2(poses) > bound), 0.0, 1.0)
     _settle(poses, edges, equations, weight)
     return poses, weight
@@ -142,9 +143,11 @@ def relax_again(
         tried = ~doubtful | (edges.chi2(poses) <= RECALL * bound)
         if (tried <= weight).all():
             break
-        together, _ = relax_graduated(begin, edges.part(tried), doubtful[tried], bound)
+        used = np.zeros(edges.first.size)
+        together, used[tried] = relax_graduated(begin, edges.part(tried), doubtful[tried], bound)
         kept = np.where(doubtful & (edges.chi2(together) > bound), 0.0, 1.0)
-        _settle(together, edges, _equations(edges, poses), kept)
+        if not np.array_equal(kept, used):
+            _settle(together, edges, _equations(edges, poses), kept)
         if kept.sum() <= weight.sum():
             break
         poses, weight = together, kept

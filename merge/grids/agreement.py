@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mrslam.merge.grids.tiled_grid import TiledGrid
+from mrslam.merge.grids.tiled_grid import TiledGrid, TileTable
 from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, TILE_CELLS, se2
 
 BITS, INSIDE = TILE_CELLS.bit_length() - 1, TILE_CELLS - 1
@@ -49,22 +49,21 @@ def mark_near(
 
 @njit(cache=True, nogil=True)
 def count_walls(
-    pool: NDArray[np.int8],
-    slots: NDArray[np.int32],
-    bits: NDArray[np.uint64],
+    near: NDArray[np.uint64],
+    free: NDArray[np.uint64],
     points_m: NDArray[np.float64],
     T_map_points: tuple[float, float, float, float],
     to_cells: tuple[float, float, float, float, float],
 ) -> tuple[int, int]:  # pragma: no cover - compiled
     """Return how many wall points agree with a map and how many are on its free space.
 
-    ``pool``, ``slots`` : the map's ``TileTable``; ``bits`` : what is near its walls (:func:`mark_near`); ``points_m
+    ``near``, ``free`` : what is near its walls (:func:`mark_near`) and what is free (:func:`free_cells`); ``points_m
     (N, 2)`` : (x, y), laid on the map by ``T_map_points`` : x, y, cosine and sine. ``to_cells`` : the lattice's offset
-    (x, y) and a cell's edge, metres, and the column and row of the table's corner. A point agrees where it is near a
-    wall; on unknown cells it says nothing else.
+    (x, y) and a cell's edge, metres, and the column and row of the corner of ``free``. A point agrees where it is near
+    a wall; on unknown cells it says nothing else.
     """
     agree, against = 0, 0
-    rim = (bits.shape[0] - slots.shape[0]) // 2
+    rim = (near.shape[0] - free.shape[0]) // 2
     x0, y0, cos, sin = T_map_points
     left, low, edge, col0, row0 = to_cells
     for k in range(points_m.shape[0]):
@@ -72,14 +71,13 @@ def count_walls(
         y = y0 + sin * points_m[k, 0] + cos * points_m[k, 1]
         c, r = int(np.floor((x - left) / edge - col0)), int(np.floor((y - low) / edge - row0))
         i, j = r >> BITS, c >> BITS
-        if not (-rim <= i < slots.shape[0] + rim and -rim <= j < slots.shape[1] + rim):
+        if not (-rim <= i < free.shape[0] + rim and -rim <= j < free.shape[1] + rim):
             continue
-        if bits[i + rim, j + rim, r & INSIDE] >> np.uint64(c & INSIDE) & np.uint64(1):
+        bit = np.uint64(c & INSIDE)
+        if near[i + rim, j + rim, r & INSIDE] >> bit & np.uint64(1):
             agree += 1
-        elif 0 <= i < slots.shape[0] and 0 <= j < slots.shape[1]:
-            own = slots[i, j]
-            if own >= 0 and 0 <= pool[own, r & INSIDE, c & INSIDE] <= FREE_MAX:
-                against += 1
+        elif 0 <= i < free.shape[0] and 0 <= j < free.shape[1] and free[i, j, r & INSIDE] >> bit & np.uint64(1):
+            against += 1
     return agree, against
 
 
@@ -89,9 +87,19 @@ def near_walls(tiled: TiledGrid, radius_cells: float) -> NDArray[np.uint64]:
     side2 = np.arange(-reach, reach + 1) ** 2
     widths = ((side2[:, None] + side2 <= radius_cells**2).sum(axis=1) - 1) // 2
     rim = (reach >> BITS) + 1
-    rows, cols = tiled.table.slots.shape
+    _, pool, slots = TileTable.of(tiled.tiles)
+    rows, cols = slots.shape
     bits = np.zeros((rows + 2 * rim, cols + 2 * rim, TILE_CELLS), dtype=np.uint64)
-    mark_near(tiled.table.pool, tiled.table.slots, widths, bits)
+    mark_near(pool, slots, widths, bits)
+    return bits
+
+
+def free_cells(table: TileTable) -> NDArray[np.uint64]:
+    """Return which cells of a map's box are free ``(I, J, 64)``, as :func:`count_walls` takes them."""
+    _, pool, slots = table
+    words = np.packbits((pool >= 0) & (pool <= FREE_MAX), axis=2, bitorder="little").view("<u8")
+    bits = np.zeros((*slots.shape, TILE_CELLS), dtype=np.uint64)
+    bits[slots >= 0] = words[slots[slots >= 0], :, 0]
     return bits
 
 
@@ -111,13 +119,18 @@ class Agreement:
 
 
 class Walls:
-    """A map prepared for comparing: its walls as points."""
+    """A map prepared for comparing: its walls as points, what is near them and what is free as bits."""
 
     def __init__(self, tiled: TiledGrid) -> None:
         self.tiled = tiled
-        at = np.flatnonzero(tiled.table.pool >= OCCUPIED_MIN)
+        table = TileTable.of(tiled.tiles)
+        at = np.flatnonzero(table.pool >= OCCUPIED_MIN)
         first = np.array(list(tiled.tiles), dtype=np.int64).reshape(-1, 2)[at >> 2 * BITS] * TILE_CELLS
         self.points_m = tiled.points_m(first + np.stack([at >> BITS & INSIDE, at & INSIDE], axis=1))
+        self._free = free_cells(table)
+        (row0, col0), (left_m, low_m) = table.tile0, tiled.offset_m
+        corner = float(TILE_CELLS * col0), float(TILE_CELLS * row0)
+        self._to_cells = float(left_m), float(low_m), float(tiled.resolution_m), *corner
         self._near: dict[float, NDArray[np.uint64]] = {}
 
     def count(
@@ -129,25 +142,16 @@ class Walls:
         """
         if near_m not in self._near:
             self._near[near_m] = near_walls(self.tiled, near_m / self.tiled.resolution_m)
-        return _count(self.tiled, points_m, self._near[near_m], T_map_points)
+        x, y, theta = T_map_points
+        laid = float(x), float(y), float(np.cos(theta)), float(np.sin(theta))
+        points_m = np.ascontiguousarray(points_m)  # as a kernel takes it: another layout would be compiled anew
+        found: tuple[int, int] = count_walls(self._near[near_m], self._free, points_m, laid, self._to_cells)
+        return found
 
 
 def count_near(tiled: TiledGrid, points_m: NDArray[np.float64], near_m: float) -> tuple[int, int]:
     """Return how many points ``(N, 2)`` (metres, a map's frame) are near its walls, and on its free space."""
-    return _count(tiled, points_m, near_walls(tiled, near_m / tiled.resolution_m), se2.IDENTITY)
-
-
-def _count(
-    tiled: TiledGrid, points_m: NDArray[np.float64], bits: NDArray[np.uint64], T_map_points: se2.Transform
-) -> tuple[int, int]:
-    table, (x, y, theta) = tiled.table, T_map_points
-    laid = float(x), float(y), float(np.cos(theta)), float(np.sin(theta))
-    row0, col0 = (float(TILE_CELLS * first) for first in table.tile0)
-    left_m, low_m = (float(side) for side in tiled.offset_m)
-    to_cells = left_m, low_m, float(tiled.resolution_m), col0, row0
-    points_m = np.ascontiguousarray(points_m)  # as a kernel takes it: another layout would be compiled anew
-    found: tuple[int, int] = count_walls(table.pool, table.slots, bits, points_m, laid, to_cells)
-    return found
+    return Walls(tiled).count(points_m, near_m)
 
 
 def compare(a: Walls, b: Walls, T_a_b: se2.Transform, near_m: float) -> Agreement:

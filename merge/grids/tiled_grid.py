@@ -65,11 +65,6 @@ class TiledGrid:
         return cls(tiles, edge_m, (x - col0 * edge_m, y - row0 * edge_m))
 
     @cached_property
-    def table(self) -> TileTable:
-        """The tiles as kernels take them."""
-        return TileTable.of(self.tiles)
-
-    @cached_property
     def grid(self) -> OccupancyGrid:
         """The same as one grid."""
         grid = assembled(self.tiles, self.resolution_m)
@@ -103,7 +98,7 @@ class TiledGrid:
 
     def values_at(self, points_m: NDArray[np.float64]) -> NDArray[np.int8]:
         """Return the cells' values ``(N,)`` at points ``(N, 2)``, metres; unknown outside of all tiles."""
-        tile0, pool, slots = self.table
+        tile0, pool, slots = TileTable.of(self.tiles)
         cells = np.floor((points_m - np.asarray(self.offset_m)) / self.resolution_m).astype(np.int64)[:, ::-1]
         tile = cells // TILE_CELLS - tile0
         is_inside = ((tile >= 0) & (tile < slots.shape)).all(axis=1)

@@ -83,6 +83,13 @@ def test_another_alignment_waits_for_others_that_may_follow_but_not_for_keyframe
     assert is_due(begun(), 4.5, a=200, b=200, T_a_b=T_A_B + 0.2)
 
 
+def test_of_many_keyframes_another_alignment_waits_as_their_number_grows() -> None:
+    joining = Joining()
+    assert is_due(joining, 0.0, a=1000, b=1000)
+    assert not is_due(joining, 15.5, a=1000, b=1000, T_a_b=T_A_B + 0.2)
+    assert is_due(joining, 16.5, a=1000, b=1000, T_a_b=T_A_B + 0.2)
+
+
 @pytest.mark.parametrize("off", [(0.12, 0.0, 0.0), (0.0, -0.12, 0.0), (0.0, 0.0, 0.006)])
 def test_an_alignment_that_was_refined_is_joined_again_once_it_has_moved(off: tuple[float, float, float]) -> None:
     joining = begun()

@@ -143,9 +143,15 @@ MUTANTS = (
     ),
     Mutant(
         "agent/joining.py",
-        "            return waited_ns >= SETTLE_NS",
-        "            return True",
+        "            return waited_ns >= SETTLE_NS *",
+        "            return waited_ns >= 0.0 *",
         "alignments found one after the other are each joined",
+    ),
+    Mutant(
+        "agent/joining.py",
+        " * max(1.0, count / SETTLE_KEYFRAMES)",
+        "",
+        "many robots solve their joint graph all the time",
     ),
     Mutant(
         "agent/joining.py",

@@ -5,8 +5,8 @@ from bench.mutants.mutant import Mutant
 MUTANTS = (
     Mutant(
         "merge/grids/agreement.py",
-        "                against += 1",
-        "                agree += 1",
+        "            against += 1",
+        "            agree += 1",
         "contradicting maps seem to agree",
     ),
     Mutant(
@@ -17,8 +17,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/grids/fusion_tree.py",
-        "            del self._made_of[index], self.cells[index], self.known_cells[index], self._nodes[index]\n",
-        "            pass\n",
+        "            del self._made_of[index], self.cells[index], self.known_cells[index]\n",
+        "",
         "an unmerged map stays in the team map",
     ),
     Mutant(
@@ -153,5 +153,29 @@ MUTANTS = (
         "float(np.cos(theta)), float(np.sin(theta))",
         "float(np.cos(theta)), float(np.sin(-theta))",
         "maps placed at an angle contradict each other, and are unmerged",
+    ),
+    Mutant(
+        "merge/grids/fusion_tree.py",
+        "        while self._kept > MOST_NODES:",
+        "        while False:",
+        "of a large building that many robots know what was fused takes hundreds of megabytes",
+    ),
+    Mutant(
+        "merge/grids/fusion_tree.py",
+        "            self._forget(index)\n        made = []",
+        "        made = []",
+        "what was fused of maps that are gone is kept for ever",
+    ),
+    Mutant(
+        "merge/grids/agreement.py",
+        "(pool >= 0) & (pool <= FREE_MAX)",
+        "(pool <= FREE_MAX)",
+        "walls on what is unknown contradict it",
+    ),
+    Mutant(
+        "merge/grids/agreement.py",
+        "corner = float(TILE_CELLS * col0), float(TILE_CELLS * row0)",
+        "corner = 0.0, 0.0",
+        "maps that lie off their origin are compared somewhere else",
     ),
 )

@@ -76,3 +76,25 @@ def test_robots_come_and_go(team):
         anew = FusionTree("log-odds")
         anew.update(present)
         assert {k: v.tobytes() for k, v in anew.cells.items()} == {k: v.tobytes() for k, v in tree.cells.items()}
+
+
+def test_no_more_nodes_are_kept_than_there_may_be_and_tiles_without_are_fused_the_same(team, monkeypatch):
+    grids, places = team
+    layers = layers_of(grids, places)
+    bounded, unbounded = FusionTree("log-odds"), FusionTree("log-odds")
+    for changed in (None, "r03", "r05"):
+        if changed is not None:
+            layers[changed].update(TiledGrid.of(noisy(77)), places[changed], 0.05)
+        with monkeypatch.context() as patch:
+            patch.setattr("mrslam.merge.grids.fusion_tree.MOST_NODES", 20)
+            bounded.update(layers)
+        unbounded.update(layers)
+        assert sum(map(len, bounded._nodes.values())) == bounded._kept <= 20
+        assert len(bounded._nodes) >= 2  # the last fused: each has seven, of eight robots
+        assert {k: v.tobytes() for k, v in bounded.cells.items()} == {
+            k: v.tobytes() for k, v in unbounded.cells.items()
+        }
+    assert sum(map(len, unbounded._nodes.values())) == unbounded._kept > 20
+    bounded.update({})
+    unbounded.update({})
+    assert not bounded._nodes and bounded._kept == unbounded._kept == 0
