@@ -17,8 +17,8 @@ the heading of a single scan, of the reference or of the saved drive, is off by 
 Between the two lies a relation verified by hand (Kuemmerle et al. 2009) where there are ``FEW_RELATIONS`` (``by``:
 "relations"), else what the reference trajectory has (``by``: "reference"). isr has neither, but its robot stood still
 between the two logs, so the second log's trajectory, mapped whole, continues the first's. Simulated robots have the
-truth. Stamps of intel run up to a second to and fro, so the pose is held against those of the second around the event,
-and the nearest counts: a wrong place is wrong for all of them.
+truth. Stamps of intel run up to a second to and fro, so a recorded robot's pose is held against those of the second
+around the event, and the nearest counts: a wrong place is wrong for all of them.
 known_m : from the robot's true start to the nearest place of the saved trajectory. Robots that begin farther off than
 ``KNOWN_M`` may find nothing of what was saved within 10 m of driving: they are not counted in the last line, but for
 wrong places.
@@ -49,7 +49,9 @@ NEXT = {"intel": "mit-csail", "mit-csail": "aces", "aces": "intel", "isr": "aren
 """Building -> another, whose map is foreign there."""
 NEAR_S = 0.2
 AROUND_S = 1.0
-"""Poses this long before and after the event are compared."""
+"""Poses of a recorded robot this long before and after the event are compared."""
+TICK_S = 0.2
+"""And of a simulated one, whose stamps are right: the last scan's, which may be a tick older than the event."""
 STAMP_NS = 5e6
 """Files of relations round stamps to 10 ms."""
 WITHIN_S, NEAR_M, FEW_RELATIONS = 10.0, 2.0, 3
@@ -137,10 +139,11 @@ def judge(name: str, saved: Path, robot: Path, data: Path, is_foreign: bool) -> 
     row["metres"] = round(float(driven[np.flatnonzero(way[0][1:] <= stamp_ns)[-1]]), 2)
     T_base_laser = way[1][0]  # for the map begins where the base did
     T_saved_laser = se2.compose(np.array([found["x_m"], found["y_m"], found["theta_rad"]]), T_base_laser)
-    around = np.flatnonzero(np.abs(way[0] - stamp_ns) <= AROUND_S * 1e9)
     if is_foreign:
         return row
-    if (saved / "truth.tum").exists():
+    is_simulated = (saved / "truth.tum").exists()
+    around = np.flatnonzero(np.abs(way[0] - stamp_ns) <= (TICK_S if is_simulated else AROUND_S) * 1e9)
+    if is_simulated:
         start, now = read_tum(saved / "truth.tum")[1][0], at(read_tum(robot / "truth.tum"), way[0][around])
         expected = se2.compose(se2.between(start, now), T_base_laser)
     elif truth is not None:

@@ -11,6 +11,7 @@ from bench.mutants.lists import (
     alignment_kernels,
     alignment_proposals,
     alignment_verification,
+    bench_relocalise,
     chaos,
     chaos_judges,
     comms,
@@ -100,5 +101,6 @@ MUTANTS: tuple[Mutant, ...] = (
     *sim_driver_run.MUTANTS,
     *ros.MUTANTS,
     *chaos.MUTANTS,
+    *bench_relocalise.MUTANTS,
     *chaos_judges.MUTANTS,
 )
