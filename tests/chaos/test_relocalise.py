@@ -21,7 +21,7 @@ T_BASE_LASER = se2.transform(0.2, 0.0, 0.1)
 FOUND_S = 8.0
 
 
-def drive(start: Transform, turn_rad_s: float = 0.05) -> Transform:
+def drive(start: Transform, turn_rad_s: float = 0.15) -> Transform:
     """Return poses ``(N, 3)`` in the world of a base that drives 0.5 m/s in an arc, at ``STAMPS``."""
     poses = [start]
     for _ in STAMPS[1:]:
@@ -72,7 +72,7 @@ def row(**values: Any) -> dict[str, Any]:
         ((0.0, 0.25, 0.0), False),
         ((0.45, 0.0, 0.0), True),
         ((0.0, -0.35, 0.0), True),
-        ((0.0, 0.0, 0.1), True),
+        ((0.0, 0.0, 0.15), True),
     ],
 )
 def test_a_simulated_robot_is_held_against_the_truth(off: tuple[float, ...], is_wrong: bool, tmp_path: Path) -> None:
@@ -81,7 +81,7 @@ def test_a_simulated_robot_is_held_against_the_truth(off: tuple[float, ...], is_
     assert found["metres"] == pytest.approx(0.5 * FOUND_S, abs=0.05)
     apart = TRUE_SAVED[:, :2] - TRUE_OWN[0, :2]
     assert found["known_m"] == pytest.approx(np.hypot(*apart.T).min(), abs=0.01)
-    assert found["error_deg"] <= np.degrees(abs(off[2])) + 0.6  # of the poses around the event the nearest counts
+    assert found["error_deg"] <= np.degrees(abs(off[2])) + 2.0  # of the poses around the event the nearest counts
     assert verdict([{"map": "own", **found}])["wrong"] == is_wrong
     assert verdict([{"map": "own", **found}])["in_time_and_right"] == (not is_wrong)
 
