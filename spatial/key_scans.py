@@ -129,6 +129,10 @@ class KeyScans:
         start, end = self.starts[first], self.starts[last]
         return self.of_checked(self.starts[first : last + 1] - start, self.polar[start:end], self.origins[first:last])
 
+    def chosen(self, keys: NDArray[np.int64]) -> KeyScans:
+        """Return some keyframes, which are all that have points."""
+        return self.of_checked(self.starts[np.append(keys, len(self))], self.polar, self.origins[keys])
+
     def directions(self, T_map_key: Transform) -> NDArray[np.bool_]:
         """Return ``(K, SECTORS) bool``: in which directions of the map's frame each keyframe's scan has points.
 

@@ -19,7 +19,7 @@ from mrslam.merge.joint.candidates import candidates
 from mrslam.merge.joint.consistent import KeyMatch
 from mrslam.merge.joint.local_match import FIRST_LOST_M, LocalMatcher
 from mrslam.merge.joint.ties import Tie, tied_pairs
-from mrslam.merge.joint.trail import Trail, rigid
+from mrslam.merge.joint.trail import Core, Trail, rigid
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
 
@@ -80,6 +80,8 @@ def join(
     """
     seen = seen or {}
     names = [name for name in sorted(trails) if name in T_team_map and len(trails[name])]
+    cores = {name: trails[name].core for name in names}
+    whole, trails = trails, {name: core.trail for name, core in cores.items()}
     matcher = matcher or LocalMatcher()
     poses = {name: se2.compose(T_team_map[name], trails[name].T_map_key) for name in names}
     ties: tuple[Tie, ...] = ()
@@ -93,8 +95,17 @@ def join(
                     break
                 lost_m = WIDE_LOST_M
                 continue
-            poses, ties, ambiguous = solve_believable({name: trails[name] for name in names}, poses, found, seen)
-    return JointMap(T_team_key=poses, ties=ties, ambiguous=ambiguous)
+            poses, ties, ambiguous = solve_believable(trails, poses, found, seen)
+    return JointMap(
+        T_team_key={name: core.spread(whole[name], poses[name]) for name, core in cores.items()},
+        ties=tuple(_of_whole(tie, cores) for tie in ties), ambiguous=ambiguous,
+    )  # fmt: skip
+
+
+def _of_whole(tie: Tie, cores: Mapping[str, Core]) -> Tie:
+    """Return a tie between keyframes of two cores as one between the same keyframes of the whole trails."""
+    i, j = cores[tie.a].keys[tie.match.i], cores[tie.b].keys[tie.match.j]
+    return tie._replace(match=tie.match._replace(i=int(i), j=int(j)))
 
 
 def _compare(

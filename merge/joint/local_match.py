@@ -87,7 +87,7 @@ class LocalMatcher:
         lost_m = FIRST_LOST_M * 2.0 ** np.ceil(np.log2(max(lost_m / FIRST_LOST_M, 1.0)))
         step = ROUND_SIGMAS * expected_sigmas(lost_m)
         expected = np.round(T_i_j / step) * step + 0.0  # which makes 0 of -0: they have other bytes
-        group, tail = _around(a, i, GROUP), _around(b, j, TAIL)
+        group, tail = a.around(i, GROUP), b.around(j, TAIL)
         question = hashlib.blake2b(expected.tobytes() + np.float64(lost_m).tobytes(), digest_size=16)
         for trail, centre, keys in ((a, i, group), (b, j, tail)):
             starts = trail.scans.starts[keys[0] : keys[-1] + 2]
@@ -117,11 +117,6 @@ class LocalMatcher:
         place = Place(origins, _relative(a, i, group), [a.points(int(k)) for k in group])
         found = self._matcher.match(place, source, expected, lost_m)
         return Fit(found.pose, edge_information(found)) if fits(found) else None
-
-
-def _around(trail: Trail, k: int, count: int) -> NDArray[np.int64]:
-    """Return the indices of keyframe ``k`` and up to ``count`` to either side."""
-    return np.arange(max(0, k - count), min(k + count + 1, len(trail)))
 
 
 def _relative(trail: Trail, centre: int, keys: NDArray[np.int64]) -> Transform:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
 
 from mrslam.merge.joint.trail_kernels import seen_again
 from mrslam.spatial import KeyScans, LocalMap, se2
@@ -48,6 +50,8 @@ class Trail:
     """The scans of these keyframes, at most 60 points each."""
     stamps_ns: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
     """``(K,)`` where they are known."""
+    left_out: NDArray[np.int64] | None = None
+    """``(K,)``: how many of the map's keyframes before each are not among these; None where none is left out."""
 
     @classmethod
     def of(cls, local: LocalMap) -> Trail:
@@ -59,6 +63,37 @@ class Trail:
     def __len__(self) -> int:
         """Return the number of keyframes."""
         return self.T_map_key.shape[0]
+
+    @cached_property
+    def core(self) -> Core:
+        """The keyframes that a joint solution has to move: those with scans, and the ends of the stretches without.
+
+        The others saw only what these had seen, and follow them, so that a solution's cost grows with what is known,
+        and not with how long robots drive about in it.
+        """
+        is_bare = np.diff(self.scans.starts) == 0
+        is_inner = is_bare.copy()
+        is_inner[:1] = is_inner[-1:] = False
+        is_inner[1:-1] &= is_bare[:-2] & is_bare[2:]
+        if not (is_inner.any() and self.scans.shown.size):
+            everyone = np.arange(len(self))
+            return Core(self, everyone, everyone)
+        keys, followed = np.flatnonzero(~is_inner), self.scans.shown
+        part = Trail(
+            self.T_map_key[keys], self.scans.chosen(keys), self.stamps_ns[keys[keys < self.stamps_ns.size]],
+            keys - np.arange(keys.size),
+        )  # fmt: skip
+        follows = np.cumsum(~is_inner) - 1
+        _, nearest = cKDTree(self.T_map_key[followed, :2]).query(self.T_map_key[is_inner, :2])
+        follows[is_inner] = follows[followed[nearest]]
+        return Core(part, keys, follows)
+
+    def around(self, k: int, count: int) -> NDArray[np.int64]:
+        """Return the indices of keyframe ``k`` and of up to ``count`` before and after it in the map."""
+        near = np.arange(max(0, k - count), min(k + count + 1, len(self)))
+        if self.left_out is None:
+            return near
+        return near[np.abs(near + self.left_out[near] - k - self.left_out[k]) <= count]
 
     @cached_property
     def way_m(self) -> NDArray[np.float64]:
@@ -126,6 +161,24 @@ class Trail:
     @cached_property
     def _points(self) -> dict[int, NDArray[np.float64]]:
         return {}
+
+
+class Core(NamedTuple):
+    """The keyframes of a trail that a joint solution moves, and which of them each of the others follows."""
+
+    trail: Trail
+    """Those alone, C of them."""
+    keys: NDArray[np.int64]
+    """``(C,)``: which of the whole trail's they are."""
+    follows: NDArray[np.int64]
+    """``(K,)``: which of the C each of the whole trail's is, or follows rigidly: the nearest one with a scan."""
+
+    def spread(self, whole: Trail, T_team_core: Transform) -> Transform:
+        """Return ``(K, 3)``, all keyframes of the whole trail, where the core has its own at ``T_team_core (C, 3)``."""
+        T_core_key = se2.between(self.trail.T_map_key[self.follows], whole.T_map_key)
+        T_team_key = se2.compose(T_team_core[self.follows], T_core_key)
+        T_team_key[self.keys] = T_team_core
+        return T_team_key
 
 
 def with_normals(points: NDArray[np.float32], origin: NDArray[np.float32]) -> NDArray[np.float64]:

@@ -32,26 +32,28 @@ class Ways:
 
     def __init__(self, trails: Mapping[str, Trail], ties: Sequence[Tie]) -> None:
         """``ties`` : those between robots without a trail lead nowhere."""
-        self._trails = dict(trails)
+        self._cores = {name: trail.core for name, trail in trails.items()}
         self._ties = tuple(tie for tie in ties if tie.believed and {tie.a, tie.b} <= trails.keys())
         self._to: dict[str, dict[str, NDArray[np.float64]]] = {}
 
     def to(self, robot_id: str) -> Mapping[str, NDArray[np.float64]]:
         """Return by robot: ``(K,)``, the shortest way from each keyframe to any of this robot's, metres."""
         if robot_id not in self._to:
-            names = sorted(self._trails)
-            counts = [len(self._trails[name]) for name in names]
-            starts = dict(zip(names, np.cumsum([0, *counts]).tolist(), strict=False))
-            own = block_diag([self._trails[name].lengths for name in names], format="coo")
-            ends = [(starts[tie.a] + tie.match.i, starts[tie.b] + tie.match.j) for tie in self._ties]
+            cores = dict(sorted(self._cores.items()))
+            starts = dict(
+                zip(cores, np.cumsum([0, *(len(core.trail) for core in cores.values())]).tolist(), strict=False)
+            )
+            own = block_diag([core.trail.lengths for core in cores.values()], format="coo")
+            ends = [
+                (starts[tie.a] + cores[tie.a].follows[tie.match.i], starts[tie.b] + cores[tie.b].follows[tie.match.j])
+                for tie in self._ties
+            ]
             first, second = np.array(ends, dtype=np.int64).reshape(-1, 2).T
             nothing = np.full(len(self._ties), 1e-6)  # a length of 0 would be no edge
             tied = coo_matrix((nothing, (first, second)), shape=own.shape)
-            sources = starts[robot_id] + np.arange(len(self._trails[robot_id]))
+            sources = starts[robot_id] + np.arange(len(cores[robot_id].trail))
             away = dijkstra((own + tied).tocsr(), directed=False, indices=sources, min_only=True)
-            self._to[robot_id] = {
-                name: away[starts[name] : starts[name] + count] for name, count in zip(names, counts, strict=True)
-            }
+            self._to[robot_id] = {name: away[starts[name] + core.follows] for name, core in cores.items()}
         return self._to[robot_id]
 
     def held(self, robot_id: str, other: str) -> NDArray[np.bool_]:
