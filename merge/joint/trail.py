@@ -40,6 +40,15 @@ SEEN_AGAIN_EVERY_M = 2.0
 """Least path between two edges to places seen again, metres: ``NEAR_M``, so that no stretch is left out."""
 
 
+class Whole(NamedTuple):
+    """What is known of K keyframes in the trail that they are some of."""
+
+    keys: NDArray[np.int64]
+    """``(K,)``: which they are there."""
+    way_m: NDArray[np.float64]
+    """``(K,)``: path to each, metres."""
+
+
 @dataclass(frozen=True, eq=False)
 class Trail:
     """Keyframes of one robot in its own map, and their scans."""
@@ -50,8 +59,8 @@ class Trail:
     """The scans of these keyframes, at most 60 points each."""
     stamps_ns: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
     """``(K,)`` where they are known."""
-    left_out: NDArray[np.int64] | None = None
-    """``(K,)``: how many of the map's keyframes before each are not among these; None where none is left out."""
+    part_of: Whole | None = None
+    """Where these are some of a trail's keyframes: what is known of all. None where none is left out."""
 
     @classmethod
     def of(cls, local: LocalMap) -> Trail:
@@ -79,10 +88,8 @@ class Trail:
             everyone = np.arange(len(self))
             return Core(self, everyone, everyone)
         keys, followed = np.flatnonzero(~is_inner), self.scans.shown
-        part = Trail(
-            self.T_map_key[keys], self.scans.chosen(keys), self.stamps_ns[keys[keys < self.stamps_ns.size]],
-            keys - np.arange(keys.size),
-        )  # fmt: skip
+        stamps_ns = self.stamps_ns[keys[keys < self.stamps_ns.size]]
+        part = Trail(self.T_map_key[keys], self.scans.chosen(keys), stamps_ns, Whole(keys, self.way_m[keys]))
         follows = np.cumsum(~is_inner) - 1
         _, nearest = cKDTree(self.T_map_key[followed, :2]).query(self.T_map_key[is_inner, :2])
         follows[is_inner] = follows[followed[nearest]]
@@ -91,13 +98,16 @@ class Trail:
     def around(self, k: int, count: int) -> NDArray[np.int64]:
         """Return the indices of keyframe ``k`` and of up to ``count`` before and after it in the map."""
         near = np.arange(max(0, k - count), min(k + count + 1, len(self)))
-        if self.left_out is None:
+        if self.part_of is None:
             return near
-        return near[np.abs(near + self.left_out[near] - k - self.left_out[k]) <= count]
+        keys = self.part_of.keys
+        return near[np.abs(keys[near] - keys[k]) <= count]
 
     @cached_property
     def way_m(self) -> NDArray[np.float64]:
         """``(K,)``: length of the path from the first keyframe to each, metres."""
+        if self.part_of is not None:
+            return self.part_of.way_m
         steps = np.hypot(*np.diff(self.T_map_key[:, :2], axis=0).T)
         return np.concatenate([np.zeros(min(len(self), 1)), np.cumsum(steps)])
 
