@@ -213,4 +213,10 @@ MUTANTS = (
         "(sizes[k] - rows[:, LAYER] * (",
         "SURF describes corners at a wrong scale",
     ),
+    Mutant(
+        "alignment/proposals/features.py",
+        "(at + 0.5) * pixel",
+        "at * pixel",
+        "ORB lays turned maps half a cell off",
+    ),
 )
