@@ -147,4 +147,58 @@ MUTANTS = (
         "return bool(received)",
         "an agent that was to run for a minute runs for ever",
     ),
+    Mutant(
+        "sim_driver/cli/runs/run.py",
+        '        if pair["status"] != "accepted":',
+        '        if pair["status"] == "accepted":',
+        "mrslam run says of merged maps that they are apart",
+    ),
+    Mutant(
+        "sim_driver/cli/runs/run.py",
+        "{pair['error_m']:.3f} m / {pair['error_deg']:.2f} deg off\"\n        say",
+        "{pair['error_deg']:.3f} m / {pair['error_m']:.2f} deg off\"\n        say",
+        "mrslam run tells degrees as metres",
+    ),
+    Mutant(
+        "sim_driver/cli/runs/run.py",
+        "compared(link['bytes_sent'], link['bytes_full_lz4'])",
+        "compared(link['bytes_full_lz4'], link['bytes_sent'])",
+        "mrslam run says that exchanges cost more than whole maps where they cost less",
+    ),
+    Mutant(
+        "sim_driver/cli/runs/run.py",
+        '        if link["bytes_full_lz4"]:',
+        "        if True:",
+        "mrslam run fails where two base stations met",
+    ),
+    Mutant(
+        "sim_driver/cli/runs/run.py",
+        ".items() if count}:",
+        ".items()}:",
+        "mrslam run says that scans were left out of which there are none",
+    ),
+    Mutant(
+        "sim_driver/cli/runs/run.py",
+        "for key, value in named.items() if value is not None]",
+        "for key, value in named.items() if value]",
+        "the seed 0 that was asked for is not taken",
+    ),
+    Mutant(
+        "sim_driver/cli/runs/run.py",
+        "if (options.shell, options.speed) != (None, None):",
+        "if options.shell is not None:",
+        "a speed of a run that is played again is taken and does nothing",
+    ),
+    Mutant(
+        "sim_driver/cli/runs/run.py",
+        "options.out.resolve() == options.recorded.resolve()",
+        "options.out == options.recorded",
+        "a run is played again into its own folder and destroys it",
+    ),
+    Mutant(
+        "sim_driver/cli/runs/run.py",
+        'for robot in metrics["robots_lost"]:',
+        "for robot in ():",
+        "nobody hears that a robot was lost",
+    ),
 )
