@@ -80,7 +80,7 @@ def _panel(
     on_b, (_, _, more, _) = judge_walls(a, b, se2.inverse(T_a_b), config.tolerance_m)
     walls_b = se2.apply(T_a_b, b.points)
     stacked = np.concatenate([a.points, walls_b])
-    low = stacked.min(axis=0) - MARGIN_CELLS * a.res
+    low = stacked.min(axis=0) - (MARGIN_CELLS + 0.5) * a.res  # dots in the middle of pixels
     width, height = (np.ceil((stacked.max(axis=0) - low) / a.res).astype(int) + MARGIN_CELLS).tolist()
     page = np.full((height, width, 3), PAPER, dtype=np.uint8)
     xs, ys = np.meshgrid(low[0] + (np.arange(width) + 0.5) * a.res, low[1] + (np.arange(height) + 0.5) * a.res)

@@ -6,8 +6,19 @@ import numpy as np
 import pytest
 
 from mrslam.alignment import Alignment, Evidence, Rejection, WallEvidence
-from mrslam.merge.draw import INK
-from mrslam.merge.fit_picture import AGAINST, CAPTION_PX, OF_B, draw_fit
+from mrslam.merge.draw import INK, PAPER
+from mrslam.merge.fit_picture import (
+    AGAINST,
+    CAPTION_PX,
+    FLOOR,
+    LEAST_PX,
+    MOST_PX,
+    OF_A,
+    OF_B,
+    ONE_ONLY,
+    draw_fit,
+    draw_places,
+)
 from mrslam.spatial import OccupancyGrid, se2
 
 
@@ -37,16 +48,73 @@ def test_walls_that_agree_are_black_and_nothing_is_red() -> None:
     assert counted(picture, INK) > 1000 and counted(picture, AGAINST) == 0 == counted(picture, OF_B)
 
 
-def test_a_wall_across_the_other_maps_floor_is_red_where_it_stands() -> None:
-    picture = draw_fit(room(200), room(200, wall_at=100), place(np.zeros(3)))
+@pytest.mark.parametrize("is_in_a", [False, True])
+def test_a_wall_across_the_other_maps_floor_is_red_where_it_stands(is_in_a: bool) -> None:
+    bare, crossed = room(200), room(200, wall_at=100)
+    picture = draw_fit(crossed, bare, place(np.zeros(3))) if is_in_a else draw_fit(bare, crossed, place(np.zeros(3)))
     rows, cols = np.nonzero((picture[:-CAPTION_PX] == AGAINST).all(axis=-1))
     assert len(rows) > 500
     assert np.abs(cols / picture.shape[1] - 0.5).max() < 0.05  # in the middle of a room as long as the picture
+    assert len(np.unique(cols)) == 3 * (LEAST_PX // 220)  # red is seen from afar
+    of_nothing = draw_fit(bare, bare, place(np.zeros(3)))[-CAPTION_PX:]
+    assert (picture[-CAPTION_PX:] != of_nothing).any()  # the caption says how many metres
 
 
 def test_walls_the_other_map_does_not_know_have_their_own_colour() -> None:
     apart = draw_fit(room(200), room(200), place(se2.transform(30.0, 0.0, 0.0)))
     assert counted(apart, OF_B) > 200 and counted(apart, AGAINST) == 0 == counted(apart, INK)
+
+
+def test_everything_is_drawn_where_it_is_in_the_first_maps_frame() -> None:
+    a, b = (np.full((130, 250), -1, dtype=np.int8) for _ in range(2))
+    a[5:125, 40:240], b[5:125, 10:160] = 0, 0
+    for cells, left, right in ((a, 40, 240), (b, 10, 160)):
+        cells[5, left:right] = cells[124, left:right] = cells[5:125, left] = 100
+    a[5:125, 239], b[40:50, 100:110], b[5:125, 40] = 100, 100, 100
+    T_b_a = se2.transform(6.5, 2.0, 0.5 * math.pi)  # a quarter of a turn about a's corner, which is at (-2, 0)
+    turned = OccupancyGrid(np.ascontiguousarray(np.rot90(b, -1)), 0.05)
+    picture = draw_fit(OccupancyGrid(a, 0.05, (-2.0, 0.0)), turned, place(se2.inverse(T_b_a)))
+    for x_m, y_m, rgb in (
+        (1.0, 1.0, FLOOR), (8.0, 3.0, ONE_ONLY), (-1.0, 3.0, ONE_ONLY), (-1.75, 3.0, PAPER), (8.0, 6.5, PAPER),
+        (3.0, 0.275, INK), (3.0, 6.225, INK), (0.025, 3.0, INK), (8.0, 0.275, OF_A), (9.975, 5.0, OF_A),
+        (-1.0, 0.275, OF_B), (-1.475, 1.0, OF_B), (3.025, 2.25, AGAINST), (3.25, 2.475, AGAINST),
+    ):  # fmt: skip
+        row, col = (int(3 * (metres + margin) / 0.05) for metres, margin in ((y_m, 0.25), (x_m, 2.0)))
+        assert tuple(picture[-CAPTION_PX - 1 - row, col]) == rgb, (x_m, y_m)
+
+
+@pytest.mark.parametrize("origin_m", [0.0, 1.1, -3.37])
+def test_a_straight_wall_is_one_straight_line(origin_m: float) -> None:
+    here = OccupancyGrid(room(200).cells, 0.05, (origin_m, origin_m))
+    is_ink = (draw_fit(here, here, place(np.zeros(3)))[:-CAPTION_PX] == INK).all(axis=-1)
+    times = LEAST_PX // 220
+    assert np.count_nonzero(is_ink.sum(axis=1) == 200 * times) == 2 * times
+    assert np.count_nonzero(is_ink.sum(axis=0) == 120 * times) == 2 * times
+
+
+@pytest.mark.parametrize("is_in_a", [False, True])
+def test_a_part_that_nothing_joins_to_the_rest_is_not_drawn(is_in_a: bool) -> None:
+    one = room(200)
+    two = OccupancyGrid(np.concatenate([one.cells, room(100).cells], axis=1), 0.05)
+    picture = draw_fit(two, one, place(np.zeros(3))) if is_in_a else draw_fit(one, two, place(np.zeros(3)))
+    np.testing.assert_array_equal(picture, draw_fit(one, one, place(np.zeros(3))))
+
+
+def test_very_large_maps_are_shrunk_alike_both_ways() -> None:
+    picture = draw_fit(room(2600), room(2600), place(np.zeros(3)))
+    assert picture.shape[1] == MOST_PX
+    assert picture.shape[0] - CAPTION_PX == pytest.approx(140 * MOST_PX / 2620, abs=1.0)
+
+
+def test_the_caption_names_the_verdict_and_the_first_rival() -> None:
+    one, turned, shifted = room(200), se2.transform(10.0, 6.0, math.pi), se2.transform(1.0, 0.0, 0.0)
+    best = np.zeros(3)
+    for outcome, places in (
+        (Alignment(best, 0.9, Evidence(), np.eye(3), "auto"), [(best, "accepted")]),
+        (place(best), [(best, "rejected")]),
+        (place(best, turned, shifted), [(best, "ambiguous"), (turned, "its rival")]),
+    ):
+        np.testing.assert_array_equal(draw_fit(one, one, outcome), draw_places(one, one, places))
 
 
 def test_an_ambiguous_answer_shows_its_rival_beside() -> None:

@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mrslam.sim_driver.cli.maps.diff import DiffOptions, diff_files
+from mrslam.merge.sessions.changes import Changes
+from mrslam.merge.sessions.diff import Diff, Piece
+from mrslam.sim_driver.cli.maps.diff import DiffOptions, as_lines, diff_files
 from mrslam.spatial import InputError, OccupancyGrid, write_map
 from tests.merge.plans import building
 from tests.merge.sessions.test_diff import with_boxes
@@ -44,6 +46,39 @@ def test_maps_in_which_nothing_changed_say_so(tmp_path: Path, capsys: pytest.Cap
     monday, tuesday = maps(tmp_path / "monday"), maps(tmp_path / "tuesday")
     diff_files(DiffOptions(before=monday, after=tuesday, out=tmp_path / "out"))
     assert "nothing changed on the " in capsys.readouterr().err
+
+
+def changed(before: Path, after: Path, out: Path, **options: float) -> float:
+    """Return how many square metres appeared or vanished."""
+    diff_files(DiffOptions(before=before, after=after, out=out, as_json=True, **options))  # type: ignore[arg-type]
+    row = json.loads((out / "diff.json").read_text())
+    return float(row["appeared_m2"] + row["vanished_m2"])
+
+
+def test_what_counts_as_a_change_is_the_users_to_say(tmp_path: Path) -> None:
+    monday, tuesday = maps(tmp_path / "monday"), maps(tmp_path / "tuesday", (9.0, 3.5, 1.0, 0.5))
+    assert changed(monday, tuesday, tmp_path / "out") == pytest.approx(0.14)
+    assert changed(monday, tuesday, tmp_path / "out", least_m2=0.2) == 0.0
+    assert changed(monday, tuesday, tmp_path / "out", near_m=3.0) == 0.0
+
+
+def test_maps_of_one_frame_are_not_moved_onto_each_other(tmp_path: Path) -> None:
+    monday = maps(tmp_path / "monday")
+    (tmp_path / "moved").mkdir()
+    write_map(tmp_path / "moved" / "map.yaml", OccupancyGrid(building().cells, 0.05, (0.5, 0.0)))
+    assert changed(monday, tmp_path / "moved", tmp_path / "out") == 0.0
+    assert changed(monday, tmp_path / "moved", tmp_path / "out", same_frame=True) > 1.0
+
+
+@pytest.mark.parametrize(("count", "last"), [(12, None), (15, "and 3 smaller ones")])
+def test_the_largest_pieces_are_listed_and_the_others_counted(count: int, last: str | None) -> None:
+    grid = OccupancyGrid(np.zeros((4, 4), dtype=np.int8), 0.05)
+    pieces = tuple(Piece("vanished", float(k), 0.0, 0.5, 0.5, 1.0) for k in range(count))
+    nothing = np.zeros((4, 4), dtype=bool)
+    lines = as_lines(Diff(grid, grid, Changes(nothing, nothing), pieces, 0.0))
+    assert [float(line.split()[1]) for line in lines[1:13]] == list(range(12))
+    assert lines[13:-1] == ([] if last is None else [last])
+    assert lines[-1].startswith(f"0 appeared (0.00 m2), {count} vanished ({count:.2f} m2), on the ")
 
 
 def test_maps_that_do_not_fit_and_runs_of_several_robots_are_named(tmp_path: Path) -> None:

@@ -8,11 +8,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mrslam.sim_driver.cli.maps.merge import in_folders, merge_files, read_poses, read_trails, short_names, target_of
-from mrslam.spatial import InputError, OccupancyGrid, write_map
-from mrslam.spatial.files.keyframes import write_keyframes
+from mrslam.sim_driver.cli.maps.merge import (
+    in_folders,
+    merge_files,
+    read_maps,
+    read_poses,
+    read_trails,
+    short_names,
+    target_of,
+)
+from mrslam.spatial import InputError, KeyScans, OccupancyGrid, write_map
+from mrslam.spatial.files.images import write_image
+from mrslam.spatial.files.keyframes import read_keyframes, write_keyframes
 from mrslam.spatial.files.tum import read_tum
 from tests.merge.joint.blocks import Drive, drive, errors_m, local_map
+from tests.merge.plans import building
 
 
 @pytest.mark.parametrize(
@@ -54,6 +64,10 @@ def test_known_poses_name_maps_as_they_are_called_or_by_their_files(tmp_path: Pa
         path.write_text(f"{word},1,0,0\n")
         with pytest.raises(InputError, match="line 1: needs one of the maps"):
             read_poses(path, names)
+    for word in ("nan", "inf"):
+        path.write_text(f"b,{word},0,0\n")
+        with pytest.raises(InputError, match="and a finite pose"):
+            read_poses(path, names)
     path.write_text(f"b,{'1' * 200_000},0,0\n")
     with pytest.raises(InputError, match=r"poses\.csv: not a CSV file"):
         read_poses(path, names)
@@ -68,6 +82,58 @@ def test_no_map_that_is_read_is_replaced(tmp_path: Path) -> None:
         with pytest.raises(InputError, match="would be replaced by the merged map"):
             merge_files(given, maps[0], None, "auto", None, [], as_json=False)
     assert maps[0].with_suffix(".pgm").read_bytes() == before
+
+
+def test_maps_whose_poses_are_known_are_laid_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    cells = building().cells
+    for name, part in (("a", cells[:, :120]), ("b", cells[:, 200:])):
+        write_map(tmp_path / f"{name}.yaml", OccupancyGrid(part, 0.05))
+    (tmp_path / "poses.csv").write_text("a.yaml,0,0,0\nb.yaml,30,-1,0.5\n")
+    given = [tmp_path / "a.yaml", tmp_path / "b.yaml"]
+    merge_files(given, tmp_path / "out", tmp_path / "poses.csv", "auto", None, [], False)
+    told = capsys.readouterr().err.replace("\n", " ")
+    assert "b placed at x 30.000 m, y -1.000 m, turned by 28.65 deg" in told
+    row = json.loads((tmp_path / "out" / "team_map.json").read_text())
+    np.testing.assert_allclose(row["placed"]["b"], [30.0, -1.0, 0.5], atol=1e-9)
+    with pytest.raises(InputError, match="merging needs two maps or more"):
+        merge_files(given[:1], tmp_path / "other", None, "auto", None, [], False)
+    assert not (tmp_path / "other").exists()
+
+
+def test_both_maps_of_a_pair_are_merged_and_drawn(tmp_path: Path) -> None:
+    cells = building().cells
+    np.savez(tmp_path / "p.npz", a=cells, origin_a=(0.0, 0.0), b=cells[:, 40:], origin_b=(0.0, 0.0), res=0.05)
+    grids = read_maps([tmp_path / "p.npz"], None)
+    assert {name: grid.shape for name, grid in grids.items()} == {"p:a": cells.shape, "p:b": cells[:, 40:].shape}
+    merge_files([tmp_path / "p.npz"], tmp_path / "out", None, "auto", None, [], False, pictures=True)
+    assert [path.name for path in (tmp_path / "out" / "pairs").iterdir()] == ["p_a--p_b.png"]
+    write_image(tmp_path / "bare.png", np.full((6, 7), 254, dtype=np.uint8))
+    assert read_maps([tmp_path / "bare.png"], 0.2)["bare"].resolution_m == 0.2
+
+
+def test_maps_that_look_alike_at_two_places_say_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    half = building(rooms=3).cells
+    for name in ("a", "b"):  # the same turned by half a turn
+        write_map(tmp_path / f"{name}.yaml", OccupancyGrid(np.maximum(half, half[::-1, ::-1]), 0.05))
+    merge_files([tmp_path / "a.yaml", tmp_path / "b.yaml"], tmp_path / "out", None, "auto", None, [], False)
+    told = capsys.readouterr().err.replace("\n", " ")
+    assert "how a and b fit is ambiguous: 2 places look alike" in told and "nothing was merged" in told
+
+
+def test_the_maps_of_a_run_are_those_of_its_robots(tmp_path: Path) -> None:
+    for folder in ("r2", "r1", "r1/old", "r10"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "map.yaml").write_text("")
+    assert in_folders([tmp_path]) == [tmp_path / name / "map.yaml" for name in ("r1", "r10", "r2")]
+    assert in_folders([tmp_path / "r1"]) == [tmp_path / "r1" / "map.yaml"]
+
+
+def test_a_way_without_scans_is_none(tmp_path: Path) -> None:
+    folder = robot_folder(tmp_path / "r1", drive(0.0, 10.0))
+    assert list(read_trails([folder / "map.yaml"], ["map"])) == ["map"]
+    keyframes, _ = read_keyframes(folder / "keyframes.npz")
+    write_keyframes(folder / "keyframes.npz", keyframes, KeyScans.empty())
+    assert read_trails([folder / "map.yaml"], ["map"]) == {}
 
 
 def robot_folder(folder: Path, drive_: Drive) -> Path:

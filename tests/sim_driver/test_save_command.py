@@ -59,6 +59,13 @@ def test_the_next_version_replaces_the_first_and_merge_reads_it(
     assert "office is bent by up to" in capsys.readouterr().err.replace("\n", " ")
 
 
+def test_sessions_whose_folders_have_one_name_are_both_saved(tmp_path: Path) -> None:
+    robot_folder(tmp_path / "one" / "monday", drive(0.0, 55.0, seed=1))
+    robot_folder(tmp_path / "two" / "monday", drive(30.0, 80.0, seed=2))
+    save(tmp_path / "one" / "monday", tmp_path / "two" / "monday", out=tmp_path / "office.mrslam")
+    assert read_saved_map(tmp_path / "office.mrslam").version == 2
+
+
 def test_what_fits_nowhere_leaves_the_saved_map_as_it_is(tmp_path: Path) -> None:
     robot_folder(tmp_path / "monday", drive(0.0, 60.0, seed=1))
     cells = np.full((200, 200), 0, dtype=np.int8)

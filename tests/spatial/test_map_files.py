@@ -17,7 +17,7 @@ trinary = arrays(np.int8, st.tuples(st.integers(1, 12), st.integers(1, 12)), ele
 
 
 @settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(trinary, st.floats(-500, 500), st.floats(-500, 500), st.sampled_from([0.01, 0.025, 0.05, 0.1]))
+@given(trinary, st.floats(-500, 500), st.floats(-500, 500), st.sampled_from([0.01, 0.025, 0.05, 0.1234]))
 def test_maps_round_trip(tmp_path, cells, x, y, resolution):
     grid = OccupancyGrid(cells, resolution, (x, y))
     write_map(tmp_path / "map.yaml", grid)
@@ -81,6 +81,10 @@ def test_a_map_savers_unknown_is_unknown_though_its_own_threshold_makes_it_free(
     assert read_as(tmp_path, [[0, 205, 206, 254]], free_thresh=0.25) == [[100, 0, 0, 0]]  # one of many greys
 
 
+def test_a_map_without_thresholds_has_those_of_map_servers(tmp_path):
+    assert read_as(tmp_path, [[0, 88, 91, 203, 206, 254]]) == [[100, 100, -1, -1, 0, 0]]  # 65 and 20 percent dark
+
+
 def test_modes_of_map_servers(tmp_path):
     greys = [[0, 65, 100, 101, 205, 255]]
     assert read_as(tmp_path, greys, mode="raw") == [[0, 65, 100, -1, -1, -1]]
@@ -129,6 +133,14 @@ def test_the_picture_of_a_map_beside_it_is_the_map(tmp_path, caplog):
     read = read_map(tmp_path / "map.png")
     assert (read.resolution_m, read.origin_m) == (0.1, (-1.0, 2.0)) and np.array_equal(read.cells, grid.cells)
     write_image(tmp_path / "map.png", np.zeros((3, 2), dtype=np.uint8))
+    assert read_map(tmp_path / "map.png").resolution_m == 0.05 and "no map.yaml beside it" in caplog.text
+
+
+def test_an_image_of_its_name_in_another_folder_is_not_the_map(tmp_path, caplog):
+    (tmp_path / "old").mkdir()
+    for image in ("map.png", "old/map.pgm"):
+        write_image(tmp_path / image, np.array([[0, 254]], dtype=np.uint8))
+    (tmp_path / "map.yaml").write_text("image: old/map.pgm\nresolution: 0.2\norigin: [0, 0, 0]\n")
     assert read_map(tmp_path / "map.png").resolution_m == 0.05 and "no map.yaml beside it" in caplog.text
 
 

@@ -59,6 +59,15 @@ def test_an_array_of_any_layout_is_packed(tmp_path: Path, is_fixed: bool) -> Non
     assert [cells.tolist() for cells in back] == [rows.tolist(), rows[:, ::2].tolist()]
 
 
+def test_numbers_of_arrays_and_arrays_of_nothing_are_packed(tmp_path: Path) -> None:
+    nothing = np.empty((0, 3), dtype=np.float32)
+    nothing.flags.writeable = False
+    write_state(tmp_path / "state", "thing", 1, pack({"count": np.int64(7), "is_on": np.bool_(True), "rows": nothing}))
+    back = read_state(tmp_path / "state", "thing", 1)
+    assert back["count"] == 7 and back["is_on"] is True
+    assert back["rows"].shape == (0, 3) and back["rows"].dtype == np.float32
+
+
 @given(data=st.data())
 def test_one_changed_byte_is_noticed(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
     path = tmp_path_factory.getbasetemp() / "damaged"

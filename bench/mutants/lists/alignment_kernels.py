@@ -154,4 +154,40 @@ MUTANTS = (
         "                pass\n",
         "thin walls vanish where a map is bent",
     ),
+    Mutant(
+        "alignment/kernels/surf.py",
+        "v < least or n == out.shape[0] or not",
+        "v < least or not",
+        "SURF writes beyond its memory on maps with very many corners",
+    ),
+    Mutant(
+        "alignment/kernels/surf.py",
+        "below[r + dr, c + dc] >= v",
+        "below[r + dr, c + dc] > v",
+        "one corner is several key points of SURF, of finer scales",
+    ),
+    Mutant(
+        "alignment/kernels/surf.py",
+        "above[r + dr, c + dc] >= v",
+        "above[r + dr, c + dc] > v",
+        "one corner is several key points of SURF, of coarser scales",
+    ),
+    Mutant(
+        "alignment/kernels/surf.py",
+        "    if det == 0.0:\n        return False\n",
+        "",
+        "SURF fails on a map with a flat spot",
+    ),
+    Mutant(
+        "alignment/kernels/surf.py",
+        "<= 1.0\n",
+        "<= 0.5\n",
+        "SURF loses key points between two pixels",
+    ),
+    Mutant(
+        "alignment/kernels/surf.py",
+        "<= 1.0\n",
+        "<= 2.0\n",
+        "SURF has key points where there is no corner",
+    ),
 )

@@ -195,4 +195,28 @@ MUTANTS = (
         "log(np.array([x, y, low[2]]))",
         "brute force tries one heading",
     ),
+    Mutant(
+        "alignment/proposals/surf.py",
+        "(keys.at + 0.5) * pixel",
+        "keys.at * pixel",
+        "SURF lays turned maps half a cell off",
+    ),
+    Mutant(
+        "alignment/proposals/surf.py",
+        "np.argsort(-rows[:, RESPONSE]",
+        "np.argsort(rows[:, RESPONSE]",
+        "SURF keeps the weakest key points of a large map",
+    ),
+    Mutant(
+        "alignment/proposals/surf.py",
+        "(sizes[k] + rows[:, LAYER] * (",
+        "(sizes[k] - rows[:, LAYER] * (",
+        "SURF describes corners at a wrong scale",
+    ),
+    Mutant(
+        "alignment/proposals/features.py",
+        "(at + 0.5) * pixel",
+        "at * pixel",
+        "ORB lays turned maps half a cell off",
+    ),
 )

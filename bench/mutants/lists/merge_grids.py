@@ -178,4 +178,16 @@ MUTANTS = (
         "corner = 0.0, 0.0",
         "maps that lie off their origin are compared somewhere else",
     ),
+    Mutant(
+        "merge/grids/upright.py",
+        "read_turned_map(path, key, resolution_m)",
+        "read_turned_map(path, key)",
+        "the resolution asked for is not heeded",
+    ),
+    Mutant(
+        "merge/grids/upright.py",
+        "read_turned_map(path, key, resolution_m)",
+        "read_turned_map(path, resolution_m=resolution_m)",
+        "of a pair of maps the first is aligned with itself",
+    ),
 )

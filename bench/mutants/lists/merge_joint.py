@@ -304,42 +304,6 @@ MUTANTS = (
         "robots that drove through each other's walls are not held against each other",
     ),
     Mutant(
-        "merge/joint/candidates.py",
-        "        if away > within_m(lost_m):\n",
-        "        if False:\n",
-        "keyframes metres apart are compared, next to matches that say where they are",
-    ),
-    Mutant(
-        "merge/joint/candidates.py",
-        "np.abs(done_m - last_m).min() >= 0.5 * COMPARED_EVERY_M",
-        "True",
-        "what was matched is matched again in every round",
-    ),
-    Mutant(
-        "merge/joint/candidates.py",
-        "float((to_a[:, i] + to_b[:, j]).min()) if believed else first_lost_m",
-        "first_lost_m",
-        "far from any match as little is looked for as next to it",
-    ),
-    Mutant(
-        "merge/joint/candidates.py",
-        "if b.way_m[j] - last_m < COMPARED_EVERY_M or away > FAR_MOST_M:",
-        "if away > FAR_MOST_M:",
-        "joining takes five times as long",
-    ),
-    Mutant(
-        "merge/joint/candidates.py",
-        "shown = a.scans.shown, b.scans.shown",
-        "shown = np.arange(len(a)), b.scans.shown",
-        "places are compared with keyframes that came without scans",
-    ),
-    Mutant(
-        "merge/joint/candidates.py",
-        "shown = a.scans.shown, b.scans.shown",
-        "shown = a.scans.shown, np.arange(len(b))",
-        "keyframes that came without scans are compared",
-    ),
-    Mutant(
         "merge/joint/ways.py",
         "away_m <= SHOWN_M) & is_held[key]",
         "away_m <= SHOWN_M)",

@@ -66,48 +66,6 @@ MUTANTS = (
         "every process casts the beams of all robots' lasers",
     ),
     Mutant(
-        "sim_driver/worlds/radio.py",
-        "- config.wall_loss_db * walls - shadowing_db",
-        "- shadowing_db",
-        "walls do not weaken the radio",
-    ),
-    Mutant(
-        "sim_driver/worlds/radio.py",
-        "return self.delivery**2",
-        "return self.delivery",
-        "links seem better than beacons of both sides would measure",
-    ),
-    Mutant(
-        "sim_driver/worlds/campus.py",
-        "    _enter(cells)\n",
-        "",
-        "buildings of a campus are entered from one side only",
-    ),
-    Mutant(
-        "sim_driver/worlds/__init__.py",
-        "    cells = is_wall[::-1].astype",
-        "    cells = is_wall.astype",
-        "worlds of bitmaps are upside down: starts and waypoints are in other rooms than drawn",
-    ),
-    Mutant(
-        "sim_driver/worlds/__init__.py",
-        "is_wall = grey < DARK_BELOW if opaque is None else (grey < DARK_BELOW) & opaque",
-        "is_wall = grey < DARK_BELOW",
-        "a plan drawn on a transparent background is one solid wall",
-    ),
-    Mutant(
-        "sim_driver/worlds/radio.py",
-        "        return np.where(is_turned[:, None], b, a), np.where(is_turned[:, None], a, b)",
-        "        return a, b",
-        "where the line between two robots grazes a corner, one hears the other better than it is heard",
-    ),
-    Mutant(
-        "sim_driver/worlds/world.py",
-        "return bool(a == b)",
-        "return True",
-        "a mission with a waypoint in a closed room never ends",
-    ),
-    Mutant(
         "sim_driver/sweep/advice.py",
         "    safe = [one for one in summaries if one.false_merges == fewest]",
         "    safe = list(summaries)",

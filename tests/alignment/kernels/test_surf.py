@@ -55,16 +55,16 @@ def test_determinant_and_sign_like_convolving(image, ii, size, step):
 
 
 def test_extrema_like_looking_at_all_neighbours():
-    grid = np.random.default_rng(0).random((6, 30, 40))
+    grid = np.random.default_rng(0).random((6, 100, 110))
     smooth = sum(np.roll(grid, (i, j, k), (0, 1, 2)) for i in (0, 1) for j in (0, 1, 2) for k in (0, 1, 2))
     layers = np.ascontiguousarray(smooth[2:5])
     out = np.empty((500, 4))
-    found = out[: surf.extrema(*layers, 9.5, out)]
-    expected = []
-    for r in range(1, 29):
-        for c in range(1, 39):
+    found = out[: surf.extrema(*layers, 8.0, out)]
+    expected, away = [], []
+    for r in range(1, 99):
+        for c in range(1, 109):
             cube = layers[:, r - 1 : r + 2, c - 1 : c + 2]
-            if cube[1, 1, 1] < 9.5 or cube[1, 1, 1] < cube.max():
+            if cube[1, 1, 1] < 8.0 or cube[1, 1, 1] < cube.max():
                 continue
             steps = np.eye(3, dtype=int)
             value = lambda d, cube=cube: cube[tuple(1 + d)]  # noqa: E731
@@ -81,9 +81,10 @@ def test_extrema_like_looking_at_all_neighbours():
                 ]
             )
             top = -np.linalg.solve(H, g)
-            if np.abs(top).max() <= 1.0:
+            away.append(np.abs(top).max())
+            if away[-1] <= 1.0:
                 expected.append([c + top[2], r + top[1], top[0], value(steps[0] * 0) + 0.5 * g @ top])
-    assert len(expected) > 5
+    assert any(0.5 < one < 0.8 for one in away) and any(1.2 < one < 2.0 for one in away)
     np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
@@ -95,6 +96,34 @@ def test_a_quadratic_has_its_top_found_exactly():
     out = np.empty((10, 4))
     assert surf.extrema(*cube, 1.0, out) == 1
     np.testing.assert_allclose(out[0], [*top, 5.0], atol=1e-9)
+
+
+def peak(*tops):
+    """Return three layers with one sample higher than all about it in each, None for a layer without."""
+    layers = np.zeros((3, 5, 5))
+    for layer, top in zip(layers, tops, strict=True):
+        layer[2, 2] = 0.0 if top is None else top
+    return layers
+
+
+@pytest.mark.parametrize(
+    ("tops", "count"), [((0.5, 2.0, None), 1), ((2.0, 2.0, None), 0), ((None, 2.0, 2.0), 0), ((None, 2.0, 3.0), 0)]
+)
+def test_a_maximum_is_that_of_one_layer(tops, count):
+    assert surf.extrema(*peak(*tops), 1.0, np.empty((10, 4))) == count
+
+
+def test_where_nothing_rises_or_falls_there_is_no_top():
+    assert not surf.top_of_quadratic(np.zeros(3), np.zeros((3, 3)), np.empty(3))
+    assert surf.extrema(np.zeros((5, 5)), np.ones((5, 5)), np.zeros((5, 5)), 0.5, np.empty((10, 4))) == 0
+
+
+def test_no_more_maxima_are_written_than_there_is_room_for():
+    layers = np.zeros((3, 20, 20))
+    layers[1, 2::4, 2::4] = 1.0
+    out = np.full((8, 4), -1.0)
+    assert surf.extrema(*layers, 0.5, out[:6]) == 6
+    assert (out[:6] >= 0.0).all() and (out[6:] == -1.0).all()
 
 
 def wavelet(image, x, y, half):

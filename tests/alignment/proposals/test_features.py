@@ -51,3 +51,13 @@ def test_a_picture_that_is_halved_has_pixels_twice_as_large() -> None:
     image, pixel_m = features.picture(side)
     assert pixel_m == pytest.approx(0.1)
     assert image.shape == pytest.approx(np.array(side.state.shape) / 2.0, abs=1.0)
+
+
+def test_key_points_of_orb_are_the_middles_of_cells(monkeypatch: pytest.MonkeyPatch, sides: tuple) -> None:
+    seen: list[np.ndarray] = []
+    monkeypatch.setattr(features, "candidates_of", lambda p_a, p_b, config: seen.extend((p_a, p_b)) or [])
+    features.orb(*sides, AlignmentConfig(), None)
+    for points, side in zip(seen, sides, strict=True):
+        in_cells = (points - (side.x0, side.y0)) / side.res - 0.5
+        is_whole = (np.abs(in_cells - np.rint(in_cells)) < 1e-6).all(axis=1)  # those of the finest level
+        assert is_whole.mean() > 0.25

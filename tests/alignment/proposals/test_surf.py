@@ -62,6 +62,7 @@ def test_no_blob_is_matched_with_one_of_the_other_sign(monkeypatch, sides):
     for points, k, side in zip(seen[0], keys, (a, b), strict=True):
         at = (k.at + 0.5) * side.res + (side.x0, side.y0)
         nearest = [int(np.argmin(np.hypot(*(at - p).T))) for p in points]
+        np.testing.assert_allclose(points, at[nearest], atol=1e-9)
         matched.append(k.positive[nearest])
     assert len(matched[0]) > 20
     np.testing.assert_array_equal(*matched)

@@ -33,3 +33,14 @@ def test_a_turned_image_is_read_into_its_maps_frame(tmp_path, yaw):
 def test_an_image_that_is_not_turned_is_read_as_it_is(tmp_path):
     turned_file(tmp_path / "m.yaml", 0.0)
     assert read_upright(tmp_path / "m.yaml").origin_m == (1.0, 2.0)
+
+
+def test_the_map_asked_for_is_read_from_a_pair_and_an_image_at_the_resolution_asked_for(tmp_path):
+    one, two = np.zeros((4, 5), dtype=np.int8), np.full((6, 7), 100, dtype=np.int8)
+    np.savez(tmp_path / "pair.npz", a=one, origin_a=(0.0, 0.0), b=two, origin_b=(1.0, 2.0), res=0.1)
+    assert read_upright(tmp_path / "pair.npz").shape == (4, 5)
+    read = read_upright(tmp_path / "pair.npz", "b")
+    assert read.shape == (6, 7) and read.origin_m == (1.0, 2.0)
+    turned_file(tmp_path / "m.yaml", 0.3)
+    bare = read_upright(tmp_path / "m.pgm", resolution_m=0.02)  # the YAML, with its yaw, is passed over
+    assert bare.resolution_m == 0.02 and bare.shape == (40, 60) and bare.origin_m == (0.0, 0.0)

@@ -91,8 +91,9 @@ def test_what_is_farther_than_any_scan_may_be_off_is_not_compared() -> None:
     assert {one.j for one in compared(trail(corner))} == {0, 5, 10}
 
 
-def test_the_nearer_a_match_that_is_believed_the_nearer_keyframes_must_be() -> None:
-    y, k = within_m(12.0), 3
+@pytest.mark.parametrize("k", [3, 4])  # the first keyframe to compare is the 15th or 16th
+def test_the_nearer_a_match_that_is_believed_the_nearer_keyframes_must_be(k: int) -> None:
+    y = within_m(12.0)
     b = trail(along(y))
     chosen = compared(b, believed=(matched(k),))
     away_m = 2.0 * abs(np.arange(41) - k) * 0.5  # along both ways
@@ -100,8 +101,31 @@ def test_the_nearer_a_match_that_is_believed_the_nearer_keyframes_must_be() -> N
     assert all(within_m(one.lost_m) >= y for one in chosen)
     assert any(within_m(lost_m) < y for lost_m in away_m)
     assert [one.j for one in chosen] == [
-        j for j in range(chosen[0].j, 41, round(COMPARED_EVERY_M / 0.5)) if within_m(away_m[j]) >= y
+        j for j in range(k + 12, 41, round(COMPARED_EVERY_M / 0.5)) if within_m(away_m[j]) >= y
     ]
+
+
+def test_what_may_have_drifted_is_counted_along_both_ways_from_the_nearest_match() -> None:
+    believed = KeyMatch(10, 30, np.zeros(3), np.eye(3)), KeyMatch(4, 2, np.zeros(3), np.eye(3))
+    chosen = compared(trail(along(1.0)), believed)
+    assert len(chosen) == 9
+    for one in chosen:
+        wanted_m = 0.5 * min(abs(one.i - 10) + abs(one.j - 30), abs(one.i - 4) + abs(one.j - 2))
+        assert one.lost_m == pytest.approx(wanted_m, abs=1e-3)
+
+
+def test_the_expected_pose_is_in_the_first_robots_keyframe() -> None:
+    T_a, T_b = (np.column_stack([np.array(along(y)), np.full(41, 0.5 * np.pi)]) for y in (0.0, 1.0))
+    chosen = candidates((Trail(T_a, scans(41)), Trail(T_b, scans(41))), (T_a, T_b), [], [])
+    assert len(chosen) == 9
+    for one in chosen:
+        np.testing.assert_allclose(one.T_i_j, [1.0, 0.0, 0.0], atol=1e-9)
+
+
+def test_the_keyframe_that_looks_the_same_way_is_preferred_to_a_nearer_one() -> None:
+    T_a, T_b = np.array([[0.0, 0.0, np.pi], [1.0, 0.0, 0.1]]), np.array([[0.0, 1.0, 0.0]])
+    (one,) = candidates((Trail(T_a, scans(2)), Trail(T_b, scans(1))), (T_a, T_b), [], [])
+    assert one.i == 1
 
 
 def test_next_to_what_was_matched_nothing_is_compared_again() -> None:

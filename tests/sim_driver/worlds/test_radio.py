@@ -4,7 +4,7 @@ import pytest
 from mrslam.sim_driver.worlds import World, load_world
 from mrslam.sim_driver.worlds.canvas import Canvas
 from mrslam.sim_driver.worlds.radio import Radio, RadioConfig, count_walls
-from mrslam.spatial import InputError
+from mrslam.spatial import InputError, OccupancyGrid
 
 CLEAR = RadioConfig(shadowing_db=0.0)
 
@@ -109,6 +109,22 @@ def test_shadowing_has_its_spread_and_its_distance(rooms):
     assert correlation[1] == pytest.approx(np.exp(-1 / 3), abs=0.1)
     assert correlation[2] == pytest.approx(np.exp(-3 / 3), abs=0.12)
     assert abs(correlation[3]) < 0.15
+
+
+def test_shadowing_is_a_loss_that_fades_out_between_neighbours(rooms):
+    radio, clear = Radio(rooms, seed=1), Radio(rooms, CLEAR)
+    a, b = np.array([2.0, 2.0]), np.array([8.0, 5.0])
+    shadow_db = radio.shadowing_db(a, b)
+    assert abs(shadow_db) > 1.0
+    assert radio.link(a, b).rssi_dbm == pytest.approx(clear.link(a, b).rssi_dbm - shadow_db)
+    beside, away = a + np.array([0.001, 0.0]), a + np.array([1.0, 0.0])
+    assert abs(radio.shadowing_db(a, beside)) < 0.05 < abs(radio.shadowing_db(a, away))
+
+
+def test_walls_are_counted_where_they_are_in_the_worlds_frame(rooms):
+    grid = rooms.grid
+    moved = World("moved", OccupancyGrid(grid.cells, grid.resolution_m, (-20.0, 3.0)))
+    assert Radio(moved).link((-19.0, 8.0), (-5.0, 8.0)).walls == Radio(rooms).link((1, 5), (15, 5)).walls == 2
 
 
 def test_robots_side_by_side_always_hear_each_other():

@@ -3,7 +3,8 @@ import numpy as np
 import pytest
 
 from mrslam.sim_driver.worlds import BUILT_IN, World, load_world
-from mrslam.sim_driver.worlds.campus import building
+from mrslam.sim_driver.worlds.campus import YARD_M, _plant, building
+from mrslam.sim_driver.worlds.canvas import Canvas
 from mrslam.spatial import InputError, OccupancyGrid, write_map
 
 
@@ -110,6 +111,16 @@ def test_starts_are_free_and_apart(clearance):
     assert np.array_equal(same, world.free_start(np.random.default_rng(3), clearance))
 
 
+@pytest.mark.parametrize("taken", [(2.0, 2.0), (0.5, 0.5), (3.6, 0.4)])  # also beside the outer walls
+def test_starts_keep_away_from_a_robot_and_look_anywhere(taken):
+    world, rng = load_world("arena1"), np.random.default_rng(0)
+    starts = np.array([world.free_start(rng, 0.3, np.array([taken])) for _ in range(300)])
+    assert 0.6 <= np.hypot(*(starts[:, :2] - taken).T).min() < 0.7
+    assert np.ptp(starts[:, 2]) > 6.0
+    in_cells = starts[:, :2] / world.resolution_m - 0.5  # robots stand in the middle of cells
+    np.testing.assert_allclose(in_cells, np.rint(in_cells), atol=1e-6)
+
+
 def test_no_place_left():
     with pytest.raises(InputError, match="no free place 9 m from every wall"):
         load_world("arena1").free_start(np.random.default_rng(0), 9.0)
@@ -119,6 +130,30 @@ def test_clearance_is_zero_in_walls_and_outside():
     world = load_world("arena1")
     assert world.clearance_m(np.array([[0.01, 0.01], [-5.0, 2.0], [99.0, 99.0]])).tolist() == [0, 0, 0]
     assert world.clearance_m(np.array([2.0, 2.2])) > 0.2
+    pen = World("pen", OccupancyGrid(np.zeros((22, 42), dtype=np.int8), 0.1))  # 2 m between walls of one cell
+    assert pen.clearance_m(np.array([2.05, 1.05])) == pytest.approx(0.95)
+
+
+def test_a_plan_without_walls_is_closed_and_all_of_it_is_floor():
+    world = World("yard", OccupancyGrid(np.zeros((30, 50), dtype=np.int8), 0.1))
+    assert not world.is_wall[1:-1, 1:-1].any() and np.count_nonzero(world.is_wall) == 2 * 50 + 2 * 28
+    np.testing.assert_array_equal(world.reachable, ~world.is_wall)
+
+
+def test_rooms_without_a_door_between_them_are_not_joined():
+    plan = Canvas(10.0, 4.0).wall(5.0, 0.0, 5.0, 4.0)
+    one, other = np.array([2.0, 2.0]), np.array([8.0, 2.0])
+    assert not World("closed", plan.grid()).is_joined(one, other)
+    open_plan = World("open", plan.door(5.0, 2.0, 1.0, vertical=True).grid())
+    assert open_plan.is_joined(one, other) and not open_plan.is_joined(one, np.array([5.0, 0.5]))
+
+
+def test_pillars_are_as_wide_as_drawn_and_what_is_outside_is_cut_off():
+    cells = Canvas(4.0, 3.0).disc(2.0, 1.5, 0.5).cells
+    assert np.count_nonzero(cells[2:-2, 2:-2]) * 0.05**2 == pytest.approx(np.pi * 0.25, rel=0.02)
+    assert cells[30, 40] == 100 and cells[30, 49] == 100 and cells[30, 51] == 0
+    corner = Canvas(4.0, 3.0).box(-1.0, -1.0, 1.0, 0.5).cells
+    assert (corner[:10, :20] == 100).all() and not corner[10:-2, 2:-2].any() and not corner[2:-2, 20:-2].any()
 
 
 def test_starts_are_inside_the_building(tmp_path):
@@ -197,3 +232,23 @@ def test_buildings_of_a_campus_are_entered_from_two_sides():
         cells = building(np.random.default_rng(seed))
         for side, rest in ((cells[:, 0], cells[0]), (cells[:, -1], cells[-1])):
             assert 1.5 <= 0.05 * np.count_nonzero(side == 0) <= 1.7 and (rest == 100).all()
+
+
+def test_there_is_a_yard_all_around_a_campus():
+    cells = load_world("campus:0").grid.cells
+    yard = round(0.9 * YARD_M / 0.05)
+    for strip in (cells[2:yard], cells[-yard:-2], cells.T[2:yard], cells.T[-yard:-2]):
+        assert (strip != 0).mean(axis=1).max() < 0.2  # no wall, only trees
+
+
+def test_trees_stand_in_yards_and_robots_pass_between_them():
+    from scipy import ndimage
+
+    plan = Canvas(30.0, 30.0)
+    is_yard = plan.cells == 0
+    is_yard[:300] = False
+    _plant(plan, np.random.default_rng(0), is_yard)
+    assert not plan.cells[2:300, 2:-2].any()
+    _, count = ndimage.label(plan.cells)
+    assert count > 5  # the outer wall is one
+    assert ndimage.label(ndimage.binary_dilation(plan.cells, np.ones((19, 19))))[1] == count  # 0.45 m wider all around

@@ -1,0 +1,114 @@
+"""Mutants of merge/joint: which keyframes are compared."""
+
+from bench.mutants.mutant import Mutant
+
+MUTANTS = (
+    Mutant(
+        "merge/joint/candidates.py",
+        "        if away > within_m(lost_m):\n",
+        "        if False:\n",
+        "keyframes metres apart are compared, next to matches that say where they are",
+    ),
+    Mutant(
+        "merge/joint/candidates.py",
+        "np.abs(done_m - last_m).min() >= 0.5 * COMPARED_EVERY_M",
+        "True",
+        "what was matched is matched again in every round",
+    ),
+    Mutant(
+        "merge/joint/candidates.py",
+        "float((to_a[:, i] + to_b[:, j]).min()) if believed else first_lost_m",
+        "first_lost_m",
+        "far from any match as little is looked for as next to it",
+    ),
+    Mutant(
+        "merge/joint/candidates.py",
+        "if b.way_m[j] - last_m < COMPARED_EVERY_M or away > FAR_MOST_M:",
+        "if away > FAR_MOST_M:",
+        "joining takes five times as long",
+    ),
+    Mutant(
+        "merge/joint/candidates.py",
+        "shown = a.scans.shown, b.scans.shown",
+        "shown = np.arange(len(a)), b.scans.shown",
+        "places are compared with keyframes that came without scans",
+    ),
+    Mutant(
+        "merge/joint/candidates.py",
+        "shown = a.scans.shown, b.scans.shown",
+        "shown = a.scans.shown, np.arange(len(b))",
+        "keyframes that came without scans are compared",
+    ),
+    Mutant(
+        "merge/joint/candidates.py",
+        "(to_a[:, i] + to_b[:, j]).min()",
+        "(to_a[:, i] + to_b[:, j]).max()",
+        "next to a match keyframes are looked for as far as the farthest one lets them drift",
+    ),
+    Mutant(
+        "merge/joint/candidates.py",
+        "a.way_from(np.array([match.i for",
+        "a.way_from(np.array([match.j for",
+        "how far the first robot may have drifted is counted from the other robot's keyframe",
+    ),
+    Mutant(
+        "merge/joint/candidates.py",
+        "b.way_from(np.array([match.j for",
+        "b.way_from(np.array([match.i for",
+        "how far the second robot may have drifted is counted from the other robot's keyframe",
+    ),
+    Mutant(
+        "merge/joint/candidates.py",
+        "(to_a[:, i] + to_b[:, j])",
+        "(2.0 * to_b[:, j])",
+        "the drift of the first robot is taken for that of the second",
+    ),
+    Mutant(
+        "merge/joint/candidates.py",
+        "se2.between(T_a[i], T_b[j])",
+        "T_b[j] - T_a[i]",
+        "keyframes of a robot that does not look along +x are searched for in the wrong place",
+    ),
+    Mutant(
+        "merge/joint/candidates.py",
+        "        if away > within_m(lost_m):\n            continue\n        last_m = b.way_m[j]\n",
+        "        last_m = b.way_m[j]\n        if away > within_m(lost_m):\n            continue\n",
+        "a keyframe that is too far keeps the next ones from being compared",
+    ),
+    Mutant(
+        "merge/joint/candidates.py",
+        "nearest_keys(T_a[shown[0]], T_b[shown[1]], TURN_COST_M)",
+        "nearest_keys(T_a[shown[0]], T_b[shown[1]], 0.0)",
+        "a keyframe is compared with one that looked the other way, next to one that looked the same way",
+    ),
+    Mutant(
+        "merge/joint/candidates.py",
+        "[b.way_m[j] for _, j in found]",
+        "[b.way_m[j] for j, _ in found]",
+        "what was matched is compared again, and what was not is left out",
+    ),
+    Mutant(
+        "merge/joint/candidates.py",
+        "(apart <= FAR_MOST_M).all()",
+        "(apart <= 0.0).all()",
+        "robots that drove side by side are never compared",
+    ),
+    Mutant(
+        "merge/joint/candidate_kernels.py",
+        "min(turn, 2.0 * math.pi - turn)",
+        "turn",
+        "keyframes that look a little over and under half a turn count as opposed",
+    ),
+    Mutant(
+        "merge/joint/candidate_kernels.py",
+        ">= least * least:",
+        ">= least:",
+        "the nearest keyframe is not found within a metre",
+    ),
+    Mutant(
+        "merge/joint/candidate_kernels.py",
+        "= cost, i, away",
+        "= cost, i, cost",
+        "keyframes that look elsewhere count as far away",
+    ),
+)
