@@ -186,9 +186,7 @@ class Core(NamedTuple):
     def spread(self, whole: Trail, T_team_core: Transform) -> Transform:
         """Return ``(K, 3)``, all keyframes of the whole trail, where the core has its own at ``T_team_core (C, 3)``."""
         T_core_key = se2.between(self.trail.T_map_key[self.follows], whole.T_map_key)
-        T_team_key = se2.compose(T_team_core[self.follows], T_core_key)
-        T_team_key[self.keys] = T_team_core
-        return T_team_key
+        return se2.compose(T_team_core[self.follows], T_core_key)
 
 
 def with_normals(points: NDArray[np.float32], origin: NDArray[np.float32]) -> NDArray[np.float64]:

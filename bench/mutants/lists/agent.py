@@ -329,12 +329,6 @@ MUTANTS = (
     ),
     Mutant(
         "agent/effects.py",
-        "return saved[0] if len(saved) == 1 else None",
-        "return saved[0] if saved else None",
-        "two saved maps are aligned as a robot with one",
-    ),
-    Mutant(
-        "agent/effects.py",
         "self.hinted_by in (self.a, self.b) and",
         "self.hinted_by is not None and",
         "what any robot says of another's place in a saved map is believed as if it had said it itself",

@@ -107,12 +107,6 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/drivers/costmap.py",
-        "    weight[~free | (gap_m < body)] = np.inf",
-        "    weight[~free] = np.inf",
-        "robots plan through gaps they do not fit",
-    ),
-    Mutant(
-        "sim_driver/drivers/costmap.py",
         "    if hopeful:\n",
         "    if False:\n",
         "a ghost in a doorway locks a robot in",

@@ -1,0 +1,55 @@
+"""Mutants of merge/joint: which keyframes a solution moves, and what the others follow."""
+
+from bench.mutants.mutant import Mutant
+
+TRAIL = "merge/joint/trail.py"
+MUTANTS = (
+    Mutant(
+        TRAIL,
+        "        is_inner[1:-1] &= is_bare[:-2] & is_bare[2:]\n",
+        "",
+        "where a robot came back to what it knows its loop does not close",
+    ),
+    Mutant(
+        TRAIL,
+        "        if self.part_of is not None:\n",
+        "        if False:\n",
+        "a place that was seen again after a way through what is known is none",
+    ),
+    Mutant(
+        TRAIL,
+        "<= count]",
+        ">= 0]",
+        "scans from before and after a long way are matched as if they were taken side by side",
+    ),
+    Mutant(
+        TRAIL,
+        "        follows[is_inner] = follows[followed[nearest]]\n",
+        "",
+        "poses in what is known follow a keyframe at the other end of the building",
+    ),
+    Mutant(
+        TRAIL,
+        "        if not (is_inner.any() and self.scans.shown.size):",
+        "        if True:",
+        "solutions cost with the time that robots drive about in what they know",
+    ),
+    Mutant(
+        TRAIL,
+        "        T_core_key = se2.between(self.trail.T_map_key[self.follows], whole.T_map_key)",
+        "        T_core_key = np.zeros_like(whole.T_map_key)",
+        "robots stand still in the team map while they drive through what is known",
+    ),
+    Mutant(
+        "merge/joint/join.py",
+        "match=tie.match._replace(i=int(i), j=int(j))",
+        "match=tie.match",
+        "ties are drawn, and believed, between other keyframes than those that match",
+    ),
+    Mutant(
+        "merge/joint/ways.py",
+        "starts[tie.b] + cores[tie.b].follows[tie.match.j]",
+        "starts[tie.b] + tie.match.j",
+        "ties lead to another robot's way, and contradictions near them are overlooked",
+    ),
+)
