@@ -84,6 +84,7 @@ def test_extrema_like_looking_at_all_neighbours():
             away.append(np.abs(top).max())
             if away[-1] <= 1.0:
                 expected.append([c + top[2], r + top[1], top[0], value(steps[0] * 0) + 0.5 * g @ top])
+    assert len(expected) > 5
     assert any(0.5 < one < 0.8 for one in away) and any(1.2 < one < 2.0 for one in away)
     np.testing.assert_allclose(found, expected, atol=1e-9)
 
