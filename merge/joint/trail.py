@@ -80,19 +80,16 @@ class Trail:
         The others saw only what these had seen, and follow them, so that a solution's cost grows with what is known,
         and not with how long robots drive about in it.
         """
-        is_bare = np.diff(self.scans.starts) == 0
-        is_inner = is_bare.copy()
+        is_bare, shown = np.diff(self.scans.starts) == 0, self.scans.shown
+        is_inner = is_bare & bool(shown.size)  # where none has a scan there is none to follow
         is_inner[:1] = is_inner[-1:] = False
         is_inner[1:-1] &= is_bare[:-2] & is_bare[2:]
-        if not (is_inner.any() and self.scans.shown.size):
-            everyone = np.arange(len(self))
-            return Core(self, everyone, everyone)
-        keys, followed = np.flatnonzero(~is_inner), self.scans.shown
+        keys, follows = np.flatnonzero(~is_inner), np.cumsum(~is_inner) - 1
+        if is_inner.any():
+            _, nearest = cKDTree(self.T_map_key[shown, :2]).query(self.T_map_key[is_inner, :2])
+            follows[is_inner] = follows[shown[nearest]]
         stamps_ns = self.stamps_ns[keys[keys < self.stamps_ns.size]]
         part = Trail(self.T_map_key[keys], self.scans.chosen(keys), stamps_ns, Whole(keys, self.way_m[keys]))
-        follows = np.cumsum(~is_inner) - 1
-        _, nearest = cKDTree(self.T_map_key[followed, :2]).query(self.T_map_key[is_inner, :2])
-        follows[is_inner] = follows[followed[nearest]]
         return Core(part, keys, follows)
 
     def around(self, k: int, count: int) -> NDArray[np.int64]:

@@ -24,15 +24,21 @@ MUTANTS = (
     ),
     Mutant(
         TRAIL,
-        "        follows[is_inner] = follows[followed[nearest]]\n",
-        "",
+        "            follows[is_inner] = follows[shown[nearest]]\n",
+        "            follows[is_inner] = follows[shown[0]]\n",
         "poses in what is known follow a keyframe at the other end of the building",
     ),
     Mutant(
         TRAIL,
-        "        if not (is_inner.any() and self.scans.shown.size):",
-        "        if True:",
+        "        is_inner = is_bare & bool(shown.size)",
+        "        is_inner = is_bare & False",
         "solutions cost with the time that robots drive about in what they know",
+    ),
+    Mutant(
+        TRAIL,
+        "is_bare & bool(shown.size)",
+        "is_bare",
+        "maps whose keyframes have no scans are not joined with others, but end the program",
     ),
     Mutant(
         TRAIL,
