@@ -146,8 +146,15 @@ class Meter:
         noted = {"cpu_s": round(self.cpu_s, 1), "cpu_by_room_s": self.by_room_s()}
         noted |= {"beacon_bytes": beacon, "exchange_bytes": sum(exchange)}
         noted |= {"peak_rss_mb": round(peak_kb() / 1024), "alignments": self.calls["alignment"]}
+        before = self.minutes[-1] if self.minutes else dict.fromkeys(noted, 0)
+        beacons, exchanges = (
+            (noted[sent] - before[sent]) / 1e3 / len(placed) for sent in ("beacon_bytes", "exchange_bytes")
+        )
         self.minutes.append({**noted, "placed": round(sum(placed) / len(placed), 2)})
-        told = f"minute {len(self.minutes)}: {noted['cpu_s']} s of CPU, {self.minutes[-1]['placed']} maps placed"
+        told = f"minute {len(self.minutes)}: {noted['cpu_s']} s of CPU, {noted['peak_rss_mb']} MB, "
+        told += (
+            f"{self.minutes[-1]['placed']} maps placed; a robot {beacons:.1f} kB of beacons, {exchanges:.1f} exchanged"
+        )
         print(told, file=sys.stderr, flush=True)
 
 
