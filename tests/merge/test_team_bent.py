@@ -100,7 +100,8 @@ def test_bent_maps_are_held_against_each_other_only_where_ties_hold_them(key, is
     """Far along its way from what ties it a bent map has drifted, and its walls say nothing against the tie."""
     mapper = scanned()
     mapper.bent = solution(0.8)
-    longer = Trail(np.vstack([KEYS, [[3.0 + HELD_M, 1.0, 0.0]]]), SCANNED.scans)  # it went on before it met anybody
+    on = np.vstack([KEYS, [[3.0 + HELD_M, 1.0, 0.0]]])  # it went on before it met anybody
+    longer = Trail(on, SCANNED.scans.append(SCANNED.scans.part(0, 1)))
     ties = [Tie(*pair, KeyMatch(key, 0, np.zeros(3), np.eye(3)), True) for pair in (("r2", "r1"), ("r2", "r3"))]
     mapper.bent = replace(mapper.bent, ways=Ways({"r1": SCANNED, "r2": longer, "r3": SCANNED}, ties))
     assert (("r1", "r2") in mapper.team_map().dropped) is is_over
