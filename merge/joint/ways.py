@@ -7,10 +7,11 @@ near a tie for long; that says nothing against the ties.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import block_diag, coo_matrix
+from scipy.sparse import block_diag, coo_matrix, csr_matrix
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
@@ -32,28 +33,32 @@ class Ways:
 
     def __init__(self, trails: Mapping[str, Trail], ties: Sequence[Tie]) -> None:
         """``ties`` : those between robots without a trail lead nowhere."""
-        self._cores = {name: trail.core for name, trail in trails.items()}
+        self._cores = {name: trail.core for name, trail in sorted(trails.items())}
+        counts = [len(core.trail) for core in self._cores.values()]
+        self._starts = dict(zip(self._cores, np.cumsum([0, *counts]).tolist(), strict=False))
         self._ties = tuple(tie for tie in ties if tie.believed and {tie.a, tie.b} <= trails.keys())
         self._to: dict[str, dict[str, NDArray[np.float64]]] = {}
+
+    @cached_property
+    def _net(self) -> csr_matrix:
+        """Length of every step from keyframe to keyframe, metres, of all robots' cores one after the other."""
+        cores, starts = self._cores, self._starts
+        own = block_diag([core.trail.lengths for core in cores.values()], format="coo")
+        ends = [
+            (starts[tie.a] + cores[tie.a].follows[tie.match.i], starts[tie.b] + cores[tie.b].follows[tie.match.j])
+            for tie in self._ties
+        ]
+        first, second = np.array(ends, dtype=np.int64).reshape(-1, 2).T
+        nothing = np.full(len(self._ties), 1e-6)  # a length of 0 would be no edge
+        tied = coo_matrix((nothing, (first, second)), shape=own.shape)
+        return (own + tied).tocsr()
 
     def to(self, robot_id: str) -> Mapping[str, NDArray[np.float64]]:
         """Return by robot: ``(K,)``, the shortest way from each keyframe to any of this robot's, metres."""
         if robot_id not in self._to:
-            cores = dict(sorted(self._cores.items()))
-            starts = dict(
-                zip(cores, np.cumsum([0, *(len(core.trail) for core in cores.values())]).tolist(), strict=False)
-            )
-            own = block_diag([core.trail.lengths for core in cores.values()], format="coo")
-            ends = [
-                (starts[tie.a] + cores[tie.a].follows[tie.match.i], starts[tie.b] + cores[tie.b].follows[tie.match.j])
-                for tie in self._ties
-            ]
-            first, second = np.array(ends, dtype=np.int64).reshape(-1, 2).T
-            nothing = np.full(len(self._ties), 1e-6)  # a length of 0 would be no edge
-            tied = coo_matrix((nothing, (first, second)), shape=own.shape)
-            sources = starts[robot_id] + np.arange(len(cores[robot_id].trail))
-            away = dijkstra((own + tied).tocsr(), directed=False, indices=sources, min_only=True)
-            self._to[robot_id] = {name: away[starts[name] + core.follows] for name, core in cores.items()}
+            sources = self._starts[robot_id] + np.arange(len(self._cores[robot_id].trail))
+            away = dijkstra(self._net, directed=False, indices=sources, min_only=True)
+            self._to[robot_id] = {name: away[self._starts[name] + core.follows] for name, core in self._cores.items()}
         return self._to[robot_id]
 
     def held(self, robot_id: str, other: str) -> NDArray[np.bool_]:
