@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from mrslam.merge import merge_maps
+from mrslam.merge.joint.consistent import KeyMatch
+from mrslam.merge.joint.ties import Tie
 from mrslam.sim_driver.cli.maps.merge import (
+    _say_bends,
     in_folders,
     merge_files,
     read_maps,
@@ -155,6 +160,14 @@ def test_maps_of_robots_are_bent_and_their_ways_written(tmp_path: Path, capsys: 
     assert errors_m(a, b, *ways).mean() < 0.1
     row = json.loads((tmp_path / "out" / "team_map.json").read_text())
     assert sorted(row["bent_m"]) == ["r1/map", "r2/map"] and len(row["ties"]) >= 12
+
+
+def test_places_that_do_not_agree_are_not_counted_as_agreeing(capsys: pytest.CaptureFixture[str]) -> None:
+    match = KeyMatch(0, 0, np.zeros(3), np.eye(3))
+    ties = tuple(Tie(a, b, match, kept) for a, b, kept in (("a", "b", True), ("a", "b", False), ("b", "c", False)))
+    _say_bends(replace(merge_maps({"a": building()}), ties=ties), {})
+    told = capsys.readouterr().err.replace("\n", " ")
+    assert "a and b saw 1 places in common that agree" in told and "b and c" not in told
 
 
 def test_a_folder_without_maps_is_named(tmp_path: Path) -> None:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mrslam.spatial import se2
-from mrslam.spatial.pose_graph import Edges, marginal, relax, relax_again, relax_graduated, shortest
+from mrslam.spatial.pose_graph import Edges, _truncated, marginal, relax, relax_again, relax_graduated, shortest
 
 TIGHT = np.diag([1e4, 1e4, 1e4])
 
@@ -62,6 +62,34 @@ def test_without_graduation_the_same_edge_would_bend_everything():
         [edges_of(truth, chain(20)), Edges(np.array([0]), np.array([7]), np.array([[3.0, 3.0, 1.0]]), TIGHT[None])]
     )
     assert np.abs(relax(truth, edges, np.zeros(20, dtype=bool)) - truth).max() > 0.3
+
+
+def test_weights_of_the_surrogate_are_those_that_make_it_least() -> None:
+    weight, bound = np.linspace(0.0, 1.0, 2001)[:, None], 16.0
+    chi2 = np.array([0.1, 3.0, 7.9, 8.1, 12.0, 15.9, 16.1, 20.0, 31.9, 32.1, 300.0])
+    for mu in (1e-3, 0.1, 1.0, 30.0):
+        surrogate = weight * chi2 + mu * (1.0 - weight) / (mu + weight) * bound  # Yang et al. 2020, equation 12
+        assert _truncated(chi2, bound, mu) == pytest.approx(weight[surrogate.argmin(axis=0), 0], abs=1e-3)
+
+
+def test_among_loops_of_which_many_are_wrong_few_wrong_ones_are_believed() -> None:
+    """Four of ten loops over a way that drifted are wrong: a loss that is sharp at once believes more of them."""
+    believed = np.zeros(2)
+    for seed in range(20):
+        rng, truth = np.random.default_rng(seed), ring(40)
+        way = edges_of(truth, chain(40), np.diag([100.0, 100.0, 400.0]))
+        way.T_first_second[:] += rng.normal(0.0, (0.07, 0.07, 0.035), way.T_first_second.shape)
+        begin = truth.copy()
+        for k in range(39):
+            begin[k + 1] = se2.compose(begin[k], way.T_first_second[k])
+        good = edges_of(truth, [(39, 0), (2, 21), (5, 25), (9, 30), (13, 33), (17, 38)])
+        first = rng.integers(0, 18, 4)
+        wrong = edges_of(truth, list(zip(first, first + rng.integers(10, 20, 4), strict=True)))
+        wrong.T_first_second[:] += rng.uniform(-1.0, 1.0, (4, 3)) * (4.0, 4.0, 1.5)
+        edges = Edges.joined([way, good, wrong])
+        _, weight = relax_graduated(begin, edges, np.arange(49) >= 39, 16.27)
+        believed += weight[39:45].sum(), weight[45:].sum()
+    assert believed[0] > 0.5 * 120 and believed[1] < 0.1 * 80
 
 
 def test_edges_that_always_count_are_never_dropped():

@@ -4,6 +4,18 @@ from bench.mutants.mutant import Mutant
 
 MUTANTS = (
     Mutant(
+        "alignment/proposals/surf.py",
+        "return candidates_of(at_a[i], at_b[j], config)",
+        "return candidates_of(at_a[i], at_b[j], config)[:1]",
+        "SURF proposes one place of two that fit",
+    ),
+    Mutant(
+        "alignment/proposals/features.py",
+        "return candidates_of(at_a[i], at_b[j], config)",
+        "return candidates_of(at_a[i], at_b[j], config)[:1]",
+        "ORB proposes one place of two that fit",
+    ),
+    Mutant(
         "alignment/proposals/walks/aligner.py",
         'return [Candidate(about(row[:3], b), -float(row[3]), {"dissimilarity": float(row[3])}) for row in kept]',
         "return []",

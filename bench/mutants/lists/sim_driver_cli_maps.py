@@ -4,6 +4,12 @@ from bench.mutants.mutant import Mutant
 
 MUTANTS = (
     Mutant(
+        "sim_driver/cli/maps/merge.py",
+        "for tie in result.ties if tie.believed)",
+        "for tie in result.ties)",
+        "`mrslam merge` counts places that do not agree among those that do",
+    ),
+    Mutant(
         "sim_driver/cli/maps/align.py",
         "turned by {np.degrees(theta):.2f} deg",
         "turned by {theta:.2f} deg",

@@ -4,6 +4,24 @@ from bench.mutants.mutant import Mutant
 
 MUTANTS = (
     Mutant(
+        "sim_driver/missions/settings.py",
+        "strict=not isinstance(raw, str)",
+        "strict=False",
+        "1 and 0 are taken for a switch, and what was mistyped is not said",
+    ),
+    Mutant(
+        "sim_driver/missions/settings.py",
+        "strict=not isinstance(raw, str)",
+        "strict=True",
+        "`--set section.switch=True` is refused",
+    ),
+    Mutant(
+        "sim_driver/faults/clock.py",
+        "reversed(_jumps(faults))",
+        "_jumps(faults)",
+        "events of a robot whose clock jumped twice are judged at wrong times",
+    ),
+    Mutant(
         "sim_driver/missions/seeds.py",
         'text = f"{mission.mission.seed}/{purpose}".encode()',
         'text = f"{mission.mission.seed}".encode()',

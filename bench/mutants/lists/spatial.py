@@ -5,6 +5,36 @@ from bench.mutants.mutant import Mutant
 MUTANTS = (
     Mutant(
         "spatial/pose_graph.py",
+        "mu, weight = bound / (2.0 * worst - bound),",
+        "mu, weight = 1e3,",
+        "a loss that is sharp at once believes wrong loops",
+    ),
+    Mutant(
+        "spatial/pose_graph.py",
+        "np.maximum(chi2, 1e-12)) - mu",
+        "np.maximum(chi2, 1e-12)) + mu",
+        "weights of doubtful edges are not those of the surrogate",
+    ),
+    Mutant(
+        "spatial/pose_graph.py",
+        "np.where(chi2 >= (mu + 1.0) / mu * bound, 0.0, np.where(chi2 <= mu / (mu + 1.0) * bound, 1.0, between))",
+        "np.where(chi2 > bound, 0.0, 1.0)",
+        "loops count wholly or not at all from the beginning, and right ones are dropped",
+    ),
+    Mutant(
+        "spatial/pose_graph.py",
+        "ANNEALING_STEPS = 20",
+        "ANNEALING_STEPS = 0",
+        "wrong loops bend the map before it is decided which are believed",
+    ),
+    Mutant(
+        "spatial/pose_graph.py",
+        "ANNEALING = 2.0",
+        "ANNEALING = 30.0",
+        "the loss becomes sharp too soon, and wrong loops are believed",
+    ),
+    Mutant(
+        "spatial/pose_graph.py",
         "        if _step(poses, edges, equations, weight) < SETTLED_M:\n            break\n",
         "        _step(poses, edges, equations, weight)\n        break\n",
         "relaxation stops after one step, and large loops stay open",

@@ -4,6 +4,12 @@ from bench.mutants.mutant import Mutant
 
 MUTANTS = (
     Mutant(
+        "spatial/matching/sliding.py",
+        " + STEP_M**2 / 12.0)",
+        " + 1e-12)",
+        "a match along a corridor is believed to a micrometre though places were tried 0.1 m apart",
+    ),
+    Mutant(
         "spatial/matching/places.py",
         " and found.inliers >= (AGREEING_LEAST + 0.5 * more) * seen",
         "",

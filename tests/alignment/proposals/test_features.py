@@ -9,6 +9,7 @@ import pytest
 from mrslam.alignment import AlignmentConfig
 from mrslam.alignment.prepared import prepare
 from mrslam.alignment.proposals import features
+from mrslam.alignment.proposals.surf import surf
 from mrslam.spatial import OccupancyGrid, se2
 
 ONE, OTHER = se2.transform(3.0, -1.0, 2.0), se2.transform(-5.0, 4.0, -1.0)
@@ -61,3 +62,14 @@ def test_key_points_of_orb_are_the_middles_of_cells(monkeypatch: pytest.MonkeyPa
         in_cells = (points - (side.x0, side.y0)) / side.res - 0.5
         is_whole = (np.abs(in_cells - np.rint(in_cells)) < 1e-6).all(axis=1)  # those of the finest level
         assert is_whole.mean() > 0.25
+
+
+@pytest.mark.parametrize("propose", [features.orb, surf])
+def test_where_parts_of_a_map_fit_at_two_places_both_are_proposed(propose, house) -> None:
+    """The right half of one map lies 2 m higher in the other, as where a mapper lost its way in the middle."""
+    cells, torn = house.cells, np.full_like(house.cells, -1)
+    torn[:, :260], torn[40:, 260:] = cells[:, :260], cells[:-40, 260:]
+    a, b = (prepare(OccupancyGrid(each, 0.05), 0.05) for each in (torn, cells))
+    found = propose(a, b, AlignmentConfig(), None)
+    for shift_m in (0.0, 2.0):
+        assert min(np.abs(each.T_a_b - (0.0, shift_m, 0.0)).max() for each in found) < 0.15

@@ -32,6 +32,14 @@ def test_times_by_a_clock_that_jumped_are_known_again(jumps: list[tuple[float, f
     assert mission_times_s([], shown_s) == shown_s
 
 
+def test_of_several_jumps_the_last_is_undone_first() -> None:
+    faults = [jump(20.0, 15.0), jump(40.0, 12.0)]
+    true_s = [k / 10 for k in range(1, 1000)]
+    shown_s = [shown_ns(faults, round(t_s * 1e9)) / 1e9 for t_s in true_s]
+    assert shown_s[-1] > true_s[-1] + 27.0
+    assert mission_times_s(faults, shown_s) == pytest.approx(true_s, abs=1e-6)
+
+
 @pytest.mark.parametrize("amount", [20.0, -8.0])
 def test_a_merge_before_a_new_map_is_not_one_of_it(tmp_path: Path, amount: float) -> None:
     """Robot r2 begins another map at 30 s; r1, whose clock jumped at 20 s, merges the old one at 28 s."""

@@ -15,6 +15,7 @@ class Knobs:
     timeout_s: float = 30.0
     name: str = "x"
     count: int | None = None
+    is_on: bool = False
 
     def __post_init__(self) -> None:
         require(self.timeout_s > 0, "knobs.timeout_s", "> 0 s", self.timeout_s)
@@ -30,13 +31,26 @@ def test_a_misspelt_key_suggests_the_nearest() -> None:
 
 
 def test_where_no_key_is_like_it_all_are_named() -> None:
-    with pytest.raises(InputError, match="unknown key 'zzz'; known are count, name, timeout_s"):
+    with pytest.raises(InputError, match="unknown key 'zzz'; known are count, is_on, name, timeout_s"):
         build(Knobs, {"zzz": 5}, "knobs")
 
 
 def test_a_wrong_type_names_key_and_value() -> None:
     with pytest.raises(InputError, match=r"knobs\.count = 'many': Expected `int \| null`"):
         build(Knobs, {"count": "many"}, "knobs")
+
+
+@pytest.mark.parametrize("raw", [1, 1.0, 0])
+def test_a_number_is_no_switch(raw: float) -> None:
+    with pytest.raises(InputError, match=r"knobs\.is_on = .*: Expected `bool`"):
+        build(Knobs, {"is_on": raw}, "knobs")
+
+
+def test_text_is_read_as_what_the_setting_is() -> None:
+    """As ``--set knobs.is_on=True`` gives it, which is no TOML."""
+    (_, key), raw = parse_assignment("knobs.is_on=True")
+    assert raw == "True"
+    assert build(Knobs, {key: raw}, "knobs") == Knobs(is_on=True)
 
 
 def test_a_value_out_of_range_says_the_bound() -> None:

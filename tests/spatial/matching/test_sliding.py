@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from mrslam.spatial.hits.store import TileStore
 from mrslam.spatial.hits.views import Tiles
 from mrslam.spatial.matching.gauss_newton import match
-from mrslam.spatial.matching.sliding import Drift, slid
+from mrslam.spatial.matching.sliding import STEP_M, Drift, _sharpness, slid
 
 SIGMA_M = 0.03
 
@@ -88,3 +88,8 @@ def test_what_descent_found_along_a_corridor_is_left_out() -> None:
     found = match(tiles, points, at, at, prior, SIGMA_M, 12)._replace(information=said)
     found, _ = slid(tiles, points, found, Drift(at, 1.0, prior, 0.0), SIGMA_M)
     assert found.information == pytest.approx(np.array([[0.0, 0.0, 0.0], [0.0, 1e5, 7.0], [0.0, 7.0, 1e6]]))
+
+
+def test_places_a_step_apart_say_no_more_than_the_step() -> None:
+    said = _sharpness(np.array([-900.0, 0.0, -900.0]), STEP_M * np.arange(-1, 2))
+    assert said == pytest.approx(12.0 / STEP_M**2)  # of a place that may be anywhere within a step
