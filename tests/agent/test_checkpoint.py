@@ -177,6 +177,13 @@ def test_a_checkpoint_of_another_version_is_refused_in_one_line(tmp_path: Path) 
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.parametrize("state", [[], "r1", {}, {"robot": "r1", "rbpf": []}])
+def test_a_checkpoint_without_settings_is_refused_in_one_line(state: object, tmp_path: Path) -> None:
+    write_state(tmp_path / "state", KIND, VERSION, pack(state))
+    with pytest.raises(InputError, match=r"does not fit this program \(it holds no settings\)"):
+        resume(robot("r1", 2), tmp_path / "state")
+
+
 @pytest.mark.parametrize("missing", ["pairs", "mapper", "store", "self_doubt", "links"])
 def test_a_checkpoint_that_lacks_something_is_refused_in_one_line_and_leaves_the_robot_as_it_was(
     missing: str, tmp_path: Path

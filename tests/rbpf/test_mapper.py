@@ -24,6 +24,10 @@ def test_follows_the_truth_within_centimetres() -> None:
     assert mapper.online_trajectory().stamps_ns.size == 150
 
 
+def test_a_mapper_of_no_settings_has_the_defaults() -> None:
+    assert Mapper().config == MapperConfig() and Mapper(SMALL).config is SMALL
+
+
 def test_the_online_trajectory_is_what_was_reported_when_each_scan_came() -> None:
     poses = drive(60)
     mapper, reported = Mapper(SMALL, seed=1), []

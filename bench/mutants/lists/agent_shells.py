@@ -4,6 +4,12 @@ from bench.mutants.mutant import Mutant
 
 MUTANTS = (
     Mutant(
+        "agent/checkpoint.py",
+        'not isinstance(state, dict) or not isinstance(state.get("rbpf"), dict)',
+        'not isinstance(state.get("rbpf"), dict)',
+        "a checkpoint that holds something else ends the robot with a traceback",
+    ),
+    Mutant(
         "agent/shells/outputs.py",
         "in_frame(team.grid, agent.T_frame_team)",
         "team.grid",

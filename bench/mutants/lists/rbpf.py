@@ -5,6 +5,12 @@ from bench.mutants.mutant import Mutant
 MUTANTS = (
     Mutant(
         "rbpf/mapper.py",
+        "self.config = config or MapperConfig()",
+        "self.config = config",
+        "a mapper of the Python library cannot be made without settings",
+    ),
+    Mutant(
+        "rbpf/mapper.py",
         "        if reading.is_contradicted and self._intake.put_back():",
         "        if False:",
         "old odometry with the first scan after a pause turns the map",
