@@ -66,13 +66,15 @@ def test_certificates_that_end_at_once_or_never_are_refused(tmp_path: Path, days
 
 
 def test_what_is_wrong_with_the_network_is_marked() -> None:
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
+    with socket.socket() as taken, socket.socket() as free:
+        for one in (taken, free):
+            one.bind(("127.0.0.1", 0))
         taken.listen()
-        there = f"tcp/127.0.0.1:{taken.getsockname()[1]}"
-        arguments = ["doctor", "--no-multicast", "--listen", there, "--connect", there]
+        there, nowhere = (f"tcp/127.0.0.1:{one.getsockname()[1]}" for one in (taken, free))
+        free.close()
+        arguments = ["doctor", "--no-multicast", "--listen", there, "--connect", nowhere, "--connect", there]
         lines = CliRunner().invoke(app, arguments).output.splitlines()
         found = json.loads(CliRunner().invoke(app, [*arguments, "--json"]).stdout)
-    assert [one["topic"] for one in found] == ["interfaces", "port", "peer", "clock", "throughput"]
-    assert [one["level"] for one in found[1:3]] == ["error", "ok"]
-    assert lines[1] == f" BAD  port: {found[1]['words']}" and lines[2].startswith(f"  ok  peer: {there}")
+    assert [one["topic"] for one in found] == ["interfaces", "port", "peer", "peer", "clock", "throughput"]
+    assert [one["level"] for one in found[1:4]] == ["error", "error", "ok"]
+    assert lines[1] == f" BAD  port: {found[1]['words']}" and lines[3].startswith(f"  ok  peer: {there}")

@@ -128,7 +128,15 @@ def test_an_agent_that_a_service_puts_in_anothers_place_begins_at_once_without_a
     out = tmp_path / "r1"
     Node(out).run(5)
     node = Node(out)
-    node.run(20, lambda times: node.sessions.reset() if times == 10 else None)
+    is_located: dict[int, bool] = {}
+
+    def reset_at_the_tenth(times: int) -> None:
+        if times == 10:
+            node.sessions.reset()
+        is_located[times] = node.body.located is not None
+
+    node.run(20, reset_at_the_tenth)
+    assert is_located[10] and not is_located[12] and is_located[20]  # the 11th scan comes between the two agents
     assert node.said.count("r1 of team depot is up") == 2
     assert len(list((out / "sessions").glob("*.session"))) == 1  # what ran before
     assert [event["event"] for event in events(out)].count("restarted") == 1

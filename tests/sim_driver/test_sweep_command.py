@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +40,24 @@ def mission(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.fixture
+def idle(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str | None, int]]:
+    """Workers that have nothing to do, for all points were run before; returns where they were asked for."""
+    asked: list[tuple[str | None, int]] = []
+
+    class Idle:
+        def submit(self, function: Callable[..., Any], *args: Any) -> Any:
+            raise AssertionError(f"nothing is left to run, got {function.__name__}{args}")
+
+    @contextmanager
+    def workers_at(scheduler: str | None, count: int) -> Iterator[Idle]:
+        asked.append((scheduler, count))
+        yield Idle()
+
+    monkeypatch.setattr("mrslam.sim_driver.cli.runs.sweep.workers_at", workers_at)
+    return asked
+
+
 def finish(plan: Plan, out: Path) -> None:
     """Leave a row of every point, as a sweep that ran has; the second setting is the cheaper one."""
     for point in plan.points:
@@ -51,7 +71,9 @@ def sweep(mission: Path, *arguments: str) -> Result:
     return CliRunner().invoke(app, ["sweep", str(mission), "--out", str(mission.parent / "out"), *arguments])
 
 
-def test_a_sweep_leaves_its_table_plots_and_advice_and_says_where(mission: Path) -> None:
+def test_a_sweep_leaves_its_table_plots_and_advice_and_says_where(
+    mission: Path, idle: list[tuple[str | None, int]]
+) -> None:
     out = mission.parent / "out"
     finish(make_plan(mission, [parse_knob(KNOB)], 2, "anew", ["rbpf.particles=7"]), out)
     result = sweep(mission, "--vary", KNOB, "--seeds", "2", "--drive", "anew", "--set", "rbpf.particles=7")
@@ -71,10 +93,13 @@ def test_a_sweep_leaves_its_table_plots_and_advice_and_says_where(mission: Path)
     assert result.stdout == ""
 
 
-def test_a_script_gets_rows_advice_and_the_front_as_one_json_object(mission: Path) -> None:
+def test_a_script_gets_rows_advice_and_the_front_as_one_json_object(
+    mission: Path, idle: list[tuple[str | None, int]]
+) -> None:
     out = mission.parent / "out"
     finish(make_plan(mission, [parse_knob(KNOB)], 1), out)
-    result = sweep(mission, "--vary", KNOB, "--seeds", "1", "--json")
+    result = sweep(mission, "--vary", KNOB, "--seeds", "1", "--json", "--workers", "3")
+    assert idle == [(None, 3)]
     told: dict[str, Any] = json.loads(result.stdout)
     assert told["advice"] == (out / "advice.txt").read_text().strip()
     assert [one["settings"] for one in told["pareto"]] == [["0.8"]]

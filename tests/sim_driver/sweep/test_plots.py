@@ -35,17 +35,11 @@ def rows() -> Rows:
 
 @pytest.fixture
 def drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    """Draw all pictures and return what is on each, by its name."""
+    """Draw all pictures without writing them, and return what is on each, by its name."""
     figures: dict[str, Any] = {}
-    save = plots._save
-
-    def kept(plt: Any, figure: Any, path: Path) -> Path:
-        figures[path.name] = figure
-        return save(plt, figure, path)
-
-    monkeypatch.setattr(plots, "_save", kept)
+    monkeypatch.setattr(plots, "_save", lambda plt, figure, path: figures.setdefault(path.name, figure) and path)
     written = draw_all(rows(), summarise(rows(), (A, B)), (A, B), tmp_path)
-    assert [path.name for path in written] == list(figures) and all(path.stat().st_size > 1000 for path in written)
+    assert [path.name for path in written] == list(figures) == ["knobs.png", "pareto.png", "heatmap.png"]
     return figures
 
 
