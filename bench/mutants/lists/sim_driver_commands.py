@@ -39,4 +39,52 @@ MUTANTS = (
         "once=once, wait_s=5.0,",
         "--wait of mrslam top does nothing",
     ),
+    Mutant(
+        "sim_driver/cli/runs/gather.py",
+        "        write_report(out)\n",
+        "        pass\n",
+        "gathered agents have no page",
+    ),
+    Mutant(
+        "sim_driver/cli/runs/gather.py",
+        "    if as_json:\n",
+        "    if not as_json:\n",
+        "--json of mrslam gather prints for people",
+    ),
+    Mutant(
+        "sim_driver/cli/runs/bag.py",
+        'bag.transform(TEAM, f"map_{name}", 0,',
+        'bag.transform(f"map_{name}", TEAM, 0,',
+        "the frames of a recording are upside down: maps lie where the team would be seen from them",
+    ),
+    Mutant(
+        "sim_driver/cli/runs/bag.py",
+        "        if not written:\n            raise",
+        "        if False:\n            raise",
+        "a recording of nothing is written without a word",
+    ),
+    Mutant(
+        "sim_driver/cli/runs/bag.py",
+        "out = run / BAG_FILE if out is None else out",
+        "out = run / BAG_FILE",
+        "--out of mrslam bag does nothing",
+    ),
+    Mutant(
+        "sim_driver/cli/runs/bag.py",
+        'folders = run.glob("*/") if robots is None else (run / robot_id for robot_id in robots)',
+        'folders = run.glob("*/")',
+        "robots of an earlier run in the same folder are in the recording",
+    ),
+    Mutant(
+        "sim_driver/cli/runs/bag.py",
+        'return chosen["map"] if chosen is not None and chosen["T_frame_map"] is not None else None',
+        'return chosen["map"] if chosen is not None else None',
+        "a robot that never found its place in the saved map has its team map there",
+    ),
+    Mutant(
+        "sim_driver/cli/runs/bag.py",
+        "    except (InputError, OSError) as error:\n        say(str(error))\n",
+        "    except (InputError, OSError):\n",
+        "damaged files are left out of a recording without a word",
+    ),
 )
