@@ -195,4 +195,28 @@ MUTANTS = (
         "self._rows.add(as_row(sensed)), self.__dict__.setdefault('held', []).append(sensed)",
         "memory grows by a megabyte with each minute of a simulated robot",
     ),
+    Mutant(
+        "sim_driver/run/gather.py",
+        "        shutil.copytree(source / TEAM_FOLDER, target / TEAM_FOLDER, dirs_exist_ok=True)\n",
+        "        pass\n",
+        "a gathered robot has no ways of its teammates as it bent them",
+    ),
+    Mutant(
+        "sim_driver/run/gather.py",
+        '"mode": record.mode, ',
+        "",
+        "a gathered base station is taken for a robot that did not map",
+    ),
+    Mutant(
+        "sim_driver/run/gather.py",
+        "        return str(locate(record.log))\n",
+        "        return None\n",
+        "scans of gathered logs are never shown",
+    ),
+    Mutant(
+        "sim_driver/run/gather.py",
+        '    for pair in robot["pairs"]:\n        if pair["accepted_at_s"] is not None:',
+        '    for pair in robot["pairs"]:\n        if True:',
+        "an agent with a pair that was not merged cannot be gathered",
+    ),
 )

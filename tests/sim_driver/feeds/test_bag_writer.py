@@ -105,6 +105,35 @@ def test_a_team_map_in_the_frame_of_a_saved_map_is_written_in_it(run: Path, tmp_
     }  # fmt: skip
 
 
+def test_a_team_map_whose_place_in_the_saved_map_was_not_found_is_in_the_robots_own_frame(run: Path) -> None:
+    path = run / "r1" / "robot.json"
+    chosen = {"map": "hall@monday", "T_frame_map": None}
+    path.write_text(json.dumps({**json.loads(path.read_text()), "chosen_frame": chosen}))
+    bag_run(run, None)
+    ((_, message),) = messages(run / "run.mcap")["/r1/team_map"]
+    assert message.header.frame_id == "map_r1"
+
+
+def test_what_is_damaged_is_named_and_nothing_is_no_recording(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (run / "r1" / "team_map.yaml").write_text("no map")
+    bag_run(run, None)
+    assert "team_map.yaml" in capsys.readouterr().err and "/r1/team_map" not in messages(run / "run.mcap")
+    (run / "run.mcap").unlink()
+    for robot_id in ("r1", "r2"):
+        (run / robot_id / "trajectory.tum").unlink()
+        for name in ("map.yaml", "team_map.yaml"):
+            (run / robot_id / name).write_text("no map")
+    with pytest.raises(InputError, match="no map or trajectory there can be used"):
+        bag_run(run, None)
+    assert not (run / "run.mcap").exists()
+
+
+def test_only_robots_of_the_run_are_written(run: Path) -> None:
+    (run / "config.json").write_text(json.dumps({"format": 2, "robots": [{"id": "r1"}]}))
+    bag_run(run, None)
+    assert {topic.split("/")[1] for topic in messages(run / "run.mcap")} == {"r1", "tf", "tf_static"}
+
+
 def test_scans_are_read_back_by_the_feed(run: Path, tmp_path: Path) -> None:
     bag_run(run, tmp_path / "run.mcap")
     feed = open_feed(tmp_path / "run.mcap")

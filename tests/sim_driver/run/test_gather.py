@@ -7,18 +7,23 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from mrslam.sim_driver.cli.app import app
 from mrslam.sim_driver.evaluate import References, assess
 from mrslam.sim_driver.evaluate.results import RunResults
 from mrslam.sim_driver.missions.agent_record import AgentRecord
+from mrslam.sim_driver.missions.run_files import team_file
 from mrslam.sim_driver.replay.again import replay_mission
 from mrslam.sim_driver.report import write_report
 from mrslam.sim_driver.report.data import page_data
 from mrslam.sim_driver.run.gather import gather
 from mrslam.sim_driver.run.run import run_mission
 from mrslam.spatial import InputError
-from mrslam.spatial.files.tum import read_tum
+from mrslam.spatial.files.keyframes import read_keyframes
+from mrslam.spatial.files.tum import read_tum, write_tum
 from tests.sim_driver.runs import played
 
 WORLD_S = 1_790_000_000.0
@@ -174,3 +179,56 @@ def test_what_agents_did_cannot_be_run_again(agents: Path, tmp_path: Path) -> No
         run_mission(mission, tmp_path / "again", lambda now_s, total_s, text: None, lambda text: None)
     with pytest.raises(InputError, match="cannot be played again"):
         replay_mission(tmp_path / "out")
+
+
+def test_what_each_agent_was_and_played_is_the_missions(agents: Path, tmp_path: Path) -> None:
+    log = tmp_path / "one.clf"
+    log.write_text("FLASER 4 2.0 2.1 3.0 2.5 0 0 0 0 0 0 1.0 host 1.0\n")
+    replace(AgentRecord.read(agents / "r2"), mode="mapper", log=str(log)).write(agents / "r2")
+    said: list[str] = []
+    mission, _ = gather([agents], tmp_path / "out", said.append)
+    assert [(robot.id, robot.mode, robot.log) for robot in mission.robots] == [
+        ("r1", "distributed", None), ("r2", "mapper", str(log))
+    ]  # fmt: skip
+    assert not said
+
+
+def test_gathered_robots_have_every_scan_of_teammates_as_they_bent_their_ways(agents: Path, tmp_path: Path) -> None:
+    own, _ = read_keyframes(agents / "r2" / "keyframes.npz")
+    path = agents / "r1" / team_file("r2")
+    path.parent.mkdir(exist_ok=True)
+    write_tum(path, own.stamps_ns, own.T_map_base + np.array([0.5, 0.0, 0.0]))
+    every_ns, every = read_tum(agents / "r2" / "trajectory.tum")
+    assert 2 < len(own.stamps_ns) < every_ns.size
+    gather([agents], tmp_path / "out", lambda text: None)
+    found_ns, found = read_tum(tmp_path / "out" / "r1" / team_file("r2"))
+    np.testing.assert_array_equal(found_ns, every_ns)
+    np.testing.assert_allclose(found[:, 0] - every[:, 0], 0.5, atol=0.05)
+
+
+def test_pairs_that_were_not_merged_stay_so(agents: Path, tmp_path: Path) -> None:
+    path = agents / "r1" / "robot.json"
+    robot = json.loads(path.read_text())
+    robot["pairs"][0] |= {"status": "rejected", "accepted_at_s": None, "T_a_b": None}
+    path.write_text(json.dumps(robot))
+    gather([agents], tmp_path / "out", lambda text: None)
+    (pair,) = json.loads((tmp_path / "out" / "r1" / "robot.json").read_text())["pairs"]
+    assert (pair["status"], pair["accepted_at_s"]) == ("rejected", None)
+
+
+def test_the_command_leaves_a_page_and_says_where_or_prints_the_metrics(agents: Path, tmp_path: Path) -> None:
+    page = tmp_path / "out" / "report.html"
+    arguments = ["gather", str(agents), "--out", str(page.parent)]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 0 and result.stdout == "" and page.stat().st_size > 10_000
+    assert "r1 and r2" in result.stderr and f"look at {page}" in result.stderr.replace("\n", "")
+    result = CliRunner().invoke(app, [*arguments, "--json"])
+    assert json.loads(result.stdout)["name"] == "depot"
+
+
+def test_of_agents_that_all_run_on_there_is_no_page(agents: Path, tmp_path: Path) -> None:
+    for robot_id in ("r1", "r2"):
+        (agents / robot_id / "robot.json").unlink()
+    result = CliRunner().invoke(app, ["gather", str(agents), "--out", str(tmp_path / "out"), "--json"])
+    assert result.exit_code == 0 and json.loads(result.stdout)["robots_lost"] == ["r1", "r2"]
+    assert not (tmp_path / "out" / "report.html").exists()
