@@ -59,10 +59,10 @@ def test_a_hit_has_its_place_and_its_normal_in_the_maps_frame() -> None:
 
 def test_a_beam_shorter_than_what_it_leaves_before_a_wall_clears_nothing() -> None:
     store, origin = covered(), np.array([0.2, 0.0])
-    points = np.array([[0.3, 0.0, -1.0, 0.0, 1.0]])
+    points = np.array([[0.32, 0.0, -1.0, 0.0, 1.0]])
     store.draw(0, origin[None], np.zeros((1, 3)), [points], 0.4)
     seen = [col for col in range(-20, 20) if visits_of(np.int64(word_at(store, 0, col))) > 0]
-    assert seen == [math.floor(0.3 / RES)]  # what it hit, and not what lies behind the laser
+    assert seen == [math.floor(0.32 / RES)]  # what it hit, and not what lies behind the laser
 
 
 @pytest.mark.parametrize("skip_m", [0.0, 0.3])
