@@ -387,4 +387,10 @@ MUTANTS = (
         "10**9, self._sample)]",
         "rbpf.beams_match has no effect",
     ),
+    Mutant(
+        "rbpf/front_end/intake.py",
+        "now if now.shape == (3,) and np.isfinite(now).all() else None",
+        "now if now.shape == (3,) else None",
+        "odometry that is no number is taken for the motion to the next scan",
+    ),
 )

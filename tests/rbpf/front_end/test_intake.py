@@ -47,3 +47,13 @@ def test_a_scan_is_not_left_out_again_by_an_intake_that_was_resumed() -> None:
     assert not again.put_back()
     again.matched(reading, np.zeros(3))
     assert again.put_back()
+
+
+@pytest.mark.parametrize("told", [[np.nan, 0.0, 0.0], [0.1, np.inf, 0.0], [0.1, 0.0], [[0.1, 0.0, 0.0]]])
+def test_odometry_that_is_no_pose_is_none(told: list[float]) -> None:
+    config = MapperConfig(particles=1, threads=1)
+    intake = Intake(config, FrontEnd(config))
+    taken(intake, 0)
+    reading = intake.take(make_scan(np.array([0.1, 0.0, 0.0]), 10**8, fov=2 * np.pi), np.array(told))
+    assert reading.odom_motion is None and reading.reason is None and intake.T_odom_base is None
+    assert taken(intake, 2).odom_motion is None and taken(intake, 3).odom_motion == pytest.approx([0.1, 0.0, 0.0])
