@@ -221,12 +221,6 @@ MUTANTS = (
     ),
     Mutant(
         "alignment/verification/bending.py",
-        "step / CELLS_PER_READING / SIGMA_M**2",
-        "1.0 / CELLS_PER_READING / SIGMA_M**2",
-        "maps with much wall hardly bend, and bent ones are rejected",
-    ),
-    Mutant(
-        "alignment/verification/bending.py",
         "np.array(on_a) * step_b * a.res",
         "np.array(on_a) * step_a * a.res",
         "wall of the larger map counts for more, the larger it is",
