@@ -111,6 +111,17 @@ def test_a_heading_known_badly_moves_a_map_whose_content_is_far_from_its_origin_
     assert np.hypot(*(at - se2.apply(truth, sides[1].centre)).T).min() < 0.2
 
 
+@pytest.mark.parametrize("turns", [-1.0, 1.0])
+def test_a_prior_means_its_heading_however_many_turns_it_is_told_with(turns, pair):
+    a, b, truth = pair
+    for one, other, T in ((a, b, truth), (b, a, se2.inverse(truth))):
+        # Farther off than walls draw a map: it is found only where candidates count as within the prior.
+        prior = Prior(T + np.array([1.0, -0.9, 2.0 * np.pi * turns]), np.diag([0.5, 0.5, 0.05]) ** 2)
+        found = align(one, other, prior=prior)
+        assert isinstance(found, Alignment), found.reason
+        assert apart(found.T_a_b, T, other)[0] < 0.05
+
+
 @pytest.mark.parametrize("bad", [np.zeros(2), np.array([0, 0, math.nan])])
 def test_prior_must_make_sense(bad):
     with pytest.raises(InputError, match="prior's T_a_b must be three finite numbers"):

@@ -61,6 +61,20 @@ def test_equal_rooms_are_found_to_repeat_and_different_ones_not() -> None:
     assert repeated_m(equal) > 3.0 * repeated_m(different)
 
 
+def test_rooms_that_repeat_by_a_shift_alone_and_a_hall_that_does_by_a_turn_alone_both_look_like_another_part() -> None:
+    cells = rooms([(80, 14)] * 3).cells.copy()
+    for x in (3, 83, 163):  # a corner in every room, so that no turn lays one on another
+        cells[63, x + 30 : x + 60] = cells[53:63, x + 30] = 100
+    row = prepare(OccupancyGrid(cells, 0.05), 0.05)
+    assert 0.5 * row.wall_m < repeated_m(row) < 0.75 * row.wall_m  # two rooms of three lie on rooms
+    cells = np.full((86, 126), -1, dtype=np.int8)
+    hall = cells[3:83, 3:123]
+    hall[:] = 0
+    hall[[0, -1]] = hall[:, [0, -1]] = hall[20:26, 20:40] = hall[54:60, 80:100] = 100
+    turned = prepare(OccupancyGrid(cells, 0.05), 0.05)
+    assert repeated_m(turned) > 0.9 * turned.wall_m
+
+
 def test_the_more_of_a_building_is_open_the_more_look_alikes_there_are_beyond() -> None:
     one_room, less = rooms([(80, 14)], beyond=60), rooms([(80, 14)], beyond=20)
     assert look_alikes(one_room, 0.1) > look_alikes(less, 0.1) > 0.0

@@ -40,16 +40,18 @@ def test_nonsense_is_refused(endpoint):
         doctor.port(endpoint)
 
 
-def test_a_port_of_datagrams_is_looked_for_among_datagrams():
+@pytest.mark.parametrize("protocol", ["udp", "quic"])
+def test_a_port_of_datagrams_is_looked_for_among_datagrams(protocol):
     number = free_port()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("127.0.0.1", number))
-        assert doctor.port(f"udp/127.0.0.1:{number}").level == "error"
+        assert doctor.port(f"{protocol}/127.0.0.1:{number}").level == "error"
         assert doctor.port(f"tcp/127.0.0.1:{number}").level == "ok"
 
 
-def test_who_is_reached_by_datagrams_is_not_called_silent():
-    found = doctor.reachable(f"udp/127.0.0.1:{free_port()}")
+@pytest.mark.parametrize("protocol", ["udp", "quic"])
+def test_who_is_reached_by_datagrams_is_not_called_silent(protocol):
+    found = doctor.reachable(f"{protocol}/127.0.0.1:{free_port()}")
     assert found.level == "ok" and "datagrams" in found.words
 
 

@@ -6,6 +6,7 @@ import threading
 import time
 
 from mrslam.comms import Incoming
+from mrslam.comms.transport.base import PeerJoined
 from mrslam.comms.transport.inbox import Inbox
 
 
@@ -46,3 +47,14 @@ def test_what_was_taken_makes_room_and_what_is_beyond_the_bound_is_counted() -> 
     for _ in range(2):
         inbox.put(Incoming(b"12345678", "r2", "bulk"))
     assert len(inbox.take(0.0)) == 1 and inbox.refused == {"bulk": 1}
+
+
+def test_beacons_are_taken_after_all_else_and_the_oldest_make_room() -> None:
+    inbox, joined = Inbox(max_beacons=2), PeerJoined("r2")
+    for k in range(3):
+        inbox.put(Incoming(bytes([k]), "r2", "beacon"))
+    inbox.put(joined)
+    inbox.put(Incoming(b"x", "r2", "bulk"))
+    first, *rest = inbox.take(0.0)
+    assert first is joined  # a peer whose beacon came first would be a stranger
+    assert [one.payload for one in rest if isinstance(one, Incoming)] == [b"x", b"\x01", b"\x02"]

@@ -168,3 +168,24 @@ def test_the_legend_says_who_is_not_placed(team_map):
     assert list(team_map.unplaced) == ["r3"]
     told, all_placed = (draw_team(one, LAYERS) for one in (team_map, replace(team_map, unplaced={})))
     assert told.shape != all_placed.shape or (told != all_placed).any()
+
+
+@pytest.mark.parametrize(("resolution_m", "bar_m"), [(0.1, 0.5), (0.2, 1.0), (0.4, 2.0), (1.0, 5.0), (2.0, 10.0)])
+def test_the_scale_bar_is_the_longest_round_length_that_fits(resolution_m, bar_m):
+    mapper = TeamMapper("r1")
+    layers = {"r1": replace(LAYERS["r1"], resolution_m=resolution_m)}
+    mapper.set_map("r1", layers["r1"])
+    picture = draw_team(mapper.team_map({}), layers, size_px=1000)
+    px_per_m = 1000 / (25 * resolution_m)
+    bar = (np.abs(picture[-16].astype(int) - INK).max(axis=1) < 10)[24:]
+    assert np.argmin(bar) == pytest.approx(bar_m * px_per_m, abs=3.0)
+
+
+def test_a_legend_too_long_for_a_line_is_continued_on_the_next(team_map):
+    names = [f"robot-of-a-long-name-{k}" for k in range(9)]
+    everyone = replace(team_map, T_team_map=dict.fromkeys(names, se2.IDENTITY))
+    layers = dict.fromkeys(names, LAYERS["r1"])
+    bare = draw_team(everyone, layers, legend=False, size_px=400)
+    strip = draw_team(everyone, layers, size_px=400)[bare.shape[0] :]
+    for name, colour in colours(names).items():
+        assert np.count_nonzero((strip == colour).all(axis=2)) > 100, name

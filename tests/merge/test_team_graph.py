@@ -56,6 +56,17 @@ def test_the_largest_component_is_placed_and_the_others_are_named(component, pla
         assert placement.unplaced["d"] == "fits only c, e, not placed either"
 
 
+@pytest.mark.parametrize("component", ["area", "count"])
+def test_of_components_alike_the_one_that_was_placed_before_stays(component):
+    graph, poses = graph_of({"a": 5, "b": 5, "c": 5, "d": 5}, MergeConfig(component=component))
+    join(graph, poses, "a", "b")
+    join(graph, poses, "c", "d")
+    assert list(graph.place().T_team_map) == ["a", "b"]
+    for before, placed in (("b", ["a", "b"]), ("d", ["c", "d"]), ("c", ["c", "d"])):
+        placement = graph.place(before=before)
+        assert list(placement.T_team_map) == placed and placement.anchor == before
+
+
 def test_the_anchors_component_is_placed_in_the_anchors_frame():
     graph = two_groups("area")
     placement = graph.place(anchor="d")

@@ -41,6 +41,15 @@ def test_without_a_path_there_nothing_is_touched():
         assert np.array_equal(grid.cells, cells)
 
 
+def test_places_that_are_not_numbers_are_left_out_of_a_path():
+    cells = room()
+    ring(cells, 2.0, 2.5)
+    for nothing in (np.nan, np.inf, -np.inf):
+        path = np.array([[1.5, 2.5], [nothing, 2.5], [2.5, 2.5], [2.5, nothing]])
+        grid, _ = clear_ghosts(OccupancyGrid(cells, 0.05), [path], 0.18)
+        assert np.array_equal(grid.cells, room())
+
+
 def test_a_path_close_along_a_wall_leaves_the_wall():
     cells = room()
     path = np.stack([np.full(20, 3.0 - 0.22), np.linspace(0.3, 1.4, 20)], axis=-1)

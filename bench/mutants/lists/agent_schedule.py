@@ -351,4 +351,10 @@ MUTANTS = (
         "(b.trail, a.trail),",
         "where a teammate found maps they are bent by each other's keyframes",
     ),
+    Mutant(
+        "agent/pairs/schedule.py",
+        "sum(max(one.area_m2 - area, 0.0) for one, area",
+        "sum(one.area_m2 - area for one, area",
+        "two maps that would be merged now are not looked at, for one was corrected to less floor",
+    ),
 )

@@ -166,4 +166,22 @@ MUTANTS = (
         "",
         "half of a prior's covariance is believed where its halves contradict each other",
     ),
+    Mutant(
+        "alignment/align.py",
+        "se2.wrap(T_a_b[2] - prior.T_a_b[2]))\n    slack",
+        "T_a_b[2] - prior.T_a_b[2])\n    slack",
+        "a prior told with another turn of its heading is passed over",
+    ),
+    Mutant(
+        "alignment/repetition.py",
+        "< MOVED_M and abs(se2.wrap(T[2])) < TURNED_RAD",
+        "< MOVED_M or abs(se2.wrap(T[2])) < TURNED_RAD",
+        "rooms in a row that look alike count as unlike: a place in part of a building is believed",
+    ),
+    Mutant(
+        "alignment/repetition.py",
+        "< MOVED_M and abs(se2.wrap(T[2])) < TURNED_RAD",
+        "< MOVED_M",
+        "the halves of a hall that look alike count as unlike: a place in part of a building is believed",
+    ),
 )

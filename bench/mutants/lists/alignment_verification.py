@@ -219,4 +219,22 @@ MUTANTS = (
         "+ most, b.state.shape[1] + most",
         "a bent map loses its rim when two maps are compared",
     ),
+    Mutant(
+        "alignment/verification/bending.py",
+        "np.array(on_a) * step_b * a.res",
+        "np.array(on_a) * step_a * a.res",
+        "wall of the larger map counts for more, the larger it is",
+    ),
+    Mutant(
+        "alignment/verification/bending.py",
+        "max(SPACING_M, float(np.max(high - low)) / MOST_NODES)",
+        "SPACING_M",
+        "two maps of a large building take minutes to bend",
+    ),
+    Mutant(
+        "alignment/verification/decide.py",
+        "min(self.evidence.margin, margin_over([case for case, _ in rivals], own or self.own))",
+        "margin_over([case for case, _ in rivals], own or self.own)",
+        "a corridor is placed anywhere along it",
+    ),
 )

@@ -165,4 +165,40 @@ MUTANTS = (
         "if False:",
         "who watches remembers any number of robots",
     ),
+    Mutant(
+        "comms/transport/inbox.py",
+        "            taken = [*self._others, *self._beacons]",
+        "            taken = [*self._beacons, *self._others]",
+        "a teammate's first beacon comes before the news that it is there",
+    ),
+    Mutant(
+        "comms/transport/memory.py",
+        "if start_ns - self.now_ns > self._queue_s * 1e9:",
+        "if False:",
+        "a slow link of a rehearsal delivers minutes late what a radio would have dropped",
+    ),
+    Mutant(
+        "comms/transport/memory.py",
+        "if all(other.robot_id != end.robot_id for other in self._ends.values()):",
+        "if True:",
+        "a robot of a rehearsal is gone though its second process runs",
+    ),
+    Mutant(
+        "comms/transport/memory.py",
+        "loss=1.0 - math.sqrt(min(max(quality, 0.0), 1.0))",
+        "loss=1.0 - min(max(quality, 0.0), 1.0)",
+        "links of a rehearsal lose more than their quality says",
+    ),
+    Mutant(
+        "comms/transport/memory.py",
+        "self._announce_leave(robot_id, LEASE_NS)",
+        "self._announce_leave(robot_id, 0)",
+        "a crash in a rehearsal is noticed at once, which no network does",
+    ),
+    Mutant(
+        "comms/transport/memory.py",
+        "        if not reliable and self._rng.random() < link.duplicate:",
+        "        if self._rng.random() < link.duplicate:",
+        "a rehearsal doubles messages that a network's reliable lanes do not",
+    ),
 )

@@ -118,4 +118,16 @@ MUTANTS = (
         "None, True",
         "robots that left are shown as there",
     ),
+    Mutant(
+        "comms/doctor.py",
+        'SOCK_DGRAM if protocol in ("udp", "quic") else',
+        'SOCK_DGRAM if protocol == "udp" else',
+        "a port that another program uses for QUIC is called free",
+    ),
+    Mutant(
+        "comms/doctor.py",
+        '    if protocol in ("udp", "quic"):\n        return',
+        '    if protocol == "udp":\n        return',
+        "a robot that is reached over QUIC is called silent",
+    ),
 )

@@ -229,4 +229,10 @@ MUTANTS = (
         "",
         "keyframes of others have stamps of the year 1970",
     ),
+    Mutant(
+        "comms/wire/cell_coder.py",
+        "_value_context(old, west, north), bits",
+        "_value_context(old, north, west), bits",
+        "robots of this version read other cells than robots of the version before sent",
+    ),
 )

@@ -251,4 +251,10 @@ MUTANTS = (
         "AGAINST)",
         "what contradicts is a thin line that nobody sees",
     ),
+    Mutant(
+        "merge/team_graph.py",
+        "        return first, before in group, second",
+        "        return first, False, second",
+        "the team map of a base station jumps to another half of the team",
+    ),
 )

@@ -177,4 +177,16 @@ MUTANTS = (
         "",
         "a team map whose cells get finer keeps maps laid in the coarse ones",
     ),
+    Mutant(
+        "merge/draw.py",
+        "for step in (1, 2, 5) if",
+        "for step in (1, 2) if",
+        "a picture's scale bar is less than half of what there is room for",
+    ),
+    Mutant(
+        "merge/draw.py",
+        "if x + wide > width - PAD_PX and x > PAD_PX:",
+        "if False:",
+        "of a large team most names are cut off in the picture",
+    ),
 )

@@ -244,4 +244,10 @@ MUTANTS = (
         "count = len(points) * 1.0",
         "a transform by sight is said to be surer than it is",
     ),
+    Mutant(
+        "mutual_detection/ghosts.py",
+        "        path = path[np.isfinite(path).all(axis=1)]\n",
+        "",
+        "a pose that is no number leaves ghosts in the map beside it",
+    ),
 )

@@ -285,4 +285,10 @@ MUTANTS = (
         "is_sure=True",
         "a robot that is lost where all looks alike loses the scans by which it could be placed",
     ),
+    Mutant(
+        "rbpf/filter/ancestry.py",
+        "self._share(APART_MOST // 2, best)",
+        "self._share(APART_MOST // 2, 0)",
+        "the far past of the map's trajectory is another particle's",
+    ),
 )

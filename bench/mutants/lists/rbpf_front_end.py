@@ -441,4 +441,22 @@ MUTANTS = (
         "",
         "a robot that turned near where odometry began is lost",
     ),
+    Mutant(
+        "rbpf/front_end/sight.py",
+        "(scan.ranges_m.size, scan.angle_min_rad, scan.angle_increment_rad)",
+        "(scan.ranges_m.size, scan.angle_increment_rad)",
+        "after a laser's settings change its walls are drawn in other directions",
+    ),
+    Mutant(
+        "rbpf/front_end/sight.py",
+        "self._points_most, self._sample)]",
+        "10**9, self._sample)]",
+        "rbpf.beams_match has no effect",
+    ),
+    Mutant(
+        "rbpf/front_end/intake.py",
+        "now if now.shape == (3,) and np.isfinite(now).all() else None",
+        "now if now.shape == (3,) else None",
+        "odometry that is no number is taken for the motion to the next scan",
+    ),
 )

@@ -183,4 +183,16 @@ MUTANTS = (
         "",
         "a robot that was carried and started again matches scans of two places as one",
     ),
+    Mutant(
+        "rbpf/loops/loop_closer.py",
+        "        if places.is_seen_all_round(found):\n",
+        "        if True:\n",
+        "after a loop in a corridor a robot looks for old places too near to where it thinks it is",
+    ),
+    Mutant(
+        "rbpf/loops/loop_closer.py",
+        "cost = np.where(is_near, away_m + places.TURN_COST_M * turned, np.inf)",
+        "cost = np.where(is_near, away_m, np.inf)",
+        "loops are sought at keyframes that looked the other way",
+    ),
 )

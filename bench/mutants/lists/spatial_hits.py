@@ -141,4 +141,10 @@ MUTANTS = (
         "",
         "hits far from the start are lost",
     ),
+    Mutant(
+        "spatial/hits/drawing.py",
+        "        if keep > 0.0:\n",
+        "        if True:\n",
+        "what lies behind a laser that stands at a wall is worn away",
+    ),
 )

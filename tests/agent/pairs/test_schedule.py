@@ -174,6 +174,15 @@ def test_weak_evidence_on_part_of_two_maps_waits_for_that_part_to_grow_and_one_o
     assert team.due(40.0) == ("r1", "r2")
 
 
+def test_weak_evidence_is_looked_at_once_one_map_has_grown_though_the_other_was_corrected_to_less() -> None:
+    team = Floors("r1", "r2")
+    for t_s in (0.0, 20.0):
+        team.align(weak(10.0, overlap_m2=4.0), t_s)
+    team.grow("r1", 58, 2)  # 1.8 m2 less
+    team.grow("r2", 68, 2)  # 1.3 m2 more
+    assert team.due(40.0) == ("r1", "r2")
+
+
 def test_own_pairs_come_before_pairs_of_others_which_are_tied_no_more_than_loops_need() -> None:
     team = Floors("r1", "r2", "r3", "r4", "r5")
     tried = []

@@ -9,9 +9,10 @@ import pytest
 from mrslam.alignment.config import AlignmentConfig
 from mrslam.alignment.kernels.bending import shifts_at
 from mrslam.alignment.prepared import prepare
+from mrslam.alignment.verification import bending
 from mrslam.alignment.verification.bend import Bend
 from mrslam.alignment.verification.bending import bend, judge_bent, membrane, straight, without_rigid
-from mrslam.spatial import se2
+from mrslam.spatial import OccupancyGrid, se2
 from tests.alignment.conftest import House
 
 STRAIN = AlignmentConfig().strain
@@ -106,3 +107,31 @@ def test_walls_agree_as_much_seen_from_either_map(whole) -> None:
     on_a, on_b = judge_bent(a, b, straight(b, T_A_B), 0.15)
     for side, walls in ((on_a, b), (on_b, a)):
         assert side[0] > 0.9 * len(walls.points) * walls.res and side[2] < 1.0
+
+
+def test_a_subsample_of_the_walls_bends_a_map_as_far_as_all_of_them(whole, monkeypatch) -> None:
+    a, b = whole
+    small = stretched(b, -0.03).bent(b)
+    bent_m = []
+    for most in (10**6, 500):
+        monkeypatch.setattr(bending, "MOST_POINTS", most)
+        bent_m.append(bend(a, small, straight(small, T_A_B), 0.002).residual_m)  # stiff: walls and stiffness in balance
+    assert bent_m[1] == pytest.approx(bent_m[0], rel=0.1)
+
+
+def test_a_subsample_of_walls_is_judged_to_be_as_long_as_all_of_them(whole, monkeypatch) -> None:
+    a, b = whole[0], prepare(House().part(slice(0, 400), slice(0, 260), np.zeros(3)), 0.05)
+    every = judge_bent(a, b, straight(b, T_A_B), 0.15)
+    monkeypatch.setattr(bending, "MOST_JUDGED", len(b.points))  # a subsample of a, all of b
+    assert len(a.points) > 1.3 * len(b.points)
+    for judged, exact in zip(judge_bent(a, b, straight(b, T_A_B), 0.15), every, strict=True):
+        np.testing.assert_allclose(judged, exact, rtol=0.05, atol=1.0)
+
+
+def test_the_nodes_of_a_long_map_lie_farther_apart_and_are_no_more(whole) -> None:
+    long = House().part(slice(0, 400), slice(0, 520), np.zeros(3))
+    large = prepare(OccupancyGrid(long.cells, 0.2, long.origin_m), 0.2)  # 104 m
+    lattice = straight(large, T_A_B)
+    assert max(lattice.nodes.shape) == bending.MOST_NODES + 1
+    assert lattice.spacing_m == pytest.approx(np.ptp(large.points, axis=0).max() / bending.MOST_NODES)
+    assert straight(whole[1], T_A_B).spacing_m == bending.SPACING_M

@@ -95,6 +95,15 @@ def test_kernel_writes_what_the_plain_coder_writes(bits, share):
     assert encoded(cells, held, bits) == plain(cells, held, bits)
 
 
+def test_squares_of_a_single_value_and_others_beside_them_share_what_values_they_expect():
+    rng = np.random.default_rng(4)
+    cells = np.kron(rng.integers(0, 3, (3, 8, 8)), np.ones((1, 8, 8), dtype=np.int64)).astype(np.uint8)
+    ragged = np.kron(rng.random((3, 8, 8)) < 0.4, np.ones((1, 8, 8), dtype=np.bool_)) & (rng.random(cells.shape) < 0.3)
+    cells[ragged] = rng.integers(0, 3, int(ragged.sum()))
+    held = np.where(rng.random(cells.shape) < 0.1, 1, 0).astype(np.uint8)
+    assert encoded(cells, held, 2) == plain(cells, held, 2)
+
+
 @given(
     bits=st.integers(1, 7),
     tiles=st.integers(1, 4),

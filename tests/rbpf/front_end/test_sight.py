@@ -70,3 +70,26 @@ def test_each_point_is_put_back_by_the_time_of_its_beam_wherever_the_laser_sits(
     before = points[:, :2].copy()
     sight.straighten(points, scan, velocity)
     assert points[:, :2] - before == pytest.approx(np.arange(300)[:, None] * 1e-3 * velocity[:2], abs=1e-5)
+
+
+def test_a_scan_of_other_bearings_is_seen_as_by_a_robot_that_saw_no_other_before() -> None:
+    sight, ranges_m = Sight(MapperConfig(clear_range_m=5.0)), np.full(200, 2.0, dtype=np.float32)
+    ranges_m[::3] = np.inf
+    for first_rad, step_rad, count in ((-1.0, 0.01, 200), (0.5, 0.01, 200), (0.5, -0.01, 200), (0.5, -0.01, 150)):
+        scan = Scan(
+            stamp_ns=0, ranges_m=ranges_m[:count], angle_min_rad=first_rad, angle_increment_rad=step_rad,
+            range_max_m=8.0, T_base_laser=MOUNTED,
+        )  # fmt: skip
+        alone = Sight(MapperConfig(clear_range_m=5.0))
+        assert np.array_equal(sight.points(scan), alone.points(scan))
+        assert np.array_equal(sight.clearing_ends(scan), alone.clearing_ends(scan))
+
+
+def test_a_scan_is_matched_by_no_more_beams_than_are_asked_for() -> None:
+    scan = swept(np.zeros(3), 0.0, -1.5, 0.006)
+    for most in (20, 60, 512):
+        sight = Sight(MapperConfig(beams_match=most))
+        points = sight.points(scan)
+        count = len(sight.sample(points, scan.T_base_laser))
+        assert 0.4 * min(most, len(points)) < count <= most
+    assert count > 60  # there are more points than that

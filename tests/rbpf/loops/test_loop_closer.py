@@ -12,6 +12,7 @@ from mrslam.rbpf.loops.guesses import Guess
 from mrslam.rbpf.loops.headings import NO_HEADINGS, Headings
 from mrslam.rbpf.loops.loop_closer import LoopCloser
 from mrslam.spatial import se2
+from mrslam.spatial.matching.gauss_newton import Match
 from tests.rbpf.rooms import drive, keyframe
 
 BLIND_KEYS = 24
@@ -187,3 +188,24 @@ def test_where_else_a_robot_may_be_means_nothing_once_it_was_carried() -> None:
     for is_carried in (False, True):
         loops.add_key(keyframe(np.zeros(3), np.zeros(3), None).beams, 0.6, is_carried=is_carried)
         assert len(loops.histories) == (not is_carried)
+
+
+def test_of_old_keyframes_one_that_looked_the_same_way_is_compared_before_a_nearer_one_that_looked_back() -> None:
+    loops, T_map_key = LoopCloser(MapperConfig(threads=1)), np.array([[0.6 * k, 50.0, 0.0] for k in range(40)])
+    for _ in range(40):
+        loops.add_key(keyframe(np.zeros(3), np.zeros(3), None).beams, 0.6)
+    T_map_key[[2, 5, 39]] = (0.5, 0.0, 0.1), (0.1, 0.0, 3.1), (0.0, 0.0, 0.0)
+    assert loops._candidate(T_map_key, 20.0) == 2
+    T_map_key[2, 2] = 3.1  # both looked back
+    assert loops._candidate(T_map_key, 20.0) == 5
+
+
+@pytest.mark.parametrize(("along", "lost_m"), [(1e6, 0.0), (1.0, 6.0)])
+def test_a_fit_in_a_corridor_does_not_end_what_the_trajectory_may_have_drifted(along: float, lost_m: float) -> None:
+    loops = LoopCloser(MapperConfig(threads=1))
+    for _ in range(10):
+        loops.add_key(keyframe(np.zeros(3), np.zeros(3), None).beams, 0.6)
+    information = np.diag([along, 1e6, 1e6])
+    loops._add_edge(0, Match(np.zeros(3), -0.5, 0.9, 0.0, information, 0.0, np.array([1.0, 0.0])))
+    last_fit_m, anchored_m = loops.state()["way_m"]
+    assert last_fit_m == pytest.approx(6.0) and last_fit_m - anchored_m == pytest.approx(lost_m)

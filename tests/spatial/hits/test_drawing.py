@@ -57,6 +57,14 @@ def test_a_hit_has_its_place_and_its_normal_in_the_maps_frame() -> None:
     assert word >> 31 == 1 and math.cos(angle - facing) > 0.999
 
 
+def test_a_beam_shorter_than_what_it_leaves_before_a_wall_clears_nothing() -> None:
+    store, origin = covered(), np.array([0.2, 0.0])
+    points = np.array([[0.32, 0.0, -1.0, 0.0, 1.0]])
+    store.draw(0, origin[None], np.zeros((1, 3)), [points], 0.4)
+    seen = [col for col in range(-20, 20) if visits_of(np.int64(word_at(store, 0, col))) > 0]
+    assert seen == [math.floor(0.32 / RES)]  # what it hit, and not what lies behind the laser
+
+
 @pytest.mark.parametrize("skip_m", [0.0, 0.3])
 def test_beams_clear_up_to_a_little_before_what_they_hit(skip_m: float) -> None:
     beams, store = one_beam(), covered()
