@@ -8,12 +8,13 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from bench.mutants.mutant import Mutant
+from bench.mutants.warm import WarmPython
 
 TOP = Path(__file__).resolve().parents[2]
 CALLS = "\n# calls a mutant\n"
@@ -46,7 +47,9 @@ class Scratch:
             if source.is_symlink() or source.exists():
                 target.parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy2(source, target, follow_symlinks=False)
+        subprocess.run(["git", "init", "-q"], cwd=self.top, check=True)  # tests of this tool make copies of the copy
         self._warm.mkdir(parents=True, exist_ok=True)
+        self._python = WarmPython(self.top)
 
     def warm_up(self) -> None:
         """Compile all kernels once."""
@@ -104,17 +107,41 @@ class Scratch:
             shutil.copytree(self._warm, cache)
         env = {**os.environ, "PYTHONPATH": str(self.top), "NUMBA_CACHE_DIR": str(cache)}
         start_s = time.monotonic()
+        code, output = (
+            self._pytest(command, env, timeout_s) if is_pytest(command) else self._run(command, env, timeout_s)
+        )
+        if code is None:
+            output = f"did not end within {timeout_s:.0f} s"
+        return Ended(code != 0, output, time.monotonic() - start_s)
+
+    def _pytest(self, command: Sequence[str], env: Mapping[str, str], timeout_s: float) -> tuple[int | None, str]:
+        """Return the exit code, None where it does not end in time, and what was said."""
+        output = self._warm.parent / "output"
+        process = self._python.start(command[3:], env, output)
+        code = self._python.ended(timeout_s)
+        _end(process)
+        if code is None:
+            self._python.ended()
+        return code, output.read_text(encoding="utf-8", errors="replace")
+
+    def _run(self, command: Sequence[str], env: Mapping[str, str], timeout_s: float) -> tuple[int | None, str]:
         process = subprocess.Popen(
             command, cwd=self.top, env=env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
             start_new_session=True,
         )  # fmt: skip
         try:
-            output, failed = process.communicate(timeout=timeout_s)[0], process.returncode != 0
+            output = process.communicate(timeout=timeout_s)[0]
+            return process.returncode, output
         except subprocess.TimeoutExpired:
-            output, failed = f"did not end within {timeout_s:.0f} s", True
+            return None, ""
         finally:
-            _end(process)
-        return Ended(failed, output, time.monotonic() - start_s)
+            _end(process.pid)
+            process.wait()
+
+
+def is_pytest(command: Sequence[str]) -> bool:
+    """Return whether a command is ``python -m pytest``."""
+    return list(command[:3]) == [sys.executable, "-m", "pytest"]
 
 
 def has_kernels(mutant: Mutant) -> bool:
@@ -128,10 +155,7 @@ def _module_names(file: str) -> set[str]:
     return {module}
 
 
-def _end(process: subprocess.Popen[str]) -> None:
+def _end(process: int) -> None:
     """End a command with all that it started."""
-    try:
-        os.killpg(process.pid, signal.SIGKILL)
-    except ProcessLookupError:
-        return
-    process.wait()
+    with suppress(ProcessLookupError):
+        os.killpg(process, signal.SIGKILL)

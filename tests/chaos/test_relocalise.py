@@ -86,8 +86,9 @@ def test_a_simulated_robot_is_held_against_the_truth(off: tuple[float, ...], is_
     assert verdict([{"map": "own", **found}])["in_time_and_right"] == (not is_wrong)
 
 
-def test_a_place_that_lies_on_the_way_but_not_where_the_robot_is_then_is_wrong(tmp_path: Path) -> None:
-    earlier = localised(np.zeros(3), FOUND_S - 4.0)
+@pytest.mark.parametrize("before_s", [4.0, 1.0])
+def test_a_place_that_lies_on_the_way_but_not_where_the_robot_is_then_is_wrong(tmp_path: Path, before_s: float) -> None:
+    earlier = localised(np.zeros(3), FOUND_S - before_s)
     assert judged(tmp_path, [{**earlier, "t": FOUND_S}])["error_m"] > 0.3
 
 

@@ -26,7 +26,7 @@ from mrslam.sim_driver.ros.sessions import Sessions
 from mrslam.spatial import InputError
 from tests.sim_driver.ros.test_outlook import room
 
-DEADLINE_S = 120.0
+DEADLINE_S = 300.0
 SETTINGS = Settings(rbpf=MapperConfig(particles=3), agent=AgentConfig(checkpoint_interval_s=3600.0))
 
 

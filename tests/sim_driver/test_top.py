@@ -19,7 +19,7 @@ from mrslam.comms.zenoh import ZenohTransport
 from mrslam.sim_driver.cli.app import app
 from mrslam.sim_driver.cli.live.top import Watch, nobody
 
-DEADLINE_S = 120.0
+DEADLINE_S = 300.0
 
 
 def endpoint(kind: str = "tcp") -> str:
