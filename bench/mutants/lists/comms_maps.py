@@ -6,6 +6,18 @@ STORE, SEAL, STAGING, STAGED = (f"comms/maps/{name}.py" for name in ("store", "s
 
 MUTANTS = (
     Mutant(
+        "comms/maps/store.py",
+        "is_current = own is not None and own.epoch == self.own_epoch",
+        "is_current = own is not None",
+        "a map that a robot gave up becomes its map again when a teammate remembers an earlier life",
+    ),
+    Mutant(
+        "comms/maps/store.py",
+        "return version > max(self.version(self.own_id), (self.own_epoch, 0)) and",
+        "return version >= max(self.version(self.own_id), (self.own_epoch, 0)) and",
+        "a robot gives its map a new label whenever a teammate has what it has",
+    ),
+    Mutant(
         STORE,
         "if self.seal is not None and (robot_id == self.own_id or robot_id in self.given):",
         "if self.seal is not None and robot_id == self.own_id:",

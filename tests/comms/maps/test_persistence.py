@@ -46,6 +46,17 @@ def test_a_map_begun_after_a_restart_has_no_number_that_the_lost_life_may_have_u
     assert again.store.own_epoch == 9  # 6 may be another map's
 
 
+@pytest.mark.parametrize("is_given_up", [False, True])
+def test_above_an_earlier_life_goes_the_map_that_is_current_and_none_that_was_given_up(is_given_up: bool):
+    node = CommsNode("a", "team", 5, QUICK)
+    node.publish(big_map(200), 0)
+    if is_given_up:
+        node.begin_map()
+    assert node.store.outrank((40, 3)) and node.store.own_epoch == 41
+    assert node.store.version("a")[0] == (5 if is_given_up else 41)
+    assert not node.store.outrank((40, 9))
+
+
 def test_a_saved_map_that_a_robot_is_given_is_not_replaced_by_one_it_once_had_from_a_teammate():
     team = Team("ab", config=replace(QUICK, window_tiles=64))
     team.truth["office@monday", 77, 1] = fingerprint(team.nodes["a"].give_saved("office@monday", big_map(200), 77))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from mrslam.rbpf.front_end.look_around import look_around, shown_at
+from mrslam.rbpf.front_end.look_around import found_near, look_around, shown_at
 from mrslam.spatial import se2
 from mrslam.spatial.hits.store import TileStore
 from mrslam.spatial.runtime.crew import Crew
@@ -103,3 +103,15 @@ def test_a_place_that_the_map_does_not_show_is_neither_confirmed_nor_contradicte
     hall = closet() * [3.0, 3.0, 1.0, 1.0, 1.0]
     looked = look_around(closets((0.0, 0.0, 0.0)).tiles(0), hall, np.array([x_m, 0.0, 0.0]), SIGMA_M, Crew(1))
     assert looked.place is None and looked.is_unknown and not looked.is_contradicted
+
+
+@pytest.mark.parametrize(("beyond_share", "is_found"), [(0.0, True), (0.45, False)])
+def test_in_a_saved_map_beams_that_end_in_what_is_unknown_do_not_show_which_of_two_equal_rooms_it_is(
+    beyond_share: float, is_found: bool
+) -> None:
+    store, points = closets((0.0, 0.0, 0.0), (2.6, 0.0, 0.0)), closet()
+    points[np.random.default_rng(1).random(len(points)) < beyond_share, :2] *= 8.0
+    place = found_near(store.tiles(0), points, np.array([0.05, 0.02, 0.0]), SIGMA_M, Crew(1))
+    assert (place is not None) == is_found
+    if place is not None:
+        assert np.abs(place).max() < 0.03
