@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import socket
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -24,16 +23,11 @@ from mrslam.sim_driver.ros.options import RosOptions
 from mrslam.sim_driver.ros.outlook import RosBody
 from mrslam.sim_driver.ros.sessions import Sessions
 from mrslam.spatial import InputError
+from tests.comms.processes import free_port
 from tests.sim_driver.ros.test_outlook import room
 
 DEADLINE_S = 300.0
 SETTINGS = Settings(rbpf=MapperConfig(particles=3), agent=AgentConfig(checkpoint_interval_s=3600.0))
-
-
-def address(kind: str = "tcp") -> str:
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return f"{kind}/127.0.0.1:{one.getsockname()[1]}"
 
 
 @pytest.fixture(autouse=True)
@@ -46,7 +40,12 @@ class Node:
     """What the command needs of a node: options, a log, and one who drives each time it asks whether to stop."""
 
     def __init__(self, folder: Path | str, settings: Settings = SETTINGS, **options: Any) -> None:
-        given = {"robot": "r1", "team": "depot", "listen": (address(),), "out": str(folder)} | options
+        given = {
+            "robot": "r1",
+            "team": "depot",
+            "listen": (f"tcp/127.0.0.1:{free_port()}",),
+            "out": str(folder),
+        } | options
         self.options, self.settings = RosOptions(**given), settings
         self.said: list[str] = []
         self.warned: list[str] = []
@@ -164,7 +163,7 @@ def test_the_folder_is_the_robots_own_and_nobody_elses_at_one_time(
 def test_keys_are_taken(tmp_path: Path) -> None:
     make_team_keys(tmp_path / "keys", "depot", ["r1"])
     found: list[Any] = []
-    node = Node(tmp_path / "r1", listen=(address("tls"),), keys=str(tmp_path / "keys" / "r1"))
+    node = Node(tmp_path / "r1", listen=(f"tls/127.0.0.1:{free_port()}",), keys=str(tmp_path / "keys" / "r1"))
     node.run(2, lambda times: found.extend(local_robots()))
     assert found[0].is_secure
     with pytest.raises(InputError, match="r2"):

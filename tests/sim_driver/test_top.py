@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -18,14 +17,9 @@ from mrslam.comms.transport.local_robots import announce
 from mrslam.comms.zenoh import ZenohTransport
 from mrslam.sim_driver.cli.app import app
 from mrslam.sim_driver.cli.live.top import Watch, nobody
+from tests.comms.processes import free_port
 
 DEADLINE_S = 300.0
-
-
-def endpoint(kind: str = "tcp") -> str:
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return f"{kind}/127.0.0.1:{one.getsockname()[1]}"
 
 
 @pytest.fixture(autouse=True)
@@ -72,17 +66,17 @@ def heard_s(watch: Watch) -> float:
 
 
 def test_robots_of_this_machine_are_found_also_those_that_start_later() -> None:
-    with robot("a", "red", endpoint()), closing(Watch(None, [], [], None, False)) as watch:
+    with robot("a", "red", f"tcp/127.0.0.1:{free_port()}"), closing(Watch(None, [], [], None, False)) as watch:
         looks_until(watch, lambda: seen(watch) == {("red", "a")})
-        with robot("b", "blue", endpoint()):
+        with robot("b", "blue", f"tcp/127.0.0.1:{free_port()}"):
             looks_until(watch, lambda: seen(watch) == {("red", "a"), ("blue", "b")})
 
 
 def test_who_is_named_is_looked_for_there_and_nowhere_else() -> None:
-    there = endpoint()
+    there = f"tcp/127.0.0.1:{free_port()}"
     with (
         robot("a", "red", there),
-        robot("b", "red", endpoint()),
+        robot("b", "red", f"tcp/127.0.0.1:{free_port()}"),
         closing(Watch("red", [], [there], None, False)) as watch,
     ):
         looks_until(watch, lambda: seen(watch) != set())
@@ -93,7 +87,7 @@ def test_who_is_named_is_looked_for_there_and_nowhere_else() -> None:
 
 def test_a_closed_team_is_seen_with_keys_and_is_the_one_that_is_watched(tmp_path: Path) -> None:
     make_team_keys(tmp_path / "keys", "locked", ["a", "b"])
-    with robot("a", "locked", endpoint("tls"), tmp_path / "keys" / "a"):
+    with robot("a", "locked", f"tls/127.0.0.1:{free_port()}", tmp_path / "keys" / "a"):
         with closing(Watch(None, [], [], tmp_path / "keys" / "b", False)) as watch:
             assert watch.team == "locked" and watch.closed_teams() == []
             looks_until(watch, lambda: seen(watch) == {("locked", "a")})
@@ -104,12 +98,12 @@ def test_a_closed_team_is_seen_with_keys_and_is_the_one_that_is_watched(tmp_path
 
 def test_of_closed_teams_those_that_were_asked_for_are_said() -> None:
     for team, kind in (("red", "tls"), ("blue", "tls"), ("green", "tcp")):
-        announce(team, "a", [endpoint(kind)])
-    with closing(Watch("blue", [], [endpoint()], None, False)) as watch:
+        announce(team, "a", [f"{kind}/127.0.0.1:{free_port()}"])
+    with closing(Watch("blue", [], [f"tcp/127.0.0.1:{free_port()}"], None, False)) as watch:
         assert watch.closed_teams() == ["blue"]
         words = nobody(watch, 2.5)
     assert words.startswith("nobody is here: no robot of team 'blue' was seen in 2.5 s\n") and "'red'" not in words
-    with closing(Watch(None, [], [endpoint()], None, False)) as watch:
+    with closing(Watch(None, [], [f"tcp/127.0.0.1:{free_port()}"], None, False)) as watch:
         assert watch.closed_teams() == ["blue", "red"]
         assert nobody(watch, 2.5).startswith("nobody is here: no robot of any team was seen in 2.5 s\n")
 
@@ -117,14 +111,14 @@ def test_of_closed_teams_those_that_were_asked_for_are_said() -> None:
 def test_one_look_ends_with_1_where_nobody_is_and_says_so_in_words_or_in_json() -> None:
     result = CliRunner().invoke(app, ["top", "--no-multicast", "--once", "--wait", "0"])
     assert result.exit_code == 1 and "no robot of any team was seen in 0 s" in " ".join(result.output.split())
-    announce("red", "a", [endpoint("tls")])
+    announce("red", "a", [f"tls/127.0.0.1:{free_port()}"])
     result = CliRunner().invoke(app, ["top", "--no-multicast", "--json", "--wait", "0"])
     assert result.exit_code == 1
     assert json.loads(result.stdout) == {"robots": [], "closed_teams": ["red"], "bad": {}}
 
 
 def test_one_look_waits_for_what_robots_say_of_themselves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    there = endpoint()
+    there = f"tcp/127.0.0.1:{free_port()}"
     arguments = ["top", "--no-multicast", "--json", "--team", "red", "--connect", there, "--wait", str(DEADLINE_S)]
     with robot("a", "red", there):
         monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "elsewhere"))  # as if it ran on another machine
