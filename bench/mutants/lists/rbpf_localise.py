@@ -4,6 +4,12 @@ from bench.mutants.mutant import Mutant
 
 MUTANTS = (
     Mutant(
+        "rbpf/localise/surfaces.py",
+        "    if abs(off) <= 1.0:",
+        "    if True:",
+        "what stands out from a wall of a saved map is drawn onto the wall",
+    ),
+    Mutant(
         "rbpf/localise/localiser.py",
         "                self.fit.contradict()\n",
         "                pass\n",

@@ -5,6 +5,18 @@ from bench.mutants.mutant import Mutant
 MUTANTS = (
     Mutant(
         "rbpf/loops/loop_closer.py",
+        "        self.is_carried &= not believed\n",
+        "",
+        "a robot that was carried and found again is never compared with what is near it any more",
+    ),
+    Mutant(
+        "rbpf/filter/back_end.py",
+        "WALLS_APART * headings.variance",
+        "headings.variance",
+        "long walls that are not quite parallel bend the map",
+    ),
+    Mutant(
+        "rbpf/loops/loop_closer.py",
         "return bool(away_m <= AGREE_M and turned <= AGREE_RAD)",
         "return True",
         "one fit that nothing confirms bends the map",

@@ -101,12 +101,13 @@ def test_strokes_with_at_most_0_15_m_between_them_are_one_piece(between: int, pi
         assert [piece.what for piece in found.pieces] == ["appeared"] * pieces
 
 
-def test_strokes_that_face_each_other_across_a_corner_are_one_piece() -> None:
+@pytest.mark.parametrize("between", [4, 5])
+def test_strokes_that_face_each_other_across_a_corner_are_one_piece(between: int) -> None:
     before, after = (OccupancyGrid(room().cells, 0.03) for _ in range(2))
     after.cells[200:212, 100] = 100
-    after.cells[216, 105:125] = 100  # four cells, 0.12 m, between the two along either axis
+    after.cells[212 + between, 101 + between : 125] = 100  # 0.12 or 0.15 m between the two along either axis
     (piece,) = diff(saved(before), saved(after), same_frame=True).pieces
-    assert (piece.width_m, piece.height_m) == pytest.approx((25 * 0.03, 17 * 0.03))
+    assert (piece.width_m, piece.height_m) == pytest.approx((25 * 0.03, (13 + between) * 0.03))
 
 
 def test_nothing_of_a_building_that_stayed_has_changed_though_its_maps_are_bent() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mrslam.rbpf import MapperConfig
-from mrslam.rbpf.filter.back_end import BackEnd
+from mrslam.rbpf.filter.back_end import WALLS_APART, BackEnd
 from mrslam.rbpf.front_end.health import LOST
 from mrslam.rbpf.outcome import Stopwatch
 from mrslam.spatial import se2
@@ -105,3 +105,11 @@ def test_a_robot_that_lost_itself_trusts_only_places_seen_before_that(monkeypatc
     assert lost_way[-1] < 0.5 and back._health.is_adrift
     health(back, 9)
     assert not back._health.is_adrift  # as before it was lost
+
+
+def test_walls_are_believed_less_in_relaxation_for_their_errors_repeat(monkeypatch: pytest.MonkeyPatch) -> None:
+    back, _, _ = there_and_back(close_loops=True)
+    asked = []
+    monkeypatch.setattr(back.loops, "relaxed", lambda poses, info, headings: asked.append(headings) or poses)
+    back._relax()
+    assert asked[0].variance.size and np.array_equal(asked[0].variance, WALLS_APART * back.filter.headings.variance)

@@ -94,6 +94,14 @@ def test_a_post_has_no_normal_and_stays_where_it_is() -> None:
     assert not surfaces[:, 2:].any()
 
 
+def test_what_stands_out_from_a_wall_farther_than_a_cell_is_not_drawn_onto_it() -> None:
+    cells = wall(slice(20, 21))
+    cells[18:20, 30] = 100
+    surfaces = surfaces_m(grid_of(cells), 0.05)
+    tip = surfaces[np.abs(surfaces[:, 0] - 1.525) < 0.01, 1].min()
+    assert tip == pytest.approx(0.925, abs=1e-6)
+
+
 def test_coarse_cells_leave_no_gaps_along_a_wall() -> None:
     surfaces = surfaces_m(grid_of(wall(slice(20, 21)), 0.2), 0.05)
     along = np.sort(surfaces[:, 0])

@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from mrslam.rbpf import MapperConfig
-from mrslam.rbpf.front_end.motion import ARRIVAL_COLUMNS
-from mrslam.rbpf.loops.guesses import Guess
+from mrslam.rbpf.front_end.motion import ARRIVAL_COLUMNS, CARRIED_M
+from mrslam.rbpf.loops.guesses import Fit, Guess
 from mrslam.rbpf.loops.headings import NO_HEADINGS, Headings
 from mrslam.rbpf.loops.loop_closer import LoopCloser
 from mrslam.spatial import se2
@@ -162,6 +162,20 @@ def test_a_robot_that_was_carried_is_not_looked_for_where_it_thinks_it_is() -> N
     for one in (saved(loops), loops):
         assert one.is_carried and one.scans.newest_start == keys
         assert look(one, trajectory, keys + 1) == (False, 0)
+
+
+@pytest.mark.parametrize("is_found", [False, True])
+def test_a_robot_that_was_carried_is_so_until_it_is_found(is_found: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    loops, trajectory, keys = two_rounds(np.zeros(3))
+    loops.add_key(keyframe(np.zeros(3), drive(24)[5], np.random.default_rng(5)).beams, 0.6, is_carried=True)
+    lost = np.full(keys + 1, 5.0 * CARRIED_M)
+    monkeypatch.setattr("mrslam.rbpf.loops.loop_closer.drift_from_newest", lambda *_: (lost, lost))
+    monkeypatch.setattr(loops._far, "is_due", lambda is_carried: is_carried)
+    found = Match(np.zeros(3), -0.5, 0.9, 0.0, np.eye(3), 0.0, np.array([1.0, 0.0]))
+    fits = [Fit(1, keys, found)] if is_found else []
+    monkeypatch.setattr(loops._far, "look", lambda *_: fits)
+    assert look(loops, trajectory, keys + 1) == (is_found, len(fits))
+    assert loops.is_carried is not is_found
 
 
 @pytest.mark.parametrize("is_far", [False, True])
