@@ -5,13 +5,12 @@ from __future__ import annotations
 import itertools
 import json
 import signal
-import socket
 import subprocess
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
@@ -22,12 +21,12 @@ from mrslam.sim_driver.feeds import Reading, open_feed
 from mrslam.sim_driver.report import write_report
 from mrslam.sim_driver.run.gather import gather
 from mrslam.spatial.files.saved_map import read_saved_map
+from tests.comms.processes import free_port
+from tests.sim_driver.beside import beside
 
 
 def address(kind: str = "tcp") -> str:
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return f"{kind}/127.0.0.1:{one.getsockname()[1]}"
+    return f"{kind}/127.0.0.1:{free_port()}"
 
 
 STARTED: list[subprocess.Popen[str]] = []
@@ -71,22 +70,16 @@ def wait_for(true: Callable[[], bool], process: subprocess.Popen[str]) -> None:
 @contextmanager
 def driver(robot: str, team: str, sensors: str, readings: Sequence[Reading]) -> Iterator[None]:
     """A laser that runs on and on, whether anyone listens or not."""
-    publisher, over = SensorPublisher(robot, team, sensors), threading.Event()
+    with closing(SensorPublisher(robot, team, sensors)) as publisher:
 
-    def drive() -> None:
-        for reading in itertools.cycle(readings):
-            publisher.scan(reading.scan, reading.T_odom_base)
-            if over.wait(0.03):
-                return
+        def drive(over: threading.Event) -> None:
+            for reading in itertools.cycle(readings):
+                publisher.scan(reading.scan, reading.T_odom_base)
+                if over.wait(0.03):
+                    return
 
-    thread = threading.Thread(target=drive)
-    thread.start()
-    try:
-        yield
-    finally:
-        over.set()
-        thread.join()
-        publisher.close()
+        with beside(drive):
+            yield
 
 
 def test_drivers_feed_an_agent_and_it_goes_on_after_a_kill(data_dir: Path, tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from mrslam.comms.zenoh import ZenohTransport
 from mrslam.sim_driver.cli.app import app
 from mrslam.sim_driver.cli.live.top import Watch, nobody
 from tests.comms.processes import free_port
+from tests.sim_driver.beside import beside
 
 DEADLINE_S = 300.0
 
@@ -33,20 +34,15 @@ def robot(name: str, team: str, listen: str, keys: Path | None = None) -> Iterat
     """A robot that says again and again how it is."""
     given = None if keys is None else load_keys(keys, name, team)
     with closing(ZenohTransport(name, team, listen=[listen], keys=given)) as transport:
-        node, over = CommsNode(name, team, 1), threading.Event()
+        node = CommsNode(name, team, 1)
 
-        def live() -> None:
+        def live(over: threading.Event) -> None:
             while not over.is_set():
                 transport.poll(0.05)
                 transport.send(status_report(node, time.monotonic_ns()))
 
-        thread = threading.Thread(target=live)
-        thread.start()
-        try:
+        with beside(live):
             yield
-        finally:
-            over.set()
-            thread.join()
 
 
 def looks_until(watch: Watch, true: Callable[[], bool]) -> None:
