@@ -9,6 +9,7 @@ import numpy as np
 
 from mrslam.alignment.aligners import ALIGNERS
 from mrslam.alignment.config import AlignmentConfig
+from mrslam.alignment.parts import in_parts, is_large
 from mrslam.alignment.prepared import PreparedMap, is_smaller, main_part, prepare, working_resolution
 from mrslam.alignment.result import Alignment, Candidate, Prior, Rejection
 from mrslam.alignment.verification.decide import decide
@@ -36,6 +37,7 @@ def align(
 
     ``place`` : ``T_a_b (3,)`` where the maps may fit; nothing else can be accepted then. Other places are searched for,
     as its rivals, only once it would be, and not with a prior, which says that the maps lie nowhere else.
+    Large maps that do not fit as a whole are looked at in parts (:func:`in_parts`), but with a prior alone.
 
     ``align(b, a)`` is the inverse of ``align(a, b)``: the maps are put into one order first. Raises ``InputError`` for
     an unknown method only; maps of any size, extent and resolution are handled or rejected.
@@ -78,11 +80,17 @@ def _align(
     def rivals() -> list[Candidate]:
         return proposed(EXHAUSTIVE)
 
-    if place is not None:
-        there = [Candidate(np.array(place, dtype=np.float64))]
-        return decide(a, b, there, method, config, rivals if prior is None else None)
-    # The other methods propose some places only: what else fits is found by the exhaustive search.
-    return decide(a, b, proposed(method), method, config, None if method == EXHAUSTIVE else rivals)
+    there = None if place is None else [Candidate(np.array(place, dtype=np.float64))]
+    if there is not None:
+        outcome = decide(a, b, there, method, config, rivals if prior is None else None)
+    else:
+        # The other methods propose some places only: what else fits is found by the exhaustive search.
+        outcome = decide(a, b, proposed(method), method, config, None if method == EXHAUSTIVE else rivals)
+    is_bound = prior is not None and place is None
+    if isinstance(outcome, Alignment) or is_bound or not is_large(b):
+        return outcome
+    by = ALIGNERS[EXHAUSTIVE]
+    return in_parts(b, outcome, lambda part: decide(a, part, by(a, part, config, None), method, config), place)
 
 
 def _lacks(verb: str, unit: str, amounts: list[float], least: float) -> str | None:

@@ -51,6 +51,8 @@ class Rejection:
     """Whether its only faults are those of bent maps of one place: walls where the other is free, and rivals for it."""
     rivals: tuple[Transform, ...] = ()
     """Where else b fits about as well as at ``T_a_b``, best first; only where nothing but them forbids acceptance."""
+    is_in_parts: bool = False
+    """Whether ``T_a_b`` is where parts of a large map fit one by one, of which the whole is bent too much."""
 
     @property
     def ambiguous(self) -> bool:

@@ -121,7 +121,7 @@ class Runner:
         config = replace(settings, seed=settings.seed + job.attempt, strain=0.0)
         method = self.agent.settings.agent.align_method
         outcome = align(job.grid_a, job.grid_b, method=method, prior=job.prior, config=config, place=job.place)
-        if isinstance(outcome, Rejection) and job.follows:
+        if isinstance(outcome, Rejection) and not outcome.is_in_parts and job.follows:
             outcome = align(job.grid_a, job.grid_b, method=method, prior=job.prior, config=config)
         if isinstance(outcome, Rejection) and outcome.may_bend and job.trails is not None:
             maps = [Scanned(*one) for one in zip((job.grid_a, job.grid_b), job.trails, strict=True)]
