@@ -17,7 +17,13 @@ MUTANTS = (
     ),
     Mutant(
         "agent/shells/runner.py",
-        "        if isinstance(outcome, Rejection) and job.follows:\n",
+        "isinstance(outcome, Rejection) and not outcome.is_in_parts and job.follows",
+        "isinstance(outcome, Rejection) and job.follows",
+        "large maps found in parts once are never found there a second time",
+    ),
+    Mutant(
+        "agent/shells/runner.py",
+        "        if isinstance(outcome, Rejection) and not outcome.is_in_parts and job.follows:\n",
         "        if False:\n",
         "a merged map that was corrected is not found again nearby",
     ),

@@ -148,6 +148,18 @@ MUTANTS = (
         "two or three places that look alike bend maps until they fit",
     ),
     Mutant(
+        "merge/joint/align_bent.py",
+        "    if rejected.is_in_parts:",
+        "    if False:",
+        "maps of a campus whose parts fit are refused for its trees",
+    ),
+    Mutant(
+        "merge/joint/align_bent.py",
+        "    if rejected.is_in_parts:",
+        "    if True:",
+        "maps of rooms whose walls contradict once they are bent are merged",
+    ),
+    Mutant(
         "merge/joint/believable.py",
         "solve(trails, poses, chosen, others(found, chosen, unused))",
         "solve(trails, poses, chosen)",

@@ -183,6 +183,20 @@ def test_who_is_followed_is_searched_for_nearby_if_it_is_not_at_its_place_and_wh
     assert asked == [place, None][:times]
 
 
+def test_a_large_map_of_which_parts_are_at_its_place_is_not_searched_for_nearby(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked = []
+    in_parts = replace(NOT_THERE, T_a_b=np.zeros(3), may_bend=True, is_in_parts=True)
+    monkeypatch.setattr(runner, "align", lambda *_, place=None, **__: asked.append(place) or in_parts)
+    monkeypatch.setattr(runner, "align_bent", lambda _a, _b, rejected, *_: rejected)
+    place = np.zeros(3)
+    job = replace(Floors("r1", "r2").job(0.0), place=place, prior=Prior(place, np.eye(3)))
+    shell = SimpleNamespace(agent=robot("r1", 1), _matcher=None)
+    assert job.follows and runner.Runner._align(shell, job) is in_parts  # type: ignore[arg-type]
+    assert asked == [place]
+
+
 def tried_at(t_s: float) -> PairBelief:
     """Return what is believed of a pair in which a search found nothing."""
     return PairBelief(attempts=1, last=Attempt(round(t_s * S), ((1, 1), (1, 1)), (10.0, 10.0), False))

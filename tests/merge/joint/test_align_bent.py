@@ -1,5 +1,8 @@
 """Maps that fit nowhere rigidly are bent by their scans and looked at again: they must fit where they were tied."""
 
+from dataclasses import replace
+
+import cv2
 import numpy as np
 import pytest
 
@@ -47,3 +50,20 @@ def test_bent_maps_that_fit_elsewhere_than_their_scans_are_refused() -> None:
     outcome = bent(Scanned(moved, B.trail))
     assert isinstance(outcome, Rejection)
     assert outcome.reason == f"{BENDABLE.reason}; bent to fit, they fit 3.0 m elsewhere"
+
+
+def cleared(share: float) -> Scanned:
+    """Return the second robot's map with open floor in place of its walls, along so large a share of its columns."""
+    cells = TWO.grid.cells.copy()
+    gone = np.random.default_rng(3).permutation(cells.shape[1] // 20) < share * (cells.shape[1] // 20)
+    columns = np.resize(np.repeat(gone, 20), cells.shape[1])
+    behind = cv2.dilate(np.uint8(cells == 100), np.ones((17, 17), dtype=np.uint8)) > 0
+    cells[behind & columns] = 0
+    return Scanned(OccupancyGrid(cells, TWO.grid.resolution_m, TWO.grid.origin_m), TWO.trail)
+
+
+def test_of_maps_that_fit_in_parts_less_must_contradict_than_agrees() -> None:
+    in_parts = replace(BENDABLE, is_in_parts=True)
+    for share, fits_whole, fits_in_parts in ((0.0, True, True), (0.3, False, True), (0.44, False, False)):
+        assert isinstance(bent(cleared(share)), Alignment) == fits_whole, share
+        assert isinstance(bent(cleared(share), in_parts), Alignment) == fits_in_parts, share
