@@ -53,6 +53,8 @@ class AlignJob:
     """``(3,)``, where the maps were found before: examined before anything is searched for (:func:`align`)."""
     hinted_by: str | None = None
     """The robot that found them there; None where this one did."""
+    by_parts: bool = False
+    """Whether large maps that do not fit as a whole are looked at in parts (:func:`align`)."""
     part: KnownMap | None = None
     """The saved map of the two, where a place in it is sought that nobody has told: of a part of the building?"""
 

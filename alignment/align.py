@@ -32,12 +32,15 @@ def align(
     prior: Prior | None = None,
     config: AlignmentConfig | None = None,
     place: se2.Transform | None = None,
+    *,
+    by_parts: bool = True,
 ) -> Alignment | Rejection:
     """Return how map b lies in map a, ``T_a_b``, or why that is not known.
 
     ``place`` : ``T_a_b (3,)`` where the maps may fit; nothing else can be accepted then. Other places are searched for,
     as its rivals, only once it would be, and not with a prior, which says that the maps lie nowhere else.
-    Large maps that do not fit as a whole are looked at in parts (:func:`in_parts`), but with a prior alone.
+    ``by_parts`` : whether large maps that do not fit as a whole are looked at in parts, which takes some times as long
+    (:func:`in_parts`). With a prior alone they are not.
 
     ``align(b, a)`` is the inverse of ``align(a, b)``: the maps are put into one order first. Raises ``InputError`` for
     an unknown method only; maps of any size, extent and resolution are handled or rejected.
@@ -49,8 +52,8 @@ def align(
     if is_smaller(grids[0], grids[1]):
         grids.reverse()
         place = None if place is None else se2.inverse(np.asarray(place, dtype=np.float64))
-        return _inverse(_align(grids, method, _facing(prior, inverse=True), config, place))
-    return _align(grids, method, _facing(prior, inverse=False), config, place)
+        return _inverse(_align(grids, method, _facing(prior, inverse=True), config, place, by_parts))
+    return _align(grids, method, _facing(prior, inverse=False), config, place, by_parts)
 
 
 def _align(
@@ -59,6 +62,7 @@ def _align(
     prior: Prior | None,
     config: AlignmentConfig,
     place: se2.Transform | None,
+    by_parts: bool,
 ) -> Alignment | Rejection:
     """Align the larger map (first) and the smaller one; ``grids`` is emptied, for large maps are large."""
     lacking = _lacks("shows", "m2", [grid.known_area_m2() for grid in grids], MIN_KNOWN_M2)
@@ -87,7 +91,7 @@ def _align(
         # The other methods propose some places only: what else fits is found by the exhaustive search.
         outcome = decide(a, b, proposed(method), method, config, None if method == EXHAUSTIVE else rivals)
     is_bound = prior is not None and place is None
-    if isinstance(outcome, Alignment) or is_bound or not is_large(b):
+    if isinstance(outcome, Alignment) or not by_parts or is_bound or not is_large(b):
         return outcome
     by = ALIGNERS[EXHAUSTIVE]
     return in_parts(b, outcome, lambda part: decide(a, part, by(a, part, config, None), method, config), place)

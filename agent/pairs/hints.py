@@ -176,7 +176,7 @@ class Hints:
                 prior = Prior(place, PRIOR_COVARIANCE) if is_predicted(pair, place, T_team_map) else None
                 return AlignJob(
                     *pair, a.grid, b.grid, prior, (a.version, b.version), areas, belief.attempts, (a.trail, b.trail),
-                    place=place, hinted_by=peer,
+                    place=place, hinted_by=peer, by_parts=True,
                 )  # fmt: skip
         return None
 

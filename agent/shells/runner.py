@@ -120,11 +120,14 @@ class Runner:
         # Robots' maps are bent by the scans that made them (align_bent), not by their walls alone.
         config = replace(settings, seed=settings.seed + job.attempt, strain=0.0)
         method = self.agent.settings.agent.align_method
-        outcome = align(job.grid_a, job.grid_b, method=method, prior=job.prior, config=config, place=job.place)
+        grids = (job.grid_a, job.grid_b)
+        outcome = align(
+            *grids, method=method, prior=job.prior, config=config, place=job.place, by_parts=job.by_parts
+        )  # fmt: skip
         if isinstance(outcome, Rejection) and not outcome.is_in_parts and job.follows:
-            outcome = align(job.grid_a, job.grid_b, method=method, prior=job.prior, config=config)
+            outcome = align(*grids, method=method, prior=job.prior, config=config)
         if isinstance(outcome, Rejection) and outcome.may_bend and job.trails is not None:
-            maps = [Scanned(*one) for one in zip((job.grid_a, job.grid_b), job.trails, strict=True)]
+            maps = [Scanned(*one) for one in zip(grids, job.trails, strict=True)]
             outcome = align_bent(maps[0], maps[1], outcome, method, config, self._matcher)
         return in_whole(job, outcome)
 

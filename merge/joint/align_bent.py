@@ -45,7 +45,7 @@ def align_bent(
     if rejected.is_in_parts:
         config = replace(config, max_contradiction=EVEN, max_deep_contradiction=EVEN)
     one, two = (Bend(x.trail.T_map_key, joint.T_team_key[name]) for name, x in (("a", a), ("b", b)))
-    outcome = align(one.bent(a.grid), two.bent(b.grid), method=method, config=config)
+    outcome = align(one.bent(a.grid), two.bent(b.grid), method=method, config=config, by_parts=False)
     T_a_b = se2.between(one.T_team_map, two.T_team_map)
     if isinstance(outcome, Rejection):
         return replace(rejected, reason=f"{rejected.reason}; bent to fit: {outcome.reason}")

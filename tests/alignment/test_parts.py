@@ -58,6 +58,8 @@ def test_what_fits_as_a_whole_and_what_is_small_is_not_looked_at_in_parts(floor:
     assert is_large(floor) and not is_large(small)
     outcome = align(grid(small), grid(bow(small, 3.0).bent(small)), config=FIRM)
     assert isinstance(outcome, Rejection) and not outcome.is_in_parts
+    outcome = align(grid(floor), grid(bow(floor, 3.0).bent(floor)), config=FIRM, by_parts=False)
+    assert isinstance(outcome, Rejection) and not outcome.is_in_parts  # nor where nobody asked
 
 
 def test_another_building_fits_in_no_two_parts(floor: PreparedMap) -> None:

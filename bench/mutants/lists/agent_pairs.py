@@ -225,4 +225,10 @@ MUTANTS = (
         "        return reason or refuted(self.alignment, outcome)",
         "robots in a large place are unmerged as soon as their maps are bent",
     ),
+    Mutant(
+        "agent/pairs/hints.py",
+        "place=place, hinted_by=peer, by_parts=True,",
+        "place=place, hinted_by=peer,",
+        "a large map that a teammate found in parts is not found where it tells",
+    ),
 )

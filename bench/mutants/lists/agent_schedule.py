@@ -357,4 +357,34 @@ MUTANTS = (
         "sum(one.area_m2 - area for one, area",
         "two maps that would be merged now are not looked at, for one was corrected to less floor",
     ),
+    Mutant(
+        "agent/pairs/schedule.py",
+        "if belief.alignment is not None or self.own_id not in pair:",
+        "if belief.alignment is not None:",
+        "sixteen robots each search for all others' large maps in parts",
+    ),
+    Mutant(
+        "agent/pairs/schedule.py",
+        "if belief.alignment is not None or self.own_id not in pair:",
+        "if self.own_id not in pair:",
+        "large maps that are merged are searched for in parts, which fit metres beside each other, and unmerged",
+    ),
+    Mutant(
+        "agent/pairs/schedule.py",
+        "return is_found or math.prod(areas_m2) >=",
+        "return math.prod(areas_m2) >=",
+        "large maps found in parts wait for much growth until they are found there again",
+    ),
+    Mutant(
+        "agent/pairs/schedule.py",
+        "(1.0 + PARTS_GROWTH) ** 2 * math.prod(belief.parts_m2)",
+        "(1.0 + PARTS_GROWTH) * math.prod(belief.parts_m2)",
+        "large maps that lie apart are searched for in parts too often",
+    ),
+    Mutant(
+        "agent/pairs/belief.py",
+        "        if job.by_parts:\n            self.parts_m2 = job.area_m2\n",
+        "",
+        "large maps that lie apart are searched for in parts each time",
+    ),
 )

@@ -315,4 +315,10 @@ MUTANTS = (
         "T0 + share * (T1 - T0)",
         "a robot that drives backwards gets scans turned by half a turn",
     ),
+    Mutant(
+        "agent/shells/runner.py",
+        "place=job.place, by_parts=job.by_parts",
+        "place=job.place, by_parts=False",
+        "large maps of robots are never looked at in parts",
+    ),
 )

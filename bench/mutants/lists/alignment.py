@@ -186,13 +186,13 @@ MUTANTS = (
     ),
     Mutant(
         "alignment/align.py",
-        "isinstance(outcome, Alignment) or is_bound or not is_large(b)",
-        "isinstance(outcome, Alignment) or not is_large(b)",
+        "isinstance(outcome, Alignment) or not by_parts or is_bound or not is_large(b)",
+        "isinstance(outcome, Alignment) or not by_parts or not is_large(b)",
         "a hint of where the whole map lies is overruled by parts of it",
     ),
     Mutant(
         "alignment/align.py",
-        "isinstance(outcome, Alignment) or is_bound or not is_large(b)",
+        "isinstance(outcome, Alignment) or not by_parts or is_bound or not is_large(b)",
         "True",
         "large maps that are bent by metres are never merged",
     ),
@@ -279,5 +279,11 @@ MUTANTS = (
         "may_bend=True, is_in_parts=True",
         "may_bend=True",
         "maps whose parts fit are held to what rigid maps must show",
+    ),
+    Mutant(
+        "alignment/align.py",
+        "isinstance(outcome, Alignment) or not by_parts or",
+        "isinstance(outcome, Alignment) or",
+        "large maps are looked at in parts each time, which takes some times as long",
     ),
 )

@@ -45,6 +45,7 @@ def test_a_pair_is_examined_where_a_teammate_found_it_and_needs_as_much_as_any_t
     team.hints.hear(hint(peer, other, x))
     job = team.job(5.0)
     assert (job.a, job.b) == tuple(sorted((peer, other))) and job.hinted_by == peer and job.prior is None
+    assert job.by_parts  # so may the teammate have found it
     np.testing.assert_allclose(job.place, [4.0, 0.0, 0.0], atol=1e-9)
     team.end(job, found(4.0), 5.0)
     assert team.beliefs[job.a, job.b].alignment is None  # found once
@@ -186,15 +187,17 @@ def test_who_is_followed_is_searched_for_nearby_if_it_is_not_at_its_place_and_wh
 def test_a_large_map_of_which_parts_are_at_its_place_is_not_searched_for_nearby(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    asked = []
+    asked: list[tuple[object, bool]] = []
     in_parts = replace(NOT_THERE, T_a_b=np.zeros(3), may_bend=True, is_in_parts=True)
-    monkeypatch.setattr(runner, "align", lambda *_, place=None, **__: asked.append(place) or in_parts)
+    monkeypatch.setattr(runner, "align", lambda *_, place, by_parts, **__: asked.append((place, by_parts)) or in_parts)
     monkeypatch.setattr(runner, "align_bent", lambda _a, _b, rejected, *_: rejected)
     place = np.zeros(3)
     job = replace(Floors("r1", "r2").job(0.0), place=place, prior=Prior(place, np.eye(3)))
     shell = SimpleNamespace(agent=robot("r1", 1), _matcher=None)
     assert job.follows and runner.Runner._align(shell, job) is in_parts  # type: ignore[arg-type]
-    assert asked == [place]
+    assert asked == [(place, True)]
+    job = replace(job, by_parts=False)
+    assert runner.Runner._align(shell, job) is in_parts and asked[1] == (place, False)  # type: ignore[arg-type]
 
 
 def tried_at(t_s: float) -> PairBelief:

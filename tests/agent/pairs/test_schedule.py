@@ -12,6 +12,8 @@ from mrslam.alignment import Evidence, Rejection
 from mrslam.comms import TeammateHint
 from tests.agent.pairs.floors import Floors, S, found, merged, weak
 
+NOWHERE = Rejection("overlap 2 %", 0.1, None, "auto")
+
 
 def test_pairs_with_the_own_map_come_first_and_are_named_in_order() -> None:
     team = Floors("r3", "r1", "r2")
@@ -267,3 +269,40 @@ def test_each_map_of_a_pair_goes_with_its_own_keyframes() -> None:
     job = team.job(0)
     assert job.trails is not None and [job.a, job.b] == ["r1", "r2"]
     assert job.trails[0] is team.maps["r1"].trail and job.trails[1] is team.maps["r2"].trail
+
+
+def test_an_own_pair_is_looked_at_in_parts_again_once_both_maps_are_half_as_large_again() -> None:
+    team = Floors("r1", "r2")
+    asked = []
+    for k, (robot, cells) in enumerate((("r1", 64), ("r1", 70), ("r2", 70), ("r1", 78), ("r2", 80), ("r2", 90))):
+        team.grow(robot, cells, k + 1)  # areas of both together: 1, 1.2, 1.4, 1.8, 2.3, 2.9 times
+        job = team.job(20.0 * k)
+        asked.append(job.by_parts)
+        team.end(job, NOWHERE, 20.0 * k)
+    assert asked == [True, False, False, False, True, False]
+
+
+def test_a_pair_that_was_found_is_confirmed_in_parts_and_once_merged_looked_at_as_a_whole() -> None:
+    team = Floors("r1", "r2")
+    team.align(NOWHERE, 0.0)
+    team.grow("r1", 70, 2)
+    job = team.job(20.0)
+    assert not job.by_parts
+    team.end(job, found(), 20.0)
+    job = team.job(30.0)
+    assert job.by_parts and job.place is not None
+    team.end(job, found(), 30.0)
+    assert team.beliefs["r1", "r2"].alignment is not None
+    team.grow("r1", 300, 3)
+    assert not team.job(200.0).by_parts
+
+
+def test_a_pair_of_others_is_not_searched_for_in_parts() -> None:
+    team = Floors("r1", "r2", "r3")
+    by_parts = {}
+    for t_s in (*range(0, 40, 2), *range(1000, 1040, 2)):
+        if team.due(t_s) is not None:
+            job = team.job(t_s)
+            by_parts.setdefault((job.a, job.b), job.by_parts)
+            team.end(job, found(float(int(job.b[1]) - int(job.a[1]))), t_s)
+    assert by_parts == {("r1", "r2"): True, ("r2", "r3"): True, ("r1", "r3"): False}
