@@ -75,7 +75,8 @@ class PairAligner:
         a, b, prior = job
         scanned = {a, b} <= self.trails.keys()  # bent by their scans, not by their walls alone
         config = AlignmentConfig(strain=0.0) if scanned else None
-        return align(self.grids[a], self.grids[b], method=self.method, prior=prior, config=config)
+        grids = (self.grids[a], self.grids[b])
+        return align(*grids, method=self.method, prior=prior, config=config, by_parts=scanned)
 
     def _bent(self, a: str, b: str, result: Alignment | Rejection) -> Alignment | Rejection:
         """Return an alignment in place of a rejection where the maps fit once they are bent."""
@@ -87,7 +88,7 @@ class PairAligner:
     def align_grids(self, one: OccupancyGrid, others: Sequence[OccupancyGrid]) -> list[Alignment | Rejection]:
         """Align one map with each of the others in parallel, keeping no result."""
         self.tried += len(others)
-        return list(self.pool.map(lambda other: align(one, other, method=self.method), others))
+        return list(self.pool.map(lambda other: align(one, other, method=self.method, by_parts=False), others))
 
     def keep(self, a: str, b: str, result: Alignment | Rejection) -> bool:
         """Keep the result of a pair; return whether it was accepted."""

@@ -371,14 +371,14 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/schedule.py",
-        "return is_found or math.prod(areas_m2) >=",
-        "return math.prod(areas_m2) >=",
+        "return is_found or _grown(maps, belief.parts_m2, PARTS_GROWTH)",
+        "return _grown(maps, belief.parts_m2, PARTS_GROWTH)",
         "large maps found in parts wait for much growth until they are found there again",
     ),
     Mutant(
         "agent/pairs/schedule.py",
-        "(1.0 + PARTS_GROWTH) ** 2 * math.prod(belief.parts_m2)",
-        "(1.0 + PARTS_GROWTH) * math.prod(belief.parts_m2)",
+        "_grown(maps, belief.parts_m2, PARTS_GROWTH)",
+        "_grown(maps, belief.parts_m2, 0.1)",
         "large maps that lie apart are searched for in parts too often",
     ),
     Mutant(

@@ -85,4 +85,10 @@ MUTANTS = (
         "node_of(one.grid)",
         "true bridges fall: a small turn is measured at the wrong map's middle",
     ),
+    Mutant(
+        "merge/batch/pair_aligner.py",
+        "config=config, by_parts=scanned)",
+        "config=config, by_parts=False)",
+        "`mrslam merge` refuses large maps that their scans would bend",
+    ),
 )

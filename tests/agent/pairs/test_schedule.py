@@ -271,15 +271,15 @@ def test_each_map_of_a_pair_goes_with_its_own_keyframes() -> None:
     assert job.trails[0] is team.maps["r1"].trail and job.trails[1] is team.maps["r2"].trail
 
 
-def test_an_own_pair_is_looked_at_in_parts_again_once_both_maps_are_half_as_large_again() -> None:
+def test_an_own_pair_is_looked_at_in_parts_again_once_one_map_has_grown_by_a_quarter() -> None:
     team = Floors("r1", "r2")
     asked = []
-    for k, (robot, cells) in enumerate((("r1", 64), ("r1", 70), ("r2", 70), ("r1", 78), ("r2", 80), ("r2", 90))):
-        team.grow(robot, cells, k + 1)  # areas of both together: 1, 1.2, 1.4, 1.8, 2.3, 2.9 times
+    for k, (robot, cells) in enumerate((("r1", 64), ("r1", 70), ("r2", 70), ("r1", 78), ("r1", 84), ("r2", 79))):
+        team.grow(robot, cells, k + 1)  # by 20 % each, then r1 by 48 %, by 16 %; r2 by 27 %
         job = team.job(20.0 * k)
         asked.append(job.by_parts)
         team.end(job, NOWHERE, 20.0 * k)
-    assert asked == [True, False, False, False, True, False]
+    assert asked == [True, False, False, True, False, True]
 
 
 def test_a_pair_that_was_found_is_confirmed_in_parts_and_once_merged_looked_at_as_a_whole() -> None:
