@@ -69,9 +69,7 @@ def in_parts(
     if not parts:
         return rejected
     best = parts[0].found
-    x, y, theta = best.T_a_b
-    where = f"{x:.1f} m, {y:.1f} m, {math.degrees(theta):.0f} deg"
-    reason = f"{rejected.reason}; parts of {PART_M:.0f} m fit at ({where}): the whole is bent too much"
+    reason = f"{rejected.reason}; parts of {PART_M:.0f} m fit one by one: the whole is bent too much"
     return replace(
         rejected, reason=reason, T_a_b=best.T_a_b, evidence=best.evidence, may_bend=True, is_in_parts=True, rivals=()
     )

@@ -44,7 +44,11 @@ def test_a_large_map_that_is_bent_by_metres_may_bend_where_its_parts_lie(floor: 
     by = bow(floor, 3.0)
     outcome = align(grid(floor), grid(by.bent(floor)), config=FIRM)
     assert isinstance(outcome, Rejection) and outcome.T_a_b is not None
-    assert outcome.is_in_parts and outcome.may_bend and "; parts of 50 m fit at (" in outcome.reason
+    assert (
+        outcome.is_in_parts
+        and outcome.may_bend
+        and outcome.reason.endswith("; parts of 50 m fit one by one: the whole is bent too much")
+    )
     assert outcome.evidence is not None and outcome.evidence.matched_m > 50.0
     # It lies right somewhere along the bow.
     at = floor.points[:: len(floor.points) // 500]
