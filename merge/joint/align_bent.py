@@ -35,18 +35,21 @@ def align_bent(
     """Return an alignment ``T_a_b`` where the maps fit once they are bent, else the rejection.
 
     ``rejected`` : of the unbent maps; only one with ``may_bend`` is reconsidered. The bent maps are aligned without a
-    prior, pass all tests, and must fit where their trails were joined (``SAME_M``, ``SAME_RAD``).
+    prior, pass all tests, and must fit where their trails were joined (``SAME_M``, ``SAME_RAD``). Large maps of which
+    parts fit are examined there alone, with rivals everywhere; of these walls as much may contradict as agrees.
     """
     if not rejected.may_bend or rejected.T_a_b is None or not (len(a.trail) and len(b.trail)):
         return rejected
     joint = join({"a": a.trail, "b": b.trail}, {"a": se2.IDENTITY, "b": rejected.T_a_b}, matcher)
     if joint.tied("a", "b") < TIES_LEAST:
         return rejected
-    if rejected.is_in_parts:
-        config = replace(config, max_contradiction=EVEN, max_deep_contradiction=EVEN)
     one, two = (Bend(x.trail.T_map_key, joint.T_team_key[name]) for name, x in (("a", a), ("b", b)))
-    outcome = align(one.bent(a.grid), two.bent(b.grid), method=method, config=config, by_parts=False)
-    T_a_b = se2.between(one.T_team_map, two.T_team_map)
+    T_a_b, place = se2.between(one.T_team_map, two.T_team_map), None
+    if rejected.is_in_parts:
+        config, place = replace(config, max_contradiction=EVEN, max_deep_contradiction=EVEN), T_a_b
+    outcome = align(
+        one.bent(a.grid), two.bent(b.grid), method=method, config=config, place=place, by_parts=False
+    )  # fmt: skip
     if isinstance(outcome, Rejection):
         return replace(rejected, reason=f"{rejected.reason}; bent to fit: {outcome.reason}")
     away_m, turned_rad = se2.difference(outcome.T_a_b, T_a_b)
