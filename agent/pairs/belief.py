@@ -97,8 +97,6 @@ class PairBelief:
     """The last alignment since the robot started; a checkpoint does not keep it."""
     places: Hypotheses = field(default_factory=Hypotheses)
     """Where the maps may lie; a checkpoint does not keep them, for what was seen may be of an earlier state of maps."""
-    parts_m2: tuple[float, float] = (0.0, 0.0)
-    """Known areas of the two maps when they were looked at in parts last, square metres."""
     search: Search = Search()
     """A checkpoint does not keep it, either: a resumed robot searches every merged pair once more."""
 
@@ -144,8 +142,6 @@ class PairBelief:
         self.last = Attempt(now_ns, job.versions, job.area_m2, job.is_told)
         if job.prior is None:
             self.search = self.search.then(job, outcome)
-        if job.by_parts:
-            self.parts_m2 = job.area_m2
         outcome = self._by_encounters(job, outcome, now_ns, loops)
         if reason := self._unmerged_by(outcome, searched=job.prior is None, is_bent=is_bent):
             self.revoke(reason)

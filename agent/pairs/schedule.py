@@ -40,9 +40,6 @@ CONFIRMED_GROWTH = 1.0
 """Growth of a map that the joint solution ties to another, by its own scans, after which both are searched for another
 place, where that is more than ``agent.realign_growth``: twice what it was. Walls that come to contradict the place are
 noticed at once, not by searching."""
-PARTS_GROWTH = 0.25
-"""Growth of either map after which a pair of the own one is looked at in parts once more, where the maps are large and
-do not fit as a whole: of a robot that has ended its drive only the other's map grows, and may come to its own."""
 EVERYWHERE_EVERY = 4
 """One in this many tries of two robots with known starts looks everywhere: a start may be wrong, or of an earlier map.
 In a saved map that is every second one, at once after the first: as soon as without a hint, however wrong that is."""
@@ -116,18 +113,10 @@ class Schedule:
         saved = [maps[name] for name in (a, b) if is_saved(name)]
         part = saved[0] if len(saved) == 1 and prior is None and belief.alignment is None else None
         grids, tries = (map_a.grid, map_b.grid), belief.attempts
-        by_parts = self._is_worth_parts((a, b), belief, (map_a, map_b), is_found=place is not None)
+        by_parts = belief.alignment is None and self.own_id in (a, b)  # merged, parts fit metres beside the whole
         return AlignJob(
             a, b, *grids, prior, versions, areas, tries, trails, place=place, by_parts=by_parts, part=part
         )  # fmt: skip
-
-    def _is_worth_parts(
-        self, pair: Pair, belief: PairBelief, maps: tuple[KnownMap, KnownMap], *, is_found: bool
-    ) -> bool:
-        """Return whether a pair is looked at in parts: one found so is to be confirmed, others wait for growth."""
-        if belief.alignment is not None or self.own_id not in pair:
-            return False
-        return is_found or _grown(maps, belief.parts_m2, PARTS_GROWTH)
 
     def _just_found(
         self, pair: Pair, belief: PairBelief, maps: tuple[KnownMap, KnownMap], T_team_map: Mapping[str, Transform]

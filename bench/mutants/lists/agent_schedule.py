@@ -359,32 +359,14 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/schedule.py",
-        "if belief.alignment is not None or self.own_id not in pair:",
-        "if belief.alignment is not None:",
+        "by_parts = belief.alignment is None and self.own_id in (a, b)",
+        "by_parts = belief.alignment is None",
         "sixteen robots each search for all others' large maps in parts",
     ),
     Mutant(
         "agent/pairs/schedule.py",
-        "if belief.alignment is not None or self.own_id not in pair:",
-        "if self.own_id not in pair:",
+        "by_parts = belief.alignment is None and self.own_id in (a, b)",
+        "by_parts = self.own_id in (a, b)",
         "large maps that are merged are searched for in parts, which fit metres beside each other, and unmerged",
-    ),
-    Mutant(
-        "agent/pairs/schedule.py",
-        "return is_found or _grown(maps, belief.parts_m2, PARTS_GROWTH)",
-        "return _grown(maps, belief.parts_m2, PARTS_GROWTH)",
-        "large maps found in parts wait for much growth until they are found there again",
-    ),
-    Mutant(
-        "agent/pairs/schedule.py",
-        "_grown(maps, belief.parts_m2, PARTS_GROWTH)",
-        "_grown(maps, belief.parts_m2, 0.1)",
-        "large maps that lie apart are searched for in parts too often",
-    ),
-    Mutant(
-        "agent/pairs/belief.py",
-        "        if job.by_parts:\n            self.parts_m2 = job.area_m2\n",
-        "",
-        "large maps that lie apart are searched for in parts each time",
     ),
 )

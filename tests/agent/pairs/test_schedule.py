@@ -271,29 +271,15 @@ def test_each_map_of_a_pair_goes_with_its_own_keyframes() -> None:
     assert job.trails[0] is team.maps["r1"].trail and job.trails[1] is team.maps["r2"].trail
 
 
-def test_an_own_pair_is_looked_at_in_parts_again_once_one_map_has_grown_by_a_quarter() -> None:
+def test_an_own_pair_is_looked_at_in_parts_until_it_is_merged() -> None:
     team = Floors("r1", "r2")
-    asked = []
-    for k, (robot, cells) in enumerate((("r1", 64), ("r1", 70), ("r2", 70), ("r1", 78), ("r1", 84), ("r2", 79))):
-        team.grow(robot, cells, k + 1)  # by 20 % each, then r1 by 48 %, by 16 %; r2 by 27 %
+    for k, outcome in enumerate((NOWHERE, NOWHERE, found(), found())):
+        team.grow("r1", 64 + 6 * k, k + 1)
         job = team.job(20.0 * k)
-        asked.append(job.by_parts)
-        team.end(job, NOWHERE, 20.0 * k)
-    assert asked == [True, False, False, True, False, True]
-
-
-def test_a_pair_that_was_found_is_confirmed_in_parts_and_once_merged_looked_at_as_a_whole() -> None:
-    team = Floors("r1", "r2")
-    team.align(NOWHERE, 0.0)
-    team.grow("r1", 70, 2)
-    job = team.job(20.0)
-    assert not job.by_parts
-    team.end(job, found(), 20.0)
-    job = team.job(30.0)
-    assert job.by_parts and job.place is not None
-    team.end(job, found(), 30.0)
+        assert job.by_parts
+        team.end(job, outcome, 20.0 * k)
     assert team.beliefs["r1", "r2"].alignment is not None
-    team.grow("r1", 300, 3)
+    team.grow("r1", 300, 9)
     assert not team.job(200.0).by_parts
 
 
