@@ -11,6 +11,7 @@ from mrslam.alignment.aligners import ALIGNERS
 from mrslam.alignment.config import AlignmentConfig
 from mrslam.alignment.parts import in_parts, is_large
 from mrslam.alignment.prepared import PreparedMap, is_smaller, main_part, prepare, working_resolution
+from mrslam.alignment.proposals.search import exhaustive
 from mrslam.alignment.result import Alignment, Candidate, Prior, Rejection
 from mrslam.alignment.verification.decide import decide
 from mrslam.spatial import InputError, OccupancyGrid, se2
@@ -93,8 +94,11 @@ def _align(
     is_bound = prior is not None and place is None
     if isinstance(outcome, Alignment) or not by_parts or is_bound or not is_large(b):
         return outcome
-    by = ALIGNERS[EXHAUSTIVE]
-    return in_parts(b, outcome, lambda part: decide(a, part, by(a, part, config, None), method, config), place)
+
+    def find(part: PreparedMap) -> Alignment | Rejection:
+        return decide(a, part, exhaustive(a, part, config, None, b_is_bent=False), method, config)
+
+    return in_parts(b, outcome, find, place)
 
 
 def _lacks(verb: str, unit: str, amounts: list[float], least: float) -> str | None:

@@ -40,6 +40,8 @@ CONFIRMED_GROWTH = 1.0
 """Growth of a map that the joint solution ties to another, by its own scans, after which both are searched for another
 place, where that is more than ``agent.realign_growth``: twice what it was. Walls that come to contradict the place are
 noticed at once, not by searching."""
+PARTS_EVERY = 3
+"""Of the searches of two large maps one in so many looks at parts as well, which takes three times as long."""
 EVERYWHERE_EVERY = 4
 """One in this many tries of two robots with known starts looks everywhere: a start may be wrong, or of an earlier map.
 In a saved map that is every second one, at once after the first: as soon as without a hint, however wrong that is."""
@@ -113,7 +115,9 @@ class Schedule:
         saved = [maps[name] for name in (a, b) if is_saved(name)]
         part = saved[0] if len(saved) == 1 and prior is None and belief.alignment is None else None
         grids, tries = (map_a.grid, map_b.grid), belief.attempts
-        by_parts = belief.alignment is None and self.own_id in (a, b)  # merged, parts fit metres beside the whole
+        # Once merged, parts fit metres beside the whole.
+        is_turn = belief.found is not None or tries % PARTS_EVERY == 0
+        by_parts = belief.alignment is None and self.own_id in (a, b) and is_turn
         return AlignJob(
             a, b, *grids, prior, versions, areas, tries, trails, place=place, by_parts=by_parts, part=part
         )  # fmt: skip

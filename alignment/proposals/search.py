@@ -30,12 +30,18 @@ MOST_CELLS = 700
 """Cells along the correlation's longer side above which its cell is widened."""
 
 
-def exhaustive(a: PreparedMap, b: PreparedMap, config: AlignmentConfig, prior: Prior | None) -> list[Candidate]:
-    """Return the distinct fits of the walls' directed correlation, best first."""
+def exhaustive(
+    a: PreparedMap, b: PreparedMap, config: AlignmentConfig, prior: Prior | None, *, b_is_bent: bool = True
+) -> list[Candidate]:
+    """Return the distinct fits of the walls' directed correlation, best first.
+
+    ``b_is_bent`` : False for a part too small for that; its rotations are tried as they are, in a third of the time.
+    """
     offsets = [math.radians(offset) for offset in OFFSETS_DEG]
     near = None
     if prior is None:
-        angles = [turn + offset for turn, _ in rotations(a, b, 6, 0.7)[::2] for offset in offsets]
+        turns = [turn for turn, _ in rotations(a, b, 6, 0.7)[::2]]
+        angles = [turn + offset for turn in turns for offset in offsets] if b_is_bent else turns
     else:
         sigma = np.sqrt(np.diag(prior.covariance))
         lever = float(np.hypot(*b.centre)) * sigma[2]

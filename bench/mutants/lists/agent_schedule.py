@@ -359,14 +359,26 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/schedule.py",
-        "by_parts = belief.alignment is None and self.own_id in (a, b)",
-        "by_parts = belief.alignment is None",
+        "by_parts = belief.alignment is None and self.own_id in (a, b) and",
+        "by_parts = belief.alignment is None and",
         "sixteen robots each search for all others' large maps in parts",
     ),
     Mutant(
         "agent/pairs/schedule.py",
-        "by_parts = belief.alignment is None and self.own_id in (a, b)",
-        "by_parts = self.own_id in (a, b)",
+        "by_parts = belief.alignment is None and self.own_id in (a, b) and",
+        "by_parts = self.own_id in (a, b) and",
         "large maps that are merged are searched for in parts, which fit metres beside each other, and unmerged",
+    ),
+    Mutant(
+        "agent/pairs/schedule.py",
+        "is_turn = belief.found is not None or tries % PARTS_EVERY == 0",
+        "is_turn = tries % PARTS_EVERY == 0",
+        "large maps found in parts are not found there again",
+    ),
+    Mutant(
+        "agent/pairs/schedule.py",
+        "is_turn = belief.found is not None or tries % PARTS_EVERY == 0",
+        "is_turn = True",
+        "robots whose large maps lie apart search three times as long as they need",
     ),
 )
