@@ -85,8 +85,8 @@ def _align(
     def rivals() -> list[Candidate]:
         return proposed(EXHAUSTIVE)
 
-    there = None if place is None else [Candidate(np.array(place, dtype=np.float64))]
-    if there is not None:
+    if place is not None:
+        there = [Candidate(np.array(place, dtype=np.float64))]
         outcome = decide(a, b, there, method, config, rivals if prior is None else None)
     else:
         # The other methods propose some places only: what else fits is found by the exhaustive search.

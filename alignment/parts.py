@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from mrslam.alignment.kernels.walls import REACH
 from mrslam.alignment.prepared import PreparedMap
 from mrslam.alignment.result import Alignment, Rejection
-from mrslam.alignment.stability import StabilityCheck
+from mrslam.alignment.stability import CORRECTED
 from mrslam.spatial import se2
 
 F64 = NDArray[np.float64]
@@ -34,9 +34,6 @@ LEAST_WALL_M = 20.0
 APART_M, STRAIN, TURN_RAD = 0.5, 0.03, 0.1
 """Two parts agree where each lays the middle between them within ``APART_M`` and ``STRAIN`` times their distance of
 where the other lays it, turned by less than ``TURN_RAD``: usual bending (docs/performance.md)."""
-
-NEAR = StabilityCheck(max_dx_m=2.0, max_dy_m=2.0, max_dtheta_rad=0.4)
-"""A part within this of the place asked about is found there: the whole is bent by as much from part to part."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +62,7 @@ def in_parts(
     """
     parts = found_parts(b, find)
     if place is not None:
-        parts = [part for part in parts if NEAR.is_near(part.found.T_a_b, place)]
+        parts = [part for part in parts if CORRECTED.is_near(part.found.T_a_b, place)]
     if not parts:
         return rejected
     best = parts[0].found

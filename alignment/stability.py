@@ -59,3 +59,6 @@ class StabilityCheck:
 SAME_PLACE = StabilityCheck()
 """Two transforms that differ by less are one place: two estimates of where a map lies may, and what robots see of one
 of them they see of the other."""
+CORRECTED = StabilityCheck(max_dx_m=2.0, max_dy_m=2.0, max_dtheta_rad=0.4)
+"""Two transforms that differ by less are one place, corrected; by more, two places. Four times the limits within which
+two estimates confirm each other: bent maps move by that much when they are corrected."""

@@ -8,10 +8,8 @@ contradict.
 from __future__ import annotations
 
 from mrslam.alignment import Alignment, Evidence, Rejection, StabilityCheck
+from mrslam.alignment.stability import CORRECTED
 
-CORRECTED = StabilityCheck(max_dx_m=2.0, max_dy_m=2.0, max_dtheta_rad=0.4)
-"""Two transforms that differ by less are one place, corrected; by more, two places. Four times the limits within which
-two estimates confirm each other: bent maps move by that much when they are corrected."""
 STRONG_CONFIDENCE = 0.65
 """Least confidence at which a second alignment on the same evidence confirms a first."""
 WALL_GROWTH = 1.2

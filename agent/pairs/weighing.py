@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 
 from mrslam.agent.pairs.hypotheses import Hypotheses, Hypothesis
 from mrslam.agent.pairs.loops import Loop
-from mrslam.agent.pairs.second_look import CORRECTED
 from mrslam.alignment import Alignment, Evidence, Rejection
-from mrslam.alignment.stability import SAME_PLACE
+from mrslam.alignment.stability import CORRECTED, SAME_PLACE
 from mrslam.spatial.se2 import Transform
 
 SIGHT_METHOD = "sight"

@@ -198,7 +198,7 @@ MUTANTS = (
     ),
     Mutant(
         "alignment/parts.py",
-        "parts = [part for part in parts if NEAR.is_near(part.found.T_a_b, place)]",
+        "parts = [part for part in parts if CORRECTED.is_near(part.found.T_a_b, place)]",
         "parts = list(parts)",
         "asked about one place, large maps are bent to fit at another",
     ),
