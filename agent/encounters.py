@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -58,6 +58,8 @@ class _Seen:
     scan: Scan
     T_map_base: Transform
     radius_m: float
+    reports: dict[str, tuple[int, Transform]] = field(default_factory=dict)
+    """By teammate that said where it was then: the epoch of its map, and where it was in it."""
 
     @cached_property
     def bodies_m(self) -> NDArray[np.float64]:
@@ -108,11 +110,12 @@ class Encounters:
         seen = min(self._scans, key=lambda one: abs(one.stamp_ns - report.stamp_ns), default=None)
         if seen is None or abs(seen.stamp_ns - report.stamp_ns) > TOGETHER_NS:
             return None
+        seen.reports[report.peer] = (report.epoch, report.T_map_base)
         if self._epochs.get(report.peer) != report.epoch:
             self._epochs[report.peer] = report.epoch
             self._moments.pop(report.peer, None)
         kept = self._moments.setdefault(report.peer, deque(maxlen=MOMENTS_MOST))
-        moment = Moment(seen.scan, seen.bodies_m, seen.T_map_base, report.T_map_base, report.bodies_m)
+        moment = Moment(seen.scan, seen.bodies_m, seen.T_map_base, report.T_map_base, report.bodies_m, seen.reports)
         if kept and not moment.is_after(kept[-1]):
             return None
         kept.append(moment)

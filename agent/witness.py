@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,6 +52,10 @@ class Witness:
         self._encounters = Encounters(config)
         self._heard: dict[str, tuple[int, int]] = {}
         """By teammate: when its last report came, nanoseconds, and the epoch of the map it was about."""
+        self._fresh: list[tuple[str, Moment]] = []
+        """Moments not weighed yet, each with its teammate: where others were then may come to be known."""
+        self._placed: frozenset[tuple[str, int]] = frozenset()
+        """Teammates that were placed when bodies were weighed last, with the epochs of their maps."""
         self._told: dict[tuple[str, bytes], _Told] = {}
 
     def on_scan(self, scan: Scan, T_map_base: Transform, now_ns: int) -> None:
@@ -85,7 +90,7 @@ class Witness:
     # -- what comes in -------------------------------------------------------------------------------------------------
 
     def on_report(self, report: TeammatePose, team: Team, now_ns: int) -> None:
-        """Take a teammate's report of where it is, and look for it in the scan of that time."""
+        """Take a teammate's report of where it is, to look for it in the scan of that time."""
         self._heard[report.peer] = (now_ns, report.epoch)
         moment = self._encounters.on_report(report)
         known = team.maps.get(report.peer)
@@ -95,10 +100,7 @@ class Witness:
         belief = team.beliefs.get(pair)
         if belief is None:
             return
-        for place in belief.places:
-            if place.own is not None:
-                T_own_peer = self._now(team, report.peer, pair, belief, place)
-                place.own.take(moment, T_own_peer, self._encounters.radius_m)
+        self._fresh.append((report.peer, moment))
         if len(moment.bodies_m) and len(moment.mate_bodies_m):
             self._propose(pair, belief, self._encounters.fix(report.peer), now_ns)
 
@@ -141,6 +143,8 @@ class Witness:
     def look(self, team: Team, now_ns: int) -> list[Effect]:
         """Weigh new places by what was seen before, and unmerge pairs whose place is refuted."""
         effects: list[Effect] = []
+        self._weigh_fresh(team)
+        self._weigh_again(team)
         for pair, belief in team.beliefs.items():
             if self.robot_id in pair:
                 self._weigh_new(team, pair, belief)
@@ -165,6 +169,44 @@ class Witness:
                 return team.unmerge(weakest, nobody_there(a, b, place), now_ns)
         return []
 
+    def _weigh_fresh(self, team: Team) -> None:
+        """Weigh the places of the own pairs by the moments that came since the last look."""
+        for peer, moment in self._fresh:
+            pair = pair_of(self.robot_id, peer)
+            belief = team.beliefs.get(pair)
+            if belief is None:
+                continue  # its map contradicts itself by now
+            others_m = self._others_m(team, peer)(moment)
+            for place in belief.places:
+                if place.own is not None:
+                    T_own_peer = self._now(team, peer, pair, belief, place)
+                    place.own.take(moment, T_own_peer, self._encounters.radius_m, others_m)
+        self._fresh.clear()
+
+    def _weigh_again(self, team: Team) -> None:
+        """Have bodies weighed anew where a teammate was placed since: it may be the one that was seen."""
+        places = {name: team.layout.T_own_map(name) for name in team.maps.keys() - team.saved - {self.robot_id}}
+        placed = frozenset((name, team.maps[name].epoch) for name, T in places.items() if T is not None)
+        if not placed <= self._placed:
+            for pair, belief in team.beliefs.items():
+                for place in belief.places if self.robot_id in pair else ():
+                    if place.own is not None and place.own.seen:
+                        place.own = None
+        self._placed = placed
+
+    def _others_m(self, team: Team, peer: str) -> Callable[[Moment], NDArray[np.float64]]:
+        """Return what tells ``(K, 2)`` where teammates that are placed, but for one, were at a moment, base frame."""
+
+        def places_m(moment: Moment) -> NDArray[np.float64]:
+            found = []
+            for name, (epoch, T_map_base) in moment.others.items():
+                T_own_map = None if name == peer else team.layout.T_own_map(name)
+                if T_own_map is not None and team.maps[name].epoch == epoch:
+                    found.append(se2.between(moment.T_map_base, se2.compose(T_own_map, T_map_base))[:2])
+            return np.reshape(found, (-1, 2))
+
+        return places_m
+
     def _weigh_new(self, team: Team, pair: Pair, belief: PairBelief) -> None:
         peer = pair[1] if pair[0] == self.robot_id else pair[0]
         moments: list[Moment] | None = None
@@ -172,7 +214,8 @@ class Witness:
             if place.own is None:
                 moments = self._encounters.moments(peer, team.maps[peer].epoch) if moments is None else moments
                 T_own_peer = place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)
-                place.own = sightings(moments, T_own_peer, self._encounters.radius_m, self._encounters.most_unseen_llr)
+                radius_m, unseen_llr = self._encounters.radius_m, self._encounters.most_unseen_llr
+                place.own = sightings(moments, T_own_peer, radius_m, unseen_llr, self._others_m(team, peer))
 
     def claims(self, team: Team, now_ns: int) -> list[tuple[str, Transform, float, int]]:
         """Return what is new to tell of the own pairs: teammate, ``T_own_peer (3,)``, nats, epoch of its map.

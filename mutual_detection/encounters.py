@@ -6,6 +6,7 @@ of the likelihood ratio of "the transform is right" over "it is wrong" is added 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -38,6 +39,9 @@ MOST_NOT_THERE_LLR = -6.0
 MOMENTS_MOST = 100
 """Moments kept of one teammate, for transforms that are proposed later: a minute of driving, 200 kB."""
 
+NOBODY = np.empty((0, 2))
+"""Where other teammates were of which nothing is known."""
+
 
 @dataclass(frozen=True, eq=False)
 class Moment:
@@ -52,6 +56,8 @@ class Moment:
     """``(3,)`` where the teammate was in the teammate's map, as it reported."""
     mate_bodies_m: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 2)))
     """``(M, 2)`` bodies that the teammate saw then, in its base frame; none where it reported none."""
+    others: Mapping[str, tuple[int, Transform]] = field(default_factory=dict)
+    """By robot that said where it was then: the epoch of its map, and where it was in it."""
 
     def place_m(self, T_map_mate: Transform) -> NDArray[np.float64]:
         """Return ``(2,)`` where the teammate should be by ``T_map_mate``, this robot's base frame."""
@@ -86,22 +92,39 @@ class Sightings:
         against = MOST_NOT_THERE_LLR if self.seen else self.most_unseen_llr
         return min(SEEN_LLR * self.seen, MOST_SEEN_LLR) + max(NOT_THERE_LLR * self.not_there, against)
 
-    def take(self, moment: Moment, T_map_mate: Transform, radius_m: float) -> None:
-        """Count one more moment; ``radius_m`` of the teammate's body."""
-        verdict = look(moment.scan, moment.bodies_m, moment.place_m(T_map_mate), radius_m)
+    def take(
+        self, moment: Moment, T_map_mate: Transform, radius_m: float, others_m: NDArray[np.float64] = NOBODY
+    ) -> None:
+        """Count one more moment; ``radius_m`` of the teammate's body.
+
+        ``others_m`` : ``(K, 2)`` where other teammates were, base frame; a body that is one of them says nothing.
+        """
+        place_m = moment.place_m(T_map_mate)
+        verdict = look(moment.scan, moment.bodies_m, place_m, radius_m)
         if verdict == NOT_THERE:
             self.not_there += 1
-        elif verdict == SEEN:
+        elif verdict == SEEN and not _is_another(moment.bodies_m, place_m, others_m):
             last = self._last
             if last is None or np.hypot(*(moment.T_mate_base - last.T_mate_base)[:2]) >= FOLLOWED_M:
                 self.seen, self._last = self.seen + 1, moment
 
 
+def _is_another(bodies_m: NDArray[np.float64], place_m: NDArray[np.float64], others_m: NDArray[np.float64]) -> bool:
+    """Return whether the body next to a place is one of other teammates, to whose place it is nearer still."""
+    apart_m = np.hypot(*(bodies_m - place_m).T)
+    nearest_m = np.hypot(*(others_m - bodies_m[apart_m.argmin()]).T).min(initial=np.inf)
+    return bool(nearest_m < apart_m.min())
+
+
 def sightings(
-    moments: list[Moment], T_map_mate: Transform, radius_m: float, most_unseen_llr: float = MOST_UNSEEN_LLR
+    moments: list[Moment],
+    T_map_mate: Transform,
+    radius_m: float,
+    most_unseen_llr: float = MOST_UNSEEN_LLR,
+    others_m: Callable[[Moment], NDArray[np.float64]] = lambda _: NOBODY,
 ) -> Sightings:
     """Return what all these moments say of a transform from the teammate's map to the own one."""
     found = Sightings(most_unseen_llr=most_unseen_llr)
     for moment in moments:
-        found.take(moment, T_map_mate, radius_m)
+        found.take(moment, T_map_mate, radius_m, others_m(moment))
     return found

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from mrslam.agent.pairs.hypotheses import REFUTED_LLR
@@ -63,6 +65,15 @@ def test_a_thing_that_stands_still_counts_once() -> None:
     seen = [moment(a, b, FRAMES, [stands], seed=k, hidden=True) for k, (a, b) in enumerate(zip(OWN, MATE, strict=True))]
     found = sightings(seen, RIGHT, RADIUS_M)
     assert found.seen == 1 and found.llr < 2.0
+
+
+def test_a_body_nearer_to_where_another_teammate_was_is_no_sighting() -> None:
+    one, T = moments()[4], se2.compose(RIGHT, se2.transform(0.1, 0.0, 0.0))
+    at_m, beside_m, off_m = (one.place_m(RIGHT)[None] + np.array([0.0, dy_m]) for dy_m in (0.0, 0.2, 3.0))
+    for others_m, counts in ((at_m, 0), (beside_m, 1), (off_m, 1), (np.vstack([off_m, at_m]), 0)):
+        found = Sightings()
+        found.take(replace(one, bodies_m=np.vstack([off_m, one.bodies_m])), T, RADIUS_M, others_m)
+        assert (found.seen, found.not_there) == (counts, 0)
 
 
 def test_moments_are_independent_once_a_robot_has_moved() -> None:

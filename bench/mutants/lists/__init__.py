@@ -2,6 +2,7 @@
 
 from bench.mutants.lists import (
     agent,
+    agent_bodies,
     agent_doubt,
     agent_pairs,
     agent_schedule,
@@ -97,6 +98,7 @@ MUTANTS: tuple[Mutant, ...] = (
     *comms_network.MUTANTS,
     *comms_wire.MUTANTS,
     *agent.MUTANTS,
+    *agent_bodies.MUTANTS,
     *agent_doubt.MUTANTS,
     *agent_pairs.MUTANTS,
     *agent_schedule.MUTANTS,

@@ -77,8 +77,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/witness.py",
-        "place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)\n                place.own",
-        "place.T_a_b\n                place.own",
+        "place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)\n                radius_m",
+        "place.T_a_b\n                radius_m",
         "the second of two robots weighs a new place by another one",
     ),
     Mutant(
