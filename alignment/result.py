@@ -26,6 +26,8 @@ class Alignment:
     """``(3, 3)`` of ``T_a_b`` (m, m, rad), from the curvature of the fit."""
     method: str
     """Name of the aligner that proposed it."""
+    is_in_parts: bool = False
+    """Whether parts of large maps fit there one by one, and the wholes once their scans have bent them."""
 
     @property
     def accepted(self) -> bool:

@@ -42,6 +42,9 @@ place, where that is more than ``agent.realign_growth``: twice what it was. Wall
 noticed at once, not by searching."""
 PARTS_EVERY = 3
 """Of the searches of two large maps one in so many looks at parts as well, which takes three times as long."""
+LAST_LOOK_S = 3.0 * PATIENCE_S
+"""The own map's pairs that are not merged are searched for again after this time, seconds, in parts as well, however
+little their maps have grown: with what large ones show last they grow by less than ``agent.align_growth``."""
 EVERYWHERE_EVERY = 4
 """One in this many tries of two robots with known starts looks everywhere: a start may be wrong, or of an earlier map.
 In a saved map that is every second one, at once after the first: as soon as without a hint, however wrong that is."""
@@ -116,11 +119,19 @@ class Schedule:
         part = saved[0] if len(saved) == 1 and prior is None and belief.alignment is None else None
         grids, tries = (map_a.grid, map_b.grid), belief.attempts
         # Once merged, parts fit metres beside the whole.
-        is_turn = belief.found is not None or tries % PARTS_EVERY == 0
-        by_parts = belief.alignment is None and self.own_id in (a, b) and is_turn
+        by_parts = belief.alignment is None and self._is_turn_of_parts((a, b), belief, now_ns)
         return AlignJob(
             a, b, *grids, prior, versions, areas, tries, trails, place=place, by_parts=by_parts, part=part
         )  # fmt: skip
+
+    def _is_turn_of_parts(self, pair: Pair, belief: PairBelief, now_ns: int) -> bool:
+        """Return whether a pair that is not merged is looked at in parts this time: always to confirm a find of parts.
+
+        Where others' maps lie they search themselves, and tell.
+        """
+        if belief.found is not None:
+            return self.own_id in pair or belief.found.is_in_parts
+        return self.own_id in pair and (belief.attempts % PARTS_EVERY == 0 or _is_last_look(belief, now_ns))
 
     def _just_found(
         self, pair: Pair, belief: PairBelief, maps: tuple[KnownMap, KnownMap], T_team_map: Mapping[str, Transform]
@@ -204,6 +215,8 @@ class Schedule:
         if last.versions == (maps[0].version, maps[1].version):
             return False
         if belief.alignment is None:
+            if self.own_id in pair and _is_last_look(belief, now_ns):
+                return True
             has_waited = waited_ns >= PATIENCE_S * 1e9
             is_eager = has_waited or (self.own_id in pair and belief.attempts < PATIENT_AFTER)
             growth = self.config.align_growth if has_waited else growth
@@ -251,6 +264,11 @@ class Schedule:
         found = belief.search.accepted
         growth = max(self.config.realign_growth, least) if found else self.config.align_growth
         return _grown(maps, belief.search.area_m2, growth)
+
+
+def _is_last_look(belief: PairBelief, now_ns: int) -> bool:
+    """Return whether a pair was not looked at for so long that it is now, however little has changed."""
+    return belief.last is not None and now_ns - belief.last.t_ns >= LAST_LOOK_S * 1e9
 
 
 def _may_confirm(belief: PairBelief, maps: tuple[KnownMap, KnownMap], before_m2: tuple[float, float]) -> bool:

@@ -23,6 +23,8 @@ maps in small worlds have 0.14 or more; of right alignments of simulated maps st
 AMBIGUOUS_MARGIN = 0.25
 """A merged pair is unmerged where a search everywhere finds another place with a smaller lead than this, 0..1: far less
 than what merging asks for, so that no pair is merged and unmerged by turns."""
+RIVAL_SHARE = 0.5
+"""... and that place shows at least this share of the wall that agreed where the pair was merged."""
 REFUTED_PER_M = 0.4
 """A merged pair is unmerged where its maps contradict each other by more per agreeing metre: a third more than any pair
 is forgiven when it is merged, for the same reason."""
@@ -56,7 +58,12 @@ def _is_stained_more(before: Evidence, now: Evidence) -> bool:
 
 
 def _is_weak(found: Alignment) -> bool:
-    """Return whether an alignment could be a chance fit: little confidence, or little wall with contradiction."""
+    """Return whether an alignment could be a chance fit: little confidence, or little wall with contradiction.
+
+    None is where two parts of large maps were found independently, and scans tie the wholes.
+    """
+    if found.is_in_parts:
+        return False
     wall = found.evidence
     is_stained = wall.matched_m < MUCH_WALL_M and wall.contradicted_per_m > CLEAN_PER_M
     return found.confidence < STRONG_CONFIDENCE or is_stained
@@ -73,6 +80,8 @@ def lies_elsewhere(believed: Alignment, searched: Alignment | Rejection, *, is_b
     evidence = searched.evidence
     if evidence is None or evidence.margin >= AMBIGUOUS_MARGIN:
         return None
+    if evidence.matched_m < RIVAL_SHARE * believed.evidence.matched_m:
+        return None  # bent maps that fit nowhere as a whole: scraps of them fit anywhere
     if is_bent and not searched.ambiguous:
         return None  # they fit nowhere as they are published, and of such places each is as bad as the other
     return f"the maps have grown, and another place fits {1.0 - evidence.margin:.0%} as well"

@@ -56,4 +56,4 @@ def align_bent(
     if away_m > SAME_M or turned_rad > SAME_RAD:
         return replace(rejected, reason=f"{rejected.reason}; bent to fit, they fit {away_m:.1f} m elsewhere")
     # The edge is between the maps as published; the next joint solution starts from it and bends them again.
-    return replace(outcome, T_a_b=rejected.T_a_b)
+    return replace(outcome, T_a_b=rejected.T_a_b, is_in_parts=rejected.is_in_parts)

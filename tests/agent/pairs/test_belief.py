@@ -40,6 +40,12 @@ def test_weak_evidence_looked_at_twice_is_not_believed_until_it_has_grown() -> N
     assert team.align(weak(12.5), 40)["status"] == "accepted"  # a fourth more than when it was found
 
 
+def test_parts_found_twice_are_believed_though_nothing_has_grown() -> None:
+    team = Floors("r1", "r2")
+    told = [team.align(replace(weak(300.0), is_in_parts=True), t_s)["status"] for t_s in (0, 10)]
+    assert told == ["rejected", "accepted"]  # two parts found one by one are no chance that agrees with itself
+
+
 @pytest.mark.parametrize(
     ("second_m", "overlap_m2", "is_believed"),
     [(30.0, 20.0, False), (35.0, 20.0, False), (37.0, 20.0, True), (30.0, 90.0, True), (40.0, 20.0, True)],
@@ -173,6 +179,16 @@ def test_a_merge_that_turns_out_ambiguous_or_lies_elsewhere_is_revoked(
     team = merged()
     team.grow("r1", 90, 2)
     assert team.align(outcome, 60)["status"] == status
+
+
+@pytest.mark.parametrize(("rival_m", "is_over"), [(20.0, False), (30.0, True)])
+def test_scraps_that_fit_anywhere_are_no_other_place_of_maps_merged_by_much_wall(rival_m: float, is_over: bool) -> None:
+    team = Floors("r1", "r2")
+    for t_s in (0, 10):
+        team.align(found(wall_m=50.0), t_s)
+    team.grow("r1", 90, 2)
+    outcome = Rejection("ambiguous", 0.0, replace(walls(rival_m, 0.0), margin=0.1), "auto")
+    assert (team.align(outcome, 60)["status"] == "revoked") is is_over
 
 
 @pytest.mark.parametrize(

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from mrslam.agent.effects import AlignJob
 from mrslam.agent.pairs.belief import WEAK
-from mrslam.agent.pairs.schedule import PATIENCE_S, PATIENT_AFTER
+from mrslam.agent.pairs.schedule import LAST_LOOK_S, PATIENCE_S, PATIENT_AFTER
 from mrslam.alignment import Evidence, Rejection
 from mrslam.comms import TeammateHint
 from tests.agent.pairs.floors import Floors, S, found, merged, weak
@@ -283,6 +285,37 @@ def test_an_own_pair_is_looked_at_in_parts_now_and_then_until_it_is_merged() -> 
     assert team.beliefs["r1", "r2"].alignment is not None
     team.grow("r1", 300, 9)
     assert not team.job(200.0).by_parts
+
+
+def test_an_own_pair_not_looked_at_for_minutes_is_looked_at_in_parts_however_little_has_grown() -> None:
+    team = Floors("r1", "r2", "r3")
+
+    def jobs(t_s: float) -> list[tuple[str, str, bool]]:
+        done = []
+        while team.due(t_s) is not None:
+            done.append(job := team.job(t_s))
+            team.end(job, NOWHERE, t_s)
+        return [(job.a, job.b, job.by_parts) for job in done]
+
+    for k in range(8):
+        for robot in ("r1", "r2", "r3"):
+            team.grow(robot, round(40 * 1.2**k), k + 2)
+        last = jobs(20.0 * k)
+    assert len(last) == 3  # of which one is of two others, who did not find each other
+    team.grow("r1", 145, 20)  # 2 % more area
+    assert jobs(139.0 + LAST_LOOK_S) == []
+    assert jobs(141.0 + LAST_LOOK_S) == [("r1", "r2", True)]
+    assert jobs(142.0 + 3.0 * LAST_LOOK_S) == []  # nothing has changed
+
+
+@pytest.mark.parametrize("is_in_parts", [False, True])
+def test_what_confirms_a_find_of_parts_looks_at_parts_of_others_maps_too(is_in_parts: bool) -> None:
+    team = Floors("r1", "r2", "r3")
+    hinted = replace(team.job(0.0), a="r1", b="r3", hinted_by="r1", place=found().T_a_b)
+    team.end(hinted, replace(found(), is_in_parts=is_in_parts), 0.0)
+    while (job := team.job(10.0)) and "r2" in (job.a, job.b):
+        team.end(job, NOWHERE, 10.0)
+    assert (job.a, job.b, job.by_parts) == ("r1", "r3", is_in_parts)
 
 
 def test_a_pair_of_others_is_not_searched_for_in_parts() -> None:
