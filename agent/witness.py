@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,14 +9,14 @@ from numpy.typing import NDArray
 
 from mrslam.agent.effects import Effect
 from mrslam.agent.encounters import Encounters
+from mrslam.agent.own_sightings import OwnSightings
 from mrslam.agent.pairs.belief import PairBelief
-from mrslam.agent.pairs.hypotheses import Hypothesis
 from mrslam.agent.pairs.through import nobody_there
 from mrslam.agent.team import Team
 from mrslam.comms import TeammateClaim, TeammatePose
 from mrslam.merge import Pair
 from mrslam.merge.graph.edges import inverse_covariance, pair_of
-from mrslam.mutual_detection import Moment, MutualDetectionConfig, MutualFix, sightings
+from mrslam.mutual_detection import MutualDetectionConfig, MutualFix
 from mrslam.mutual_detection.encounters import MOST_SEEN_LLR, MOST_UNSEEN_LLR
 from mrslam.spatial import Scan, se2
 from mrslam.spatial.se2 import Transform
@@ -50,12 +49,9 @@ class Witness:
         """Start without teammates."""
         self.robot_id = robot_id
         self._encounters = Encounters(config)
+        self._sightings = OwnSightings(robot_id, self._encounters)
         self._heard: dict[str, tuple[int, int]] = {}
         """By teammate: when its last report came, nanoseconds, and the epoch of the map it was about."""
-        self._fresh: list[tuple[str, Moment]] = []
-        """Moments not weighed yet, each with its teammate: where others were then may come to be known."""
-        self._placed: frozenset[tuple[str, int]] = frozenset()
-        """Teammates that were placed when bodies were weighed last, with the epochs of their maps."""
         self._told: dict[tuple[str, bytes], _Told] = {}
 
     def on_scan(self, scan: Scan, T_map_base: Transform, now_ns: int) -> None:
@@ -100,7 +96,7 @@ class Witness:
         belief = team.beliefs.get(pair)
         if belief is None:
             return
-        self._fresh.append((report.peer, moment))
+        self._sightings.add(report.peer, moment)
         if len(moment.bodies_m) and len(moment.mate_bodies_m):
             self._propose(pair, belief, self._encounters.fix(report.peer), now_ns)
 
@@ -131,23 +127,13 @@ class Witness:
         if belief.alignment is None:
             place.correct(fix.T_map_mate)
 
-    def _now(self, team: Team, peer: str, pair: Pair, belief: PairBelief, place: Hypothesis) -> Transform:
-        """Return where the teammate's map lies in the own one by a place: near the robots, where maps are bent."""
-        T_now = team.layout.T_own_map(peer)
-        if T_now is not None and belief.alignment is not None and place.is_at(belief.alignment.T_a_b):
-            return T_now
-        return place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)
-
     # -- what follows --------------------------------------------------------------------------------------------------
 
     def look(self, team: Team, now_ns: int) -> list[Effect]:
         """Weigh new places by what was seen before, and unmerge pairs whose place is refuted."""
         effects: list[Effect] = []
-        self._weigh_fresh(team)
-        self._weigh_again(team)
+        self._sightings.weigh(team)
         for pair, belief in team.beliefs.items():
-            if self.robot_id in pair:
-                self._weigh_new(team, pair, belief)
             if belief.alignment is None:
                 continue
             place = belief.places.add(belief.alignment.T_a_b, "maps", now_ns)
@@ -168,54 +154,6 @@ class Witness:
             if place is not None and place.is_refuted and (weakest := team.layout.weakest_between(a, b)) is not None:
                 return team.unmerge(weakest, nobody_there(a, b, place), now_ns)
         return []
-
-    def _weigh_fresh(self, team: Team) -> None:
-        """Weigh the places of the own pairs by the moments that came since the last look."""
-        for peer, moment in self._fresh:
-            pair = pair_of(self.robot_id, peer)
-            belief = team.beliefs.get(pair)
-            if belief is None:
-                continue  # its map contradicts itself by now
-            others_m = self._others_m(team, peer)(moment)
-            for place in belief.places:
-                if place.own is not None:
-                    T_own_peer = self._now(team, peer, pair, belief, place)
-                    place.own.take(moment, T_own_peer, self._encounters.radius_m, others_m)
-        self._fresh.clear()
-
-    def _weigh_again(self, team: Team) -> None:
-        """Have bodies weighed anew where a teammate was placed since: it may be the one that was seen."""
-        places = {name: team.layout.T_own_map(name) for name in team.maps.keys() - team.saved - {self.robot_id}}
-        placed = frozenset((name, team.maps[name].epoch) for name, T in places.items() if T is not None)
-        if not placed <= self._placed:
-            for pair, belief in team.beliefs.items():
-                for place in belief.places if self.robot_id in pair else ():
-                    if place.own is not None and place.own.seen:
-                        place.own = None
-        self._placed = placed
-
-    def _others_m(self, team: Team, peer: str) -> Callable[[Moment], NDArray[np.float64]]:
-        """Return what tells ``(K, 2)`` where teammates that are placed, but for one, were at a moment, base frame."""
-
-        def places_m(moment: Moment) -> NDArray[np.float64]:
-            found = []
-            for name, (epoch, T_map_base) in moment.others.items():
-                T_own_map = None if name == peer else team.layout.T_own_map(name)
-                if T_own_map is not None and team.maps[name].epoch == epoch:
-                    found.append(se2.between(moment.T_map_base, se2.compose(T_own_map, T_map_base))[:2])
-            return np.reshape(found, (-1, 2))
-
-        return places_m
-
-    def _weigh_new(self, team: Team, pair: Pair, belief: PairBelief) -> None:
-        peer = pair[1] if pair[0] == self.robot_id else pair[0]
-        moments: list[Moment] | None = None
-        for place in belief.places:
-            if place.own is None:
-                moments = self._encounters.moments(peer, team.maps[peer].epoch) if moments is None else moments
-                T_own_peer = place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)
-                radius_m, unseen_llr = self._encounters.radius_m, self._encounters.most_unseen_llr
-                place.own = sightings(moments, T_own_peer, radius_m, unseen_llr, self._others_m(team, peer))
 
     def claims(self, team: Team, now_ns: int) -> list[tuple[str, Transform, float, int]]:
         """Return what is new to tell of the own pairs: teammate, ``T_own_peer (3,)``, nats, epoch of its map.

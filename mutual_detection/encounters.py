@@ -39,8 +39,13 @@ MOST_NOT_THERE_LLR = -6.0
 MOMENTS_MOST = 100
 """Moments kept of one teammate, for transforms that are proposed later: a minute of driving, 200 kB."""
 
-NOBODY = np.empty((0, 2))
-"""Where other teammates were of which nothing is known."""
+Others = Callable[["Moment"], NDArray[np.float64]]
+"""What tells where other teammates were at a moment, ``(K, 2)``, base frame of the robot that took the scan."""
+
+
+def nobody(_: Moment) -> NDArray[np.float64]:
+    """Return ``(0, 2)`` : of other teammates nothing is known."""
+    return np.empty((0, 2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,18 +97,13 @@ class Sightings:
         against = MOST_NOT_THERE_LLR if self.seen else self.most_unseen_llr
         return min(SEEN_LLR * self.seen, MOST_SEEN_LLR) + max(NOT_THERE_LLR * self.not_there, against)
 
-    def take(
-        self, moment: Moment, T_map_mate: Transform, radius_m: float, others_m: NDArray[np.float64] = NOBODY
-    ) -> None:
-        """Count one more moment; ``radius_m`` of the teammate's body.
-
-        ``others_m`` : ``(K, 2)`` where other teammates were, base frame; a body that is one of them says nothing.
-        """
+    def take(self, moment: Moment, T_map_mate: Transform, radius_m: float, others_m: Others = nobody) -> None:
+        """Count one more moment; ``radius_m`` of the teammate's body. A body that is another teammate says nothing."""
         place_m = moment.place_m(T_map_mate)
         verdict = look(moment.scan, moment.bodies_m, place_m, radius_m)
         if verdict == NOT_THERE:
             self.not_there += 1
-        elif verdict == SEEN and not _is_another(moment.bodies_m, place_m, others_m):
+        elif verdict == SEEN and not _is_another(moment.bodies_m, place_m, others_m(moment)):
             last = self._last
             if last is None or np.hypot(*(moment.T_mate_base - last.T_mate_base)[:2]) >= FOLLOWED_M:
                 self.seen, self._last = self.seen + 1, moment
@@ -121,10 +121,10 @@ def sightings(
     T_map_mate: Transform,
     radius_m: float,
     most_unseen_llr: float = MOST_UNSEEN_LLR,
-    others_m: Callable[[Moment], NDArray[np.float64]] = lambda _: NOBODY,
+    others_m: Others = nobody,
 ) -> Sightings:
     """Return what all these moments say of a transform from the teammate's map to the own one."""
     found = Sightings(most_unseen_llr=most_unseen_llr)
     for moment in moments:
-        found.take(moment, T_map_mate, radius_m, others_m(moment))
+        found.take(moment, T_map_mate, radius_m, others_m)
     return found

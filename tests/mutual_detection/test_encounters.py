@@ -71,8 +71,9 @@ def test_a_body_nearer_to_where_another_teammate_was_is_no_sighting() -> None:
     one, T = moments()[4], se2.compose(RIGHT, se2.transform(0.1, 0.0, 0.0))
     at_m, beside_m, off_m = (one.place_m(RIGHT)[None] + np.array([0.0, dy_m]) for dy_m in (0.0, 0.2, 3.0))
     for others_m, counts in ((at_m, 0), (beside_m, 1), (off_m, 1), (np.vstack([off_m, at_m]), 0)):
+        seen = replace(one, bodies_m=np.vstack([off_m, one.bodies_m]), others={"r3": (1, others_m)})
         found = Sightings()
-        found.take(replace(one, bodies_m=np.vstack([off_m, one.bodies_m])), T, RADIUS_M, others_m)
+        found.take(seen, T, RADIUS_M, lambda at: at.others["r3"][1])
         assert (found.seen, found.not_there) == (counts, 0)
 
 

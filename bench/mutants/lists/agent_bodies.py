@@ -2,12 +2,12 @@
 
 from bench.mutants.mutant import Mutant
 
-WITNESS, ENCOUNTERS, WEIGHED = "agent/witness.py", "agent/encounters.py", "mutual_detection/encounters.py"
+OWN, ENCOUNTERS, WEIGHED = "agent/own_sightings.py", "agent/encounters.py", "mutual_detection/encounters.py"
 
 MUTANTS = (
     Mutant(
         WEIGHED,
-        " and not _is_another(moment.bodies_m, place_m, others_m)",
+        " and not _is_another(moment.bodies_m, place_m, others_m(moment))",
         "",
         "a body that is one teammate speaks for a place of another",
     ),
@@ -29,35 +29,35 @@ MUTANTS = (
         "",
         "where other teammates were at an instant is not kept",
     ),
-    Mutant(WITNESS, "None if name == peer else ", "", "a teammate that is placed explains its own body away"),
+    Mutant(OWN, "None if name == peer else ", "", "a teammate that is placed explains its own body away"),
     Mutant(
-        WITNESS,
+        OWN,
         "if T_own_map is not None and team.maps[name].epoch == epoch:",
         "if T_own_map is not None:",
         "a teammate that begins a new map explains bodies away by its place in the old one",
     ),
     Mutant(
-        WITNESS,
-        "            if belief is None:\n                continue  # its map contradicts itself by now\n",
-        "",
+        OWN,
+        "            if (belief := team.beliefs.get(pair)) is not None:  # else its map contradicts itself by now\n",
+        "            if belief := team.beliefs[pair]:\n",
         "a teammate's map that contradicts itself ends a robot that has just seen it",
     ),
     Mutant(
-        WITNESS,
-        "        if not placed <= self._placed:\n",
-        "        if False:\n",
+        OWN,
+        "        return not self._placed <= before",
+        "        return False",
         "a body that turns out to be a teammate placed since still speaks for another's place",
     ),
     Mutant(
-        WITNESS,
-        "            others_m = self._others_m(team, peer)(moment)\n",
-        "            others_m = np.empty((0, 2))\n",
+        OWN,
+        "self._encounters.radius_m, partial(_others_m, team, peer))",
+        "self._encounters.radius_m)",
         "bodies are told apart only when a place is new",
     ),
     Mutant(
-        WITNESS,
-        "        self._fresh.clear()\n\n    def _weigh_again",
-        "\n    def _weigh_again",
+        OWN,
+        "        self._fresh.clear()\n",
+        "",
         "one sighting counts again with every look",
     ),
 )

@@ -70,13 +70,13 @@ MUTANTS = (
         "the second of two robots that see each other merges inside out",
     ),
     Mutant(
-        "agent/witness.py",
+        "agent/own_sightings.py",
         "        return place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)\n",
         "        return place.T_a_b\n",
         "the second of two robots looks for the other in the wrong place",
     ),
     Mutant(
-        "agent/witness.py",
+        "agent/own_sightings.py",
         "place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)\n                radius_m",
         "place.T_a_b\n                radius_m",
         "the second of two robots weighs a new place by another one",
