@@ -22,6 +22,9 @@ MOST = 5
 """Places kept of one pair; the one with the least to say for it makes room for another."""
 SUPPORTED_LLR = 6.0
 """A place is supported from here, nats: three independent sightings, 400 to 1."""
+DOUBTED_LLR = -2.0
+"""A place at which one robot alone says so much against is doubted, nats: it looked twice where the other should be. Where
+robots may be too low for each other none says so much (``MOST_HIDDEN_LLR``)."""
 REFUTED_LLR = -4.0
 """A place is refuted below, nats: 50 to 1 against it, and more than one robot's free sight may say
 (``MOST_UNSEEN_LLR``), for one robot may be too low for the other's laser. Where all may be (``MOST_HIDDEN_LLR``) not
@@ -63,6 +66,12 @@ class Hypothesis:
     def is_refuted(self) -> bool:
         """Whether the robots looked at each other's place, and nobody was there."""
         return self.llr <= REFUTED_LLR
+
+    @property
+    def is_doubted(self) -> bool:
+        """Whether one of the robots looked at the other's place, saw nobody, and nothing speaks for it."""
+        said = [0.0 if self.own is None else self.own.llr, *self.told.values()]
+        return min(said) <= DOUBTED_LLR and self.llr < 0.0
 
     def correct(self, T_a_b: Transform) -> None:
         """Take a better estimate of the place."""

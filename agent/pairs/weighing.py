@@ -40,7 +40,7 @@ def weighed(places: Hypotheses, outcome: Alignment | Rejection, loops: Sequence[
         return outcome
     here, supported = places.at(outcome.T_a_b), places.supported
     if isinstance(outcome, Alignment):
-        if here is not None and here.is_refuted:
+        if here is not None and (here.is_refuted or here.is_doubted):
             return refused(
                 outcome, f"the robots looked where the other should be, and nobody was there ({here.llr:.1f} nats)"
             )
