@@ -23,8 +23,8 @@ MOST = 5
 SUPPORTED_LLR = 6.0
 """A place is supported from here, nats: three independent sightings, 400 to 1."""
 DOUBTED_LLR = -2.0
-"""A place at which one robot alone says so much against is doubted, nats: it looked twice where the other should be. Where
-robots may be too low for each other none says so much (``MOST_HIDDEN_LLR``)."""
+"""A place is doubted where one robot alone says so much against it, nats: it looked twice where the other should be.
+Where robots may be too low for each other's lasers none says so much (``MOST_HIDDEN_LLR``)."""
 REFUTED_LLR = -4.0
 """A place is refuted below, nats: 50 to 1 against it, and more than one robot's free sight may say
 (``MOST_UNSEEN_LLR``), for one robot may be too low for the other's laser. Where all may be (``MOST_HIDDEN_LLR``) not

@@ -60,4 +60,28 @@ MUTANTS = (
         "",
         "one sighting counts again with every look",
     ),
+    Mutant(
+        "agent/pairs/weighing.py",
+        "(here.is_refuted or here.is_doubted)",
+        "here.is_refuted",
+        "maps that look alike merge two robots of which one looked for the other in vain",
+    ),
+    Mutant(
+        "agent/pairs/hypotheses.py",
+        "return min(said) <= DOUBTED_LLR and self.llr < 0.0",
+        "return min(said) <= DOUBTED_LLR",
+        "a robot that missed the other twice is not merged with it though that saw it",
+    ),
+    Mutant(
+        "agent/pairs/hypotheses.py",
+        "return min(said) <= DOUBTED_LLR and self.llr < 0.0",
+        "return self.llr <= DOUBTED_LLR",
+        "robots too low for each other's lasers are not merged",
+    ),
+    Mutant(
+        "agent/pairs/hypotheses.py",
+        "said = [0.0 if self.own is None else self.own.llr, *self.told.values()]",
+        "said = [0.0, *self.told.values()]",
+        "what the own scans alone say against a place does not keep maps that look alike apart",
+    ),
 )

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mrslam.agent.pairs.hypotheses import Hypothesis
-from mrslam.agent.pairs.weighing import FITTED_M, agrees, by_sight, is_worth_keeping
+from mrslam.agent.pairs.hypotheses import Hypotheses, Hypothesis
+from mrslam.agent.pairs.weighing import FITTED_M, agrees, by_sight, is_worth_keeping, weighed
 from mrslam.alignment import Alignment, Evidence, Rejection, WallEvidence
+from mrslam.mutual_detection import Sightings
 from mrslam.spatial import se2
 
 HERE = se2.transform(2.0, -1.0, 0.4)
@@ -62,3 +63,26 @@ def test_where_robots_saw_each_other_walls_say_better_where_the_maps_lie_if_enou
     fitted = HERE + np.array([off_m, 0.0, 0.0])
     found = by_sight(place, Rejection("too little", 0.4, walls(matched_m, 0.0, 0.0), "auto", fitted))
     assert np.array_equal(found.T_a_b, fitted if by_walls else HERE)
+
+
+@pytest.mark.parametrize(
+    ("own", "told", "is_merged"),
+    [
+        (0, -2.0, False),  # r2 looked twice where r1 should be
+        (0, -1.9, True),
+        (2, 0.0, False),  # r1 did where r2 should be
+        (1, -1.5, True),  # both are as low as that; neither may meet the other's body
+        (2, 6.0, True),  # r2 saw r1
+    ],
+)
+def test_maps_alone_do_not_merge_a_pair_where_one_robot_looked_and_saw_nobody(
+    own: int, told: float, is_merged: bool
+) -> None:
+    places = Hypotheses()
+    place = places.add(HERE, "maps", 0)
+    assert place is not None
+    place.own, place.told = Sightings(not_there=own), {"r2": told}
+    outcome = weighed(places, Alignment(HERE, 0.9, walls(60.0, 0.0, 0.0), np.eye(3), "auto"))
+    assert isinstance(outcome, Alignment) == is_merged
+    assert is_merged or (isinstance(outcome, Rejection) and "nobody was there" in outcome.reason)
+    assert not place.is_refuted  # a pair that is merged stays so
