@@ -101,7 +101,7 @@ class TeamMapper:
     def placement(self, alignments: Mapping[Pair, AlignmentLike]) -> Placement:
         """Return where every map lies by these accepted alignments ``T_a_b``, without fusing anything."""
         before = self.frame if self.keeps_frame else None
-        placement = self.graph.place(alignments, self.anchor, self._conflict(alignments), before)
+        placement = self.graph.place(alignments, self.anchor, self._conflict(alignments), before, self.bent.tied)
         self.frame = placement.anchor
         return replace(placement, **self._bent_places(placement))
 
@@ -164,7 +164,7 @@ class TeamMapper:
             if {a, b} <= self._scanned and not self.bent.judges(a, b, T_a_b):
                 return None
             if self.bent.compares(a, b):
-                if (a, b) not in self.bent.met:
+                if (a, b) not in self.bent.met or (hops == 1 and self.bent.lays_by_others(a, b)):
                     return None
                 (one, T_team_a), (two, T_team_b) = self._judged(a), self._judged(b)
                 return self._contradictions.of_bent(a, b, self.bent, (one, two), se2.between(T_team_a, T_team_b))

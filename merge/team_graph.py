@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
@@ -104,13 +104,15 @@ class TeamGraph:
         anchor: str | None = None,
         conflict: Conflict | None = None,
         before: str | None = None,
+        tied: Collection[Pair] = frozenset(),
     ) -> Placement:
         """Return where the maps of the anchor's component lie; without an anchor, those of the largest component.
 
         ``alignments`` : accepted ``T_a_b`` by pair (a, b); those of robots without a map are left out. With an anchor
         the team frame is its map's frame. Without one it is that of the known poses, else the map frame of the robot
         ``before`` where that is in the component, else of the component's first robot by id. ``conflict`` compares the
-        maps' content: alignments that lay walls on free space are not used.
+        maps' content: alignments that lay walls on free space are not used. ``tied`` : pairs that a joint solution
+        holds together; of maps that contradict each other through these, the weakest of them goes.
         """
         if anchor is not None and anchor not in self._nodes:
             return Placement(anchor=anchor, unplaced=dict.fromkeys(self.robots, f"{anchor} has no map"))
@@ -125,7 +127,8 @@ class TeamGraph:
                 before if root is None and before in group else next(iter(group), None)
             )  # ROOT sorts first
             poses, tree = self._solve(edges, group, start)
-            contradicted = _contradicted(tree, group, poses, conflict) if conflict else None
+            ties = tree_of({pair: edge for pair, edge in edges.items() if pair in tied})
+            contradicted = _contradicted((ties, tree), group, poses, conflict) if conflict else None
             if contradicted is None:
                 break
             pair, reason = contradicted
@@ -203,14 +206,17 @@ class TeamGraph:
 
 
 def _contradicted(
-    tree: Mapping[Pair, Edge], group: list[str], poses: Mapping[str, se2.Transform], conflict: Conflict
+    trees: tuple[Mapping[Pair, Edge], ...], group: list[str], poses: Mapping[str, se2.Transform], conflict: Conflict
 ) -> tuple[Pair, str] | None:
-    """Return the weakest alignment on the tree path between two maps that contradict each other, and why."""
+    """Return the weakest alignment on the path between two maps that contradict each other, and why.
+
+    ``trees`` : the path is the one in the first of these that has any.
+    """
     for i, a in enumerate(group):
         for b in group[i + 1 :]:
             if ROOT in (a, b):
                 continue
-            between = path(tree, a, b)
+            tree, between = next((tree, way) for tree in trees if (way := path(tree, a, b)))
             reason = conflict(a, b, se2.between(poses[a], poses[b]), len(between))
             if reason and (wrong := weakest(tree, between)) is not None:
                 return wrong, f"contradicted: placed through it, {reason}"

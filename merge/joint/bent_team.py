@@ -13,11 +13,11 @@ from scipy.spatial import cKDTree
 
 from mrslam.alignment import StabilityCheck
 from mrslam.merge.graph.edges import Pair
-from mrslam.merge.graph.tree import components
+from mrslam.merge.graph.tree import components, path
 from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.merge.joint.bend import Bend
 from mrslam.merge.joint.join import JointMap
-from mrslam.merge.joint.ties import Tie
+from mrslam.merge.joint.ties import Tie, tied_pairs
 from mrslam.merge.joint.trail import Trail
 from mrslam.merge.joint.ways import Ways, part_around
 from mrslam.spatial.matching.places import FAR_MOST_M
@@ -110,6 +110,15 @@ class BentTeam:
         trees = {name: cKDTree(bend.T_team_key[:, :2]) for name, bend in sorted(self.bends.items())}
         pairs = combinations(trees.items(), 2)
         return frozenset((a, b) for (a, one), (b, two) in pairs if one.count_neighbors(two, FAR_MOST_M))
+
+    @cached_property
+    def tied(self) -> frozenset[Pair]:
+        """The pairs of robots with a match that is believed; others lie to each other by way of these."""
+        return frozenset(tied_pairs(self.ties))
+
+    def lays_by_others(self, a: str, b: str) -> bool:
+        """Return whether ties lay two maps by way of others, and not where their own alignment has them."""
+        return (a, b) not in self.tied and bool(path(self.tied, a, b))
 
     def compares(self, a: str, b: str) -> bool:
         """Return whether two maps are compared as they are bent: ties hold both, directly or through others."""

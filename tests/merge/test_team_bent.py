@@ -95,6 +95,16 @@ def test_another_joint_solution_is_judged_anew():
     assert list(mapper.team_map().T_team_map) == ["r1", "r2", "r3"]
 
 
+@pytest.mark.parametrize(("through", "goes"), [(("r1", "r3"), ("r1", "r3")), (("r1", "r2"), ("r1", "r2"))])
+def test_maps_laid_wrongly_by_way_of_ties_end_the_weakest_of_these_and_not_their_own_alignment(through, goes):
+    edges = {**EDGES, ("r1", "r3"): replace(alignment(truth(POSES, "r1", "r3")), confidence=0.6)}
+    mapper, bent = scanned(edges), solution(0.8)
+    ties = tuple(Tie(*pair, KeyMatch(0, 0, np.zeros(3), np.eye(3)), True) for pair in (through, ("r2", "r3")))
+    mapper.bent = replace(bent, ties=ties, T_a_b={pair: found.T_a_b for pair, found in edges.items()})
+    assert "contradicted" in mapper.team_map().dropped[goes]
+    assert (("r1", "r2") in mapper.team_map().dropped) is (goes == ("r1", "r2"))
+
+
 @pytest.mark.parametrize(("key", "is_over"), [(0, True), (4, False)])
 def test_bent_maps_are_held_against_each_other_only_where_ties_hold_them(key, is_over):
     """Far along its way from what ties it a bent map has drifted, and its walls say nothing against the tie."""
