@@ -98,9 +98,12 @@ def test_another_joint_solution_is_judged_anew():
 @pytest.mark.parametrize(("through", "goes"), [(("r1", "r3"), ("r1", "r3")), (("r1", "r2"), ("r1", "r2"))])
 def test_maps_laid_wrongly_by_way_of_ties_end_the_weakest_of_these_and_not_their_own_alignment(through, goes):
     edges = {**EDGES, ("r1", "r3"): replace(alignment(truth(POSES, "r1", "r3")), confidence=0.6)}
-    mapper, bent = scanned(edges), solution(0.8)
+    mapper, bent, afar = scanned(edges), solution(0.8), KEYS + np.array([100.0, 0.0, 0.0])
+    r3 = Bend(afar, se2.compose(bent.bends["r3"].T_team_map, afar))  # what r3 saw speaks against nobody
     ties = tuple(Tie(*pair, KeyMatch(0, 0, np.zeros(3), np.eye(3)), True) for pair in (through, ("r2", "r3")))
-    mapper.bent = replace(bent, ties=ties, T_a_b={pair: found.T_a_b for pair, found in edges.items()})
+    mapper.bent = replace(
+        bent, bends={**bent.bends, "r3": r3}, ties=ties, T_a_b={pair: found.T_a_b for pair, found in edges.items()}
+    )
     assert "contradicted" in mapper.team_map().dropped[goes]
     assert (("r1", "r2") in mapper.team_map().dropped) is (goes == ("r1", "r2"))
 

@@ -47,8 +47,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/weighing.py",
-        "if here is not None and here.is_refuted:",
-        "if False:",
+        "(here.is_refuted or here.is_doubted)",
+        "False",
         "a place where nobody was is believed again as soon as the maps propose it",
     ),
     Mutant(
