@@ -63,7 +63,7 @@ class OwnSightings:
         for place in belief.places:
             if place.own is None:
                 moments = self._encounters.moments(peer, team.maps[peer].epoch) if moments is None else moments
-                T_own_peer = place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)
+                T_own_peer = self._as_proposed(pair, place)
                 radius_m, unseen_llr = self._encounters.radius_m, self._encounters.most_unseen_llr
                 others_m = partial(_others_m, team, peer)
                 place.own = sightings(moments, T_own_peer, radius_m, unseen_llr, others_m)
@@ -80,6 +80,9 @@ class OwnSightings:
         T_now = team.layout.T_own_map(peer)
         if T_now is not None and belief.alignment is not None and place.is_at(belief.alignment.T_a_b):
             return T_now
+        return self._as_proposed(pair, place)
+
+    def _as_proposed(self, pair: Pair, place: Hypothesis) -> Transform:
         return place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)
 
 

@@ -60,46 +60,4 @@ MUTANTS = (
         "",
         "one sighting counts again with every look",
     ),
-    Mutant(
-        "agent/pairs/weighing.py",
-        "(here.is_refuted or here.is_doubted)",
-        "here.is_refuted",
-        "maps that look alike merge two robots of which one looked for the other in vain",
-    ),
-    Mutant(
-        "agent/pairs/hypotheses.py",
-        "return min(said) <= DOUBTED_LLR and self.llr < 0.0",
-        "return min(said) <= DOUBTED_LLR",
-        "a robot that missed the other twice is not merged with it though that saw it",
-    ),
-    Mutant(
-        "agent/pairs/hypotheses.py",
-        "return min(said) <= DOUBTED_LLR and self.llr < 0.0",
-        "return self.llr <= DOUBTED_LLR",
-        "robots too low for each other's lasers are not merged",
-    ),
-    Mutant(
-        "agent/pairs/hypotheses.py",
-        "said = [0.0 if self.own is None else self.own.llr, *self.told.values()]",
-        "said = [0.0, *self.told.values()]",
-        "what the own scans alone say against a place does not keep maps that look alike apart",
-    ),
-    Mutant(
-        "merge/team.py",
-        " or (hops == 1 and self.bent.lays_by_others(a, b))",
-        "",
-        "an alignment is unmerged for where others laid the two maps",
-    ),
-    Mutant(
-        "merge/team_graph.py",
-        "_contradicted((ties, tree), group",
-        "_contradicted((tree,), group",
-        "of alignments that lay maps wrongly another than the weakest that did goes",
-    ),
-    Mutant(
-        "merge/joint/bent_team.py",
-        "return (a, b) not in self.tied and bool(path(self.tied, a, b))",
-        "return bool(path(self.tied, a, b))",
-        "an alignment that ties hold is not unmerged where walls contradict it",
-    ),
 )

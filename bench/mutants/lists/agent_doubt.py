@@ -76,12 +76,6 @@ MUTANTS = (
         "the second of two robots looks for the other in the wrong place",
     ),
     Mutant(
-        "agent/own_sightings.py",
-        "place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)\n                radius_m",
-        "place.T_a_b\n                radius_m",
-        "the second of two robots weighs a new place by another one",
-    ),
-    Mutant(
         "agent/witness.py",
         "place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)\n                    new",
         "place.T_a_b\n                    new",

@@ -231,4 +231,46 @@ MUTANTS = (
         "place=place, hinted_by=peer,",
         "a large map that a teammate found in parts is not found where it tells",
     ),
+    Mutant(
+        "agent/pairs/second_look.py",
+        "    if found.is_in_parts:\n        return False\n",
+        "",
+        "maps that stopped growing are not merged though parts of them were found twice",
+    ),
+    Mutant(
+        "agent/pairs/second_look.py",
+        "    if evidence.matched_m < RIVAL_SHARE * believed.evidence.matched_m:\n",
+        "    if False:\n",
+        "scraps of bent maps that fit anywhere unmerge a pair",
+    ),
+    Mutant(
+        "agent/pairs/second_look.py",
+        "RIVAL_SHARE * believed.evidence.matched_m",
+        "2.0 * believed.evidence.matched_m",
+        "another place that fits as well does not unmerge a pair once much wall agrees",
+    ),
+    Mutant(
+        "agent/pairs/weighing.py",
+        "(here.is_refuted or here.is_doubted)",
+        "here.is_refuted",
+        "maps that look alike merge two robots of which one looked for the other in vain",
+    ),
+    Mutant(
+        "agent/pairs/hypotheses.py",
+        "return min(said) <= DOUBTED_LLR and self.llr < 0.0",
+        "return min(said) <= DOUBTED_LLR",
+        "a robot that missed the other twice is not merged with it though that saw it",
+    ),
+    Mutant(
+        "agent/pairs/hypotheses.py",
+        "return min(said) <= DOUBTED_LLR and self.llr < 0.0",
+        "return self.llr <= DOUBTED_LLR",
+        "robots too low for each other's lasers are not merged",
+    ),
+    Mutant(
+        "agent/pairs/hypotheses.py",
+        "said = [0.0 if self.own is None else self.own.llr, *self.told.values()]",
+        "said = [0.0, *self.told.values()]",
+        "what the own scans alone say against a place does not keep maps that look alike apart",
+    ),
 )

@@ -405,28 +405,4 @@ MUTANTS = (
         "            if _is_last_look",
         "pairs of others are searched for every few minutes",
     ),
-    Mutant(
-        "agent/pairs/second_look.py",
-        "    if found.is_in_parts:\n        return False\n",
-        "",
-        "maps that stopped growing are not merged though parts of them were found twice",
-    ),
-    Mutant(
-        "agent/pairs/second_look.py",
-        "    if evidence.matched_m < RIVAL_SHARE * believed.evidence.matched_m:\n",
-        "    if False:\n",
-        "scraps of bent maps that fit anywhere unmerge a pair",
-    ),
-    Mutant(
-        "agent/pairs/second_look.py",
-        "RIVAL_SHARE * believed.evidence.matched_m",
-        "2.0 * believed.evidence.matched_m",
-        "another place that fits as well does not unmerge a pair once much wall agrees",
-    ),
-    Mutant(
-        "merge/joint/align_bent.py",
-        ", is_in_parts=rejected.is_in_parts)",
-        ")",
-        "nobody knows that maps were found in parts",
-    ),
 )

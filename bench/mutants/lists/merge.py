@@ -257,4 +257,22 @@ MUTANTS = (
         "        return first, False, second",
         "the team map of a base station jumps to another half of the team",
     ),
+    Mutant(
+        "merge/team.py",
+        " or (hops == 1 and self.bent.lays_by_others(a, b))",
+        "",
+        "an alignment is unmerged for where others laid the two maps",
+    ),
+    Mutant(
+        "merge/team_graph.py",
+        "_contradicted((ties, tree), group",
+        "_contradicted((tree,), group",
+        "of alignments that lay maps wrongly another than the weakest that did goes",
+    ),
+    Mutant(
+        "merge/joint/bent_team.py",
+        "return (a, b) not in self.tied and bool(path(self.tied, a, b))",
+        "return bool(path(self.tied, a, b))",
+        "an alignment that ties hold is not unmerged where walls contradict it",
+    ),
 )

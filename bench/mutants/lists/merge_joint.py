@@ -357,4 +357,10 @@ MUTANTS = (
         "",
         "matches that every solution asks for are forgotten first",
     ),
+    Mutant(
+        "merge/joint/align_bent.py",
+        ", is_in_parts=rejected.is_in_parts)",
+        ")",
+        "nobody knows that maps were found in parts",
+    ),
 )
