@@ -72,7 +72,10 @@ class Merging:
 
 
 class Flapping:
-    """A pair is not merged and unmerged by turns."""
+    """A pair is not merged and unmerged by turns.
+
+    What a liar makes of the team is no matter: it holds the map that it tells for its own.
+    """
 
     def __init__(self, report: Report) -> None:
         self._report = report
@@ -82,6 +85,8 @@ class Flapping:
     def step(self, scene: Scene) -> None:
         """Count whose place was lost though neither began another map."""
         for robot_id, agent in scene.agents.items():
+            if scene.suffers(robot_id, "liar"):
+                continue
             version = agent.node.store.version
             key = (agent, version(robot_id)[0])
             before_key, before = self._placed.get(robot_id, (None, {}))

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.front_end.elsewhere import TORN, TORN_LEAPT, Elsewhere, View
 from mrslam.rbpf.front_end.local_matcher import BAD_INLIERS, BETTER, GOOD_INLIERS, LOST_INLIERS, NEAR_M, LocalMatcher
-from mrslam.rbpf.front_end.odometry import is_still
 from mrslam.rbpf.front_end.prediction import DISBELIEVED, Guess, Predictor, are_apart, can_move, has_leapt
 from mrslam.rbpf.front_end.rolling_map import RollingMap
 from mrslam.spatial.hits.views import Tiles
@@ -195,8 +194,7 @@ class FrontEnd:
         if seen is not None and is_doubtful and self._saw_the_same(guess):
             motion = between(self.T_local_base, found.pose)
             is_possible = can_move(motion, elapsed_s)
-            stands = is_still(guess.motion)
-            torn = TORN_LEAPT if has_leapt(guess.motion, motion, stands=stands) else TORN
+            torn = TORN_LEAPT if has_leapt(guess.motion, motion) else TORN
             if not is_possible or view.contradiction(seen, motion) > torn:
                 start = found.pose if is_possible else compose(self.T_local_base, guess.motion)
                 self._elsewhere = Elsewhere(self._config, self._matcher.usual_score)

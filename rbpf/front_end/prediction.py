@@ -45,6 +45,8 @@ DISBELIEVED = 0.6
 """Odometry that is wrong by more than this share of the way does not say where the robot goes."""
 JUMP_M, JUMP_RAD = 0.3, 0.3
 """Odometry that changes by more than this from one scan to the next may have jumped."""
+ON_THE_SPOT_M = 0.01
+"""A robot that is told to move less than this from one scan to the next turns on the spot, or stands, metres."""
 APART_M, APART_RAD = 0.15, 0.15
 """Guesses farther apart than this lead to different matches."""
 STEADY_SIGMA, STEADY_SHARE = 0.05, 0.5
@@ -250,8 +252,13 @@ def can_move(motion: Transform, elapsed_s: float) -> bool:
     return way_m <= JUMP_M + MAX_SPEED_M_S * time_s and turn_rad <= JUMP_RAD + MAX_TURN_RAD_S * time_s
 
 
-def has_leapt(predicted: Transform, motion: Transform, *, stands: bool = False) -> bool:
-    """Return whether a motion ``(3,)`` is far from the one that was predicted, half as far if the robot ``stands``."""
-    turn = abs(math.remainder(predicted[2] - motion[2], 2.0 * math.pi))
-    away_m, share = math.hypot(predicted[0] - motion[0], predicted[1] - motion[1]), 0.5 if stands else 1.0
-    return away_m > share * JUMP_M or turn > share * JUMP_RAD
+def has_leapt(predicted: Transform, motion: Transform) -> bool:
+    """Return whether a motion ``(3,)`` is far from the one that was predicted.
+
+    Half as far where the robot was to stand; of one that was to turn on the spot, half as far in position.
+    """
+    away_m = math.hypot(predicted[0] - motion[0], predicted[1] - motion[1])
+    turned_away = abs(math.remainder(predicted[2] - motion[2], 2.0 * math.pi))
+    limit_m = JUMP_M if math.hypot(predicted[0], predicted[1]) > ON_THE_SPOT_M else JUMP_M / 2.0
+    limit_rad = JUMP_RAD / 2.0 if is_still(predicted) else JUMP_RAD
+    return away_m > limit_m or turned_away > limit_rad

@@ -209,6 +209,17 @@ def test_a_place_is_lost_only_while_both_go_on_with_their_maps() -> None:
         assert len(report.violations) == said
 
 
+@pytest.mark.parametrize(("liar", "said"), [("r1", 0), ("r2", 1)])
+def test_whom_a_liar_itself_unmerges_is_no_matter_and_who_unmerges_a_liar_is(liar: str, said: int) -> None:
+    report, team = Report(), Team("r1", "r2", faults=(fault("liar", liar, 0.0),))
+    flapping = Flapping(report)
+    for k in range(UNMERGED_MOST + 2):
+        for places in ({"r1": np.zeros(3), "r2": np.zeros(3)}, {"r1": np.zeros(3)}):
+            team.agents["r1"].T_team_map = places
+            flapping.step(team.at(2.0 * k))
+    assert len(report.violations) == said
+
+
 @pytest.mark.parametrize(
     ("off_m", "alike", "is_said"),
     [(FALSE_MERGE_M - 0.1, 0.0, False), (FALSE_MERGE_M + 0.1, 0.0, True), (FALSE_MERGE_M + 0.1, 1.0, False)],

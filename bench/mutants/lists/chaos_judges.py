@@ -125,6 +125,24 @@ MUTANTS = (
     ),
     Mutant(
         "bench/chaos/merging.py",
+        """            if scene.suffers(robot_id, "liar"):
+                continue
+            version""",
+        """            version""",
+        "what a liar makes of its own lie counts",
+    ),
+    Mutant(
+        "bench/chaos/merging.py",
+        """            if scene.suffers(robot_id, "liar"):
+                continue
+            version""",
+        """            if any(scene.suffers(one, "liar") for one in {robot_id, *agent.T_team_map}):
+                continue
+            version""",
+        "a robot may unmerge a liar without end",
+    ),
+    Mutant(
+        "bench/chaos/merging.py",
         "            if before_key != key:\n                continue\n",
         "",
         "a robot that began another map is said to unmerge",

@@ -71,14 +71,26 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/front_end/prediction.py",
-        "share * JUMP_M or turn > share * JUMP_RAD",
-        "JUMP_M or turn > JUMP_RAD",
-        "a robot that stands believes leaps as far as one that drives",
+        "    limit_rad = JUMP_RAD / 2.0 if is_still(predicted) else JUMP_RAD",
+        "    limit_rad = JUMP_RAD",
+        "a robot that stands believes turns as far as one that drives",
     ),
     Mutant(
-        "rbpf/front_end/front_end.py",
-        "            stands = is_still(guess.motion)",
-        "            stands = False",
+        "rbpf/front_end/prediction.py",
+        "    limit_rad = JUMP_RAD / 2.0 if is_still(predicted) else JUMP_RAD",
+        "    limit_rad = JUMP_RAD / 2.0",
+        "a robot that turns on the spot is said to have leapt where it turned a little farther than told",
+    ),
+    Mutant(
+        "rbpf/front_end/prediction.py",
+        " > ON_THE_SPOT_M else JUMP_M / 2.0",
+        " > 0.0 else JUMP_M / 2.0",
+        "a robot that turns on the spot and is carried to a place that looks much alike does not notice",
+    ),
+    Mutant(
+        "rbpf/front_end/prediction.py",
+        "    limit_m = JUMP_M if math.hypot(predicted[0], predicted[1]) > ON_THE_SPOT_M else JUMP_M / 2.0",
+        "    limit_m = JUMP_M",
         "a standing robot that is carried to a place that looks much alike does not notice",
     ),
     Mutant(

@@ -111,13 +111,21 @@ def test_what_a_robot_can_move_grows_with_time() -> None:
 
 
 def test_a_leap_is_far_from_what_was_predicted() -> None:
-    at_rest = np.zeros(3)
-    assert not has_leapt(at_rest, np.array([0.2, 0.0, 0.2])) and has_leapt(at_rest, np.array([0.4, 0.0, 0.0]))
-    assert has_leapt(at_rest, np.array([0.0, 0.0, 0.4])) and not has_leapt(
-        np.array([0, 0, 3.1]), np.array([0, 0, -3.1])
+    driven = np.array([0.1, 0.0, 0.0])
+    assert not has_leapt(driven, np.array([0.3, 0.0, 0.2])) and has_leapt(driven, np.array([0.5, 0.0, 0.0]))
+    assert has_leapt(driven, np.array([0.1, 0.0, 0.4])) and not has_leapt(
+        np.array([0.1, 0, 3.1]), np.array([0.1, 0, -3.1])
     )
-    for motion in (np.array([0.2, 0.0, 0.0]), np.array([0.0, 0.0, -0.2])):
-        assert has_leapt(at_rest, motion, stands=True) and not has_leapt(at_rest, 0.5 * motion, stands=True)
+
+
+def test_a_robot_that_stands_leaps_sooner_and_one_that_turns_on_the_spot_in_position() -> None:
+    at_rest, turning, aside, round_ = (np.array(motion) for motion in (
+        (0.0, 0.0, 0.0), (0.001, 0.0, 0.07), (0.2, 0.0, 0.0), (0.0, 0.0, -0.2)
+    ))  # fmt: skip
+    for motion in (aside, round_):
+        assert has_leapt(at_rest, motion) and not has_leapt(at_rest, 0.5 * motion)
+    assert has_leapt(turning, turning + aside) and not has_leapt(turning, turning + 0.5 * aside)
+    assert not has_leapt(turning, turning + round_)
 
 
 @pytest.mark.parametrize(("told_m", "doubts"), [(0.0, True), (0.02, False)])
