@@ -17,8 +17,8 @@ LOOKS_ALIKE = 0.7
 WAIT_S = 40.0
 """Fault-free robots that hold each other's maps, overlapping enough, have merged them after so long. Measured: 10 s."""
 UNMERGED_MOST = 2
-"""A pair may be unmerged so often: once in a house that looks alike, and once more for what was corrected since.
-Measured: once."""
+"""A pair may be unmerged so often: once in a house that looks alike, and once more for what was corrected since; and
+again so often by a robot that was resumed, which knows what its checkpoint holds. Measured: once."""
 
 
 class Merging:
@@ -79,7 +79,7 @@ class Flapping:
 
     def __init__(self, report: Report) -> None:
         self._report = report
-        self._placed: dict[str, tuple[object, dict[str, int]]] = {}
+        self._placed: dict[str, tuple[tuple[object, int] | None, dict[str, int]]] = {}
         self._lost: Counter[tuple[str, str]] = Counter()
 
     def step(self, scene: Scene) -> None:
@@ -92,6 +92,8 @@ class Flapping:
             before_key, before = self._placed.get(robot_id, (None, {}))
             now = {other: version(other)[0] for other in agent.T_team_map.keys() - {robot_id}}
             self._placed[robot_id] = key, now
+            if before_key is not None and before_key[0] is not agent:
+                self._lost = Counter({pair: count for pair, count in self._lost.items() if pair[0] != robot_id})
             if before_key != key:
                 continue
             for other in before.keys() - now.keys():

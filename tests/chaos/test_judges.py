@@ -209,6 +209,21 @@ def test_a_place_is_lost_only_while_both_go_on_with_their_maps() -> None:
         assert len(report.violations) == said
 
 
+@pytest.mark.parametrize(("resumed", "again", "said"), [("r1", 2, 0), ("r1", 3, 1), ("r2", 1, 1)])
+def test_a_robot_that_was_resumed_may_unmerge_again_what_its_checkpoint_held(
+    resumed: str, again: int, said: int
+) -> None:
+    report, team = Report(), Team("r1", "r2")
+    flapping = Flapping(report)
+    for k in range(UNMERGED_MOST + again):
+        if k == UNMERGED_MOST:
+            team.agents[resumed] = team._agent(resumed)
+        for places in ({"r1": np.zeros(3), "r2": np.zeros(3)}, {"r1": np.zeros(3)}):
+            team.agents["r1"].T_team_map = places
+            flapping.step(team.at(2.0 * k))
+    assert UNMERGED_MOST == 2 and len(report.violations) == said
+
+
 @pytest.mark.parametrize(("liar", "said"), [("r1", 0), ("r2", 1)])
 def test_whom_a_liar_itself_unmerges_is_no_matter_and_who_unmerges_a_liar_is(liar: str, said: int) -> None:
     report, team = Report(), Team("r1", "r2", faults=(fault("liar", liar, 0.0),))

@@ -125,6 +125,18 @@ MUTANTS = (
     ),
     Mutant(
         "bench/chaos/merging.py",
+        "            if before_key is not None and before_key[0] is not agent:",
+        "            if False:",
+        "what a robot unmerges again after it came back from an older checkpoint counts",
+    ),
+    Mutant(
+        "bench/chaos/merging.py",
+        " if pair[0] != robot_id})",
+        " if False})",
+        "a teammate's return lets a robot unmerge without end",
+    ),
+    Mutant(
+        "bench/chaos/merging.py",
         """            if scene.suffers(robot_id, "liar"):
                 continue
             version""",
