@@ -18,7 +18,9 @@ from mrslam.spatial import OccupancyGrid
 
 RESOLUTION_M = 0.05
 WALL_M = 0.1
-DOOR_M = 0.95
+DOOR_M = 0.9
+BESIDE_DOOR_M = 0.3
+"""Wall that stays free beside a door, metres."""
 ROOM_WIDTH_M = (2.6, 3.4)
 ROOM_DEPTH_M = (2.8, 3.6)
 CORRIDOR_M = (1.7, 2.1)
@@ -30,6 +32,7 @@ COMBS = (2, 3)
 """Corridors side by side that begin at one cross corridor: the same map shifted, not turned."""
 BED_M, DESK_M = (2.0, 1.0), (0.55, 0.7)
 """A room's furniture, which stands together in the corner away from its door."""
+SINGLE_M = (0.8, 0.3)
 SINGLE_MOST = 3
 """Things that stand in one place only are at most so many; some buildings have none."""
 HALL_LEAST_M = 2.2
@@ -106,13 +109,19 @@ def _wing_cells(wing: _Wing) -> NDArray[np.int8]:
 
 
 def _single(cells: NDArray[np.int8], wing: _Wing, rng: np.random.Generator) -> None:
-    """Put one thing into a wing that no other has: a box at a corridor's wall, or a cupboard in one room."""
-    x = rng.uniform(0.6, wing.length_m - 1.4)
-    y = wing.depth_m + WALL_M / 2 if rng.random() < 0.5 else wing.depth_m + wing.corridor_m - WALL_M / 2 - 0.3
-    if rng.random() < 0.5:
-        x = WALL_M / 2 + int(rng.integers(wing.rooms)) * wing.width_m + wing.width_m / 2 - 0.3
-        y = 0.3 if rng.random() < 0.5 else wing.across_m - 0.9
-    (r0, r1), (c0, c1) = ((round(v / RESOLUTION_M), round((v + s) / RESOLUTION_M)) for v, s in ((y, 0.3), (x, 0.8)))
+    """Put one thing into a wing that no other has: a box in the corridor, or a cupboard in the corner beside a bed."""
+    is_upper = rng.random() < 0.5
+    if rng.random() < 0.5:  # along the wall between two doors
+        begin = WALL_M / 2 + int(rng.integers(wing.rooms - 1)) * wing.width_m + wing.door_m + DOOR_M / 2 + BESIDE_DOOR_M
+        x = begin + rng.uniform(0.0, wing.width_m - DOOR_M - 2.0 * BESIDE_DOOR_M - SINGLE_M[0])
+        y = wing.depth_m + (wing.corridor_m - WALL_M / 2 - SINGLE_M[1] if is_upper else WALL_M / 2)
+        w, h = SINGLE_M
+    else:
+        h, w = SINGLE_M
+        x = WALL_M / 2 + int(rng.integers(wing.rooms)) * wing.width_m
+        x += wing.width_m - WALL_M / 2 - w if wing.bed[0] < WALL_M else WALL_M / 2
+        y = wing.across_m - WALL_M - h if is_upper else WALL_M
+    (r0, r1), (c0, c1) = ((round(v / RESOLUTION_M), round((v + s) / RESOLUTION_M)) for v, s in ((y, h), (x, w)))
     cells[r0:r1, c0:c1] = 100
 
 

@@ -100,6 +100,30 @@ MUTANTS = (
         "what stands in one place only lies within walls, or blocks the corridor",
     ),
     Mutant(
+        "sim_driver/worlds/hotel.py",
+        " + wing.door_m + DOOR_M / 2 + BESIDE_DOOR_M",
+        " + wing.door_m",
+        "a box in the corridor of a hotel closes a room, and robots in it never meet anybody",
+    ),
+    Mutant(
+        "sim_driver/worlds/hotel.py",
+        " - 2.0 * BESIDE_DOOR_M - SINGLE_M[0])",
+        ")",
+        "a box in the corridor of a hotel stands before the next room's door",
+    ),
+    Mutant(
+        "sim_driver/worlds/hotel.py",
+        " if wing.bed[0] < WALL_M else WALL_M / 2",
+        " if wing.bed[0] > WALL_M else WALL_M / 2",
+        "a hotel's cupboard stands in a bed and is not seen",
+    ),
+    Mutant(
+        "sim_driver/worlds/hotel.py",
+        "        y = wing.across_m - WALL_M - h if is_upper else WALL_M",
+        "        y = wing.across_m - wing.depth_m if is_upper else WALL_M",
+        "a hotel's cupboard stands before its room's door",
+    ),
+    Mutant(
         "sim_driver/worlds/office.py",
         "corridors = 2 if rng.random() < 0.75 else 1",
         "corridors = 2",

@@ -7,12 +7,14 @@ import math
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from mrslam.sim_driver.worlds.hotel import (
     BED_M,
     DESK_M,
     DOOR_M,
     RESOLUTION_M,
+    SINGLE_M,
     WALL_M,
     _draw_wing,
     _single,
@@ -23,6 +25,8 @@ from mrslam.sim_driver.worlds.hotel import (
 )
 
 SEEDS = range(12)
+ROBOT_M = 0.25
+"""Half a robot's width, and what it keeps to walls, metres."""
 
 
 def wing_of(seed: int) -> tuple[_Wing, NDArray[np.int8]]:
@@ -87,7 +91,7 @@ def strips_of(seed: int) -> list[NDArray[np.int8]] | None:
     is_cross = (cells == 0).mean(axis=0) > 0.9
     if not is_cross[2:30].all():
         return None
-    inner = cells[:, 1 + int(np.flatnonzero(is_cross)[-1]) :]
+    inner = cells[:, 2 + int(np.argmin(is_cross[2:])) :]  # a column through doors has as much floor
     for count in (2, 3):
         if inner.shape[0] % count == 0:
             strips = np.split(inner, count)
@@ -103,20 +107,47 @@ def test_hotels_are_stars_and_combs_some_with_wings_that_can_be_told_apart() -> 
     assert any(unlike) and not all(unlike)
 
 
+def single_of(seed: int) -> tuple[_Wing, NDArray[np.int8], NDArray[np.bool_]]:
+    """Return a wing's cells, and which of them a thing that stands there only takes."""
+    wing, cells = wing_of(seed)
+    alone = np.zeros_like(cells)
+    _single(alone, wing, np.random.default_rng(seed))
+    return wing, cells, alone > 0
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_what_stands_in_one_place_only_leaves_walls_and_the_way_along_the_corridor_as_they_are(seed: int) -> None:
-    wing, cells = wing_of(seed)
-    empty = np.zeros_like(cells)
-    _single(empty, wing, np.random.default_rng(seed))
-    row, col = np.nonzero(empty)
-    assert (np.ptp(row) + 1, np.ptp(col) + 1, row.size) == (cells_of(0.3), cells_of(0.8), cells_of(0.3) * cells_of(0.8))
+    wing, cells, single = single_of(seed)
+    row, col = np.nonzero(single)
+    size = (np.ptp(row) + 1, np.ptp(col) + 1)
     low, high = wing.depth_m / RESOLUTION_M, (wing.depth_m + wing.corridor_m) / RESOLUTION_M
     is_in_corridor = low <= row.min() and row.max() < high
     assert is_in_corridor or row.max() < low or row.min() >= high
+    long, wide = cells_of(SINGLE_M[0]), cells_of(SINGLE_M[1])
+    assert size == ((wide, long) if is_in_corridor else (long, wide)) and row.size == long * wide
     if is_in_corridor:
         assert min(row.min() - low, high - 1 - row.max()) <= 2  # at a wall
-        left = np.count_nonzero((cells + empty)[round(low) : round(high), col[0]] == 0)
+        left = np.count_nonzero(
+            (cells == 0)[round(low) : round(high), col[0]] & ~single[round(low) : round(high), col[0]]
+        )
         assert left * RESOLUTION_M > 1.1
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_what_stands_in_one_place_only_stands_on_floor_and_closes_no_room(seed: int) -> None:
+    wing, cells, single = single_of(seed)
+    assert not cells[single].any()
+    depth = cells_of(wing.depth_m)
+    for i in range(wing.rooms):
+        middle = cells_of(WALL_M / 2 + i * wing.width_m + wing.door_m)
+        beside = slice(middle - cells_of(DOOR_M / 2 + 0.25), middle + cells_of(DOOR_M / 2 + 0.25))
+        for before in (slice(depth + 2, depth + 12), slice(-depth - 12, -depth - 2)):
+            assert not single[before, beside].any()
+    clear = ndimage.distance_transform_edt((cells == 0) & ~single) * RESOLUTION_M
+    labels, _ = ndimage.label(clear > ROBOT_M)
+    reached = {labels[row, cells_of(WALL_M / 2 + i * wing.width_m + wing.door_m)]
+               for i in range(wing.rooms) for row in (depth - 16, depth + 16, -depth + 16)}  # fmt: skip
+    assert len(reached) == 1 and 0 not in reached
 
 
 def test_a_hotel_is_as_large_as_its_rooms() -> None:
