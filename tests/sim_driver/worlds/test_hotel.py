@@ -14,6 +14,7 @@ from mrslam.sim_driver.worlds.hotel import (
     DESK_M,
     DOOR_M,
     RESOLUTION_M,
+    ROOMS,
     SINGLE_M,
     WALL_M,
     _draw_wing,
@@ -62,6 +63,10 @@ def test_every_room_has_a_door_to_the_corridor_a_bed_and_a_desk(seed: int) -> No
         assert furniture == pytest.approx(math.prod(BED_M) + math.prod(DESK_M), rel=0.08)
     corridor = cells[depth + wall : depth + cells_of(wing.corridor_m) - wall, : wing.rooms * width]
     assert not corridor.any()
+
+
+def test_wings_have_every_number_of_rooms() -> None:
+    assert {wing_of(seed)[0].rooms for seed in range(40)} == set(range(*ROOMS))
 
 
 def marked(count: int) -> tuple[_Wing, NDArray[np.int8], int]:
