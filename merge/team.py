@@ -108,10 +108,13 @@ class TeamMapper:
     def _bent_places(self, placement: Placement) -> dict[str, Any]:
         """Return the fields ``bends`` and ``T_team_map`` of the placement where the last joint solution applies, or {}.
 
-        It applies only while every robot that it ties is placed: a robot that is not may have bent the others wrongly.
+        It applies only while every robot that it ties is placed, and every alignment believed that its ties came of:
+        what was withdrawn may have bent the others wrongly.
         """
         bends, places = self.bent.bends, placement.T_team_map
         if placement.anchor not in bends or not bends.keys() <= places.keys():
+            return {}
+        if not self.bent.rests_on({edge.pair for edge in placement.edges}):
             return {}
         at_last_key = {
             x: bends[x].T_team_map_now if x in bends and x != placement.anchor else T for x, T in places.items()

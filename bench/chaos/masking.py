@@ -65,9 +65,11 @@ class Masking:
 def _is_known(scene: Scene, agent: Agent, mate: str) -> bool:
     """Return whether a robot hears where a teammate truly is, and its map is where it truly lies.
 
-    In a house that looks alike it may not be.
+    In a house that looks alike it may not be. A robot that doubts where it is does not tell.
     """
     if scene.suffers(mate, *UNHEARD, *SPOILS) or scene.suffers(agent.robot_id, *UNHEARD):
+        return False
+    if scene.agents[mate].self_doubt.doubtful:
         return False
     own, there = scene.frame(agent, agent.robot_id), scene.frame(agent, mate)
     if mate == agent.robot_id or own is None or there is None:

@@ -7,6 +7,7 @@ import numpy as np
 from bench.chaos.repeats import Repeats, is_repeating
 from bench.chaos.scene import SPOILS, Report, Scene
 from mrslam.agent import Agent
+from mrslam.merge.graph.tree import path
 from mrslam.sim_driver.evaluate.truth import FALSE_MERGE_DEG, FALSE_MERGE_M, is_false_merge
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
@@ -46,6 +47,8 @@ class Places:
             for other, T_own_other in agent.T_team_map.items():
                 there = scene.frame(agent, other)
                 if other == robot_id or there is None or scene.suffers(other, *SPOILS):
+                    continue
+                if _leads_over_spoilt(scene, agent, other):
                     continue
                 if scene.suffers(other, "liar"):
                     self._lie(scene, agent, (other, there), se2.compose(own, T_own_other))
@@ -100,3 +103,13 @@ def _could_know(
     one, two = ((agent.node.store.maps[name].map.to_grid(), T_world_map) for name, T_world_map in (own, other))
     contradiction_m = scene.judge.contradiction_m
     return contradiction_m(two, one, moved) + contradiction_m(one, two, se2.inverse(moved)) >= KNOWABLE_M
+
+
+def _leads_over_spoilt(scene: Scene, agent: Agent, other: str) -> bool:
+    """Return whether a robot places another only by way of one whose own map may be torn.
+
+    Nobody can know that before the two fit each other.
+    """
+    pairs = [edge.pair for edge in agent.team.layout.placement.edges]
+    sound = [pair for pair in pairs if not any(scene.suffers(name, *SPOILS) for name in pair)]
+    return len(sound) < len(pairs) and not path(sound, agent.robot_id, other)

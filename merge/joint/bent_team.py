@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import combinations
@@ -123,6 +123,10 @@ class BentTeam:
     def compares(self, a: str, b: str) -> bool:
         """Return whether two maps are compared as they are bent: ties hold both, directly or through others."""
         return {a, b} <= self.bends.keys()
+
+    def rests_on(self, alignments: Collection[Pair]) -> bool:
+        """Return whether all alignments of bent robots that ties came of are among these: none was withdrawn since."""
+        return all(pair in alignments for pair in self.T_a_b if pair in self.tied and self.compares(*pair))
 
     def part(self, robot_id: str, other: str, bent: TiledGrid) -> TiledGrid:
         """Return the part of a robot's ``bent`` map that must agree with another's: ties hold it where it is."""

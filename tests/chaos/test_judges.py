@@ -105,9 +105,10 @@ def test_publishing_in_doubt_is_said_and_not_what_was_published_before_or_by_ano
     assert len(report.violations) == 1
 
 
-@pytest.mark.parametrize(("masked", "is_said"), [(0.4, True), (0.6, False)])
-def test_most_beams_that_hit_a_known_teammate_must_be_masked(masked: float, is_said: bool) -> None:
+@pytest.mark.parametrize(("masked", "doubts", "is_said"), [(0.4, False, True), (0.6, False, False), (0.4, True, False)])
+def test_most_beams_that_hit_a_known_teammate_must_be_masked(masked: float, doubts: bool, is_said: bool) -> None:
     report, team = Report(), Team("r1", "r2")
+    team.agents["r2"].self_doubt.doubtful = doubts  # it does not tell where it is
     masking, agent = Masking(report), team.agents["r1"]
     agent.T_team_map["r2"] = np.zeros(3)
     team.T_world_base |= {"r1": np.array([2.0, 0.0, np.pi]), "r2": np.zeros(3)}
@@ -119,7 +120,8 @@ def test_most_beams_that_hit_a_known_teammate_must_be_masked(masked: float, is_s
     agent.masked_beams = round(masked * 2 * BEAMS_LEAST)
     masking.step(scene)
     masking.at_end(scene)
-    assert report.figures["unmasked"] == [["r1", 2 * BEAMS_LEAST, pytest.approx(1.0 - masked)]]
+    known = [["r1", 2 * BEAMS_LEAST, pytest.approx(1.0 - masked)]]
+    assert report.figures["unmasked"] == ([] if doubts else known)
     assert bool(report.violations) is is_said
 
 
@@ -248,6 +250,27 @@ def test_a_wrong_place_is_said_where_the_world_does_not_look_the_same_there(
     right = se2.between(team.T_world_map["r1"], team.T_world_map["r2"])
     team.agents["r1"].T_team_map["r2"] = right + np.array([off_m, 0.0, 0.0])
     Places(report).step(team.at(5.0))
+    assert bool(report.violations) is is_said
+
+
+@pytest.mark.parametrize(
+    ("pairs", "carried", "is_said"),
+    [
+        ((("r1", "r3"), ("r2", "r3")), ("r3",), False),
+        ((("r1", "r3"), ("r2", "r3")), ("r4",), True),
+        ((("r1", "r3"), ("r2", "r3"), ("r1", "r2")), ("r3",), True),
+        ((("r1", "r4"), ("r2", "r4"), ("r1", "r3"), ("r2", "r3")), ("r3",), True),
+        ((), ("r3",), True),
+    ],
+)
+def test_a_wrong_place_that_hangs_on_a_torn_map_alone_is_nobodys_fault(
+    pairs: tuple[tuple[str, str], ...], carried: tuple[str, ...], is_said: bool
+) -> None:
+    report, team = Report(), Team("r1", "r2", faults=tuple(fault("kidnapped", name) for name in carried))
+    team.judge.occupied_precision = lambda *told: 0.0
+    team.agents["r1"].T_team_map["r2"] = np.array([FALSE_MERGE_M + 0.5, 0.0, 0.0])
+    team.agents["r1"].team.layout.placement.edges = tuple(SimpleNamespace(pair=pair) for pair in pairs)
+    Places(report).step(team.at(20.0))
     assert bool(report.violations) is is_said
 
 

@@ -53,6 +53,18 @@ def test_nobody_is_bent_by_a_solution_with_one_who_was_unmerged():
     assert without.T_team_map["r2"] == pytest.approx(T_team_map["r2"], abs=0.02)
 
 
+@pytest.mark.parametrize(
+    ("tied", "bent"), [((("r1", "r2"), ("r2", "r3")), False), ((("r1", "r3"), ("r2", "r3")), True), ((), True)]
+)
+def test_a_solution_whose_ties_came_of_an_alignment_that_was_withdrawn_since_bends_nobody(tied, bent):
+    edges = {**EDGES, ("r1", "r3"): alignment(truth(POSES, "r1", "r3"))}
+    mapper, ties = scanned(edges), tuple(Tie(*pair, KeyMatch(0, 0, np.zeros(3), np.eye(3)), True) for pair in tied)
+    mapper.bent = replace(solution(0.1), ties=ties, T_a_b={pair: found.T_a_b for pair, found in edges.items()})
+    assert mapper.placement(edges).bends.keys() == set(MAPS)
+    left = mapper.placement({pair: found for pair, found in edges.items() if pair != ("r1", "r2")})
+    assert list(left.T_team_map) == ["r1", "r2", "r3"] and bool(left.bends) is bent
+
+
 def test_a_map_that_moved_in_its_frame_is_drawn_where_it_is_now():
     mapper = mapper_of()
     mapper.team_map()

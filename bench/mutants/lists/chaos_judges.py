@@ -124,6 +124,30 @@ MUTANTS = (
         "a teammate that began another map counts as unmerged",
     ),
     Mutant(
+        "bench/chaos/places.py",
+        "                if _leads_over_spoilt(scene, agent, other):",
+        "                if False:",
+        "robots are blamed for what a torn map between them hides",
+    ),
+    Mutant(
+        "bench/chaos/places.py",
+        "    return len(sound) < len(pairs) and not path(sound, agent.robot_id, other)",
+        "    return len(sound) < len(pairs)",
+        "a torn map somewhere in the team excuses every wrong place",
+    ),
+    Mutant(
+        "bench/chaos/places.py",
+        "    return len(sound) < len(pairs) and not path(sound, agent.robot_id, other)",
+        "    return not path(sound, agent.robot_id, other)",
+        "a place that nothing leads to is right",
+    ),
+    Mutant(
+        "bench/chaos/masking.py",
+        "    if scene.agents[mate].self_doubt.doubtful:",
+        "    if False:",
+        "robots are blamed for not masking who does not tell where it is",
+    ),
+    Mutant(
         "bench/chaos/merging.py",
         "            if before_key is not None and before_key[0] is not agent:",
         "            if False:",

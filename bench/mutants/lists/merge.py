@@ -259,6 +259,24 @@ MUTANTS = (
     ),
     Mutant(
         "merge/team.py",
+        "        if not self.bent.rests_on({edge.pair for edge in placement.edges}):",
+        "        if False:",
+        "maps stay bent by an alignment that was unmerged, till the next joint solution",
+    ),
+    Mutant(
+        "merge/joint/bent_team.py",
+        " if pair in self.tied and self.compares(*pair))",
+        " if self.compares(*pair))",
+        "an alignment without ties that is unmerged unbends all maps",
+    ),
+    Mutant(
+        "merge/joint/bent_team.py",
+        " if pair in self.tied and self.compares(*pair))",
+        " if pair in self.tied)",
+        "an alignment of robots that are not bent unbends all others when it is unmerged",
+    ),
+    Mutant(
+        "merge/team.py",
         " or (hops == 1 and self.bent.lays_by_others(a, b))",
         "",
         "an alignment is unmerged for where others laid the two maps",

@@ -88,3 +88,11 @@ def test_robots_met_that_came_as_near_as_keyframes_are_compared() -> None:
 def test_a_robot_that_is_tied_to_nobody_has_no_bend() -> None:
     joint = JointMap(T_team_key={"a": KEYS, "b": KEYS}, ties=())
     assert not BentTeam.of(joint, "a", dict.fromkeys("ab", trail(KEYS, STAMPS)), {}).bends
+
+
+def test_a_solution_rests_on_the_alignments_of_bent_robots_that_ties_came_of() -> None:
+    first = Tie("c", "d", None, believed=True)  # type: ignore[arg-type]
+    T_a_b = dict.fromkeys([("a", "b"), ("a", "c"), ("c", "d")], T_A_B)
+    bent = replace(solution(), ties=(*solution().ties, first), T_a_b=T_a_b)
+    assert bent.rests_on([("a", "b")]) and not bent.rests_on([("a", "c"), ("c", "d")])
+    assert replace(bent, T_a_b={}).rests_on([])
