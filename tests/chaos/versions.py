@@ -35,7 +35,8 @@ class Team:
         layout = SimpleNamespace(placement=SimpleNamespace(edges=()))
         return SimpleNamespace(
             robot_id=name, node=SimpleNamespace(store=store, must_stop=False), mapper=object(), scan=None,
-            team=SimpleNamespace(layout=layout), masked_beams=0, self_doubt=SimpleNamespace(doubtful=False), T_team_map={name: np.zeros(3)},
+            team=SimpleNamespace(layout=layout), masked_beams=0, self_doubt=SimpleNamespace(doubtful=False),
+            T_team_map={name: np.zeros(3)},
         )  # fmt: skip
 
     def at(self, now_s: float) -> Any:
