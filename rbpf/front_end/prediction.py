@@ -261,4 +261,4 @@ def has_leapt(predicted: Transform, motion: Transform) -> bool:
     turned_away = abs(math.remainder(predicted[2] - motion[2], 2.0 * math.pi))
     limit_m = JUMP_M if math.hypot(predicted[0], predicted[1]) > ON_THE_SPOT_M else JUMP_M / 2.0
     limit_rad = JUMP_RAD / 2.0 if is_still(predicted) else JUMP_RAD
-    return away_m > limit_m or turned_away > limit_rad
+    return math.hypot(away_m / limit_m, turned_away / limit_rad) > 1.0

@@ -71,6 +71,12 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/front_end/prediction.py",
+        "    return math.hypot(away_m / limit_m, turned_away / limit_rad) > 1.0",
+        "    return away_m > limit_m or turned_away > limit_rad",
+        "a robot that is carried believes a match that is nearly too far off and nearly turned too far",
+    ),
+    Mutant(
+        "rbpf/front_end/prediction.py",
         "    limit_rad = JUMP_RAD / 2.0 if is_still(predicted) else JUMP_RAD",
         "    limit_rad = JUMP_RAD",
         "a robot that stands believes turns as far as one that drives",

@@ -113,6 +113,7 @@ def test_what_a_robot_can_move_grows_with_time() -> None:
 def test_a_leap_is_far_from_what_was_predicted() -> None:
     driven = np.array([0.1, 0.0, 0.0])
     assert not has_leapt(driven, np.array([0.3, 0.0, 0.2])) and has_leapt(driven, np.array([0.5, 0.0, 0.0]))
+    assert has_leapt(driven, np.array([0.3, 0.0, 0.28]))  # both together
     assert has_leapt(driven, np.array([0.1, 0.0, 0.4])) and not has_leapt(
         np.array([0.1, 0, 3.1]), np.array([0.1, 0, -3.1])
     )
