@@ -48,11 +48,9 @@ class Places:
                 there = scene.frame(agent, other)
                 if other == robot_id or there is None or scene.suffers(other, *SPOILS):
                     continue
-                if _leads_over_spoilt(scene, agent, other):
-                    continue
                 if scene.suffers(other, "liar"):
                     self._lie(scene, agent, (other, there), se2.compose(own, T_own_other))
-                else:
+                elif not _leads_over_spoilt(scene, agent, other):
                     self._place(scene, agent, (robot_id, own), (other, there), at_end=at_end)
 
     def _lie(self, scene: Scene, agent: Agent, liar: tuple[str, Transform], T_world_other: Transform) -> None:

@@ -274,6 +274,18 @@ def test_a_wrong_place_that_hangs_on_a_torn_map_alone_is_nobodys_fault(
     assert bool(report.violations) is is_said
 
 
+def test_a_lie_that_came_by_way_of_a_torn_map_is_said_all_the_same() -> None:
+    report, team = Report(), Team("r1", "r2", faults=(fault("liar", "r2", 0.0), fault("kidnapped", "r3")))
+    team.judge.occupied_precision = lambda *told: 0.0
+    team.agents["r1"].node.store.maps["r2"] = SimpleNamespace(map=SimpleNamespace(to_grid=lambda: None))
+    team.agents["r1"].T_team_map["r2"] = np.zeros(3)
+    team.agents["r1"].team.layout.placement.edges = tuple(
+        SimpleNamespace(pair=pair) for pair in (("r1", "r3"), ("r2", "r3"))
+    )
+    Places(report).step(team.at(20.0))
+    assert len(report.violations) == 1 and "believes the lie of r2" in report.violations[0]
+
+
 @pytest.mark.parametrize(
     ("turn_rad", "walls", "said"), [(0.0, 1.0, 0), (0.0, 0.5, 1), (np.pi, 1.0, 1), (np.pi, 0.5, 2)]
 )

@@ -125,9 +125,15 @@ MUTANTS = (
     ),
     Mutant(
         "bench/chaos/places.py",
-        "                if _leads_over_spoilt(scene, agent, other):",
-        "                if False:",
+        "                elif not _leads_over_spoilt(scene, agent, other):",
+        "                else:",
         "robots are blamed for what a torn map between them hides",
+    ),
+    Mutant(
+        "bench/chaos/places.py",
+        '                if scene.suffers(other, "liar"):',
+        '                if scene.suffers(other, "liar") and not _leads_over_spoilt(scene, agent, other):',
+        "a lie that came by way of a torn map may be believed",
     ),
     Mutant(
         "bench/chaos/places.py",
