@@ -33,6 +33,7 @@ COMBS = (2, 3)
 BED_M, DESK_M = (2.0, 1.0), (0.55, 0.7)
 """A room's furniture, which stands together in the corner away from its door."""
 SINGLE_M = (0.8, 0.3)
+"""A thing that stands in one place only: along a wall, and across."""
 SINGLE_MOST = 3
 """Things that stand in one place only are at most so many; some buildings have none."""
 HALL_LEAST_M = 2.2

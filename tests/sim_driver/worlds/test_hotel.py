@@ -132,9 +132,7 @@ def test_what_stands_in_one_place_only_leaves_walls_and_the_way_along_the_corrid
     assert size == ((wide, long) if is_in_corridor else (long, wide)) and row.size == long * wide
     if is_in_corridor:
         assert min(row.min() - low, high - 1 - row.max()) <= 2  # at a wall
-        left = np.count_nonzero(
-            (cells == 0)[round(low) : round(high), col[0]] & ~single[round(low) : round(high), col[0]]
-        )
+        left = np.count_nonzero(((cells == 0) & ~single)[round(low) : round(high), col[0]])
         assert left * RESOLUTION_M > 1.1
 
 
