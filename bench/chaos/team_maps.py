@@ -42,6 +42,8 @@ class TeamMaps:
         self._epochs: dict[str, int] = {}
         self._begun: dict[str, int] = {}
         """By robot: how many of its ways' places are older than the map that it has now."""
+        self._stopped: dict[str, NDArray[np.float64]] = {}
+        """Where robots stand whose process stopped, for another had their id: they no longer say where they are."""
 
     def step(self, scene: Scene) -> None:
         """Note where robots are while lasers see them, and when they begin another map."""
@@ -49,6 +51,8 @@ class TeamMaps:
             epoch = agent.node.store.own_epoch
             if self._epochs.setdefault(robot_id, epoch) != epoch:
                 self._epochs[robot_id], self._begun[robot_id] = epoch, len(self._ways[robot_id])
+            if agent.node.must_stop:
+                self._stopped[robot_id] = scene.T_world_base[robot_id][:2]
         if scene.now_s < REST_S:
             for robot_id, pose in scene.T_world_base.items():
                 self._ways[robot_id].append(pose[:2])
@@ -71,7 +75,7 @@ class TeamMaps:
         floor = scene.judge.world.centres(scene.judge.reachable)
         coverage, kept = self._floor(scene, agent, floor, (T_world_team, *or_at))
         floor_m2 = len(floor) * scene.judge.world.resolution_m**2
-        ghosts = scene.judge.ghosts(team.grid, T_world_team, self._where(mates, of_this_map=True), GHOST_M, or_at)
+        ghosts = self._ghosts(scene, team.grid, T_world_team, mates, or_at)
         self._report.figures["team map"].append(
             [robot_id, len(mates), round(precision, 4), round(coverage, 4), round(kept, 4), ghosts, round(unsure_m, 3)]
         )
@@ -83,6 +87,20 @@ class TeamMaps:
             self._report.say(f"the team map of {robot_id} has {ghosts} wall cells where teammates drove")
         if coverage < min(COVERAGE, COVERED_M2 / floor_m2) and not scene.suffers(robot_id):
             self._report.say(f"the team map of {robot_id} shows {100 * coverage:.0f} % of the floor")
+
+    def _ghosts(
+        self,
+        scene: Scene,
+        grid: OccupancyGrid,
+        T_world_team: Transform,
+        mates: Set[str],
+        or_at: Sequence[Transform] = (),
+    ) -> int:
+        """Return how many wall cells stand where these robots drove, but for where one that stopped truly stands."""
+        standing = np.array([self._stopped[mate] for mate in sorted(mates & self._stopped.keys())]).reshape(-1, 2)
+        ways = self._where(mates, of_this_map=True), standing
+        drove, stands = (scene.judge.ghosts(grid, T_world_team, places, GHOST_M, or_at) for places in ways)
+        return drove - stands
 
     def _where(self, robot_ids: Set[str], *, of_this_map: bool = False) -> NDArray[np.float64]:
         """Return places ``(N, 2)`` of the world where these robots were; ``of_this_map`` : since their maps began.

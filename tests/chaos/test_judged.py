@@ -140,7 +140,7 @@ def test_a_robot_that_a_map_has_no_place_for_stands_in_it_rightly() -> None:
 def test_a_way_before_a_robot_gave_its_map_up_says_nothing_of_ghosts() -> None:
     maps = TeamMaps(Report())
     for k, epoch in enumerate((1, 1, 1, 2, 2)):
-        agent = SimpleNamespace(node=SimpleNamespace(store=SimpleNamespace(own_epoch=epoch)))
+        agent = SimpleNamespace(node=SimpleNamespace(store=SimpleNamespace(own_epoch=epoch), must_stop=False))
         place = se2.transform(float(k), 0.0, 0.0)
         maps.step(SimpleNamespace(agents={"r1": agent}, now_s=0.1 * k, T_world_base={"r1": place, "r2": place}))
     assert maps._where({"r1"}, of_this_map=True)[:, 0].tolist() == [3.0, 4.0]
@@ -149,6 +149,22 @@ def test_a_way_before_a_robot_gave_its_map_up_says_nothing_of_ghosts() -> None:
         == maps._where({"r1"})[:, 0].tolist()
         == [0.0, 1.0, 2.0, 3.0, 4.0]
     )
+
+
+@pytest.mark.parametrize(
+    ("must_stop", "seen_at_m", "counts"), [(True, 1.5, False), (True, 0.6, True), (False, 1.5, True)]
+)
+def test_a_robot_that_stopped_is_no_ghost_where_it_stands(must_stop: bool, seen_at_m: float, counts: bool) -> None:
+    world = OccupancyGrid(np.zeros((20, 40), dtype=np.int8), 0.1)
+    cells = world.cells.copy()
+    cells[9:12, round(seen_at_m / 0.1) - 1 : round(seen_at_m / 0.1) + 2] = 100
+    maps, judge = TeamMaps(Report()), Judge(world, world.cells == 0)
+    for k in range(6):
+        node = SimpleNamespace(store=SimpleNamespace(own_epoch=1), must_stop=must_stop and k == 5)
+        places = {"r2": se2.transform(0.3 * k, 1.05, 0.0)}
+        maps.step(SimpleNamespace(agents={"r2": SimpleNamespace(node=node)}, now_s=0.1 * k, T_world_base=places))
+    ghosts = maps._ghosts(SimpleNamespace(judge=judge), replace(world, cells=cells), se2.IDENTITY, {"r1", "r2"})
+    assert ghosts == 9 * counts
 
 
 def test_walls_may_be_as_far_off_as_a_robot_says_that_it_is_unsure() -> None:

@@ -257,6 +257,18 @@ MUTANTS = (
     ),
     Mutant(
         "bench/chaos/team_maps.py",
+        "return drove - stands",
+        "return drove",
+        "a stopped robot's body counts as its ghost where it stands",
+    ),
+    Mutant(
+        "bench/chaos/team_maps.py",
+        "if agent.node.must_stop:",
+        "if True:",
+        "no robot's body counts as a ghost where the robot was last",
+    ),
+    Mutant(
+        "bench/chaos/team_maps.py",
         "if coverage < min(COVERAGE, COVERED_M2 / floor_m2) and not scene.suffers(robot_id):",
         "if False:",
         "robots that know nearly nothing in the end pass",
