@@ -68,6 +68,8 @@ def look_around(
 ) -> Looked:
     """Return whether a scan fits its robot's map at ``T_map_base (3,)``, where odometry leads, or near by.
 
+    A place farther off than ``LEAP_M`` is taken only where most of the scan fits it, or where the map shows that the
+    robot is not where odometry leads.
     ``points (N, 5)`` : those of the scan to match; ``sigma_m`` : their deviation from walls, metres. Threads of the
     ``crew`` that have nothing to do help. ``usual_fit`` : share of the beams on known floor that fitted of late, 0..1.
     """
@@ -77,7 +79,9 @@ def look_around(
     if _fit(found) >= least:
         return Looked(found.pose if _is_sure(found) else None, False, is_unknown)
     best, is_only = _best_place(tiles, points, T_map_base, sigma_m, crew)
-    if is_only and _is_sure(best):
+    # Nothing says that odometry is wrong, and half of what is seen may be as new there as where odometry leads.
+    is_leap = is_unknown and best.inliers < GOOD_INLIERS and is_beyond(T_map_base, best.pose)
+    if is_only and _is_sure(best) and not is_leap:
         return Looked(best.pose, False)
     is_near = _are_within(T_map_base, best.pose, FAR_M, FAR_TURN_RAD)  # wheels may well have come there
     if is_near and _shown(best) >= SHOWN_LEAST and _fit(best) >= least:

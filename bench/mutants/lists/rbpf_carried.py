@@ -35,9 +35,33 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/front_end/look_around.py",
-        "    if is_only and _is_sure(best):",
-        "    if _is_sure(best):",
+        "    if is_only and _is_sure(best) and not is_leap:",
+        "    if _is_sure(best) and not is_leap:",
         "of two rooms that look alike a robot that drove blind takes one for its own",
+    ),
+    Mutant(
+        "rbpf/front_end/look_around.py",
+        "    if is_only and _is_sure(best) and not is_leap:",
+        "    if is_only and _is_sure(best):",
+        "a robot that came blind to what its map does not show is where one scan looks alike, metres away",
+    ),
+    Mutant(
+        "rbpf/front_end/look_around.py",
+        "is_leap = is_unknown and best.inliers < GOOD_INLIERS and",
+        "is_leap = is_unknown and",
+        "wheels that leapt to what the map does not show are believed though all that is seen fits elsewhere",
+    ),
+    Mutant(
+        "rbpf/front_end/look_around.py",
+        "is_leap = is_unknown and best.inliers < GOOD_INLIERS and",
+        "is_leap = best.inliers < GOOD_INLIERS and",
+        "wheels that the map contradicts are believed where they leapt by more than two metres",
+    ),
+    Mutant(
+        "rbpf/front_end/look_around.py",
+        "best.inliers < GOOD_INLIERS and is_beyond(T_map_base, best.pose)",
+        "best.inliers < GOOD_INLIERS",
+        "a robot that came blind to what its map does not show is not found beside that",
     ),
     Mutant(
         "rbpf/front_end/look_around.py",

@@ -105,6 +105,21 @@ def test_a_place_that_the_map_does_not_show_is_neither_confirmed_nor_contradicte
     assert looked.place is None and looked.is_unknown and not looked.is_contradicted
 
 
+@pytest.mark.parametrize(
+    ("y_m", "is_believed"),
+    [(1.8, True), (2.2, False), (-2.2, True)],
+    ids=["not far from it", "the map does not show that", "the map contradicts that"],
+)
+def test_half_a_scan_shows_no_place_far_from_where_the_wheels_lead_unless_the_map_contradicts_them(
+    y_m: float, is_believed: bool
+) -> None:
+    store, points = seen_room()
+    points[np.random.default_rng(1).random(len(points)) < 0.45, :2] *= 2.0  # beyond what the map shows
+    looked = look_around(store.tiles(0), points, np.array([0.0, y_m, 0.0]), SIGMA_M, Crew(1))
+    assert (looked.place is not None) == is_believed and looked.is_unknown != is_believed
+    assert not looked.is_contradicted and (looked.place is None or np.abs(looked.place).max() < 0.03)
+
+
 @pytest.mark.parametrize(("beyond_share", "is_found"), [(0.0, True), (0.45, False)])
 def test_in_a_saved_map_beams_that_end_in_what_is_unknown_do_not_show_which_of_two_equal_rooms_it_is(
     beyond_share: float, is_found: bool
