@@ -280,6 +280,17 @@ def test_of_a_robot_that_came_back_with_fewer_keyframes_those_that_stayed_are_sh
     assert len(team.layout.ties_m({"a": se2.IDENTITY, "b": T_A_B})) == left < before
 
 
+def test_of_a_robot_that_came_back_with_fewer_keyframes_and_drove_on_new_ones_are_not_shown_tied() -> None:
+    team = team_of()
+    align(team)
+    joined(team)
+    stayed = max(tie.match.j for tie in team.layout.ties if tie.believed) - 1
+    team.take_map("b", KnownMap((1, 2), local_map(B, 2, keyframes=stayed)))
+    few = len(team.layout.ties_m({"a": se2.IDENTITY, "b": T_A_B}))
+    team.take_map("b", KnownMap((1, 3), local_map(B, 3)))
+    assert len(team.layout.ties_m({"a": se2.IDENTITY, "b": T_A_B})) == few
+
+
 def test_the_own_map_keeps_its_walls_where_it_is_bent() -> None:
     team = team_of()
     align(team)

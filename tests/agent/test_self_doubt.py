@@ -71,6 +71,12 @@ def test_a_robot_that_resumes_where_a_scan_was_left_out_doubts_unless_its_map_sh
         assert resumed.doubtful == resumed.torn == (told is None)
 
 
+def test_a_clock_that_is_set_back_makes_no_doubt_longer() -> None:
+    doubt = SelfDoubt(0.4, 10 * S)
+    told = [doubt.look(0.3, 1.0, never, t * S, is_lost=True) for t in (100, 106, 50, 53, 54)]
+    assert told == ["doubtful", None, None, None, "given_up"]
+
+
 def test_the_time_that_it_was_off_is_no_time_of_doubt() -> None:
     doubt = SelfDoubt(0.4, 10 * S)
     assert doubt.look(0.3, 1.0, never, 0, is_lost=True) == "doubtful"

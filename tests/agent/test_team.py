@@ -10,6 +10,7 @@ import pytest
 from mrslam.agent import Agent, Settings, checkpoint, resume
 from mrslam.agent.effects import AlignJob, Event
 from mrslam.agent.known_map import KnownMap
+from mrslam.agent.layout import PLACE_NS, PLACE_OWN_NS
 from mrslam.agent.shells.outputs import summary
 from mrslam.alignment import Alignment, Evidence, WallEvidence
 from mrslam.comms.maps.snapshots import published
@@ -114,6 +115,20 @@ def test_a_map_that_is_doubted_before_the_last_one_was_placed_is_left_out() -> N
     arrives(agent, "b", room(2, drove_in_walls=True))
     agent.on_tick(3 * SECOND)
     assert list(agent.team_map().T_team_map) == ["a"]
+
+
+@pytest.mark.parametrize(("robot", "wait_ns"), [("b", PLACE_NS), ("a", PLACE_OWN_NS)])
+def test_a_teammates_new_map_is_placed_sooner_than_the_own_one(robot: str, wait_ns: int) -> None:
+    assert PLACE_NS < PLACE_OWN_NS
+    agent = Agent("a", Settings())
+    arrives(agent, "a", room())
+    arrives(agent, "b", room())
+    now_ns = merged(agent) + SECOND
+    layout = agent.team.layout
+    layout.place({}, now_ns)
+    assert not layout.is_due(now_ns + 10 * PLACE_OWN_NS)  # nothing is new
+    arrives(agent, robot, room(2))
+    assert [layout.is_due(now_ns + wait_ns + more_ns) for more_ns in (-1, 0)] == [False, True]
 
 
 def test_a_pair_that_its_robots_unmerge_leaves_the_team_map_that_was_drawn_before() -> None:

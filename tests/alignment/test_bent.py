@@ -52,6 +52,7 @@ def test_maps_that_other_mappers_warped_fit_by_a_small_bend(scale: float, bend_m
     assert 0.04 < found.evidence.bent_m < 0.4 and 0.005 < found.evidence.strain < 0.06
     # Its rigid transform is as sure as what it leaves over.
     assert math.sqrt(found.covariance[0, 0]) > 0.8 * found.evidence.bent_m
+    assert math.sqrt(found.covariance[2, 2]) > 0.9 * found.evidence.bent_m / max(found.evidence.extent_m, 1.0)
 
 
 def test_without_bending_warped_maps_are_refused() -> None:

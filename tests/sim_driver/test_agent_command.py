@@ -20,8 +20,10 @@ from mrslam.comms.zenoh import SensorPublisher
 from mrslam.sim_driver.feeds import Reading, open_feed
 from mrslam.sim_driver.report import write_report
 from mrslam.sim_driver.run.gather import gather
+from mrslam.spatial import write_map
 from mrslam.spatial.files.saved_map import read_saved_map
 from tests.comms.processes import free_port
+from tests.merge.plans import building
 from tests.sim_driver.beside import beside
 
 
@@ -197,6 +199,19 @@ def test_a_session_is_saved_at_the_end(data_dir: Path, tmp_path: Path) -> None:
     assert process.returncode == 0 and "1 session" in words
     (session,) = read_saved_map(tmp_path / "arena.mrslam").sessions
     assert session.name.startswith("r1@")
+
+
+def test_a_session_goes_on_with_the_saved_map_that_it_was_given(data_dir: Path, tmp_path: Path) -> None:
+    other = tmp_path / "hall.yaml"
+    write_map(other, building())
+    log = data_dir / "multi_session" / "arena_raw_2.clf.gz"
+    process = start(
+        "r1", "--log", str(log), "--no-multicast", "--out", str(tmp_path / "r1"), "--set", "rbpf.particles=4",
+        "--duration", "5", "--map", str(other), "--save", str(tmp_path / "both.mrslam"),
+    )  # fmt: skip
+    words, _ = process.communicate(timeout=300)
+    assert process.returncode == 1 and not (tmp_path / "both.mrslam").exists()
+    assert "not written, for nothing fits hall@" in " ".join(words.split())  # it comes first: what was seen now wins
 
 
 def test_a_saved_map_is_looked_for_and_a_missing_one_is_one_line(data_dir: Path, tmp_path: Path) -> None:

@@ -175,6 +175,26 @@ def test_a_log_of_one_scan_is_mapped(tmp_path: Path) -> None:
     assert metrics["scans"] == 1 and metrics["neff_min"] == 1.0 and metrics["known_area_m2"] > 3.0
 
 
+def test_of_a_log_that_is_cut_off_what_is_whole_is_used_where_that_is_asked_for(tmp_path: Path) -> None:
+    ranges = " ".join(f"{2 + i / 100}" for i in range(181))
+    line = f"FLASER 181 {ranges} 0 0 0 0 0 0 1.0 host 1.0\n"
+    (tmp_path / "cut.clf").write_text(line + line.replace("1.0", "2.0") + line[:300])
+    options = ("--particles", 4, "--out", tmp_path / "out", "--json")
+    assert "--salvage uses the scans before" in one_line_error(mrslam("map", tmp_path / "cut.clf", *options))
+    for command in (("map", tmp_path / "cut.clf", *options), ("feed", tmp_path / "cut.clf", "--json")):
+        result = mrslam(*command, "--salvage")
+        assert result.returncode == 0, result.stderr
+        assert json.loads(result.stdout)["scans"] == 2
+
+
+def test_a_saved_map_is_merged_of_maps_that_find_each_other_or_not_at_all(tmp_path: Path) -> None:
+    a, b = room(tmp_path / "a.yaml"), room(tmp_path / "b.yaml")
+    for option in (("--resolution", 0.1), ("--known-poses", tmp_path / "poses.csv")):
+        result = mrslam("merge", a, b, "-o", tmp_path / "both.mrslam", *option)
+        assert result.returncode == 2 and "no known poses or resolution" in " ".join(result.stderr.split())
+    assert not (tmp_path / "both.mrslam").exists()
+
+
 def test_a_log_whose_scans_are_of_no_use_is_no_silent_failure(tmp_path: Path) -> None:
     lines = (f"FLASER 4 2.0 2.{k} 3.{k} 2.5 0 0 0 0 0 0 {k}.0 host {k}.0" for k in range(9))
     (tmp_path / "four.clf").write_text("\n".join(lines) + "\n")

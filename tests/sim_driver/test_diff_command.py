@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from mrslam.merge.sessions.changes import Changes
 from mrslam.merge.sessions.diff import Diff, Piece
+from mrslam.sim_driver.cli.app import app
 from mrslam.sim_driver.cli.maps.diff import DiffOptions, as_lines, diff_files
 from mrslam.spatial import InputError, OccupancyGrid, write_map
 from tests.merge.plans import building
@@ -60,6 +62,24 @@ def test_what_counts_as_a_change_is_the_users_to_say(tmp_path: Path) -> None:
     assert changed(monday, tuesday, tmp_path / "out") == pytest.approx(0.14)
     assert changed(monday, tuesday, tmp_path / "out", least_m2=0.2) == 0.0
     assert changed(monday, tuesday, tmp_path / "out", near_m=3.0) == 0.0
+
+
+def test_the_command_takes_what_counts_as_a_change(tmp_path: Path) -> None:
+    monday, tuesday = maps(tmp_path / "monday"), maps(tmp_path / "tuesday", (9.0, 3.5, 1.0, 0.5))
+    moved = tmp_path / "moved"
+    moved.mkdir()
+    write_map(moved / "map.yaml", OccupancyGrid(building().cells, 0.05, (0.5, 0.0)))
+
+    def found(after: Path, *options: str) -> float:
+        command = ["diff", str(monday), str(after), "-o", str(tmp_path / "out"), "--json", *options]
+        row = json.loads(CliRunner().invoke(app, command, catch_exceptions=False).stdout)
+        return float(row["appeared_m2"] + row["vanished_m2"])
+
+    assert found(tuesday, "--same-frame") == pytest.approx(0.14)
+    assert found(tuesday, "--same-frame", "--least", "0.2") == 0.0
+    apart = found(moved, "--same-frame")
+    assert found(moved, "--same-frame", "--near", "0.6") < 0.1 * apart
+    assert found(moved) == 0.0
 
 
 def test_maps_of_one_frame_are_not_moved_onto_each_other(tmp_path: Path) -> None:

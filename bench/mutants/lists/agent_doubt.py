@@ -153,4 +153,10 @@ MUTANTS = (
         "",
         "a robot that is carried while it doubts goes on as if it were found",
     ),
+    Mutant(
+        "agent/self_doubt.py",
+        "else max(now_ns - self._looked_ns, 0)",
+        "else now_ns - self._looked_ns",
+        "a robot whose clock was set back doubts for as long as it went back",
+    ),
 )

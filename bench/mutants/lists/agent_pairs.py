@@ -273,4 +273,10 @@ MUTANTS = (
         "said = [0.0, *self.told.values()]",
         "what the own scans alone say against a place does not keep maps that look alike apart",
     ),
+    Mutant(
+        "agent/pairs/hints.py",
+        "        hints.pop(hint.robot, None)\n        if len(hints)",
+        "        if len(hints)",
+        "what a teammate of many says anew pushes out what it said of another robot",
+    ),
 )

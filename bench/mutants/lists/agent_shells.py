@@ -321,4 +321,10 @@ MUTANTS = (
         "place=job.place, by_parts=False",
         "large maps of robots are never looked at in parts",
     ),
+    Mutant(
+        "agent/shells/saved_files.py",
+        "crc = zlib.crc32(repr(local.map.resolution_m).encode())",
+        "crc = 0",
+        "a saved map drawn again at another scale is taken for the same one after a restart",
+    ),
 )

@@ -339,4 +339,16 @@ MUTANTS = (
         "(one.epoch, len(one.trail))",
         "robots that drive their rounds solve for ever what they have solved",
     ),
+    Mutant(
+        "agent/layout.py",
+        "(PLACE_NS if self._is_wrong else PLACE_OWN_NS)",
+        "(PLACE_OWN_NS if self._is_wrong else PLACE_NS)",
+        "teammates' new maps are placed after 10 s, not 2 s",
+    ),
+    Mutant(
+        "agent/layout.py",
+        "kept if bend is None else min(kept, len(bend.T_map_key))",
+        "kept",
+        "new keyframes of a robot that came back are shown tied by the matches of lost ones",
+    ),
 )

@@ -237,4 +237,10 @@ MUTANTS = (
         "margin_over([case for case, _ in rivals], own or self.own)",
         "a corridor is placed anywhere along it",
     ),
+    Mutant(
+        "alignment/verification/decide.py",
+        "turn = evidence.bent_m / max(evidence.extent_m, 1.0)",
+        "turn = 0.0",
+        "the heading of a place of maps that are bent is told far surer than it is",
+    ),
 )

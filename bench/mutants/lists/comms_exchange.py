@@ -245,4 +245,10 @@ MUTANTS = (
         "        since_done = max(known.strong_since_ns, again_ns)\n",
         "robots that meet for the first time wait because of others",
     ),
+    Mutant(
+        "comms/exchange/rendezvous.py",
+        "2.0 ** min(known.failures, 20)",
+        "2.0**known.failures",
+        "a robot whose exchanges with one peer fail for a day dies",
+    ),
 )

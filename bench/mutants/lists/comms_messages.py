@@ -293,4 +293,16 @@ MUTANTS = (
         "if budget and exchange.served",
         "a map whose chunks are larger than the budget of an exchange never arrives",
     ),
+    Mutant(
+        "comms/status/team_view.py",
+        '"lq": link.lq / 100',
+        '"lq": link.quality / 100',
+        "mrslam top tells a link's quality as the share of beacons that are heard",
+    ),
+    Mutant(
+        "comms/status/team_view.py",
+        "None if link.next_ms is None else link.next_ms / 1e3",
+        "link.next_ms / 1e3 if link.next_ms else None",
+        "an exchange that is due now is told as none that is due",
+    ),
 )

@@ -363,4 +363,22 @@ MUTANTS = (
         ")",
         "nobody knows that maps were found in parts",
     ),
+    Mutant(
+        "merge/joint/bend.py",
+        "return np.concatenate([self.T_team_key, later])[: len(T_map_key)]",
+        "return np.concatenate([self.T_team_key, later])",
+        "a robot that came back with fewer keyframes ends its teammates' processes",
+    ),
+    Mutant(
+        "merge/joint/bend.py",
+        'order = np.argsort(stamps_ns, kind="stable")',
+        "order = np.arange(stamps_ns.size)",
+        "corrected trajectories leap where a log's time leaps back",
+    ),
+    Mutant(
+        "merge/joint/bend.py",
+        "count = min(NEIGHBOURS, len(self.T_map_key))",
+        "count = NEIGHBOURS",
+        "maps of fewer than twelve keyframes cannot be drawn bent",
+    ),
 )

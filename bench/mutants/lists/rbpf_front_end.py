@@ -357,4 +357,10 @@ MUTANTS = (
         "10**9, self._sample)]",
         "rbpf.beams_match has no effect",
     ),
+    Mutant(
+        "rbpf/front_end/motion.py",
+        "            or self.is_carried\n",
+        "",
+        "a robot that was put down near by is not looked for in its map until it drives on",
+    ),
 )

@@ -189,4 +189,10 @@ MUTANTS = (
         "missed_rad = abs(told[2] - self._matched[2])",
         "a tracked robot that turns round is lost",
     ),
+    Mutant(
+        "rbpf/localise/localiser.py",
+        "            self.stats.dropped += reading.reason is not None\n",
+        "",
+        "scans of no use of a robot that tracks its pose are not counted",
+    ),
 )

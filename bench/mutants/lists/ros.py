@@ -203,4 +203,10 @@ MUTANTS = (
         "if not np.isfinite(pose).all():",
         "one absurd message of odometry makes the pose not finite",
     ),
+    Mutant(
+        "sim_driver/ros/sessions.py",
+        "key=lambda path: (path.stat().st_mtime_ns, path.name)",
+        "key=lambda path: path.name",
+        "load_session brings back another session than the last one",
+    ),
 )

@@ -239,4 +239,40 @@ MUTANTS = (
         "self._velocities[k]",
         "people run at ten metres a second",
     ),
+    Mutant(
+        "sim_driver/faults/config.py",
+        "self.at_s <= now_ns / 1e9 < self.end_s",
+        "self.at_s <= now_ns / 1e9 <= self.end_s",
+        "faults last a step too long",
+    ),
+    Mutant(
+        "sim_driver/faults/config.py",
+        'self.kind != "slow" or self.amount >= 1',
+        'self.kind != "slow" or self.amount > 0',
+        "a fault of less than a scan ends the run with a division by zero",
+    ),
+    Mutant(
+        "sim_driver/faults/robot.py",
+        'any(fault.kind == "amnesia" for fault in down)',
+        'all(fault.kind == "amnesia" for fault in down)',
+        "a robot that crashes and forgets at once resumes from its checkpoint",
+    ),
+    Mutant(
+        "sim_driver/robots/robot.py",
+        "0.0 if blocked else speed, turn",
+        "speed, turn",
+        "simulated robots that hit a wall push against it when they back off",
+    ),
+    Mutant(
+        "sim_driver/robots/odometry.py",
+        " + config.translation_m_per_sqrt_rad**2 * turned",
+        "",
+        "the wheels of simulated robots do not slip in turns",
+    ),
+    Mutant(
+        "sim_driver/simulation/simulation.py",
+        "self._qualities[a][b] = self._qualities[b][a] = quality",
+        "self._qualities[a][b] = quality",
+        "simulated links are perfect one way",
+    ),
 )

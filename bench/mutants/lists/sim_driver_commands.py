@@ -87,4 +87,46 @@ MUTANTS = (
         "    except (InputError, OSError):\n",
         "damaged files are left out of a recording without a word",
     ),
+    Mutant(
+        "sim_driver/cli/commands/maps.py",
+        "near_m=near, least_m2=least,",
+        "near_m=near,",
+        "mrslam diff --least does nothing",
+    ),
+    Mutant(
+        "sim_driver/cli/commands/maps.py",
+        "same_frame=same_frame, near_m=near,",
+        "same_frame=same_frame,",
+        "mrslam diff --near does nothing",
+    ),
+    Mutant(
+        "sim_driver/cli/commands/maps.py",
+        "out=out, same_frame=same_frame, near_m",
+        "out=out, near_m",
+        "mrslam diff --same-frame moves the maps onto each other",
+    ),
+    Mutant(
+        "sim_driver/cli/commands/maps.py",
+        "no_odometry=no_odometry, relations=relations, salvage=salvage,",
+        "no_odometry=no_odometry, relations=relations, salvage=False,",
+        "mrslam map --salvage does nothing",
+    ),
+    Mutant(
+        "sim_driver/cli/commands/maps.py",
+        "inspect_file(log, json, salvage)",
+        "inspect_file(log, json)",
+        "mrslam feed --salvage does nothing",
+    ),
+    Mutant(
+        "sim_driver/cli/commands/maps.py",
+        "if known_poses is not None or resolution is not None:",
+        "if known_poses is not None:",
+        "mrslam merge leaves out --resolution for a saved map without a word",
+    ),
+    Mutant(
+        "sim_driver/cli/commands/network.py",
+        "maps=[*options.maps, options.out], out=save",
+        "maps=[options.out, *options.maps], out=save",
+        "mrslam agent --save: the saved map's walls win over what was seen now",
+    ),
 )

@@ -125,4 +125,10 @@ MUTANTS = (
         "pass",
         "drift over one second includes that across gaps without scans",
     ),
+    Mutant(
+        "sim_driver/evaluate/doubtful.py",
+        "np.abs(np.diff(seconds)) > APART_S",
+        "np.diff(seconds) > APART_S",
+        "doubts before and after a leap back of a log's time are told as one long stretch",
+    ),
 )

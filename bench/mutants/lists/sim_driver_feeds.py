@@ -111,4 +111,22 @@ MUTANTS = (
         "                    if False:",
         "of a recording that cannot be decoded hours are read",
     ),
+    Mutant(
+        "sim_driver/feeds/bag_contents.py",
+        "min(1.01 * self.scan_time_s, SLOWEST_SWEEP_S)",
+        "min(self.scan_time_s, SLOWEST_SWEEP_S)",
+        "times between beams of lasers that see all around are not believed",
+    ),
+    Mutant(
+        "sim_driver/feeds/bag_contents.py",
+        "min(1.01 * self.scan_time_s, SLOWEST_SWEEP_S)",
+        "1.01 * self.scan_time_s",
+        "sweeps that take minutes are believed",
+    ),
+    Mutant(
+        "sim_driver/feeds/bag_writer.py",
+        "scan.angle_increment_rad * (scan.ranges_m.size - 1)",
+        "scan.angle_increment_rad * scan.ranges_m.size",
+        "recordings of runs have scans with a beam more than they say",
+    ),
 )

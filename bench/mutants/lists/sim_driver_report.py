@@ -183,4 +183,16 @@ MUTANTS = (
         "",
         "all scans of a run are cast, and its page takes minutes",
     ),
+    Mutant(
+        "sim_driver/report/story.py",
+        "if round(low) == round(high)",
+        "if low == high",
+        "a report says that robots know 98 to 98 % of the building",
+    ),
+    Mutant(
+        "sim_driver/report/story.py",
+        'blind_s = sum(event["blind_s"] for event in events if event["event"] == "sees")',
+        'blind_s = max((event["blind_s"] for event in events if event["event"] == "sees"), default=0.0)',
+        "a report tells the longest time that a laser was of no use for all of it",
+    ),
 )

@@ -219,4 +219,16 @@ MUTANTS = (
         '    for pair in robot["pairs"]:\n        if True:',
         "an agent with a pair that was not merged cannot be gathered",
     ),
+    Mutant(
+        "sim_driver/run/run_process.py",
+        "                child.scans_lost += len(sensed) - 1\n",
+        "",
+        "scans that a slow robot never got are not told",
+    ),
+    Mutant(
+        "sim_driver/run/run_process.py",
+        "child.ready and child.sent - child.taken < NEWS_AHEAD:",
+        "child.ready:",
+        "a robot that takes no scans holds up all the others",
+    ),
 )

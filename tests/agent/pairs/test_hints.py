@@ -124,6 +124,9 @@ def test_hints_kept_of_one_teammate_are_bounded() -> None:
     for k in range(3 * MOST_HINTS):
         hints.hear(hint("r1", f"x{k}"))
     assert len(hints._heard["r1"]) == MOST_HINTS
+    kept = set(hints._heard["r1"])
+    hints.hear(hint("r1", f"x{3 * MOST_HINTS - 1}", 50.0))  # elsewhere, of a robot that is told of already
+    assert set(hints._heard["r1"]) == kept
 
 
 def test_a_robot_tells_in_its_beacons_where_it_found_a_map() -> None:

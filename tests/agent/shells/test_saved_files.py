@@ -85,6 +85,15 @@ def test_the_same_map_has_the_same_epoch_and_another_another(tmp_path: Path) -> 
     assert first not in (epoch("scans", at_m=5.0), epoch("places", y_m=5.0))
 
 
+def test_the_same_drawing_at_another_scale_is_another_map(tmp_path: Path) -> None:
+    epochs = set()
+    for name, resolution_m in (("fine", 0.05), ("coarse", 0.1)):
+        write_map(tmp_path / f"{name}.yaml", OccupancyGrid(room().cells, resolution_m))
+        ((_, known),) = read_saved_maps(tmp_path / f"{name}.yaml").items()
+        epochs.add(known.epoch)
+    assert len(epochs) == 2
+
+
 def in_one_file(tmp_path: Path, name: str, **places: float) -> Path:
     folder = saved(tmp_path / "folder", **places)
     keyframes, scans = read_scanned_keyframes(folder / "keyframes.npz")

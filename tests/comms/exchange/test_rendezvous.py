@@ -223,6 +223,14 @@ def test_robots_that_come_and_go_under_ever_new_names_are_forgotten_and_those_in
     assert sorted(r.peers) == ["b", "busy", "x44", "x45", "x46", "x47", "x48", "x49"]
 
 
+def test_after_thousands_of_failures_in_a_row_the_pause_is_the_longest() -> None:
+    r = rendezvous(backoff_s=2, backoff_max_s=200, exchange_timeout_s=0)
+    r.on_quality("b", 1.0, 0)
+    for _ in range(2000):
+        r.failed("b", 0)
+    assert 200.0 <= r.next_exchange_s("b", 0) <= 240.0
+
+
 def test_a_failure_after_a_success_pauses_as_shortly_as_the_first_one() -> None:
     r = rendezvous(backoff_s=2, backoff_max_s=200, exchange_timeout_s=0)
     r.on_quality("b", 1.0, 0)

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 
+import msgspec
 import pytest
 
 from mrslam.comms import Sighting, TeamView, status_report
@@ -46,6 +47,17 @@ def test_a_status_comes_back_as_plain_values(team):
     assert 0 <= link["next_exchange_s"] <= 2
     assert link["bytes_received"] > 0
     assert status["alignments"][0]["words"].startswith("not merged: overlap 6 % < 15 %")
+
+
+def test_every_number_of_a_link_is_told_as_it_was_sent(team):
+    view = TeamView()
+    links = (m.LinkRow("b", 91, 42, False, "idle", 0, 11, 22, 33), m.LinkRow("c", 0, 7, True, "idle", None, 4, 5, 6))
+    status = msgspec.structs.replace(m.decode(report(team, "a"), team.nodes["a"].team_tag, 65_536), links=links)
+    view.take([Sighting("team", "a", m.encode(status, team.nodes["a"].team_tag))], 0.0)
+    one, other = view.snapshot(0.0)[0]["status"]["links"]
+    assert (one["quality"], one["lq"], one["state"], one["next_exchange_s"]) == (0.91, 0.42, "weak", 0.0)
+    assert (one["bytes_sent"], one["bytes_received"], one["bytes_saved"]) == (11, 22, 33)
+    assert (other["quality"], other["lq"], other["state"], other["next_exchange_s"]) == (0.0, 0.07, "strong", None)
 
 
 def test_what_is_not_a_status_of_its_sender_is_counted(team):

@@ -68,6 +68,22 @@ def test_later_keyframes_go_on_rigidly_from_the_last_corrected_one():
     assert se2.between(poses[29], poses[35]) == pytest.approx(se2.between(KEYS[29], KEYS[35]))
 
 
+def test_of_a_robot_that_came_back_with_fewer_keyframes_there_are_no_more():
+    assert np.array_equal(Bend(KEYS, wave(KEYS)).extended(KEYS[:10]), wave(KEYS)[:10])
+
+
+def test_a_map_of_few_keyframes_is_bent_too():
+    few = KEYS[::20]
+    bend = Bend(few, wave(few))
+    moved = few[:, :2] + bend.displacement(few[:, :2])
+    assert se2.apply(bend.T_team_map, moved) == pytest.approx(wave(few)[:, :2], abs=0.01)
+
+
+def test_where_a_logs_time_leaps_back_each_pose_joins_the_keyframes_of_its_own_time():
+    bend, stamps = Bend(KEYS, wave(KEYS)), np.roll(10 * np.arange(41), 20)
+    assert bend.corrected_at(stamps, Keyframes(stamps, KEYS)).T_map_base == pytest.approx(wave(KEYS))
+
+
 def test_poses_between_keyframes_join_both_and_go_on_beyond():
     bend, stamps = Bend(KEYS, wave(KEYS)), 10 * np.arange(41)
     way = Keyframes(stamps[:-1] + 5, KEYS[:-1] + np.array([0.25, 0.0, 0.0]))

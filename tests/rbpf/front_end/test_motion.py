@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -30,6 +32,17 @@ def test_a_keyframe_is_due_after_a_turn_either_way(turn_rad: float) -> None:
     motion = LocalMotion()
     motion.add(step(0.0, turn_rad=turn_rad))
     assert motion.is_due(CONFIG, 0)
+
+
+def test_a_keyframe_is_due_where_a_robot_was_carried_however_near() -> None:
+    motion = LocalMotion()
+    motion.add(step(0.01))
+    assert not motion.is_due(CONFIG, 0)
+    motion.add(replace(step(0.0), is_carried=True))
+    motion.add(step(0.01))
+    assert motion.is_due(CONFIG, 0) and motion.restart(0)[CARRIED] == 1.0
+    motion.add(step(0.01))
+    assert not motion.is_due(CONFIG, 0) and motion.restart(0)[CARRIED] == 0.0
 
 
 def test_what_was_not_seen_adds_up_in_the_frame_of_the_keyframe_and_begins_again_with_the_next() -> None:

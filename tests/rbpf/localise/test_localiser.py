@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -244,3 +245,15 @@ def test_it_looks_as_far_and_turns_as_far_as_the_pose_has_become_unsure(monkeypa
         monkeypatch.setattr(localiser, "_covariance", np.diag(np.square([0.3, 0.2, sigma_rad])))
         assert localiser._look_farther(np.zeros((1, 5)), found) is found
     assert searched == [pytest.approx((0.15, 0.9)), pytest.approx((START_RAD, 0.9))]
+
+
+def test_scans_of_no_use_are_counted_and_the_pose_goes_on_by_the_wheels() -> None:
+    localiser, poses, rng = begun(house()), way(5), np.random.default_rng(0)
+    odom = wheels(poses)
+    assert localiser.begin(scan(house(), poses[0], 0, rng), odom[0], poses[0])
+    for k in (1, 2, 3):
+        blind = replace(scan(house(), poses[k], k, rng), ranges_m=np.full(BEAMS, np.nan, dtype=np.float32))
+        assert localiser.update(blind, odom[k]).reason is not None
+    assert localiser.update(scan(house(), poses[4], 4, rng), odom[4]).reason is None
+    assert (localiser.stats.scans, localiser.stats.dropped) == (4, 3)
+    assert np.hypot(*(localiser.T_map_base - poses[4])[:2]) < 0.05

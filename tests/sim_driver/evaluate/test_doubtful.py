@@ -36,5 +36,12 @@ def test_many_stretches_are_counted_and_stamps_that_run_backward_are_in_order() 
     assert find_doubts(stamps_ns, health, stamps_ns[0]).stretches_s == [[10.0, 10.5]]
 
 
+def test_where_the_logs_time_leaps_back_a_stretch_ends() -> None:
+    stamps_ns, health = STAMPS_NS.copy(), np.ones(200)
+    stamps_ns[100:] -= 40_000_000_000
+    health[98:102] = 0.0
+    assert find_doubts(stamps_ns, health, stamps_ns[0]).stretches_s == [[49.0, 49.5], [10.0, 10.5]]
+
+
 def test_seconds_count_from_the_logs_first_scan_though_it_was_not_used() -> None:
     assert find_doubts(STAMPS_NS, np.where(np.arange(200) == 20, 0.0, 1.0), 0).stretches_s == [[17.0, 17.0]]

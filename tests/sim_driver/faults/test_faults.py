@@ -119,6 +119,13 @@ def test_a_crashed_robot_goes_on_and_an_amnesiac_begins_anew(tmp_path: Path) -> 
         assert (robot["scans"] > 130) == resumes
 
 
+def test_of_a_robot_that_dies_in_both_ways_at_once_nothing_is_left(tmp_path: Path) -> None:
+    both = [{"kind": kind, "robot": "r1", "at_s": 5.0, "for_s": 1.0} for kind in ("crash", "amnesia")]
+    run_in_virtual_time(small(tmp_path, *both, duration_s=7.0), tmp_path, quiet)
+    assert (tmp_path / "r1" / "checkpoint").exists() and (tmp_path / "r1" / "robot.json").exists()
+    assert "restarted" not in {event["event"] for event in events(tmp_path, "r1")}
+
+
 def test_a_crashed_robot_stands_still_and_is_missed(tmp_path: Path) -> None:
     crash = {"kind": "crash", "robot": "r1", "at_s": 6.0, "for_s": 10.0}
     places: dict[float, np.ndarray] = {}
@@ -205,6 +212,13 @@ def test_faults_are_checked() -> None:
         FaultConfig(kind="flood", robot="r1")
     with pytest.raises(InputError, match=r"faults\.for_s"):
         FaultConfig(kind="crash", robot="r1", for_s=0.0)
+    with pytest.raises(InputError, match=r"faults\.amount of slow must be >= 1 scan"):
+        FaultConfig(kind="slow", robot="r1", amount=0.2)
+
+
+def test_a_fault_begins_at_its_time_and_is_over_when_its_time_is() -> None:
+    fault = FaultConfig(kind="laser_off", robot="r1", at_s=2.0, for_s=3.0)
+    assert [fault.active(t_ns) for t_ns in (2 * S - 1, 2 * S, 5 * S - 1, 5 * S)] == [False, True, True, False]
 
 
 def test_a_fault_names_a_robot_of_the_mission(tmp_path: Path) -> None:

@@ -89,6 +89,7 @@ def test_ways_and_frames_are_read_back(run: Path, tmp_path: Path) -> None:
     assert placed["map_r2"].header.frame_id == "team"
     assert placed["map_r2"].transform.translation.x == 3.0
     assert [m.time_increment for _, m in found["/r1/scan"]] == pytest.approx([0.02] * 3)
+    assert [m.angle_max for _, m in found["/r1/scan"]] == pytest.approx([-0.5 + 3 * 0.25] * 3)  # of the last beam
     moving = [t.child_frame_id for _, m in found["/tf"] for t in m.transforms]
     assert sorted(moving) == ["laser_r1"] * 3 + ["laser_r2"] * 3
 

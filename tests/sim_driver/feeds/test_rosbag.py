@@ -11,6 +11,7 @@ from mrslam.sim_driver.feeds import bag_contents, open_feed
 from mrslam.sim_driver.feeds.bag_contents import LaserMessage
 from mrslam.sim_driver.feeds.rosbag import RosbagFeed
 from mrslam.spatial import InputError, se2
+from mrslam.spatial.scan import SLOWEST_SWEEP_S
 from tests.sim_driver.feeds.spoiling import spoilt
 
 NS = 1_000_000_000
@@ -285,6 +286,8 @@ def test_a_folder_needs_metadata(tmp_path):
         (1e-4, 0.1, True),
         (1e-4, 0.0, True),
         (1e-4, 0.04, False),
+        (0.1 / 499, 0.1, True),  # the last beam of a whole turn comes with the next sweep
+        (1.1 * SLOWEST_SWEEP_S / 500, 100.0, False),
         (0.1, 0.1, False),
         (0.1, 0.0, False),
         (-1e-4, 0.1, False),

@@ -87,6 +87,27 @@ def test_a_wall_stops_it_and_it_can_leave(hall):
     assert robot.T_world_base[1] < 5.0
 
 
+def test_a_robot_that_hit_a_wall_starts_from_rest(hall):
+    robot = robot_in(hall, (19.0, 5.0, 0.0), config=ChassisConfig())
+    while not robot.step((0.5, 0.0), 0.1):
+        pass
+    assert robot.speed_m_s == 0.0
+    assert not robot.step((-0.5, 0.0), 0.1)
+    assert robot.speed_m_s == pytest.approx(-0.1)
+
+
+def test_wheels_slip_where_a_robot_turns_on_the_spot(hall):
+    config = OdometryConfig(scale_misfit=0.0, turn_misfit=0.0)
+    places = []
+    for seed in range(200):
+        robot = robot_in(hall, seed=seed, odometry=config)
+        robot.step((0.0, 2.0), 0.5)
+        places.append(robot.T_odom_base[:2])
+    along, across = np.std(places, axis=0)
+    assert along == pytest.approx(config.translation_m_per_sqrt_rad, rel=0.2)  # by one radian
+    assert 0.1 * along < across < 0.5 * along
+
+
 def test_robots_block_each_other(hall):
     a, b = robot_in(hall, (5.0, 5.0, 0.0)), robot_in(hall, (7.0, 5.0, np.pi), seed=1)
     fleet = Fleet({"b": b, "a": a})

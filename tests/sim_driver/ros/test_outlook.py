@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -154,6 +155,15 @@ def test_a_session_brings_the_map_back_and_what_ran_before_is_kept(tmp_path: Pat
     again = sessions.take_next()
     assert again is not None and again.mapper.stats.scans == 30
     np.testing.assert_array_equal(again.mapper.T_map_base, agent.mapper.T_map_base)
+
+
+def test_the_newest_session_is_the_one_saved_last_whatever_its_name(tmp_path: Path) -> None:
+    sessions = Sessions(tmp_path, make_agent)
+    sessions.folder.mkdir()
+    for name, saved_s in (("2026-11-21T10-00-00", 30), ("2026-11-21T10-00-00-10", 20), ("kept", 10)):
+        (sessions.folder / f"{name}.session").touch()
+        os.utime(sessions.folder / f"{name}.session", (saved_s, saved_s))
+    assert sessions.newest().name == "2026-11-21T10-00-00.session"
 
 
 def test_a_file_that_is_no_session_changes_nothing(tmp_path: Path) -> None:

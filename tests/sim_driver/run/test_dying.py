@@ -15,8 +15,8 @@ from mrslam.agent import Sensed
 from mrslam.sim_driver.missions.mission import Mission, make_mission
 from mrslam.sim_driver.run import robot_process
 from mrslam.sim_driver.run.children import Child
-from mrslam.sim_driver.run.robot_process import Failed, Go, RobotTask, run_robot
-from mrslam.sim_driver.run.run_process import _death, _simulate, _Watch
+from mrslam.sim_driver.run.robot_process import Failed, Go, RobotNews, RobotTask, run_robot
+from mrslam.sim_driver.run.run_process import NEWS_AHEAD, _death, _simulate, _Watch
 from mrslam.spatial import Scan
 
 
@@ -122,3 +122,16 @@ def test_scans_of_a_robot_that_dies_while_they_are_sent_are_counted_as_lost() ->
     child.simulator = SimpleNamespace(poll=lambda timeout: False, send=broken)
     _simulate(world, [child], 1)
     assert (child.scans_lost, child.sent) == (3, 0)
+
+
+def test_a_robot_that_is_slow_gets_the_newest_scan_and_what_it_missed_is_counted() -> None:
+    child, _, there = dead()
+    world = cast("Any", World())
+    for now_ns in range(NEWS_AHEAD + 2):
+        _simulate(world, [child], now_ns)
+    assert child.sent == NEWS_AHEAD  # it takes none, and gets no more than that
+    assert child.scans_lost == 2 * NEWS_AHEAD + 3 * 2
+    assert [len(there.recv().sensed) for _ in range(NEWS_AHEAD)] == [1] * NEWS_AHEAD and not there.poll(0)
+    there.send(RobotNews((0.3, -0.1), NEWS_AHEAD))
+    _simulate(world, [child], NEWS_AHEAD + 2)
+    assert (child.taken, child.sent) == (NEWS_AHEAD, NEWS_AHEAD + 1) and world.commands == [(0.3, -0.1)]

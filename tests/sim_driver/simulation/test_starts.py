@@ -40,6 +40,15 @@ def test_robots_that_start_at_random_keep_off_the_given_starts() -> None:
         assert min(gaps) > 0.36
 
 
+def test_links_are_alike_both_ways_and_as_the_radio_has_them() -> None:
+    truth = simulation([2.0, 2.0, 0.0], [2.6, 2.0, 1.0], None)
+    truth.advance(0)
+    told = {robot_id: truth.qualities(robot_id) for robot_id in truth.starts}
+    for a, b in combinations(truth.starts, 2):
+        expected = truth.radio.quality(truth.starts[a], truth.starts[b])
+        assert told[a][b] == told[b][a] == pytest.approx(expected) and expected > 0.0
+
+
 def test_a_robot_that_is_carried_off_is_never_put_down_in_another() -> None:
     truth = simulation(*[None] * 8)
     for seed in range(25):
