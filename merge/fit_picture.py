@@ -13,6 +13,7 @@ from mrslam.alignment.prepared import PreparedMap, main_part, prepare, working_r
 from mrslam.alignment.verification.bending import bend, straight
 from mrslam.alignment.verification.verify import judge_walls
 from mrslam.merge.draw import INK, PALETTE, PAPER
+from mrslam.merge.picture_key import KEY_PX, key_strip
 from mrslam.spatial import OccupancyGrid, se2
 from mrslam.spatial.se2 import Transform
 
@@ -23,8 +24,10 @@ OF_A, OF_B, AGAINST = PALETTE[0], PALETTE[1], (214, 39, 40)
 MARGIN_CELLS = 10
 LEAST_PX, MOST_PX = 800, 2400
 """The longer side of a panel: small ones are enlarged to about the first, larger ones shrunk to the second, pixels."""
-CAPTION_PX, CAPTION_LEAST_PX = 34, 560
-"""Height of the line of text below a panel, and the width it needs, pixels."""
+LINE_PX = 24
+CAPTION_PX = LINE_PX + KEY_PX
+"""Height of the line of text below a panel, and of that with the key, pixels."""
+KEY = (("agree", INK), ("a only", OF_A), ("b only", OF_B), ("contradict", AGAINST))
 
 
 def draw_fit(
@@ -94,7 +97,7 @@ def _panel(
     for points, verdicts in ((a.points, on_b), (walls_b, on_a)):
         _dot(page, points[verdicts == CONTRADICTED], low, a.res, AGAINST, around=1)
     said = f"{caption}: {matched * a.res:.0f} m of wall agree, {max(against, more) * a.res:.0f} m contradict (red)"
-    return _captioned(page[::-1], said)
+    return _captioned(page[::-1], said, a.res)
 
 
 def _states(side: PreparedMap, at: NDArray[np.float64]) -> NDArray[np.uint8]:
@@ -121,8 +124,8 @@ def _dot(
             page[np.clip(r + dr, 0, page.shape[0] - 1), np.clip(c + dc, 0, page.shape[1] - 1)] = rgb
 
 
-def _captioned(picture: NDArray[np.uint8], text: str) -> NDArray[np.uint8]:
-    """Return the picture, enlarged by a whole factor or shrunk where it is very large, with a line of text below."""
+def _captioned(picture: NDArray[np.uint8], text: str, res_m: float) -> NDArray[np.uint8]:
+    """Return the picture, enlarged by a whole factor or shrunk where it is very large, with a line and a key below."""
     import cv2
 
     longer = max(picture.shape[:2])
@@ -134,7 +137,8 @@ def _captioned(picture: NDArray[np.uint8], text: str) -> NDArray[np.uint8]:
         times = max(LEAST_PX // longer, 1)
         enlarged = enlarged.repeat(times, axis=0).repeat(times, axis=1)
     height, width = enlarged.shape[:2]
-    out = np.full((height + CAPTION_PX, max(width, CAPTION_LEAST_PX), 3), PAPER, dtype=np.uint8)
-    out[:height, :width] = enlarged
-    cv2.putText(out, text, (8, height + 23), cv2.FONT_HERSHEY_SIMPLEX, 0.45, INK, 1, cv2.LINE_AA)
+    key = key_strip(width, KEY, width / (picture.shape[1] * res_m))
+    out = np.full((height + CAPTION_PX, key.shape[1], 3), PAPER, dtype=np.uint8)
+    out[:height, :width], out[height + LINE_PX :] = enlarged, key
+    cv2.putText(out, text, (8, height + 18), cv2.FONT_HERSHEY_SIMPLEX, 0.45, INK, 1, cv2.LINE_AA)
     return out

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import gc
 import os
+import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -36,11 +38,32 @@ def load_kernels(rooms: Sequence[str] = ROOMS) -> None:
     good by the collector of garbage: to look through numba's objects again takes it a tenth of a second each time.
     """
     for room in rooms:
-        import_module(f"mrslam.{room}").warm_up()
+        with _ctrl_c_after():
+            import_module(f"mrslam.{room}").warm_up()
         mark_warm(room)
     if gc.get_freeze_count() == 0:  # later on, what is left of an earlier mission must not be kept
         gc.freeze()
     give_back()
+
+
+@contextmanager
+def _ctrl_c_after() -> Iterator[None]:
+    """Let Ctrl-C, pressed meanwhile, end the command after this.
+
+    The compiler calls back through C, where an exception is lost, or comes out as another one. Other threads than the
+    first never get a signal.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    told: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, frame: told.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if told:
+        signal.raise_signal(signal.SIGINT)
 
 
 def ensure_compiled(say: Callable[[str], None], rooms: Sequence[str] = ROOMS) -> float:

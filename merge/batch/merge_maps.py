@@ -111,4 +111,5 @@ def _why(name: str, reason: str, pairs: PairAligner) -> str:
     if (shown_m2 := pairs.grids[name].known_area_m2()) < MIN_KNOWN_M2:
         return f"it shows {shown_m2:.1f} m2, at least {MIN_KNOWN_M2:.0f} m2 are needed"
     best = max(sorted(tries), key=lambda pair: tries[pair].confidence)
-    return f"{reason}; nearest was {best[0] if best[1] == name else best[1]}: {tries[best].reason}"
+    other = f"; nearest was {best[0] if best[1] == name else best[1]}" if len(pairs.grids) > 2 else ""
+    return f"{reason}{other}: {tries[best].reason}"

@@ -6,11 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.merge.draw import INK, PAPER
+from mrslam.merge.picture_key import LEAST_PX as LEAST_WIDTH_PX
+from mrslam.merge.picture_key import key_strip
 from mrslam.merge.sessions.diff import Diff
 
 FLOOR, ONE_ONLY, FAINT = (255, 255, 255), (228, 228, 224), (176, 176, 172)
 """RGB of floor that both have seen, of what one of them has, and of walls that one only shows."""
 APPEARED, VANISHED = (0, 140, 60), (214, 39, 40)
+KEY = (("appeared", APPEARED), ("vanished", VANISHED), ("wall in both", INK), ("in one only", FAINT))
 MARGIN_CELLS = 12
 """Margin around the picture, cells."""
 LEAST_PX = 900
@@ -29,4 +32,7 @@ def draw_diff(found: Diff) -> NDArray[np.uint8]:
     picture[before.is_occupied & after.is_occupied] = INK
     picture[found.cells.vanished], picture[found.cells.appeared] = VANISHED, APPEARED
     scale = max(-(-LEAST_PX // max(page.shape[:2])), 1)
-    return np.ascontiguousarray(page[::-1].repeat(scale, axis=0).repeat(scale, axis=1))
+    picture = page[::-1].repeat(scale, axis=0).repeat(scale, axis=1)
+    out = np.full((picture.shape[0], max(picture.shape[1], LEAST_WIDTH_PX), 3), PAPER, dtype=np.uint8)
+    out[:, : picture.shape[1]] = picture
+    return np.concatenate([out, key_strip(out.shape[1], KEY, scale / before.resolution_m)])

@@ -18,6 +18,10 @@ def main() -> None:
     gc.set_threshold(NEW_OBJECTS)
     try:
         app()
+    except SystemExit as end:
+        if _is_broken_off(end):
+            print("mrslam: stopped", file=sys.stderr)
+        raise
     except InputError as error:
         print(f"mrslam: {error}", file=sys.stderr)
         sys.exit(1)
@@ -26,6 +30,11 @@ def main() -> None:
             raise
         print(f"mrslam: {error.filename2 or error.filename}: {error.strerror}", file=sys.stderr)
         sys.exit(1)
-    except KeyboardInterrupt:
-        print("mrslam: stopped", file=sys.stderr)
-        sys.exit(130)
+
+
+def _is_broken_off(end: SystemExit) -> bool:
+    """Return whether Ctrl-C ended the command, of which the library that reads its arguments says nothing."""
+    reason: BaseException | None = end
+    while reason is not None and not isinstance(reason, KeyboardInterrupt):
+        reason = reason.__cause__ or reason.__context__
+    return reason is not None

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
+
+STDERR = 2
+STOPPING = b"\nmrslam: stopping with what there is; Ctrl-C again breaks off, and leaves nothing\n"
 
 
 def signals_heard(*numbers: int) -> list[int]:
@@ -24,7 +28,8 @@ def signals_heard(*numbers: int) -> list[int]:
 def interrupts_noted() -> Iterator[Callable[[], bool]]:
     """Yield what says whether Ctrl-C was pressed meanwhile; it raises nothing until this is over.
 
-    Work in turns can so end between two of them, with all that it has. A second Ctrl-C breaks off at once.
+    Work in turns can so end between two of them, with all that it has. A second Ctrl-C breaks off at once, as the
+    first one says, past what may just be printed.
     """
     told: list[int] = []
 
@@ -32,6 +37,7 @@ def interrupts_noted() -> Iterator[Callable[[], bool]]:
         if told:
             raise KeyboardInterrupt
         told.append(number)
+        os.write(STDERR, STOPPING)
 
     before = signal.signal(signal.SIGINT, note)
     try:

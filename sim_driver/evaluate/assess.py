@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from mrslam.sim_driver.evaluate.in_saved_maps import in_saved_maps
 from mrslam.sim_driver.evaluate.judges import References, pair_judge
 from mrslam.sim_driver.evaluate.mission_row import mission_row
 from mrslam.sim_driver.evaluate.network import link_rows
@@ -23,9 +24,9 @@ def assess(folder: Path, references: References | None = None) -> dict[str, Any]
 def assess_run(run: RunResults, references: References) -> dict[str, Any]:
     """Return the assessment of a run.
 
-    ``robots``, ``pairs``, ``links``: a row each; ``mission``: sums over them; ``not_judged``: what could not be judged
-    and why; ``damaged``: files that could not be used, a line each. Raises ``InputError`` for references that do not
-    fit the run.
+    ``robots``, ``pairs``, ``links``, ``saved_maps``: a row each; ``mission``: sums over them; ``not_judged``: what was
+    not and why; ``damaged``: files that could not be used, a line each. Raises ``InputError`` for references that do
+    not fit the run.
     """
     _check_names(run, references)
     not_judged = [f"{robot}: was lost in the run" for robot in run.robots_lost]
@@ -38,6 +39,7 @@ def assess_run(run: RunResults, references: References) -> dict[str, Any]:
         "robots": robots,
         "pairs": pairs,
         "links": link_rows(run),
+        "saved_maps": in_saved_maps(run.events),
         "not_judged": not_judged,
         "damaged": run.damage,
     }

@@ -97,11 +97,11 @@ class MortalRobot:
             self._robot = None
             self._last.events.close()
             self._die()
-            self._from_nothing = any(fault.kind == "amnesia" for fault in down)
         elif not down and self._robot is None:
             self.lives += 1
             self._last = self._make(Start(self.lives, now_ns, not self._from_nothing))
-            self._robot = VirtualRobot(self._last)
+            self._robot, self._from_nothing = VirtualRobot(self._last), False
+        self._from_nothing |= any(fault.kind == "amnesia" for fault in down)  # it may begin while the robot is down
 
     def close(self, now_ns: int) -> None:
         """The mission is over: a robot that lives writes its files."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from difflib import get_close_matches
 from pathlib import Path
 
 from mrslam.spatial import InputError
@@ -29,4 +30,6 @@ def find_mission(path: Path) -> Path:
         raise InputError(f"{path}: is a folder; name the mission file (.toml) itself")
     if path.suffix in ("", ".toml") and path.stem in names and path.parent in (Path(), Path("missions")):
         return FOLDER / f"{path.stem}.toml"
-    raise InputError(f"{path}: no such mission file; those that ship are {', '.join(names)}")
+    near = [] if path.stem in names else get_close_matches(path.stem, names, 1)
+    meant = f"did you mean {near[0]}? " if near else ""
+    raise InputError(f"{path}: no such mission file; {meant}those that ship are {', '.join(names)}")

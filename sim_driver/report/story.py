@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from mrslam.sim_driver.evaluate.in_saved_maps import as_words
 from mrslam.sim_driver.evaluate.network import compared
 from mrslam.sim_driver.evaluate.results import RunResults
 from mrslam.sim_driver.evaluate.sides import apart_text, merged_text, shares_one_map
@@ -37,6 +38,7 @@ def sentences(run: RunResults, assessment: Assessment) -> list[tuple[str, str]]:
     lonely = _lonely(run)
     told = [sentence for sentence, pair in zip(told, sorted(assessment["pairs"], key=_time), strict=True)
             if pair["a"] not in lonely and pair["b"] not in lonely]  # fmt: skip
+    told += [("plain", f"{as_words(row)}.") for row in assessment["saved_maps"]]
     told += [("bad", f"{robot} never met anyone.") for robot in lonely]
     told += [("bad", f"{robot} was lost on the way.") for robot in run.robots_lost]
     told += [("bad", f"Not used: {line}.") for line in run.damage]

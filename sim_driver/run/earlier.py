@@ -1,9 +1,10 @@
-"""What an earlier run left in the folder of a new one: it goes, and nothing else does."""
+"""What an earlier run left in the folder of a new one: it goes once that has begun, and nothing else does."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from contextlib import suppress
+import shutil
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from mrslam.sim_driver.missions.mission import Mission
@@ -18,12 +19,38 @@ from mrslam.sim_driver.missions.run_files import (
 from mrslam.sim_driver.missions.run_folder import read_config, robots_of
 from mrslam.spatial import InputError
 
+ASIDE = ".earlier"
+"""Folder in a run's own in which an earlier run waits until the new one has begun."""
 
-def clear_earlier(mission: Mission, out: Path) -> str | None:
+
+@contextmanager
+def earlier_set_aside(mission: Mission, out: Path) -> Iterator[str | None]:
+    """Set aside what an earlier run left in ``out`` and yield its name, None where there was none.
+
+    It comes back where the new run raises ``InputError``, for then it could not begin; else it goes. Raises as
+    :func:`clear_earlier` does.
+    """
+    aside = out / ASIDE
+    shutil.rmtree(aside, ignore_errors=True)  # of a process that was killed
+    name = clear_earlier(mission, out, aside)
+    try:
+        yield name
+    except InputError as error:
+        if name is None:
+            raise
+        clear_earlier(mission, out)  # what the new run has written by now
+        for path in [path for path in aside.rglob("*") if path.is_symlink() or not path.is_dir()]:
+            _move(path, out / path.relative_to(aside))
+        raise InputError(f"{error}; the earlier run in {out} is as it was") from error
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
+
+
+def clear_earlier(mission: Mission, out: Path, aside: Path | None = None) -> str | None:
     """Remove what an earlier run left in ``out`` and return its name, None where there was none.
 
-    Only files that a run writes go. Raises ``InputError``, and removes nothing, where the new run would read one of
-    them, or where a robot's checkpoint is there that belongs to no run.
+    Only files that a run writes go, to the folder ``aside`` where one is told. Raises ``InputError``, and removes
+    nothing, where the new run would read one of them, or where a robot's checkpoint is there that belongs to no run.
     """
     replay = mission.replay
     if replay is not None and replay.resolve() == out.resolve():
@@ -36,13 +63,21 @@ def clear_earlier(mission: Mission, out: Path) -> str | None:
     _refuse_inputs(mission, left)
     config = read_config(out)
     for path in left:
-        path.unlink(missing_ok=True)
+        if aside is None:
+            path.unlink(missing_ok=True)
+        else:
+            _move(path, aside / path.relative_to(out))
     for robot_id in robots:
         for folder in (out / robot_id / TWIN, out / robot_id / TEAM_FOLDER, out / robot_id):
             with suppress(OSError):  # somebody put something of their own there
                 folder.rmdir()
     section = config.get("mission")
     return str(section.get("name") or "a mission") if isinstance(section, dict) else "a mission"
+
+
+def _move(path: Path, target: Path) -> None:
+    target.parent.mkdir(parents=True, exist_ok=True)
+    path.replace(target)
 
 
 def _left_by(out: Path, robots: Sequence[str]) -> list[Path]:

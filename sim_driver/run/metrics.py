@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from mrslam.sim_driver.evaluate.in_saved_maps import in_saved_maps
 from mrslam.sim_driver.evaluate.judges import References, by_place, by_relations, relations_of
 from mrslam.sim_driver.evaluate.relations import Relations
 from mrslam.sim_driver.evaluate.results import RunResults, link_totals
@@ -44,6 +45,7 @@ def write_metrics(mission: Mission, folder: Path, *, wall_s: float, mission_s: f
         "robots": [_robot(run, robot_id) for robot_id in run.robots],
         "robots_lost": run.robots_lost,
         **({} if team is None else {"team": team}),
+        **({"saved_maps": in_saved_maps(run.events)} if mission.maps else {}),
         **more,
     }
     write_text(folder / METRICS_FILE, json.dumps(metrics, indent=1, allow_nan=False) + "\n")

@@ -17,7 +17,7 @@ from mrslam.sim_driver.missions.run_files import CHECKPOINT, CONFIG_FILE, EVENTS
 from mrslam.sim_driver.missions.settings import as_table
 from mrslam.sim_driver.replay import drive_holds_until_s
 from mrslam.sim_driver.replay.again import copy_truth
-from mrslam.sim_driver.run.earlier import clear_earlier
+from mrslam.sim_driver.run.earlier import clear_earlier, earlier_set_aside
 from mrslam.sim_driver.run.metrics import write_metrics
 from mrslam.sim_driver.run.run_process import run_processes
 from mrslam.sim_driver.run.run_shares import run_in_shares
@@ -54,8 +54,8 @@ def run_mission(
     if mission.faults and mission.mission.shell == "process":
         raise InputError(f"{mission.mission.name}: [[faults]] are played in virtual time only; add --shell virtual")
     check_files(mission)
-    with held(out):
-        return _run_held(mission, out, progress, say, interrupts, processes)
+    with held(out), earlier_set_aside(mission, out) as earlier:
+        return _run_held(mission, out, progress, say, interrupts, processes, earlier)
 
 
 def _run_held(
@@ -65,8 +65,10 @@ def _run_held(
     say: Callable[[str], None],
     interrupts: Interrupts,
     processes: int,
+    earlier: str | None,
 ) -> dict[str, Any]:
-    prepare_folder(mission, out, say)
+    """Run the mission in a folder from which the ``earlier`` run is gone."""
+    _begin_folder(mission, out, say, earlier)
     compile_s = ensure_compiled(say)
     start = time.monotonic()
     if mission.mission.shell == "virtual":
@@ -99,7 +101,10 @@ def prepare_folder(mission: Mission, out: Path, say: Callable[[str], None]) -> N
     What an earlier run left there is removed: it would be taken for this one's.
     """
     make_folder(out)
-    earlier = clear_earlier(mission, out)
+    _begin_folder(mission, out, say, clear_earlier(mission, out))
+
+
+def _begin_folder(mission: Mission, out: Path, say: Callable[[str], None], earlier: str | None) -> None:
     if earlier is not None:
         say(f"{out} held an earlier run of {earlier}: it is replaced")
     for robot in mission.robots:

@@ -10,6 +10,7 @@ from typing import Any
 from mrslam.sim_driver.sweep.plan import Plan, Point
 from mrslam.sim_driver.sweep.work import Job, record_drive, run_point
 from mrslam.sim_driver.sweep.workers import Workers
+from mrslam.spatial import InputError
 from mrslam.spatial.files.atomic import write_bytes, write_text
 
 Say = Callable[[str], None]
@@ -48,7 +49,8 @@ def run_sweep(plan: Plan, out: Path, workers: Workers, advance: Callable[[], Non
             try:
                 result = future.result()
             except Exception as error:  # noqa: BLE001  one run's failure is one missing point, said aloud
-                say(f"{_words(plan, done)} failed: {type(error).__name__}: {error}")
+                kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
+                say(f"{_words(plan, done)} failed: {kind}{error}")
                 continue
             if isinstance(done, int):
                 write_bytes(drive_file(plan, out, done), result)

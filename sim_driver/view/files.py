@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import socket
 import subprocess
 import sys
+import time
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from mrslam.sim_driver.missions.run_files import VIEW_FILE
@@ -16,6 +19,8 @@ VIEWER_MEMORY = "1GB"
 """Most memory the viewer takes; it then forgets what is oldest."""
 PORT = 9876
 """TCP port of the viewer on this machine: Rerun's own default, so that a viewer that runs already is taken."""
+UP_WITHIN_S = 5.0
+"""Time that a viewer may take to start, seconds, beside the five that it is given by its library."""
 MAGIC = b"RRF2"
 """First bytes of a recording, as Rerun 0.22 and later write it."""
 
@@ -75,7 +80,22 @@ def start_viewer() -> str:
     beside = Path(sys.executable).with_name("rerun")  # mrslam may run without its environment on the path
     path = str(beside) if beside.exists() else None
     try:
-        rr.spawn(port=PORT, connect=False, memory_limit=VIEWER_MEMORY, hide_welcome_screen=True, executable_path=path)
+        rr.spawn(
+            port=PORT, connect=False, memory_limit=VIEWER_MEMORY, hide_welcome_screen=True, executable_path=path,
+            recording=rr.RecordingStream("mrslam"),  # without one nothing is started
+        )  # fmt: skip
     except (RuntimeError, OSError) as error:
         raise InputError(f"the viewer does not start ({error}); record with --rrd FILE instead") from error
+    if not _listens(PORT):
+        raise InputError("the viewer does not start, as where there is no screen; record with --rrd FILE instead")
     return f"rerun+http://127.0.0.1:{PORT}/proxy"
+
+
+def _listens(port: int) -> bool:
+    """Return whether somebody listens at a TCP port of this machine before ``UP_WITHIN_S`` are over."""
+    end_s = time.monotonic() + UP_WITHIN_S
+    while time.monotonic() < end_s:
+        with suppress(OSError), socket.create_connection(("127.0.0.1", port), timeout=1.0):
+            return True
+        time.sleep(0.1)
+    return False

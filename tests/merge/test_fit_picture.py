@@ -19,6 +19,7 @@ from mrslam.merge.fit_picture import (
     draw_fit,
     draw_places,
 )
+from mrslam.merge.picture_key import KEY_PX
 from mrslam.spatial import OccupancyGrid, se2
 
 
@@ -135,3 +136,12 @@ def test_a_bent_fit_is_drawn_bent(bent_m: float) -> None:
     found = Alignment(np.zeros(3), 0.9, Evidence(bent_m=bent_m), np.eye(3), "auto")
     picture = draw_fit(long, room(200), found)
     assert (counted(picture, AGAINST) > 0) == (bent_m == 0.0)
+
+
+def test_the_key_tells_colours_and_a_length() -> None:
+    picture = draw_fit(room(200), room(200), place(np.zeros(3)))
+    key, times = picture[-KEY_PX:], LEAST_PX // 220
+    for colour in (OF_A, OF_B, AGAINST):
+        assert (key == colour).all(axis=-1).sum() == 100
+    is_ink, bar_px = (key[13] == INK).all(axis=-1), round(2.0 / 0.05 * times)
+    assert is_ink[8 : 8 + bar_px].all() and not is_ink[8 + bar_px]

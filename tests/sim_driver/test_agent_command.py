@@ -14,9 +14,11 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from mrslam.comms import make_team_keys
 from mrslam.comms.zenoh import SensorPublisher
+from mrslam.sim_driver.cli.app import app
 from mrslam.sim_driver.feeds import Reading, open_feed
 from mrslam.sim_driver.report import write_report
 from mrslam.sim_driver.run.gather import gather
@@ -82,6 +84,11 @@ def driver(robot: str, team: str, sensors: str, readings: Sequence[Reading]) -> 
 
         with beside(drive):
             yield
+
+
+def test_to_localise_takes_a_saved_map(tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["agent", "r1", "--localise", "--out", str(tmp_path / "r1")])
+    assert result.exit_code == 2 and "--localise needs a saved map" in " ".join(result.output.split())
 
 
 def test_drivers_feed_an_agent_and_it_goes_on_after_a_kill(data_dir: Path, tmp_path: Path) -> None:
@@ -211,7 +218,9 @@ def test_a_session_goes_on_with_the_saved_map_that_it_was_given(data_dir: Path, 
     )  # fmt: skip
     words, _ = process.communicate(timeout=300)
     assert process.returncode == 1 and not (tmp_path / "both.mrslam").exists()
-    assert "not written, for nothing fits hall@" in " ".join(words.split())  # it comes first: what was seen now wins
+    assert f"not written, for nothing fits {other}:" in " ".join(
+        words.split()
+    )  # it comes first: what was seen now wins
 
 
 def test_a_saved_map_is_looked_for_and_a_missing_one_is_one_line(data_dir: Path, tmp_path: Path) -> None:

@@ -189,9 +189,9 @@ def test_of_a_log_that_is_cut_off_what_is_whole_is_used_where_that_is_asked_for(
 
 def test_a_saved_map_is_merged_of_maps_that_find_each_other_or_not_at_all(tmp_path: Path) -> None:
     a, b = room(tmp_path / "a.yaml"), room(tmp_path / "b.yaml")
-    for option in (("--resolution", 0.1), ("--known-poses", tmp_path / "poses.csv")):
+    for option in (("--resolution", 0.1), ("--known-poses", tmp_path / "poses.csv"), ("--pictures",)):
         result = mrslam("merge", a, b, "-o", tmp_path / "both.mrslam", *option)
-        assert result.returncode == 2 and "no known poses or resolution" in " ".join(result.stderr.split())
+        assert result.returncode == 2 and "no known poses, resolution or" in " ".join(result.stderr.split())
     assert not (tmp_path / "both.mrslam").exists()
 
 

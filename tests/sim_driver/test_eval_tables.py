@@ -27,7 +27,10 @@ MISSION = {
 
 def printed(robots: dict[str, Any], **pair: Any) -> list[str]:
     console = Console(width=200)
-    assessment = {"robots": robots, "pairs": [{**PAIR, **pair}], "mission": MISSION, "not_judged": ["r2: no truth"]}
+    assessment = {
+        "robots": robots, "pairs": [{**PAIR, **pair}], "mission": MISSION, "not_judged": ["r2: no truth"],
+        "saved_maps": [{"robot": "r1", "map": "office@monday", "localised_s": 11.2, "lost_s": None, "reason": ""}],
+    }  # fmt: skip
     with console.capture() as shown:
         print_tables(assessment, console)
     return [" ".join(line.split()) for line in shown.get().splitlines()]
@@ -56,6 +59,7 @@ def test_the_mission_is_told_in_lines() -> None:
     assert "alignments: 1 of 5 tries accepted" in lines
     assert "exchanges: 3 opened, 4 ends completed, 1 failed" in lines
     assert "traffic: 2.5 kB in exchanges; whole maps would have cost 9 kB with LZ4, 80 kB raw" in lines
+    assert "r1 was localised in office@monday after 11 s" in lines
     assert "by kind: beacon 1.5 kB" in lines and "not judged: r2: no truth" in lines
 
 

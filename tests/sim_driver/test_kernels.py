@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -56,3 +58,20 @@ def test_one_core_compiles_all_by_itself(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(kernels.os, "sched_getaffinity", lambda pid: {0})
     kernels.ensure_compiled(lambda text: None, ("a", "b"))
     assert loaded[:2] == ["a", "b"]
+
+
+def test_ctrl_c_while_kernels_are_loaded_comes_after_the_package_that_is_under_way() -> None:
+    """In a compiler's callback it would be lost, or come out as an error of its own."""
+    done: list[str] = []
+
+    def warm_up() -> None:
+        signal.raise_signal(signal.SIGINT)
+        done.append("warm")
+
+    room = SimpleNamespace(warm_up=warm_up)
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(kernels, "import_module", lambda name: room)
+        patched.setattr(kernels, "mark_warm", done.append)
+        with pytest.raises(KeyboardInterrupt):
+            kernels.load_kernels(["rbpf", "merge"])
+    assert done == ["warm"] and signal.getsignal(signal.SIGINT) is signal.default_int_handler

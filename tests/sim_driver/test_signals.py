@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 
 import pytest
@@ -36,3 +38,20 @@ def test_signals_are_listed_as_they_come_and_do_nothing_else() -> None:
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGTERM):
         signal.raise_signal(number)
     assert heard == [signal.SIGTERM, signal.SIGINT, signal.SIGTERM]
+
+
+def test_the_first_says_what_comes(capfd: pytest.CaptureFixture[str]) -> None:
+    with interrupts_noted():
+        signal.raise_signal(signal.SIGINT)
+    assert "stopping with what there is; Ctrl-C again breaks off" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(("reason", "words"), [("KeyboardInterrupt", "mrslam: stopped\n"), ("typer.Exit(130)", "")])
+def test_a_command_that_is_broken_off_says_so(reason: str, words: str) -> None:
+    code = (
+        "import typer; from mrslam.sim_driver.cli import app, main\n"
+        f"@app.command('now')\ndef now() -> None: raise {reason}\n"
+        "main()"
+    )
+    ended = subprocess.run([sys.executable, "-c", code, "now"], capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stderr) == (130, words)

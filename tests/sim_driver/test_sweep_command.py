@@ -119,3 +119,23 @@ def test_a_sweep_none_of_whose_runs_succeeds_says_so(mission: Path) -> None:
 def test_what_to_vary_is_needed(mission: Path) -> None:
     result = sweep(mission)
     assert isinstance(result.exception, InputError) and "something to vary" in str(result.exception)
+
+
+def test_a_mission_that_cannot_begin_is_said_once_and_before_anything_runs(mission: Path) -> None:
+    with pytest.raises(InputError, match="no built-in world"):
+        make_plan(mission, [parse_knob(KNOB)], 1, "anew", ["world.name=offce"])
+
+
+def test_a_sweep_that_is_broken_off_says_what_there_is(mission: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = make_plan(mission, [parse_knob(KNOB)], 2)
+    finish(plan, mission.parent / "out")
+    point_file(mission.parent / "out", plan.points[2]).unlink()
+
+    @contextmanager
+    def broken_off(scheduler: str | None, count: int) -> Iterator[Any]:
+        raise KeyboardInterrupt
+        yield
+
+    monkeypatch.setattr("mrslam.sim_driver.cli.runs.sweep.workers_at", broken_off)
+    said = " ".join(sweep(mission, "--vary", KNOB, "--seeds", "2").stderr.split())
+    assert "3 of 4 runs are done; the same command does the rest" in said

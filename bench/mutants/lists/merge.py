@@ -175,8 +175,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/fit_picture.py",
-        "_captioned(page[::-1], said)",
-        "_captioned(page, said)",
+        "_captioned(page[::-1], said, a.res)",
+        "_captioned(page, said, a.res)",
         "the picture of a fit is upside down",
     ),
     Mutant(
@@ -292,5 +292,23 @@ MUTANTS = (
         "return (a, b) not in self.tied and bool(path(self.tied, a, b))",
         "return bool(path(self.tied, a, b))",
         "an alignment that ties hold is not unmerged where walls contradict it",
+    ),
+    Mutant(
+        "merge/picture_key.py",
+        "if bar_m * px_per_m <= BAR_MOST_PX",
+        "if bar_m * px_per_m <= 2 * BAR_MOST_PX",
+        "the bar of a small map fills its picture",
+    ),
+    Mutant(
+        "merge/sessions/picture.py",
+        "scale / before.resolution_m)",
+        "scale)",
+        "the bar of a picture of changes is of other metres",
+    ),
+    Mutant(
+        "merge/fit_picture.py",
+        "width / (picture.shape[1] * res_m)",
+        "1.0 / res_m",
+        "the bar of a picture of a fit is of other metres where it is enlarged",
     ),
 )

@@ -57,8 +57,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/batch/merge_maps.py",
-        'return f"{reason}; nearest was {best[0] if best[1] == name else best[1]}',
-        'return f"{reason}; nearest was {best[0]}',
+        "nearest was {best[0] if best[1] == name else best[1]}",
+        "nearest was {best[0]}",
         "a map that is not placed is said to be nearest to itself",
     ),
     Mutant(
@@ -90,5 +90,11 @@ MUTANTS = (
         "config=config, by_parts=scanned)",
         "config=config, by_parts=False)",
         "`mrslam merge` refuses large maps that their scans would bend",
+    ),
+    Mutant(
+        "merge/batch/merge_maps.py",
+        'if len(pairs.grids) > 2 else ""',
+        'if True else ""',
+        "of two maps that do not fit, one is said to be nearest to the other",
     ),
 )

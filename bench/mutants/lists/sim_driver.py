@@ -275,4 +275,16 @@ MUTANTS = (
         "self._qualities[a][b] = quality",
         "simulated links are perfect one way",
     ),
+    Mutant(
+        "sim_driver/sweep/plan.py",
+        "    if mission.world is not None:\n        make_world(mission)\n",
+        "",
+        "a sweep whose world is not there fails run by run",
+    ),
+    Mutant(
+        "sim_driver/faults/robot.py",
+        'self._from_nothing |= any(fault.kind == "amnesia" for fault in down)',
+        'self._from_nothing |= bool(down) and down[0].kind == "amnesia"',
+        "amnesia while a robot is down makes it forget nothing",
+    ),
 )

@@ -201,4 +201,46 @@ MUTANTS = (
         "for robot in ():",
         "nobody hears that a robot was lost",
     ),
+    Mutant(
+        "sim_driver/cli/signals.py",
+        "        os.write(STDERR, STOPPING)\n",
+        "",
+        "Ctrl-C in a run says nothing of what comes",
+    ),
+    Mutant(
+        "sim_driver/cli/__init__.py",
+        "        if _is_broken_off(end):\n",
+        "        if False:\n",
+        "a command that Ctrl-C broke off ends without a word",
+    ),
+    Mutant(
+        "sim_driver/cli/__init__.py",
+        "        if _is_broken_off(end):\n",
+        "        if True:\n",
+        "commands that end as they should say that they were stopped",
+    ),
+    Mutant(
+        "sim_driver/kernels.py",
+        "    if told:\n        signal.raise_signal(signal.SIGINT)\n",
+        "",
+        "Ctrl-C while kernels are loaded is lost",
+    ),
+    Mutant(
+        "sim_driver/view/files.py",
+        '            recording=rr.RecordingStream("mrslam"),  # without one nothing is started\n',
+        "",
+        "--view starts no viewer",
+    ),
+    Mutant(
+        "sim_driver/view/files.py",
+        "    if not _listens(PORT):\n",
+        "    if False:\n",
+        "without a screen --view begins a run that nobody sees",
+    ),
+    Mutant(
+        "sim_driver/cli/runs/sweep.py",
+        '        say(f"{done} of {len(plan.points)} runs are done; the same command does the rest")\n',
+        "",
+        "a sweep that is broken off does not say that it can go on",
+    ),
 )

@@ -119,8 +119,8 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/cli/commands/maps.py",
-        "if known_poses is not None or resolution is not None:",
-        "if known_poses is not None:",
+        "if known_poses is not None or resolution is not None or pictures:",
+        "if known_poses is not None or pictures:",
         "mrslam merge leaves out --resolution for a saved map without a word",
     ),
     Mutant(
@@ -128,5 +128,17 @@ MUTANTS = (
         "maps=[*options.maps, options.out], out=save",
         "maps=[options.out, *options.maps], out=save",
         "mrslam agent --save: the saved map's walls win over what was seen now",
+    ),
+    Mutant(
+        "sim_driver/cli/commands/maps.py",
+        "if known_poses is not None or resolution is not None or pictures:",
+        "if known_poses is not None or resolution is not None:",
+        "mrslam merge leaves out --pictures for a saved map without a word",
+    ),
+    Mutant(
+        "sim_driver/cli/commands/network.py",
+        "    if localise and not map_:\n",
+        "    if False:\n",
+        "mrslam agent --localise without a map maps on and says nothing",
     ),
 )

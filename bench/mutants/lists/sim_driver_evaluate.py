@@ -131,4 +131,22 @@ MUTANTS = (
         "np.diff(seconds) > APART_S",
         "doubts before and after a leap back of a log's time are told as one long stretch",
     ),
+    Mutant(
+        "sim_driver/evaluate/events.py",
+        ' if not (is_saved(one["a"]) or is_saved(one["b"]))',
+        "",
+        "a place in a saved map is told as the first merge of two robots",
+    ),
+    Mutant(
+        "sim_driver/evaluate/in_saved_maps.py",
+        "rows.get(key, new)",
+        "new",
+        "a robot that was lost in a saved map and found again was localised the second time only",
+    ),
+    Mutant(
+        "sim_driver/evaluate/in_saved_maps.py",
+        '"lost_s": None, "reason": ""}',
+        '"reason": ""}',
+        "a robot that was found again in a saved map is told as lost",
+    ),
 )

@@ -231,4 +231,22 @@ MUTANTS = (
         "child.ready:",
         "a robot that takes no scans holds up all the others",
     ),
+    Mutant(
+        "sim_driver/run/earlier.py",
+        "        clear_earlier(mission, out)  # what the new run has written by now\n",
+        "",
+        "a run that could not begin leaves its own configuration in the folder of the one before",
+    ),
+    Mutant(
+        "sim_driver/run/earlier.py",
+        "            _move(path, out / path.relative_to(aside))\n",
+        "            pass\n",
+        "a run that cannot begin deletes the one before",
+    ),
+    Mutant(
+        "sim_driver/run/earlier.py",
+        "    shutil.rmtree(aside, ignore_errors=True)  # of a process that was killed\n",
+        "",
+        "what a killed run had set aside comes back into a later one",
+    ),
 )

@@ -118,8 +118,10 @@ def merge(
     mrslam merge office.mrslam out/tuesday -o office.mrslam    a saved map; as mrslam save
     """
     if out.suffix == ".mrslam":
-        if known_poses is not None or resolution is not None:
-            raise typer.BadParameter("a saved map is made of maps that find each other: no known poses or resolution")
+        if known_poses is not None or resolution is not None or pictures:
+            raise typer.BadParameter(
+                "a saved map is made of maps that find each other: no known poses, resolution or pictures"
+            )
         save(maps, out, method, set_, json)
         return
     from mrslam.sim_driver.cli.maps.merge import merge_files

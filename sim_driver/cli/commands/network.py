@@ -69,6 +69,8 @@ def agent(
     mrslam agent r1 --map office.mrslam --localise    ... and, once it knows that, track its pose and map no more
     mrslam agent r1 --map office.mrslam --save office.mrslam    ... and continue that map
     """
+    if localise and not map_:
+        raise typer.BadParameter("--localise needs a saved map: name it with --map")
     if save is not None:
         from mrslam.sim_driver.cli.maps.save import check_target
 

@@ -55,7 +55,8 @@ def save_maps(options: SaveOptions) -> None:
     made = _made(given, options.method, config)
     left_out = _left_out(made)
     if len(given) > 1 and len(left_out) == len(given) - 1:
-        raise InputError(f"{options.out}: not written, for nothing fits {names[0]}: {'; '.join(left_out.values())}")
+        whys = (f"{file}: {left_out[name]}" for name, file in zip(names, files, strict=True) if name in left_out)
+        raise InputError(f"{options.out}: not written, for nothing fits {files[0]}: {'; '.join(whys)}")
     _write(options.out, made.saved)
     row = {**_row(given, made, options.out), "left_out": left_out, "seconds": round(time.perf_counter() - start, 3)}
     if options.as_json:

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from mrslam.sim_driver.evaluate import References, assess
+from mrslam.sim_driver.evaluate.in_saved_maps import as_words
 from mrslam.sim_driver.evaluate.sides import when_text
 from mrslam.sim_driver.evaluate.trajectories import Trajectory
 from mrslam.sim_driver.kernels import ensure_compiled
@@ -66,6 +67,8 @@ def print_tables(assessment: dict[str, Any], console: Console) -> None:
     """Print the assessment for people; measures that no robot has are left out."""
     _print_robots(assessment["robots"], console)
     _print_pairs(assessment["pairs"], console)
+    for row in assessment["saved_maps"]:
+        _say(as_words(row), console)
     mission = assessment["mission"]
     traffic, tried = mission["bytes"], mission["exchanges"]
     seconds = [mission["first_merge_s"], mission["first_correct_merge_s"]]

@@ -13,6 +13,7 @@ import typer
 from mrslam.sim_driver.cli.console import say
 from mrslam.sim_driver.cli.progress import mission_progress
 from mrslam.sim_driver.cli.signals import interrupts_noted
+from mrslam.sim_driver.evaluate.in_saved_maps import as_words
 from mrslam.sim_driver.evaluate.network import compared
 from mrslam.sim_driver.evaluate.sides import apart_text, merged_text
 from mrslam.sim_driver.missions.mission import Mission, load_mission
@@ -128,6 +129,8 @@ def report(metrics: dict[str, Any], out: Path, wall_s: float) -> None:
                 f"{link['a']}-{link['b']}: {link['exchanges']} exchanges, {link['bytes_sent'] / 1e3:.1f} kB "
                 f"({compared(link['bytes_sent'], link['bytes_full_lz4'])} than whole maps with LZ4)"
             )
+    for row in metrics.get("saved_maps", ()):
+        say(as_words(row))
     for robot in metrics["robots_lost"]:
         say(f"{robot} was lost: see {out / robot}")
     if late := {robot: count for robot, count in metrics.get("scans_lost", {}).items() if count}:

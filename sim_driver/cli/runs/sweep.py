@@ -16,7 +16,7 @@ from mrslam.sim_driver.sweep import make_plan, parse_knob, run_sweep
 from mrslam.sim_driver.sweep.advice import advice, pareto, summarise
 from mrslam.sim_driver.sweep.plan import Plan
 from mrslam.sim_driver.sweep.plots import draw_all
-from mrslam.sim_driver.sweep.sweep import steps
+from mrslam.sim_driver.sweep.sweep import point_file, steps
 from mrslam.sim_driver.sweep.table import write_table
 from mrslam.sim_driver.sweep.workers import workers_at
 from mrslam.spatial import InputError
@@ -68,8 +68,13 @@ def _rows(plan: Plan, options: SweepOptions) -> list[dict[str, Any]]:
     if options.scheduler is None:
         ensure_compiled(say)
     count = options.workers or len(os.sched_getaffinity(0))
-    with progress_bar("sweep", steps(plan)) as advance, workers_at(options.scheduler, count) as workers:
-        rows = run_sweep(plan, options.out, workers, advance, say)
+    try:
+        with progress_bar("sweep", steps(plan)) as advance, workers_at(options.scheduler, count) as workers:
+            rows = run_sweep(plan, options.out, workers, advance, say)
+    except KeyboardInterrupt:
+        done = sum(point_file(options.out, point).exists() for point in plan.points)
+        say(f"{done} of {len(plan.points)} runs are done; the same command does the rest")
+        raise
     if not rows:
         raise InputError("no run of the sweep succeeded")
     return rows

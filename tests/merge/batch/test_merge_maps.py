@@ -50,6 +50,13 @@ def test_why_a_map_is_not_placed_is_told_by_its_best_try():
     assert nearest == "m1" and result.team_map.unplaced["stranger"] == said
 
 
+def test_of_two_maps_that_do_not_fit_neither_is_the_nearest():
+    result = merge_maps({"one": building(91, rooms=4), "two": building(99, rooms=4)})
+    (reason,) = result.team_map.unplaced.values()
+    (tried,) = result.rejections.values()
+    assert reason == f"no accepted alignment: {tried.reason}"
+
+
 def fingerprint(result) -> bytes:
     poses = b"".join(x.encode() + T.tobytes() for x, T in result.team_map.T_team_map.items())
     return result.team_map.grid.cells.tobytes() + poses + repr(result.team_map.unplaced).encode()

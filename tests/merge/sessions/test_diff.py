@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mrslam.merge.grids.warp import warp
+from mrslam.merge.picture_key import KEY_PX
 from mrslam.merge.sessions.diff import Diff, diff
 from mrslam.merge.sessions.picture import APPEARED, FAINT, INK, ONE_ONLY, VANISHED, draw_diff
 from mrslam.spatial import InputError, Keyframes, KeyScans, OccupancyGrid, se2
@@ -121,7 +122,7 @@ def test_nothing_of_a_building_that_stayed_has_changed_though_its_maps_are_bent(
 
 
 def picture_of(found: Diff, colour: tuple[int, int, int]) -> int:
-    return int((draw_diff(found) == np.array(colour, dtype=np.uint8)).all(axis=2).sum())
+    return int((draw_diff(found)[:-KEY_PX] == np.array(colour, dtype=np.uint8)).all(axis=2).sum())
 
 
 def test_the_picture_shows_what_changed() -> None:
@@ -131,8 +132,13 @@ def test_the_picture_shows_what_changed() -> None:
     scale = picture.shape[1] // (400 + 24)
     assert picture_of(found, APPEARED) == 56 * scale**2 and picture_of(found, VANISHED) == 36 * scale**2
     assert picture_of(found, INK) == int(room().is_occupied.sum()) * scale**2
-    row = picture.shape[0] - 1 - (round(9.02 / 0.05) + 12) * scale  # first row on top
+    row = picture.shape[0] - KEY_PX - 1 - (round(9.02 / 0.05) + 12) * scale  # first row on top
     assert tuple(picture[row, (round(2.3 / 0.05) + 12) * scale]) == VANISHED
+    key, bar_px = picture[-KEY_PX:], round(2.0 / 0.05) * scale
+    for colour in (APPEARED, VANISHED, FAINT):
+        assert (key == colour).all(axis=2).sum() == 100
+    is_ink = (key[13] == INK).all(axis=1)
+    assert is_ink[8 : 8 + bar_px].all() and not is_ink[7] and not is_ink[8 + bar_px]
 
 
 def test_the_picture_tells_what_both_have_seen_from_what_one_has() -> None:

@@ -67,7 +67,7 @@ def test_a_place_in_a_saved_map_is_no_merge_of_two_robots(tmp_path: Path) -> Non
     (tmp_path / "some.relations").write_text("0 1 2 0 0 0 0 0\n")
     placed = {**merged(5.0, 9.0), "a": "office@monday"}
     row = row_of(tmp_path, [placed, merged(8.0, 2.0)], [], references=References(tmp_path / "some.relations"))
-    assert (row["first_correct_merge_s"], row["wrong_merges_on_the_way"]) == (8.0, 0)
+    assert (row["first_merge_s"], row["first_correct_merge_s"], row["wrong_merges_on_the_way"]) == (8.0, 8.0, 0)
 
 
 def test_pairs_are_counted_by_their_verdicts(tmp_path: Path) -> None:

@@ -119,8 +119,12 @@ def test_a_crashed_robot_goes_on_and_an_amnesiac_begins_anew(tmp_path: Path) -> 
         assert (robot["scans"] > 130) == resumes
 
 
-def test_of_a_robot_that_dies_in_both_ways_at_once_nothing_is_left(tmp_path: Path) -> None:
-    both = [{"kind": kind, "robot": "r1", "at_s": 5.0, "for_s": 1.0} for kind in ("crash", "amnesia")]
+@pytest.mark.parametrize("amnesia_s", [5.0, 5.3], ids=["at once", "while it is down"])
+def test_of_a_robot_that_dies_in_both_ways_nothing_is_left(tmp_path: Path, amnesia_s: float) -> None:
+    both = [
+        {"kind": "crash", "robot": "r1", "at_s": 5.0, "for_s": 1.0},
+        {"kind": "amnesia", "robot": "r1", "at_s": amnesia_s, "for_s": 0.5},
+    ]
     run_in_virtual_time(small(tmp_path, *both, duration_s=7.0), tmp_path, quiet)
     assert (tmp_path / "r1" / "checkpoint").exists() and (tmp_path / "r1" / "robot.json").exists()
     assert "restarted" not in {event["event"] for event in events(tmp_path, "r1")}

@@ -53,6 +53,11 @@ def test_a_folder_is_no_mission(elsewhere: Path) -> None:
         find_mission(Path("mine"))
 
 
+def test_a_slip_of_the_pen_is_told_what_was_meant() -> None:
+    with pytest.raises(InputError, match="no such mission file; did you mean office"):
+        find_mission(Path("ofice.toml"))
+
+
 @pytest.mark.parametrize("name", ["nosuch", "elsewhere/office.toml", "office.tml", "/office.toml"])
 def test_what_is_not_there_is_said_with_what_is(name: str) -> None:
     with pytest.raises(InputError, match=rf"{name}: no such mission file; those that ship are .*\boffice\b"):

@@ -41,7 +41,7 @@ def told(low: float, high: float, *events: dict[str, Any]) -> list[str]:
     mission = SimpleNamespace(robots=[SimpleNamespace(id="r1", mode="distributed")], faults=(), replay=None)
     run: Any = SimpleNamespace(mission=mission, robots={"r1": {}}, robots_lost=(), damage=(), events={"r1": events})
     figures = {"coverage_worst": low, "coverage_best": high, "bytes": {"exchanges": 0, "full_lz4": 0}}
-    return [text for _, text in sentences(run, {"pairs": [], "mission": figures})]
+    return [text for _, text in sentences(run, {"pairs": [], "saved_maps": [], "mission": figures})]
 
 
 def test_shares_that_read_alike_are_told_once() -> None:

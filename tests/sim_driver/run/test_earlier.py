@@ -89,6 +89,26 @@ def test_what_the_new_run_reads_is_not_removed(tmp_path: Path) -> None:
     assert files(out) == before
 
 
+def test_a_run_that_cannot_begin_leaves_the_one_before_as_it_was(tmp_path: Path) -> None:
+    out, log = tmp_path / "out", tmp_path / "cut.clf"
+    run(mission("three", "r1", "r2", "r3"), out)
+    (out / "r1" / "notes.txt").write_text("mine")
+    before = files(out)
+    log.write_text("FLASER 3 1.0 2.0")
+    plays = {"mission": {"shell": "virtual"}, "robots": [{"id": "r1", "log": str(log)}]}
+    for new in (mission("two", "r1", world={"name": "offce"}), make_mission(plays, Path("log.toml"))):
+        with pytest.raises(InputError, match=r"the earlier run in .* is as it was"):
+            run(new, out)
+        assert files(out) == before and not (out / ".earlier").exists()
+
+
+def test_what_a_run_that_was_killed_had_set_aside_is_in_nobodys_way(tmp_path: Path) -> None:
+    (tmp_path / ".earlier" / "r1").mkdir(parents=True)
+    (tmp_path / ".earlier" / "r1" / "map.pgm").write_text("old")
+    run(mission("one", "r1"), tmp_path)
+    assert not (tmp_path / ".earlier").exists() and (tmp_path / "r1" / "map.pgm").read_bytes() != b"old"
+
+
 def test_an_agents_checkpoint_stays(tmp_path: Path) -> None:
     (tmp_path / "r1").mkdir()
     (tmp_path / "r1" / "checkpoint").write_bytes(b"all it knows")
