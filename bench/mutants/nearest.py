@@ -18,8 +18,8 @@ def nearest_first(package: str, file: str = "", top: Path = Path()) -> list[list
     """Return the arguments of the runs that are all tests of a package, those nearest to a file in one before the rest.
 
     Nearest are those that bear its name, then those of its sub-package that import it, then others that do, then the
-    rest of its sub-package. Those that start processes or say that they are slow come with the rest, first of all: to
-    collect a package's tests takes as long as to run those next to a module.
+    rest of its sub-package. Those that start processes or say that they are slow come in a run of their own, before the
+    rest: named together with the folder they would run in its order.
 
     file : str, path of a module from the top of the repository.
     """
@@ -30,9 +30,9 @@ def nearest_first(package: str, file: str = "", top: Path = Path()) -> list[list
         [str(path.relative_to(top)) for rank, path in ranked if (rank >= IS_SLOW) == is_slow]
         for is_slow in (False, True)
     )
-    rest = [*PYTEST, *(f"--ignore={path}" for path in near), *slow, str(folder)]
-    runs = [[*PYTEST, *near]] if near else []
-    return runs if runs and len(near) == len(found) else [*runs, rest]
+    runs = [[*PYTEST, *files] for files in (near, slow) if files]
+    rest = [*PYTEST, *(f"--ignore={path}" for path in (*near, *slow)), str(folder)]
+    return runs if runs and len(near) + len(slow) == len(found) else [*runs, rest]
 
 
 def _rank(path: Path, file: Path, top: Path) -> int | None:

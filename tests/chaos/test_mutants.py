@@ -98,15 +98,21 @@ def test_every_mutant_is_a_program_so_that_a_test_and_not_the_compiler_kills_it(
 )
 def test_the_nearest_tests_come_first_and_all_of_the_package_come(file: str, first: str) -> None:
     package = file.partition("/")[0]
-    near, rest = nearest_first(package, file, TOP)
-    names = [name for name in near if name.startswith("tests/")]
+    near, *slow, rest = nearest_first(package, file, TOP)
+    names = [name for run in (near, *slow) for name in run if name.startswith("tests/")]
     assert names[0] == first and len(set(names)) == len(names)
     assert rest[-1] == f"tests/{package}" and {f"--ignore={name}" for name in names} <= set(rest)
 
 
 def test_judges_of_chaos_are_tested_by_its_tests() -> None:
-    near, rest = nearest_first("bench", "bench/chaos/places.py", TOP)
+    near, *_, rest = nearest_first("bench", "bench/chaos/places.py", TOP)
     assert "tests/chaos/test_judges.py" in near and rest[-1] == "tests/chaos"
+
+
+def test_near_tests_that_start_processes_have_a_run_of_their_own_before_the_rest() -> None:
+    slow, rest = nearest_first("sim_driver", "sim_driver/run/run_process.py", TOP)[-2:]
+    assert "tests/sim_driver/run/test_dying.py" in slow and "tests/sim_driver" not in slow
+    assert "--ignore=tests/sim_driver/run/test_dying.py" in rest and rest[-1] == "tests/sim_driver"
 
 
 def test_where_no_test_is_near_all_of_the_package_are_run_at_once() -> None:
