@@ -45,6 +45,14 @@ def map_files(path: Path) -> list[Path]:
     return found
 
 
+def one_map_file(path: Path) -> Path:
+    """Return the only map file that a path stands for; raise ``InputError`` for a folder of several."""
+    files = map_files(path)
+    if len(files) > 1:
+        raise InputError(f"{path}: holds {len(files)} maps; name one of them ({files[0]}), or merge them first")
+    return files[0]
+
+
 def saved_id(file: Path) -> str:
     """Return a map file's name as a saved map: ``r1@monday`` for ``monday/r1/map.yaml``, ``map@office`` for others.
 

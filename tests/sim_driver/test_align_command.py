@@ -11,7 +11,7 @@ import pytest
 
 from mrslam.alignment import Alignment, Evidence, Rejection, WallEvidence
 from mrslam.sim_driver.cli.maps.align import align_files, as_row
-from mrslam.spatial import OccupancyGrid, se2, write_map
+from mrslam.spatial import InputError, OccupancyGrid, se2, write_map
 from mrslam.spatial.files.images import write_image
 from mrslam.spatial.files.trinary import pixels
 from tests.merge.plans import building
@@ -50,6 +50,15 @@ def test_which_map_of_a_file_is_meant(
     one, other = (None if name is None else tmp_path / f"{name}.npz" for name in names)
     assert one is not None
     assert "accepted: b lies in a at x -3.000 m, y 2.000 m, turned by " in aligned(capsys, one, other)
+
+
+def test_a_folder_stands_for_its_only_map(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for robot in ("r1", "r2"):
+        (tmp_path / robot).mkdir()
+        write_map(tmp_path / robot / "map.yaml", building())
+    assert aligned(capsys, tmp_path / "r1", tmp_path / "r2" / "map.yaml").startswith("accepted")
+    with pytest.raises(InputError, match=r"holds 2 maps; name one of them \(.*map.yaml\)"):
+        align_files(tmp_path / "r1", tmp_path, "auto", None, [], False)
 
 
 def test_bare_images_have_the_resolution_that_was_given(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

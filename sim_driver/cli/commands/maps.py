@@ -61,7 +61,7 @@ def feed(
 
 
 def align(
-    a: Annotated[Path, typer.Argument(help="Map: .yaml with its image, .mrslam, a bare image, or .npz.")],
+    a: Annotated[Path, typer.Argument(help="Map: .yaml with its image, .mrslam, a bare image, .npz, or a folder.")],
     b: Annotated[Path | None, typer.Argument(help="The other map; left out for an .npz that holds both.")] = None,
     method: Annotated[str, typer.Option("--method", help=METHODS)] = "auto",
     resolution: Annotated[

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from mrslam.agent.shells.saved_files import one_map_file
 from mrslam.alignment import ALIGNERS, Alignment, AlignmentConfig, Rejection, align
 from mrslam.merge.fit_picture import draw_fit
 from mrslam.merge.grids.upright import read_upright
@@ -37,8 +38,9 @@ def align_files(
     check_method(method)
     if b is None and a.suffix != ".npz":
         raise InputError(f"{a} is one map; name the other one too (only an .npz holds both)")
-    grid_a = read_upright(a, "a", resolution)
-    grid_b = read_upright(a if b is None else b, "b" if b is None or b == a else _key(b), resolution)
+    one, other = one_map_file(a), None if b is None else one_map_file(b)
+    grid_a = read_upright(one, "a", resolution)
+    grid_b = read_upright(other or one, "b" if other is None or other == one else _key(other), resolution)
     ensure_compiled(say, ("alignment",))
     start = time.perf_counter()
     outcome = align(grid_a, grid_b, method=method, config=config)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mrslam.agent.shells.saved_files import map_files, saved_map_of
+from mrslam.agent.shells.saved_files import one_map_file, saved_map_of
 from mrslam.merge import MergeConfig
 from mrslam.merge.sessions.changes import NEAR_M
 from mrslam.merge.sessions.diff import LEAST_M2, Diff, diff
@@ -21,7 +21,6 @@ from mrslam.sim_driver.missions.settings import build_section
 from mrslam.spatial import InputError
 from mrslam.spatial.files.atomic import make_folder, write_text
 from mrslam.spatial.files.images import write_image
-from mrslam.spatial.files.saved_map import SavedMap
 
 SHOWN = 12
 """Pieces that are listed in the terminal; all of them are in ``diff.json``."""
@@ -46,7 +45,7 @@ def diff_files(options: DiffOptions) -> None:
     """Write ``diff.png`` and ``diff.json``, and list what changed."""
     config = build_section(MergeConfig, "merge", options.assignments)
     check_method(options.method)
-    before, after = (_only(path) for path in (options.before, options.after))
+    before, after = (saved_map_of(one_map_file(path)) for path in (options.before, options.after))
     if not options.same_frame:
         ensure_compiled(say, ("alignment", "merge"))
     start = time.perf_counter()
@@ -67,13 +66,6 @@ def diff_files(options: DiffOptions) -> None:
     for line in as_lines(found):
         say(line)
     say(f"{options.out}/diff.png, diff.json")
-
-
-def _only(path: Path) -> SavedMap:
-    files = map_files(path)
-    if len(files) > 1:
-        raise InputError(f"{path}: holds {len(files)} maps; name one of them ({files[0]}), or merge them first")
-    return saved_map_of(files[0])
 
 
 def as_row(found: Diff) -> dict[str, Any]:
