@@ -108,11 +108,15 @@ def _pair_sentence(pair: dict[str, Any], run: RunResults) -> tuple[str, str]:
         return "good" if is_good else "bad", f"{merged_text(pair)}{off}."
     if pair["placed_together_by"]:
         return "good" if shares_one_map(pair) else "plain", f"{apart_text(pair)}."
-    times = sum(e["event"] == "exchange_done" and e["peer"] == pair["b"] for e in run.events[pair["a"]])
+    times = max(_exchanges(run, pair["a"], pair["b"]), _exchanges(run, pair["b"], pair["a"]))  # one may have been lost
     if times == 0:
         return "bad", f"{who} never exchanged maps."
     word = "once" if times == 1 else f"{times} times"
     return "bad", f"{who} exchanged maps {word}, but were not merged: {pair['reason']}."
+
+
+def _exchanges(run: RunResults, robot_id: str, peer: str) -> int:
+    return sum(event["event"] == "exchange_done" and event["peer"] == peer for event in run.events[robot_id])
 
 
 def _coverage(assessment: Assessment, run: RunResults) -> str:

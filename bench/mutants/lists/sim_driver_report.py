@@ -195,4 +195,10 @@ MUTANTS = (
         'blind_s = max((event["blind_s"] for event in events if event["event"] == "sees"), default=0.0)',
         "a report tells the longest time that a laser was of no use for all of it",
     ),
+    Mutant(
+        "sim_driver/report/story.py",
+        'max(_exchanges(run, pair["a"], pair["b"]), _exchanges(run, pair["b"], pair["a"]))',
+        '_exchanges(run, pair["a"], pair["b"])',
+        "a pair whose first robot was lost is said to have never exchanged maps",
+    ),
 )

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from mrslam.sim_driver.report.story import event_words, headline, sentences
+from mrslam.sim_driver.report.story import _pair_sentence, event_words, headline, sentences
 
 ALL = ("r1", "r2", "r3")
 
@@ -53,3 +53,22 @@ def test_a_laser_that_failed_more_than_once_was_of_no_use_for_all_that_time() ->
     blind, sees = {"event": "blind"}, {"event": "sees", "blind_s": 2.4}
     words = told(0.5, 0.5, blind, sees, blind, {**sees, "blind_s": 3.2}, blind)
     assert words[0] == "The laser of r1 was of no use for 6 s and at the end; it went on by its wheels."
+
+
+@pytest.mark.parametrize(
+    ("noted_by", "said"),
+    [
+        ({"r1": 2, "r2": 2}, "r1 and r2 exchanged maps 2 times, but were not merged: no room for doubt."),
+        ({"r1": 0, "r2": 1}, "r1 and r2 exchanged maps once, but were not merged: no room for doubt."),
+        ({"r1": 0, "r2": 0}, "r1 and r2 never exchanged maps."),
+    ],
+)
+def test_an_exchange_that_a_lost_robot_did_not_note_counts(noted_by: dict[str, int], said: str) -> None:
+    events: dict[str, Any] = {
+        one: [{"event": "exchange_done", "peer": other}] * noted_by[one] for one, other in (("r1", "r2"), ("r2", "r1"))
+    }
+    pair = {
+        "a": "r1", "b": "r2", "status": "rejected", "verdict": "", "placed_together_by": [], "reason": "no room for doubt",
+    }  # fmt: skip
+    run: Any = SimpleNamespace(events=events)
+    assert _pair_sentence(pair, run) == ("bad", said)
