@@ -68,7 +68,8 @@ def test_an_exchange_that_a_lost_robot_did_not_note_counts(noted_by: dict[str, i
         one: [{"event": "exchange_done", "peer": other}] * noted_by[one] for one, other in (("r1", "r2"), ("r2", "r1"))
     }
     pair = {
-        "a": "r1", "b": "r2", "status": "rejected", "verdict": "", "placed_together_by": [], "reason": "no room for doubt",
+        "a": "r1", "b": "r2", "status": "rejected", "verdict": "", "placed_together_by": [],
+        "reason": "no room for doubt",
     }  # fmt: skip
     run: Any = SimpleNamespace(events=events)
     assert _pair_sentence(pair, run) == ("bad", said)
