@@ -17,7 +17,6 @@ from mrslam.sim_driver.missions.sections import SweepConfig
 from mrslam.sim_driver.missions.settings import build, parse_assignment, read_toml, with_overrides
 from mrslam.sim_driver.missions.shipped import find_mission
 from mrslam.sim_driver.replay.again import REPLAYABLE
-from mrslam.sim_driver.simulation.simulation import make_world
 from mrslam.spatial import InputError, read_map
 
 DRIVES = ("auto", "recorded", "anew")
@@ -115,8 +114,6 @@ def make_plan(
     _check_knobs(knobs)
     tables.setdefault("rbpf", {}).setdefault("threads", 1)  # points run side by side
     mission = make_mission(tables, path)
-    if mission.world is not None:
-        make_world(mission)
     first, count, files = mission.mission.seed, seeds or planned.seeds, _contents(mission)
     recorded = _is_recorded(drive, knobs, tables)
     combinations = _combinations(path, tables, knobs, count)

@@ -68,10 +68,10 @@ def test_ctrl_c_while_kernels_are_loaded_comes_after_the_package_that_is_under_w
         signal.raise_signal(signal.SIGINT)
         done.append("warm")
 
-    room = SimpleNamespace(warm_up=warm_up)
+    room, before = SimpleNamespace(warm_up=warm_up), signal.signal(signal.SIGINT, signal.default_int_handler)
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(kernels, "import_module", lambda name: room)
         patched.setattr(kernels, "mark_warm", done.append)
         with pytest.raises(KeyboardInterrupt):
             kernels.load_kernels(["rbpf", "merge"])
-    assert done == ["warm"] and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert done == ["warm"] and signal.signal(signal.SIGINT, before) is signal.default_int_handler

@@ -122,8 +122,9 @@ def test_what_to_vary_is_needed(mission: Path) -> None:
 
 
 def test_a_mission_that_cannot_begin_is_said_once_and_before_anything_runs(mission: Path) -> None:
-    with pytest.raises(InputError, match="no built-in world"):
-        make_plan(mission, [parse_knob(KNOB)], 1, "anew", ["world.name=offce"])
+    result = sweep(mission, "--vary", KNOB, "--set", "world.name=offce")
+    assert isinstance(result.exception, InputError) and "no built-in world" in str(result.exception)
+    assert result.output == ""
 
 
 def test_a_sweep_that_is_broken_off_says_what_there_is(mission: Path, monkeypatch: pytest.MonkeyPatch) -> None:

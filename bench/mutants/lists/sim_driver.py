@@ -276,9 +276,9 @@ MUTANTS = (
         "simulated links are perfect one way",
     ),
     Mutant(
-        "sim_driver/sweep/plan.py",
-        "    if mission.world is not None:\n        make_world(mission)\n",
-        "",
+        "sim_driver/cli/runs/sweep.py",
+        "    if mission.world is not None:\n",
+        "    if False:\n",
         "a sweep whose world is not there fails run by run",
     ),
     Mutant(

@@ -59,14 +59,14 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/cli/maps/align.py",
-        'grid_a = read_upright(a, "a", resolution)',
-        'grid_a = read_upright(a, "a")',
+        'grid_a = read_upright(one, "a", resolution)',
+        'grid_a = read_upright(one, "a")',
         "the resolution asked for is not that of the first image",
     ),
     Mutant(
         "sim_driver/cli/maps/align.py",
-        'read_upright(a if b is None else b, "b" if b is None or b == a else _key(b), resolution)',
-        'read_upright(a if b is None else b, "b" if b is None or b == a else _key(b))',
+        'read_upright(other or one, "b" if other is None or other == one else _key(other), resolution)',
+        'read_upright(other or one, "b" if other is None or other == one else _key(other))',
         "the resolution asked for is not that of the second image",
     ),
     Mutant(

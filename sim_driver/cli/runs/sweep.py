@@ -12,6 +12,8 @@ from typing import Any
 from mrslam.sim_driver.cli.console import say
 from mrslam.sim_driver.cli.progress import progress_bar
 from mrslam.sim_driver.kernels import ensure_compiled
+from mrslam.sim_driver.missions.mission import make_mission
+from mrslam.sim_driver.simulation.simulation import make_world
 from mrslam.sim_driver.sweep import make_plan, parse_knob, run_sweep
 from mrslam.sim_driver.sweep.advice import advice, pareto, summarise
 from mrslam.sim_driver.sweep.plan import Plan
@@ -43,6 +45,9 @@ def sweep(options: SweepOptions) -> None:
     start = time.monotonic()
     knobs = [parse_knob(text) for text in options.vary]
     plan = make_plan(options.mission, knobs, options.seeds, options.drive, options.assignments)
+    mission = make_mission(plan.tables, plan.path)
+    if mission.world is not None:
+        make_world(mission)  # what no run could begin with is said once, and now
     rows = _rows(plan, options)
     written = write_table(rows, options.out)
     summaries = summarise(rows, plan.knobs)
