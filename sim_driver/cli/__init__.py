@@ -12,7 +12,15 @@ NEW_OBJECTS = 50_000
 
 
 def main() -> None:
-    """Run the command; a known error is one line and exit code 1, a wrong call exit code 2."""
+    """Run the command; a known error is one line and exit code 1, a wrong call exit code 2, Ctrl-C 130."""
+    try:
+        _run()
+    except KeyboardInterrupt:
+        print("mrslam: stopped", file=sys.stderr)
+        sys.exit(130)
+
+
+def _run() -> None:
     from mrslam.spatial.errors import InputError
 
     gc.set_threshold(NEW_OBJECTS)
@@ -20,7 +28,7 @@ def main() -> None:
         app()
     except SystemExit as end:
         if _is_broken_off(end):
-            print("mrslam: stopped", file=sys.stderr)
+            raise KeyboardInterrupt from end
         raise
     except InputError as error:
         print(f"mrslam: {error}", file=sys.stderr)

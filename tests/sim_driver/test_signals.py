@@ -55,3 +55,16 @@ def test_a_command_that_is_broken_off_says_so(reason: str, words: str) -> None:
     )
     ended = subprocess.run([sys.executable, "-c", code, "now"], capture_output=True, text=True, check=False)
     assert (ended.returncode, ended.stderr) == (130, words)
+
+
+def test_a_command_that_is_broken_off_before_it_began_says_so() -> None:
+    code = (
+        "import sys\n"
+        "class Slow:\n"
+        "    def find_spec(self, name, path=None, target=None):\n"
+        "        if name == 'numpy': raise KeyboardInterrupt\n"
+        "sys.meta_path.insert(0, Slow())\n"
+        "from mrslam.sim_driver.cli import main; main()"
+    )
+    ended = subprocess.run([sys.executable, "-c", code, "config"], capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stderr) == (130, "mrslam: stopped\n")

@@ -243,4 +243,10 @@ MUTANTS = (
         "",
         "a sweep that is broken off does not say that it can go on",
     ),
+    Mutant(
+        "sim_driver/cli/__init__.py",
+        "    except KeyboardInterrupt:\n",
+        "    except EOFError:\n",
+        "Ctrl-C right after the start is a traceback",
+    ),
 )
