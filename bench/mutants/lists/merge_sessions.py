@@ -204,4 +204,10 @@ MUTANTS = (
         "for k in range(count - 1, -1, -1):",
         "saved maps keep keyframes that nothing can be matched with",
     ),
+    Mutant(
+        "merge/sessions/diff.py",
+        "warp(two, np.zeros(3), one.resolution_m)",
+        "warp(two, np.zeros(3))",
+        "of two maps of different resolution everything has changed",
+    ),
 )

@@ -66,6 +66,15 @@ def test_maps_that_do_not_fit_are_no_diff() -> None:
         diff(saved(building(1)), saved(building(9)))
 
 
+def test_maps_need_not_have_one_resolution() -> None:
+    before, after = with_boxes(room(), GONE), with_boxes(room(), CAME)
+    finer = OccupancyGrid(after.cells.repeat(2, axis=0).repeat(2, axis=1), 0.025)
+    found = diff(saved(before), saved(finer), same_frame=True)
+    assert (found.before.resolution_m, found.after.resolution_m) == (0.05, 0.05)
+    assert [piece.what for piece in found.pieces] == ["appeared", "vanished"]
+    assert [found.pieces[0].x_m, found.pieces[0].y_m] == pytest.approx([14.5, 9.25], abs=0.05)
+
+
 def test_maps_need_not_be_on_one_lattice() -> None:
     before, after = with_boxes(room(), GONE), with_boxes(room(), CAME)
     beside = OccupancyGrid(before.cells, before.resolution_m, (0.02, -0.013))
