@@ -98,12 +98,14 @@ def tests(evidence: Evidence, config: AlignmentConfig, bounds: Bounds | None = N
     shallow, deep = evidence.contradicted_per_m, evidence.deep_per_m
     score, other = evidence.score_m, 1.0 - evidence.margin
     wall = f"{matched:.1f} m of wall agree, {shallow * matched:.1f} m contradict"
-    little = f"too little wall in common: {wall}"
+    counted = "" if matched < bounds.score_m else " once what contradicts is taken off"
+    little = f"too little wall in common{counted}: {wall}"
+    agree = "1 separate wall agrees" if evidence.walls == 1 else f"{evidence.walls} separate walls agree"
     slides = f"the maps can slide along each other: only {across:.1f} m of the {matched:.1f} m that agree run across"
     return [
         Test(score, bounds.score_m, 2.0, little if score > 0 else f"more speaks against than for it: {wall}"),
         Test(evidence.walls, config.min_walls, 2.0,
-             f"only {evidence.walls} separate walls agree, {config.min_walls} are needed"),
+             f"only {agree}, {config.min_walls} are needed"),
         Test(shallow, bounds.contradicted, -0.1, f"{_share(shallow)} of the walls compared lie where the other map is "
              f"free, more than {_share(bounds.contradicted)}", bends=True),
         Test(deep, bounds.deep, -0.05, f"{_share(deep)} of the walls compared lie clearly where the other map is free, "

@@ -60,7 +60,10 @@ def fit(matched_m: float = 30.0, against: float = 0.0, deep: float = 0.0, **othe
     ("lacks", "said"),
     [
         ({"score_m": 4.9}, "too little wall in common"),
+        ({"score_m": 4.9}, "once what contradicts is taken off: 30.0 m of wall agree"),
+        ({"score_m": 4.9, "matched_m": 4.9}, "too little wall in common: 4.9 m of wall agree"),
         ({"walls": 2}, "only 2 separate walls agree"),
+        ({"walls": 1}, "only 1 separate wall agrees, "),
         ({"against": 0.27}, "lie where the other map is free"),
         ({"deep": 0.12}, "lie clearly where the other map is free"),
         ({"matched_m": 15.0, "crosswise_m": 0.39}, "can slide along each other"),
