@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.merge.draw import INK, PAPER
-from mrslam.merge.picture_key import LEAST_PX as LEAST_WIDTH_PX
-from mrslam.merge.picture_key import key_strip
+from mrslam.merge.picture_key import KEY_PX, key_strip
 from mrslam.merge.sessions.diff import Diff
 
 FLOOR, ONE_ONLY, FAINT = (255, 255, 255), (228, 228, 224), (176, 176, 172)
@@ -33,6 +32,8 @@ def draw_diff(found: Diff) -> NDArray[np.uint8]:
     picture[found.cells.vanished], picture[found.cells.appeared] = VANISHED, APPEARED
     scale = max(-(-LEAST_PX // max(page.shape[:2])), 1)
     picture = page[::-1].repeat(scale, axis=0).repeat(scale, axis=1)
-    out = np.full((picture.shape[0], max(picture.shape[1], LEAST_WIDTH_PX), 3), PAPER, dtype=np.uint8)
-    out[:, : picture.shape[1]] = picture
-    return np.concatenate([out, key_strip(out.shape[1], KEY, scale / before.resolution_m)])
+    height, width = picture.shape[:2]
+    key = key_strip(width, KEY, scale / before.resolution_m)
+    out = np.full((height + KEY_PX, key.shape[1], 3), PAPER, dtype=np.uint8)
+    out[:height, :width], out[height:] = picture, key
+    return out

@@ -27,8 +27,8 @@ ASIDE = ".earlier"
 def earlier_set_aside(mission: Mission, out: Path) -> Iterator[str | None]:
     """Set aside what an earlier run left in ``out`` and yield its name, None where there was none.
 
-    It comes back where the new run raises ``InputError``, for then it could not begin; else it goes. Raises as
-    :func:`clear_earlier` does.
+    It comes back where the new run raises ``InputError`` in here, for then it could not begin; else it goes: what fails
+    once the new run is over must not cost its files. Raises as :func:`clear_earlier` does.
     """
     aside = out / ASIDE
     shutil.rmtree(aside, ignore_errors=True)  # of a process that was killed

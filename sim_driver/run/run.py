@@ -54,8 +54,8 @@ def run_mission(
     if mission.faults and mission.mission.shell == "process":
         raise InputError(f"{mission.mission.name}: [[faults]] are played in virtual time only; add --shell virtual")
     check_files(mission)
-    with held(out), earlier_set_aside(mission, out) as earlier:
-        return _run_held(mission, out, progress, say, interrupts, processes, earlier)
+    with held(out):
+        return _run_held(mission, out, progress, say, interrupts, processes)
 
 
 def _run_held(
@@ -65,18 +65,17 @@ def _run_held(
     say: Callable[[str], None],
     interrupts: Interrupts,
     processes: int,
-    earlier: str | None,
 ) -> dict[str, Any]:
-    """Run the mission in a folder from which the ``earlier`` run is gone."""
-    _begin_folder(mission, out, say, earlier)
-    compile_s = ensure_compiled(say)
-    start = time.monotonic()
-    if mission.mission.shell == "virtual":
-        with interrupts() as stop:
-            outcome = run_in_shares(mission, out, progress, stop, processes)
-    else:
-        outcome = run_processes(mission, out, progress, say)
-    wall_s = time.monotonic() - start
+    with earlier_set_aside(mission, out) as earlier:
+        _begin_folder(mission, out, say, earlier)
+        compile_s = ensure_compiled(say)
+        start = time.monotonic()
+        if mission.mission.shell == "virtual":
+            with interrupts() as stop:
+                outcome = run_in_shares(mission, out, progress, stop, processes)
+        else:
+            outcome = run_processes(mission, out, progress, say)
+        wall_s = time.monotonic() - start
     if mission.replay is not None:
         copy_truth(mission, out)
         holds_s = drive_holds_until_s(mission, mission.replay, out)

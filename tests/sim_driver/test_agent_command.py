@@ -87,7 +87,7 @@ def driver(robot: str, team: str, sensors: str, readings: Sequence[Reading]) -> 
 
 
 def test_to_localise_takes_a_saved_map(tmp_path: Path) -> None:
-    result = CliRunner().invoke(app, ["agent", "r1", "--localise", "--out", str(tmp_path / "r1")])
+    result = CliRunner().invoke(app, ["agent", "r1", "--localise", "--duration", "1", "--out", str(tmp_path / "r1")])
     assert result.exit_code == 2 and "--localise needs a saved map" in " ".join(result.output.split())
 
 

@@ -104,6 +104,19 @@ def test_a_run_that_cannot_begin_leaves_the_one_before_as_it_was(tmp_path: Path)
         assert files(out) == before and {path.name for path in out.iterdir() if path.is_dir()} == {"r1", "r2", "r3"}
 
 
+def test_what_fails_when_a_run_is_over_costs_no_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run(mission("three", "r1", "r2", "r3"), tmp_path)
+
+    def unreadable(*told: object, **more: object) -> None:
+        raise InputError("some.relations: line 3 has no eight numbers")
+
+    monkeypatch.setattr("mrslam.sim_driver.run.run.write_metrics", unreadable)
+    with pytest.raises(InputError, match=r"no eight numbers$"):
+        run(mission("one", "r2"), tmp_path)
+    assert robots_of(tmp_path) == ["r2"] and (tmp_path / "r2" / "map.pgm").exists()
+    assert not (tmp_path / "r1").exists() and not (tmp_path / ".earlier").exists()
+
+
 def test_an_agents_checkpoint_stays(tmp_path: Path) -> None:
     (tmp_path / "r1").mkdir()
     (tmp_path / "r1" / "checkpoint").write_bytes(b"all it knows")
