@@ -56,32 +56,35 @@ def weighed(places: Hypotheses, outcome: Alignment | Rejection, loops: Sequence[
 
 
 def _decided(places: Hypotheses, outcome: Rejection, loops: Sequence[Loop]) -> Alignment | Rejection:
-    """Return the only place left of those that fit alike: the others were refuted, or robots saw each other there.
+    """Return the place of those that fit alike where the robots saw each other, or else that third robots lead to.
 
-    Where several are left, the one that third robots lead to, with what was seen of each, by ``CHOSEN_LLR``.
+    That all others were refuted chooses none: where maps fit alike at several places the building repeats itself, and
+    the right place may be one that neither map shows yet.
     """
-    fits = [outcome.T_a_b, *outcome.rivals]
-    known = [(T, places.at(T)) for T in fits if T is not None]
-    left = [T for T, place in known if place is not None and place is places.supported]
-    left = left or [T for T, place in known if place is None or not place.is_refuted]
+    fits = [T for T in (outcome.T_a_b, *outcome.rivals) if T is not None]
+    left = [T for T in fits if (place := places.at(T)) is not None and place is places.supported]
     method = SIGHT_METHOD
-    if len(left) > 1:
-        left, method = _chosen(places, left, loops), LOOP_METHOD
+    if not left:
+        left, method = _chosen(places, fits, loops), LOOP_METHOD
     if len(left) != 1 or outcome.evidence is None:
         return outcome
     return Alignment(left[0], SIGHT_CONFIDENCE, outcome.evidence, SPREAD, method)
 
 
-def _chosen(places: Hypotheses, left: list[Transform], loops: Sequence[Loop]) -> list[Transform]:
-    """Return the place that loops lead to and that is ahead of all others by ``CHOSEN_LLR``, alone, or nothing."""
+def _chosen(places: Hypotheses, fits: list[Transform], loops: Sequence[Loop]) -> list[Transform]:
+    """Return the place that loops lead to and that is ahead of all others by ``CHOSEN_LLR``, alone, or nothing.
+
+    None where robots looked in vain.
+    """
     ranked = []
-    for k, T_a_b in enumerate(left):
+    for k, T_a_b in enumerate(fits):
         place = places.at(T_a_b)
-        closed = sum(loop.llr for loop in loops if SAME_PLACE.is_near(loop.T_a_b, T_a_b))
+        is_refuted = place is not None and place.is_refuted
+        closed = sum(loop.llr for loop in loops if not is_refuted and SAME_PLACE.is_near(loop.T_a_b, T_a_b))
         ranked.append(((0.0 if place is None else place.llr) + closed, closed, k))
     ranked.sort(reverse=True)
     (best, closed, k), (second, _, _) = ranked[:2]
-    return [left[k]] if closed > 0.0 and best - second >= CHOSEN_LLR else []
+    return [fits[k]] if closed > 0.0 and best - second >= CHOSEN_LLR else []
 
 
 def is_worth_keeping(outcome: Alignment | Rejection) -> bool:

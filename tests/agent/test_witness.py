@@ -179,9 +179,11 @@ def test_a_robot_that_was_resumed_looks_at_the_places_it_believes() -> None:
 
 @pytest.mark.parametrize(
     ("llr_here", "llr_rival", "decided"),
-    [(0, 0, None), (-6, 0, "rival"), (0, 6, "rival"), (0, -6, "here"), (-6, -6, None)],
+    [(0, 0, None), (6, 0, "here"), (0, 6, "rival"), (-6, 6, "rival"), (-6, 0, None), (0, -6, None), (-6, -6, None)],
 )
-def test_of_places_that_fit_alike_sightings_leave_one(llr_here: float, llr_rival: float, decided: str | None) -> None:
+def test_of_places_that_fit_alike_that_is_right_where_robots_saw_each_other_and_no_other_for_being_left(
+    llr_here: float, llr_rival: float, decided: str | None
+) -> None:
     places = Hypotheses()
     for T, llr in ((RIGHT, llr_here), (NEARER, llr_rival)):
         place = places.add(T, "maps", 0)

@@ -58,6 +58,19 @@ MUTANTS = (
         "of places that fit alike the first is merged though nobody knows which is right",
     ),
     Mutant(
+        "agent/pairs/weighing.py",
+        "    if not left:\n        left, method",
+        "    left = left or [T for T in fits if (place := places.at(T)) is None or not place.is_refuted]\n"
+        "    if len(left) > 1:\n        left, method",
+        "in a building that repeats itself the last place that nobody refuted is taken for the right one",
+    ),
+    Mutant(
+        "agent/pairs/weighing.py",
+        "if not is_refuted and SAME_PLACE",
+        "if SAME_PLACE",
+        "third robots choose a place where the two robots looked for each other in vain",
+    ),
+    Mutant(
         "agent/pairs/loops.py",
         "T_a_c = held[0].T_a_b if a < third else se2.inverse(held[0].T_a_b)",
         "T_a_c = held[0].T_a_b",

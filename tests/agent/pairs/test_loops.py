@@ -60,6 +60,15 @@ def test_loops_and_sightings_together_choose_between_places_that_fit_alike(
         assert found.method == LOOP_METHOD
 
 
+def test_loops_choose_no_place_where_robots_looked_in_vain() -> None:
+    places = Hypotheses()
+    place = places.add(HERE, "maps", 0)
+    assert place is not None
+    place.told["r2"] = -6.0
+    loops = [Loop(HERE, 6.0)] * 2
+    assert weighed(places, ALIKE, loops) is ALIKE
+
+
 def test_sightings_that_do_not_suffice_choose_nothing_by_themselves() -> None:
     places = Hypotheses()
     for T, llr in ((THERE, 0.0), (HERE, 4.0)):
