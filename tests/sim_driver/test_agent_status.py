@@ -16,10 +16,12 @@ from mrslam.agent.chosen_frame import ChosenFrame
 from mrslam.rbpf import MapperConfig
 from mrslam.sim_driver.cli.live import agent as command
 from mrslam.sim_driver.cli.live.agent import AgentOptions
+from mrslam.sim_driver.cli.live.agent_status import status_of
 from mrslam.sim_driver.feeds import Reading
 from mrslam.sim_driver.run.known_area import KnownArea
 from mrslam.sim_driver.simulation.recorded import RecordedBody
 from mrslam.spatial import se2
+from tests.agent.test_saved_maps import MONDAY, localise, robot_with_map, saved
 from tests.rbpf.rooms import make_scan
 
 
@@ -41,22 +43,48 @@ READINGS = [Reading(make_scan(np.array([0.1 * k, 0.0, 0.0]), k * 10**9), None) f
 
 def test_the_status_says_what_is_known_and_who_is_part_of_it() -> None:
     known = KnownArea()
-    assert command._status(robot(), known, "no laser") == (
-        "0 scans, 0 m2; 0 teammates here, merged nothing yet; no laser"
-    )
-    assert "0 teammates here, merges nothing itself; " in command._status(robot("mapper"), known, "no laser")
+    assert status_of(robot(), known, "no laser") == ("0 scans, 0 m2; 0 teammates here, merged nothing yet; no laser")
+    assert "0 teammates here, merges nothing itself; " in status_of(robot("mapper"), known, "no laser")
     known.on_event(robot(), Event(0, "known", {"team_m2": 105.2, "placed": ["r1", "r2"]}))
     agent = robot()
     agent.on_scan(READINGS[0].scan, None, 0)
-    assert command._status(agent, known, "no laser") == "1 scans, 105 m2 with r2; 0 teammates here; no laser"
+    assert status_of(agent, known, "no laser") == "1 scans, 105 m2 with r2; 0 teammates here; no laser"
 
 
 def test_the_status_says_where_the_robot_is_in_a_saved_map_it_was_asked_for() -> None:
     agent = robot()
     agent.frame = ChosenFrame("office@monday")
-    assert "here, merged nothing yet, not localised in office@monday yet; " in command._status(agent, KnownArea(), "")
+    assert "yet, not localised in office@monday yet (the robot has no such map); " in status_of(agent, KnownArea(), "")
     agent.frame.T_frame_map = se2.transform(1.5, -2.0, np.pi / 2)
-    assert ", at 1.50, -2.00 m, 90 deg in office@monday; " in command._status(agent, KnownArea(), "")
+    assert ", at 1.50, -2.00 m, 90 deg in office@monday; " in status_of(agent, KnownArea(), "")
+
+
+def test_the_status_says_why_the_robot_is_in_no_saved_map_yet() -> None:
+    fresh = robot()
+    fresh.take_saved_map("hall@monday", saved())
+    assert "not localised in hall@monday yet (there is no map of the robot's own yet); " in status_of(
+        fresh, KnownArea(), ""
+    )
+    agent = robot_with_map()
+    agent.take_saved_map("hall@monday", saved())
+    agent.team.beliefs["a", MONDAY].reason = "ambiguous: another place fits 84% as well; the best guess overlaps 58%"
+    told = status_of(agent, KnownArea(), "")
+    assert ", not localised in hall@monday yet (" in told
+    assert told.endswith(f", not localised in {MONDAY} yet (ambiguous: another place fits 84% as well); ")
+    agent.frame = ChosenFrame(MONDAY)
+    assert status_of(agent, KnownArea(), "").count(MONDAY) == 1
+
+
+def test_the_status_says_nothing_more_of_a_saved_map_where_the_robot_knows_its_place() -> None:
+    agent = robot_with_map()
+    localise(agent)
+    assert MONDAY not in status_of(agent, KnownArea(), "")
+    agent.frame = ChosenFrame(MONDAY)
+    agent.frame.T_frame_map = se2.transform(1.5, -2.0, np.pi / 2)
+    assert status_of(agent, KnownArea(), "").count(MONDAY) == 1
+    del agent.team.layout.T_team_map[MONDAY]  # lost there since: its frame stays where it was
+    told = status_of(agent, KnownArea(), "")
+    assert "in r1@monday" in told and told.count(MONDAY) == 1
 
 
 def test_a_log_goes_on_after_the_last_scan_that_was_mapped() -> None:

@@ -17,6 +17,7 @@ from mrslam.comms import load_keys
 from mrslam.comms.zenoh import ZenohSensors
 from mrslam.sim_driver.cli.console import console, say
 from mrslam.sim_driver.cli.live.agent_messages import DoubtMessages, begin
+from mrslam.sim_driver.cli.live.agent_status import status_of
 from mrslam.sim_driver.cli.progress import Lines
 from mrslam.sim_driver.cli.signals import signals_heard
 from mrslam.sim_driver.feeds import open_feed
@@ -77,7 +78,7 @@ def run_agent(options: AgentOptions) -> None:
     with (
         held(options.out),
         _body(options, log, clock) as (body, words),
-        _until_stopped(options, lambda: _status(agent, known, words())) as over,
+        _until_stopped(options, lambda: status_of(agent, known, words())) as over,
         closing(
             go_online(agent, listen=options.listen, connect=options.connect, multicast=options.multicast, keys=keys)
         ) as transport,
@@ -169,25 +170,3 @@ def _until_stopped(options: AgentOptions, status: Callable[[], str]) -> Iterator
             return bool(received) or now_s >= end_s
 
         yield over
-
-
-def _status(agent: Agent, known: KnownArea, more: str) -> str:
-    """Return the line of status: scans, area and whose maps it is of, teammates, and where scans come from."""
-    merged = ""
-    if agent.mode == "mapper":
-        merged = ", merges nothing itself"
-    elif not known.placed:
-        merged = ", merged nothing yet"
-    here = f"{len(agent.node.peers)} teammates here{merged}"
-    return f"{agent.scans} scans, {known.words}; {here}{_place(agent)}; {more}"
-
-
-def _place(agent: Agent) -> str:
-    """Return where the robot is in the saved map whose frame was chosen; empty where none was."""
-    if not agent.frame.saved_map:
-        return ""
-    T_frame_base = agent.T_frame_base
-    if T_frame_base is None:
-        return f", not localised in {agent.frame.saved_map} yet"
-    x_m, y_m, theta_rad = (float(value) for value in T_frame_base)
-    return f", at {x_m:.2f}, {y_m:.2f} m, {math.degrees(theta_rad):.0f} deg in {agent.frame.saved_map}"
