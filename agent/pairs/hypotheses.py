@@ -10,7 +10,7 @@ import numpy as np
 
 from mrslam.agent.known_map import Version
 from mrslam.alignment import StabilityCheck
-from mrslam.alignment.stability import SAME_PLACE
+from mrslam.alignment.stability import CORRECTED, SAME_PLACE
 from mrslam.mutual_detection import MutualFix, Sightings
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
@@ -22,6 +22,8 @@ MOST = 5
 """Places kept of one pair; the one with the least to say for it makes room for another."""
 SUPPORTED_LLR = 6.0
 """A place is supported from here, nats: three independent sightings, 400 to 1."""
+LEAD_LLR = 3.0
+"""Lead of one place over another from which sightings, and third robots, decide between them, nats: 20 to 1."""
 DOUBTED_LLR = -2.0
 """A place is doubted where one robot alone says so much against it, nats: it looked twice where the other should be.
 Where robots may be too low for each other's lasers none says so much (``MOST_HIDDEN_LLR``)."""
@@ -148,3 +150,12 @@ class Hypotheses:
     def supported(self) -> Hypothesis | None:
         """The place where the robots saw each other, the best of several; None where there is none."""
         return max((one for one in self._places if one.is_supported), key=lambda one: one.llr, default=None)
+
+    def ahead_of(self, T_a_b: Transform) -> Hypothesis | None:
+        """Return the place where the robots rather saw each other than at this one: supported, or by ``LEAD_LLR``."""
+        here = self.at(T_a_b)
+        best = self.supported or max(self._places, key=lambda one: one.llr, default=None)
+        if best is None or CORRECTED.is_near(best.T_a_b, T_a_b):
+            return None
+        lead = best.llr - (0.0 if here is None else here.llr)
+        return best if best.is_supported or (best.llr > 0.0 and lead >= LEAD_LLR) else None

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mrslam.agent.pairs.hypotheses import Hypotheses, Hypothesis
+from mrslam.agent.pairs.hypotheses import LEAD_LLR, Hypotheses, Hypothesis
 from mrslam.agent.pairs.loops import Loop
 from mrslam.alignment import Alignment, Evidence, Rejection
-from mrslam.alignment.stability import CORRECTED, SAME_PLACE
+from mrslam.alignment.stability import SAME_PLACE
 from mrslam.spatial.se2 import Transform
 
 SIGHT_METHOD = "sight"
@@ -28,8 +28,6 @@ and the angle of that seen from 4 m."""
 FORGIVEN_M, FORGIVEN_SHARE = 2.0, 0.3
 """Walls of two maps may lie on the other's free floor by so many metres, or by this share of those that agree, at a
 place where robots saw each other: ghosts that teammates leave in maps, and ``merge.contradiction_share``."""
-CHOSEN_LLR = 3.0
-"""Lead over every other place that fits alike at which third robots and sightings together choose it, nats."""
 FITTED_M = 5.0
 """Walls that agree from which the maps say better than two robots where they lie, metres."""
 
@@ -38,19 +36,16 @@ def weighed(places: Hypotheses, outcome: Alignment | Rejection, loops: Sequence[
     """Return an alignment's outcome as encounters leave it; third robots (``loops``) choose between places alone."""
     if outcome.T_a_b is None:
         return outcome
-    here, supported = places.at(outcome.T_a_b), places.supported
+    here = places.at(outcome.T_a_b)
     if isinstance(outcome, Alignment):
         if here is not None and (here.is_refuted or here.is_doubted):
             return refused(
                 outcome, f"the robots looked where the other should be, and nobody was there ({here.llr:.1f} nats)"
             )
-        if supported is not None and not CORRECTED.is_near(supported.T_a_b, outcome.T_a_b):
-            x, y, _ = supported.T_a_b
-            return refused(
-                outcome, f"the robots saw each other with the maps {x:.1f}, {y:.1f} m apart, which is not here"
-            )
+        if (ahead := places.ahead_of(outcome.T_a_b)) is not None:
+            return refused(outcome, seen_elsewhere("the robots", ahead))
         return outcome
-    if here is not None and here is supported and agrees(outcome.evidence):
+    if here is not None and here is places.supported and agrees(outcome.evidence):
         return by_sight(here, outcome)
     return _decided(places, outcome, loops) if outcome.ambiguous else outcome
 
@@ -72,7 +67,7 @@ def _decided(places: Hypotheses, outcome: Rejection, loops: Sequence[Loop]) -> A
 
 
 def _chosen(places: Hypotheses, fits: list[Transform], loops: Sequence[Loop]) -> list[Transform]:
-    """Return the place that loops lead to and that is ahead of all others by ``CHOSEN_LLR``, alone, or nothing.
+    """Return the place that loops lead to and that is ahead of all others by ``LEAD_LLR``, alone, or nothing.
 
     None where robots looked in vain.
     """
@@ -84,7 +79,7 @@ def _chosen(places: Hypotheses, fits: list[Transform], loops: Sequence[Loop]) ->
         ranked.append(((0.0 if place is None else place.llr) + closed, closed, k))
     ranked.sort(reverse=True)
     (best, closed, k), (second, _, _) = ranked[:2]
-    return [fits[k]] if closed > 0.0 and best - second >= CHOSEN_LLR else []
+    return [fits[k]] if closed > 0.0 and best - second >= LEAD_LLR else []
 
 
 def is_worth_keeping(outcome: Alignment | Rejection) -> bool:
@@ -118,3 +113,9 @@ def covariance_of(place: Hypothesis) -> NDArray[np.float64]:
 def refused(outcome: Alignment, reason: str) -> Rejection:
     """Return the rejection of an alignment for this reason."""
     return Rejection(reason, outcome.confidence, outcome.evidence, outcome.method, outcome.T_a_b)
+
+
+def seen_elsewhere(robots: str, place: Hypothesis) -> str:
+    """Return why two robots are not laid together elsewhere than where they saw each other."""
+    x, y, _ = place.T_a_b
+    return f"{robots} saw each other with the maps {x:.1f}, {y:.1f} m apart, which is not here"

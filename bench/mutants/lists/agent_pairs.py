@@ -5,19 +5,19 @@ from bench.mutants.mutant import Mutant
 MUTANTS = (
     Mutant(
         "agent/pairs/through.py",
-        "place.is_refuted and weakest(joined, path(joined, one, other)) == pair:",
+        "why is not None and weakest(joined, path(joined, one, other)) == pair:",
         "False:",
         "a map whose place third robots refute is merged and unmerged by turns",
     ),
     Mutant(
         "agent/pairs/through.py",
-        "place.is_refuted and weakest(joined, path(joined, one, other)) == pair:",
-        "place.is_refuted:",
+        "why is not None and weakest(joined, path(joined, one, other)) == pair:",
+        "why is not None:",
         "a wrong alignment keeps a better one out",
     ),
     Mutant(
         "agent/pairs/through.py",
-        "T if first == one else se2.inverse(T)",
+        "T if names[0] == one else se2.inverse(T)",
         "T",
         "where robots looked is mistaken for another place",
     ),
@@ -53,7 +53,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/weighing.py",
-        "closed > 0.0 and best - second >= CHOSEN_LLR",
+        "closed > 0.0 and best - second >= LEAD_LLR",
         "True",
         "of places that fit alike the first is merged though nobody knows which is right",
     ),
@@ -81,6 +81,42 @@ MUTANTS = (
         "    return against_m <= max(FORGIVEN_M, FORGIVEN_SHARE * evidence.matched_m)",
         "    return True",
         "robots that saw someone else at one distance merge through walls",
+    ),
+    Mutant(
+        "agent/pairs/through.py",
+        "return None if ahead is None else",
+        "return None if True else",
+        "third robots lay two that met where they did not",
+    ),
+    Mutant(
+        "agent/pairs/hypotheses.py",
+        "return best if best.is_supported or (best.llr > 0.0 and lead >= LEAD_LLR) else None",
+        "return best if best.is_supported else None",
+        "maps that look alike merge two robots that saw each other twice elsewhere",
+    ),
+    Mutant(
+        "agent/pairs/hypotheses.py",
+        "(best.llr > 0.0 and lead >= LEAD_LLR)",
+        "(best.llr > 0.0)",
+        "one body where a robot would be elsewhere keeps two maps apart that fit",
+    ),
+    Mutant(
+        "agent/pairs/hypotheses.py",
+        "(best.llr > 0.0 and lead >= LEAD_LLR)",
+        "(lead >= LEAD_LLR)",
+        "a place where nobody looked keeps apart maps of which one robot could not see the other",
+    ),
+    Mutant(
+        "agent/pairs/hypotheses.py",
+        "lead = best.llr - (0.0 if here is None else here.llr)",
+        "lead = best.llr",
+        "sightings where the maps fit do not count against those elsewhere",
+    ),
+    Mutant(
+        "agent/pairs/hypotheses.py",
+        "if best is None or CORRECTED.is_near(best.T_a_b, T_a_b):",
+        "if best is None:",
+        "robots that met are not merged where their maps say better how they lie",
     ),
     Mutant(
         "agent/pairs/hypotheses.py",

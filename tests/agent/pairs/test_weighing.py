@@ -12,6 +12,7 @@ from mrslam.mutual_detection import Sightings
 from mrslam.spatial import se2
 
 HERE = se2.transform(2.0, -1.0, 0.4)
+THERE = se2.transform(-4.0, 3.0, 0.4)
 
 
 def walls(matched_m: float, a_against_m: float, b_against_m: float) -> Evidence:
@@ -86,3 +87,44 @@ def test_maps_alone_do_not_merge_a_pair_where_one_robot_looked_and_saw_nobody(
     assert isinstance(outcome, Alignment) == is_merged
     assert is_merged or (isinstance(outcome, Rejection) and "nobody was there" in outcome.reason)
     assert not place.is_refuted  # a pair that is merged stays so
+
+
+@pytest.mark.parametrize(
+    ("here", "there", "is_merged"),
+    [
+        (0.0, 4.0, False),  # twice where the robots would be elsewhere, never here
+        (0.0, 2.9, True),
+        (2.0, 4.0, True),
+        (-1.0, 2.0, False),
+        (-3.0, 0.0, True),  # robots too low for each other's lasers, seen nowhere
+        (4.0, 6.0, False),  # three sightings there outweigh two here
+    ],
+)
+def test_maps_do_not_lie_where_they_fit_if_the_robots_rather_saw_each_other_elsewhere(
+    here: float, there: float, is_merged: bool
+) -> None:
+    places = Hypotheses()
+    for T, llr in ((HERE, here), (THERE, there)):
+        place = places.add(T, "maps", 0)
+        assert place is not None
+        place.told = {"r1": llr / 2.0, "r2": llr / 2.0}
+    outcome = weighed(places, Alignment(HERE, 0.9, walls(60.0, 0.0, 0.0), np.eye(3), "auto"))
+    assert isinstance(outcome, Alignment) == is_merged
+    assert is_merged or (isinstance(outcome, Rejection) and "with the maps -4.0, 3.0 m apart" in outcome.reason)
+
+
+def test_where_nobody_looked_counts_as_little_as_where_nothing_was_seen() -> None:
+    places = Hypotheses()
+    place = places.add(THERE, "maps", 0)
+    assert place is not None
+    place.told = {"r2": 4.0}
+    assert isinstance(weighed(places, Alignment(HERE, 0.9, walls(60.0, 0.0, 0.0), np.eye(3), "auto")), Rejection)
+
+
+def test_a_better_estimate_of_the_place_where_robots_saw_each_other_is_no_other_place() -> None:
+    places = Hypotheses()
+    place = places.add(HERE, "sight", 0)
+    assert place is not None
+    place.told = {"r2": 4.0}
+    corrected = HERE + np.array([1.5, 0.0, 0.0])
+    assert isinstance(weighed(places, Alignment(corrected, 0.9, walls(60.0, 0.0, 0.0), np.eye(3), "auto")), Alignment)

@@ -1,0 +1,63 @@
+"""An alignment is not believed that puts two others where they did not meet."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mrslam.agent.pairs.belief import PairBelief
+from mrslam.agent.pairs.through import unless_refuted
+from mrslam.alignment import Alignment, Rejection
+from mrslam.merge import Pair
+from mrslam.spatial import se2
+from mrslam.spatial.se2 import Transform
+from tests.agent.pairs.floors import walls
+
+T_1_2, T_2_3 = se2.transform(1.0, 2.0, 0.5), se2.transform(-3.0, 1.0, 2.0)
+BY_WAY = se2.compose(T_1_2, T_2_3)
+"""Where r3's map lies in r1's by way of r2's."""
+ELSEWHERE = se2.transform(9.0, -6.0, -1.0)
+
+
+def aligned(T_a_b: Transform, confidence: float) -> Alignment:
+    return Alignment(T_a_b, confidence, walls(60.0, 0.0), np.eye(3) * 1e-4, "auto")
+
+
+def believed(confidence: float) -> dict[Pair, PairBelief]:
+    """r1 and r2 are merged, with this confidence."""
+    merged = PairBelief()
+    merged.stability.believed = aligned(T_1_2, confidence)
+    return {("r1", "r2"): merged, ("r1", "r3"): PairBelief(), ("r2", "r3"): PairBelief()}
+
+
+@pytest.mark.parametrize(
+    ("place", "llr", "confidence", "refused_as"),
+    [
+        (BY_WAY, -6.0, 0.95, "looked for each other, and nobody was there"),
+        (BY_WAY, -3.0, 0.95, None),
+        (ELSEWHERE, 4.0, 0.95, "r1 and r3 saw each other with the maps 9.0, -6.0 m apart"),
+        (ELSEWHERE, 2.0, 0.95, None),
+        (BY_WAY, 4.0, 0.95, None),
+        (ELSEWHERE, -6.0, 0.95, None),
+        (BY_WAY, -6.0, 0.7, None),  # the weaker of the two alignments is the other one
+        (ELSEWHERE, 4.0, 0.7, None),
+    ],
+)
+def test_the_weakest_alignment_yields_to_what_two_robots_saw_that_it_would_place(
+    place: Transform, llr: float, confidence: float, refused_as: str | None
+) -> None:
+    beliefs = believed(confidence)
+    said = beliefs["r1", "r3"].places.add(place, "maps", 0)
+    assert said is not None
+    said.told = {"r1": llr}
+    outcome = unless_refuted(("r2", "r3"), aligned(T_2_3, 0.8), beliefs)
+    assert isinstance(outcome, Alignment) == (refused_as is None)
+    assert refused_as is None or (isinstance(outcome, Rejection) and refused_as in outcome.reason)
+
+
+def test_what_two_robots_saw_is_asked_of_the_pair_itself_elsewhere() -> None:
+    beliefs = believed(0.95)
+    said = beliefs["r2", "r3"].places.add(ELSEWHERE, "maps", 0)
+    assert said is not None
+    said.told = {"r2": 4.0}
+    assert isinstance(unless_refuted(("r2", "r3"), aligned(T_2_3, 0.8), beliefs), Alignment)
