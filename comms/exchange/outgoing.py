@@ -6,6 +6,7 @@ from collections import Counter, defaultdict
 from dataclasses import dataclass
 
 from mrslam.comms.effects import Dropped, Effect, ExchangeCosts, ExchangeDone, ExchangeFailed, Lane, Send
+from mrslam.comms.milestones import is_milestone
 from mrslam.comms.wire.frames import team_tag
 from mrslam.comms.wire.messages import Message, encode
 
@@ -59,7 +60,7 @@ class Outgoing:
         """Count a bad message; report the first of its kind, the 2nd, 4th, 8th and so on."""
         self.dropped[kind] += 1
         count = self.dropped[kind]
-        if count & (count - 1) == 0:
+        if is_milestone(count):
             self._effects.append(Dropped(kind, count, sender))
 
     def take(self) -> list[Effect]:

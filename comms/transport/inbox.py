@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections import Counter, deque
 
+from mrslam.comms.milestones import is_milestone
 from mrslam.comms.transport.base import Incoming, TransportEvent
+
+log = logging.getLogger(__name__)
 
 MAX_BEACONS = 4096
 """Beacons kept: 8 s of those of ``max_robots`` at their fastest default pace; bounds memory alone."""
@@ -35,11 +39,16 @@ class Inbox:
             else:
                 size = len(arrival.payload) if isinstance(arrival, Incoming) else 0
                 if self._bytes + size > self._max_bytes:
-                    self.refused[arrival.lane if isinstance(arrival, Incoming) else "liveliness"] += 1
+                    self._refuse(arrival.lane if isinstance(arrival, Incoming) else "liveliness")
                     return
                 self._bytes += size
                 self._others.append(arrival)
             self._ready.notify()
+
+    def _refuse(self, lane: str) -> None:
+        self.refused[lane] += 1
+        if is_milestone(count := self.refused[lane]):
+            log.warning("%d messages (%s) were not taken: the robot is behind by %d MB", count, lane, self._bytes >> 20)
 
     def wake(self) -> None:
         """End the wait that is under way, or the next one: the robot has something else to do."""

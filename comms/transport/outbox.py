@@ -7,6 +7,8 @@ import threading
 from collections import deque
 from collections.abc import Callable
 
+from mrslam.comms.milestones import is_milestone
+
 log = logging.getLogger(__name__)
 
 MAX_BYTES = 16 << 20
@@ -18,7 +20,7 @@ class Outbox:
 
     def __init__(self, name: str, put: Callable[[str, bytes], None], max_bytes: int = MAX_BYTES) -> None:
         """Start the thread; ``put(key, payload)`` sends and may wait."""
-        self._put, self._max_bytes = put, max_bytes
+        self._name, self._put, self._max_bytes = name, put, max_bytes
         self._ready = threading.Condition()
         self._queue: deque[tuple[str, bytes]] = deque()
         self._bytes = 0
@@ -32,6 +34,8 @@ class Outbox:
         with self._ready:
             if self._closed or self._bytes + len(payload) > self._max_bytes:
                 self.refused += 1
+                if is_milestone(self.refused):
+                    log.warning("%s: %d messages were not sent, the last to %s", self._name, self.refused, key)
                 return
             self._queue.append((key, payload))
             self._bytes += len(payload)

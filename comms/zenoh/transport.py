@@ -17,6 +17,7 @@ from typing import Any
 import zenoh
 
 from mrslam.comms.effects import Lane, Send
+from mrslam.comms.milestones import is_milestone
 from mrslam.comms.security.revocation import Revocations
 from mrslam.comms.security.team_keys import RobotKeys
 from mrslam.comms.transport.base import Incoming, PeerJoined, PeerLeft, TransportEvent
@@ -226,6 +227,8 @@ def without(arrivals: list[TransportEvent], revoked: Set[str], refused: Counter[
         sender = item.sender if isinstance(item, Incoming) else item.peer
         if sender in revoked:
             refused[str(sender)] += 1
+            if is_milestone(count := refused[str(sender)]):
+                log.warning("%d messages of %s were not taken: it is revoked", count, sender)
         else:
             kept.append(item)
     return kept

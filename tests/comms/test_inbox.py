@@ -5,6 +5,8 @@ from __future__ import annotations
 import threading
 import time
 
+import pytest
+
 from mrslam.comms import Incoming
 from mrslam.comms.transport.base import PeerJoined
 from mrslam.comms.transport.inbox import Inbox
@@ -38,7 +40,9 @@ def test_what_arrived_is_taken_with_the_wake() -> None:
     assert [one.payload for one in inbox.take(0.0) if isinstance(one, Incoming)] == [b"x"]
 
 
-def test_what_was_taken_makes_room_and_what_is_beyond_the_bound_is_counted() -> None:
+def test_what_was_taken_makes_room_and_what_is_beyond_the_bound_is_counted_and_told(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
     inbox = Inbox(max_bytes=10)
     for _ in range(5):
         inbox.put(Incoming(b"12345678", "r2", "bulk"))
@@ -47,6 +51,13 @@ def test_what_was_taken_makes_room_and_what_is_beyond_the_bound_is_counted() -> 
     for _ in range(2):
         inbox.put(Incoming(b"12345678", "r2", "bulk"))
     assert len(inbox.take(0.0)) == 1 and inbox.refused == {"bulk": 1}
+    assert caplog.text.count("not taken") == 1 and "1 messages (bulk) were not taken" in caplog.text
+    caplog.clear()
+    inbox.put(Incoming(b"12345678", "r2", "bulk"))
+    for _ in range(4):
+        inbox.put(Incoming(b"12345678", "r2", "bulk"))
+    assert inbox.refused == {"bulk": 5}
+    assert [message.split()[0] for message in caplog.messages] == ["2", "4"]  # 3 and 5 are not told
 
 
 def test_beacons_are_taken_after_all_else_and_the_oldest_make_room() -> None:

@@ -22,7 +22,9 @@ def test_what_was_sent_makes_room() -> None:
     outbox.close()
 
 
-def test_what_does_not_fit_is_refused_while_the_link_blocks_and_the_rest_goes_out_in_order() -> None:
+def test_what_does_not_fit_is_refused_while_the_link_blocks_and_the_rest_goes_out_in_order(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
     sent: queue.Queue[tuple[str, bytes]] = queue.Queue()
     begun, is_open = threading.Event(), threading.Event()
 
@@ -36,7 +38,7 @@ def test_what_does_not_fit_is_refused_while_the_link_blocks_and_the_rest_goes_ou
     assert begun.wait(DEADLINE_S)
     for key, size in (("b", 6), ("c", 6), ("d", 4)):
         outbox.send(key, b"2" * size)
-    assert outbox.refused == 1
+    assert outbox.refused == 1 and "test: 1 messages were not sent, the last to c" in caplog.text
     is_open.set()
     outbox.close(DEADLINE_S)
     assert [sent.get_nowait()[0] for _ in range(3)] == ["a", "b", "d"] and sent.empty()

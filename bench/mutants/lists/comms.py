@@ -112,6 +112,30 @@ MUTANTS = (
         "a robot falls silent for good after its first 16 MB",
     ),
     Mutant(
+        "comms/milestones.py",
+        "count & (count - 1) == 0",
+        "count == 1",
+        "what is lost all the time is told as if it had happened once",
+    ),
+    Mutant(
+        "comms/transport/outbox.py",
+        "if is_milestone(self.refused):",
+        "if False:",
+        "nobody hears of messages that were never sent",
+    ),
+    Mutant(
+        "comms/transport/inbox.py",
+        "if is_milestone(count := self.refused[lane]):",
+        "if not (count := self.refused[lane]):",
+        "nobody hears of messages that a robot had no room for",
+    ),
+    Mutant(
+        "comms/zenoh/transport.py",
+        "if is_milestone(count := refused[str(sender)]):",
+        "if not (count := refused[str(sender)]):",
+        "nobody hears that a revoked robot goes on sending",
+    ),
+    Mutant(
         "comms/transport/outbox.py",
         "self._closed or self._bytes + len(payload) > self._max_bytes",
         "self._closed",

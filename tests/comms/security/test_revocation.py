@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import time
+from collections import Counter
 
 import pytest
 from cryptography import x509
@@ -28,9 +29,11 @@ from mrslam.comms.maps.manifests import make_manifest
 from mrslam.comms.maps.snapshots import published
 from mrslam.comms.maps.store import NOTHING, MapStore
 from mrslam.comms.security.revocation import FILE, Revocations
+from mrslam.comms.transport.base import Incoming, PeerJoined, TransportEvent
 from mrslam.comms.wire.frames import WireError
 from mrslam.comms.wire.messages import Get
 from mrslam.comms.zenoh import ZenohWatcher
+from mrslam.comms.zenoh.transport import without
 from mrslam.sim_driver.cli.live.top_tables import _certificate_lines
 from mrslam.spatial import InputError
 from tests.comms.processes import Robot, free_port, robot_keys
@@ -269,3 +272,12 @@ def test_a_damaged_list_is_a_warning_and_no_end(tmp_path, caplog, damage):
     mine = Revocations(tmp_path / "a", "team")
     assert mine.refresh() == frozenset()
     assert "not a list of revoked robots" in caplog.text
+
+
+def test_what_revoked_robots_send_is_counted_and_told_and_the_rest_arrives(caplog: pytest.LogCaptureFixture) -> None:
+    arrivals: list[TransportEvent] = [Incoming(b"x", name, "control") for name in ("r2", "r3", "r2", "r2")]
+    refused: Counter[str] = Counter()
+    assert without([*arrivals, PeerJoined("r2")], {"r2"}, refused) == [arrivals[1]]
+    assert refused == {"r2": 4}
+    assert [message.split()[0] for message in caplog.messages] == ["1", "2", "4"]
+    assert "4 messages of r2 were not taken: it is revoked" in caplog.text
