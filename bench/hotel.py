@@ -10,31 +10,40 @@ Each mission is 2 to 6 robots (``--robots`` : fewer at most) in ``hotel:SEED``. 
 * ``met``, ``met_merged`` : robots that had a teammate in free sight within ``SIGHT_M``, and those of them that had
   merged its map, rightly, at the end; ``merge_s`` : median and 95th percentile from first sight to merge, 0 where it
   was merged before (never merged counts as never);
-* ``bytes`` : all that was sent, and ``sightings_share`` of it for what robots told each other of what they saw.
+* ``bytes`` : all that was sent, and ``sightings_share`` of it for what robots told each other of what they saw;
+* ``died_seeds`` : missions whose process died; the figures are of the others.
 
-With ``--liar`` the first robot says in hints that it found others' maps where they are not.
+With ``--liar`` the first robot says in hints that it found others' maps where they are not. Ctrl-C prints the line of
+what was played until then.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 import tempfile
 from collections import defaultdict
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rich.console import Console
+from rich.progress import track
 
 from bench.chaos.scene import Frames
+from bench.chaos.workers import play_all
 from mrslam.agent import Agent, VirtualRobot
 from mrslam.agent.pairs.belief import PairBelief
 from mrslam.agent.pairs.hints import NOTHING_TRACKED, Hints
 from mrslam.merge import Pair
 from mrslam.sim_driver.evaluate.truth import is_false_merge, pair_error
+from mrslam.sim_driver.kernels import ensure_compiled
 from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.sim_driver.run.run_virtual import VirtualTeam, run_in_virtual_time
 from mrslam.spatial import se2
@@ -181,24 +190,32 @@ def play(seed: int, plan: Plan) -> dict[str, Any]:
     }
 
 
+def died(seed: int) -> dict[str, Any]:
+    """Return the row of a mission whose process died."""
+    return {"seed": seed, "died": True}
+
+
 def summary(rows: list[dict[str, Any]], kind: str) -> dict[str, Any]:
     """Return the figures of all missions as one line."""
+    died_seeds = [row["seed"] for row in rows if row.get("died")]
+    rows = [row for row in rows if not row.get("died")]
     waits = np.array([wait for row in rows for wait in row["merge_s"]])
     sightings = sum(row["bytes"].pop("of_beacons_sightings", 0) for row in rows)
     total = sum(sum(row["bytes"].values()) for row in rows)
     return {
         "what": kind,
         "missions": len(rows),
+        "died_seeds": died_seeds,
         "robots": sum(row["robots"] for row in rows),
         "wrong_s": round(sum(row["wrong_s"] for row in rows), 1),
-        "wrong_met_s": max(row["wrong_met_s"] for row in rows),
+        "wrong_met_s": max((row["wrong_met_s"] for row in rows), default=0.0),
         "wrong_at_end": sum(len(row["wrong_at_end"]) for row in rows),
         "wrong_seeds": [row["seed"] for row in rows if row["wrong_at_end"]],
         "placed_at_end": sum(row["placed_at_end"] for row in rows),
         "met": sum(row["met"] for row in rows),
         "met_merged": sum(row["met_merged"] for row in rows),
         "merge_s": [_or_never(np.quantile(waits, q, method="higher")) for q in (0.5, 0.95)] if waits.size else None,
-        "first_merge_s": _or_never(np.median([row["first_merge_s"] for row in rows])),
+        "first_merge_s": _or_never(np.median([row["first_merge_s"] for row in rows] or [np.inf])),
         "bytes": total,
         "sightings_share": round(sightings / max(total, 1), 4),
     }
@@ -220,17 +237,25 @@ def main() -> int:
     parser.add_argument("--without", action="store_true", help="encounters say nothing")
     parser.add_argument("--liar", action="store_true", help="the first robot lies in hints")
     parser.add_argument("--rows", type=Path, help="file for a JSON line a mission")
+    parser.add_argument("--workers", type=int, default=os.cpu_count(), help="missions side by side")
     options = parser.parse_args()
     settings = {"mutual_detection": {"encounters": False}} if options.without else {}
     plan = Plan(options.kind, options.robots, options.seconds, options.walkers, options.liar, settings)
-    rows = []
-    for seed in range(options.seed, options.seed + options.missions):
-        rows.append(play(seed, plan))
-        if options.rows:
-            with options.rows.open("a") as file:
-                print(json.dumps(rows[-1]), file=file)
-    print(json.dumps(summary(rows, options.kind)))
-    return 0
+    rows: list[dict[str, Any]] = []
+    seeds, console = range(options.seed, options.seed + options.missions), Console(stderr=True)
+    ensure_compiled(console.print)
+    with suppress(KeyboardInterrupt):
+        played = play_all(partial(play, plan=plan), seeds, options.workers, died)
+        for row in track(played, plan.kind, total=len(seeds), console=console):
+            rows.append(row)
+            if row.get("died") or row["wrong_at_end"]:
+                console.print(f"seed {row['seed']}: {row.get('wrong_at_end', 'the process that played it died')}")
+            if options.rows:
+                with options.rows.open("a") as file:
+                    print(json.dumps(row), file=file)
+    line = summary(sorted(rows, key=lambda row: int(row["seed"])), options.kind)
+    print(json.dumps(line))
+    return 1 if line["died_seeds"] or len(rows) < len(seeds) else 0
 
 
 if __name__ == "__main__":

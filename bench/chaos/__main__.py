@@ -22,7 +22,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import track
 
-from bench.chaos.mission import play_chaos
+from bench.chaos.mission import died, play_chaos
 from bench.chaos.schedule import with_fault
 from bench.chaos.workers import play_all
 from mrslam.sim_driver.faults.config import KINDS
@@ -51,7 +51,7 @@ def main() -> int:
     played = 0
     figures = options.figures.open("a") if options.figures else None
     with suppress(KeyboardInterrupt):
-        outcomes = play_all(partial(play_chaos, world=options.world), seeds, options.workers)
+        outcomes = play_all(partial(play_chaos, world=options.world), seeds, options.workers, died)
         for outcome in track(outcomes, "chaos", total=len(seeds), console=console):
             played += 1
             faults += outcome.faults

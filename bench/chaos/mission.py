@@ -29,6 +29,11 @@ class Outcome:
     """What was measured, plain JSON values by name."""
 
 
+def died(seed: int) -> Outcome:
+    """Return the outcome of a mission whose process died."""
+    return Outcome(seed, ["the process that played it died"], Counter())
+
+
 def run_chaos(seed: int, folder: Path, world: str | None = None) -> Outcome:
     """Play the mission of this seed in the folder and check it at every step."""
     mission = make_mission(chaos_tables(seed, world), folder / "chaos.toml")

@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import multiprocessing
 import signal
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from typing import Generic, TypeVar
 
-from bench.chaos.mission import Outcome
-
+Outcome = TypeVar("Outcome")
 MISSIONS_A_PROCESS = 20
 """A process is replaced after this many missions, so that what it keeps cannot add up over a thousand."""
 
 
-class Worker:
+class Worker(Generic[Outcome]):
     """One process that plays one mission at a time, and is replaced when it has died."""
 
-    def __init__(self, play: Callable[[int], Outcome]) -> None:
-        """Take what plays the mission of a seed; the process starts with the first."""
-        self._play = play
+    def __init__(self, play: Callable[[int], Outcome], died: Callable[[int], Outcome]) -> None:
+        """Take what plays the mission of a seed, and what to return where its process died; the first starts it."""
+        self._play, self._died = play, died
         self._process: ProcessPoolExecutor | None = None
         self._played = 0
 
@@ -36,7 +35,7 @@ class Worker:
             return self._process.submit(self._play, seed).result()
         except BrokenProcessPool:
             self.close()
-            return Outcome(seed, ["the process that played it died"], Counter())
+            return self._died(seed)
 
     def close(self) -> None:
         """End the process."""
@@ -45,9 +44,14 @@ class Worker:
             self._process = None
 
 
-def play_all(play: Callable[[int], Outcome], seeds: Sequence[int], workers: int) -> Iterator[Outcome]:
-    """Yield the outcome of every seed's mission as it comes, from so many processes at a time."""
-    idle = [Worker(play) for _ in range(workers)]
+def play_all(
+    play: Callable[[int], Outcome], seeds: Sequence[int], workers: int, died: Callable[[int], Outcome]
+) -> Iterator[Outcome]:
+    """Yield the outcome of every seed's mission as it comes, from so many processes at a time.
+
+    ``died`` : returns that of a mission whose process died.
+    """
+    idle = [Worker(play, died) for _ in range(workers)]
 
     def turn(seed: int) -> Outcome:
         worker = idle.pop()  # there are as many workers as threads

@@ -9,7 +9,7 @@ import subprocess
 import sys
 from collections import Counter
 
-from bench.chaos.mission import Outcome
+from bench.chaos.mission import Outcome, died
 from bench.chaos.workers import play_all
 
 
@@ -20,7 +20,7 @@ def dies_at_three(seed: int) -> Outcome:
 
 
 def test_a_process_that_dies_is_a_broken_mission_and_the_others_are_played() -> None:
-    outcomes = {outcome.seed: outcome for outcome in play_all(dies_at_three, range(8), 2)}
+    outcomes = {outcome.seed: outcome for outcome in play_all(dies_at_three, range(8), 2, died)}
     assert sorted(outcomes) == list(range(8))
     assert outcomes.pop(3).violations == ["the process that played it died"]
     assert all(outcome.violations == [] and outcome.faults["crash"] == 1 for outcome in outcomes.values())
