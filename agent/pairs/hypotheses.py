@@ -152,10 +152,14 @@ class Hypotheses:
         return max((one for one in self._places if one.is_supported), key=lambda one: one.llr, default=None)
 
     def ahead_of(self, T_a_b: Transform) -> Hypothesis | None:
-        """Return the place where the robots rather saw each other than at this one: supported, or by ``LEAD_LLR``."""
+        """Return the place where the robots rather saw each other than at this one, None where there is none.
+
+        The best of those that are supported, if no more is said for this one; else the one that is ``LEAD_LLR`` ahead.
+        """
         here = self.at(T_a_b)
         best = self.supported or max(self._places, key=lambda one: one.llr, default=None)
         if best is None or CORRECTED.is_near(best.T_a_b, T_a_b):
             return None
         lead = best.llr - (0.0 if here is None else here.llr)
-        return best if best.is_supported or (best.llr > 0.0 and lead >= LEAD_LLR) else None
+        enough = 0.0 if best.is_supported else LEAD_LLR
+        return best if lead >= enough and (best.is_supported or best.llr > 0.0) else None

@@ -37,18 +37,18 @@ class Inbox:
             if isinstance(arrival, Incoming) and arrival.lane == "beacon":
                 self._beacons.append(arrival)
             else:
-                size = len(arrival.payload) if isinstance(arrival, Incoming) else 0
-                if self._bytes + size > self._max_bytes:
-                    self._refuse(arrival.lane if isinstance(arrival, Incoming) else "liveliness")
-                    return
-                self._bytes += size
+                if isinstance(arrival, Incoming):
+                    if self._bytes + len(arrival.payload) > self._max_bytes:
+                        self._refuse(arrival.lane)
+                        return
+                    self._bytes += len(arrival.payload)
                 self._others.append(arrival)
             self._ready.notify()
 
     def _refuse(self, lane: str) -> None:
         self.refused[lane] += 1
         if is_milestone(count := self.refused[lane]):
-            log.warning("%d messages (%s) were not taken: the robot is behind by %d MB", count, lane, self._bytes >> 20)
+            log.warning("%d messages (%s) were not taken: too many wait for the robot", count, lane)
 
     def wake(self) -> None:
         """End the wait that is under way, or the next one: the robot has something else to do."""

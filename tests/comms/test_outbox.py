@@ -36,12 +36,15 @@ def test_what_does_not_fit_is_refused_while_the_link_blocks_and_the_rest_goes_ou
     outbox = Outbox("test", put, max_bytes=10)
     outbox.send("a", b"111111")
     assert begun.wait(DEADLINE_S)
-    for key, size in (("b", 6), ("c", 6), ("d", 4)):
+    for key, size in (("b", 6), ("c", 6), ("c", 6), ("e", 6), ("d", 4)):
         outbox.send(key, b"2" * size)
-    assert outbox.refused == 1 and "test: 1 messages were not sent, the last to c" in caplog.text
+    assert outbox.refused == 3
+    assert caplog.messages == [f"test: {count} messages were not sent, the last to c" for count in (1, 2)]
     is_open.set()
     outbox.close(DEADLINE_S)
     assert [sent.get_nowait()[0] for _ in range(3)] == ["a", "b", "d"] and sent.empty()
+    outbox.send("f", b"")
+    assert outbox.refused == 4  # it is closed
 
 
 def test_a_message_that_fails_takes_no_other_with_it(caplog: pytest.LogCaptureFixture) -> None:

@@ -72,7 +72,10 @@ def test_the_status_says_why_the_robot_is_in_no_saved_map_yet() -> None:
     assert ", not localised in hall@monday yet (" in told
     assert told.endswith(f", not localised in {MONDAY} yet (ambiguous: another place fits 84% as well); ")
     agent.frame = ChosenFrame(MONDAY)
-    assert status_of(agent, KnownArea(), "").count(MONDAY) == 1
+    told = status_of(agent, KnownArea(), "")
+    assert told.count(MONDAY) == 1 and "another place fits 84% as well); " in told
+    agent.team.beliefs["a", MONDAY].reason = "no place in it fits (overlap 20%, 40% is asked for; too little wall)"
+    assert f"in {MONDAY} yet (no place in it fits); " in status_of(agent, KnownArea(), "")
 
 
 def test_the_status_says_nothing_more_of_a_saved_map_where_the_robot_knows_its_place() -> None:
@@ -80,6 +83,7 @@ def test_the_status_says_nothing_more_of_a_saved_map_where_the_robot_knows_its_p
     localise(agent)
     assert MONDAY not in status_of(agent, KnownArea(), "")
     agent.frame = ChosenFrame(MONDAY)
+    assert MONDAY not in status_of(agent, KnownArea(), "")  # its frame is known with the next tick
     agent.frame.T_frame_map = se2.transform(1.5, -2.0, np.pi / 2)
     assert status_of(agent, KnownArea(), "").count(MONDAY) == 1
     del agent.team.layout.T_team_map[MONDAY]  # lost there since: its frame stays where it was

@@ -90,20 +90,20 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/hypotheses.py",
-        "return best if best.is_supported or (best.llr > 0.0 and lead >= LEAD_LLR) else None",
-        "return best if best.is_supported else None",
+        "enough and (best.is_supported or best.llr > 0.0) else None",
+        "enough and best.is_supported else None",
         "maps that look alike merge two robots that saw each other twice elsewhere",
     ),
     Mutant(
         "agent/pairs/hypotheses.py",
-        "(best.llr > 0.0 and lead >= LEAD_LLR)",
-        "(best.llr > 0.0)",
+        "enough = 0.0 if best.is_supported else LEAD_LLR",
+        "enough = 0.0",
         "one body where a robot would be elsewhere keeps two maps apart that fit",
     ),
     Mutant(
         "agent/pairs/hypotheses.py",
-        "(best.llr > 0.0 and lead >= LEAD_LLR)",
-        "(lead >= LEAD_LLR)",
+        "enough and (best.is_supported or best.llr > 0.0) else None",
+        "enough else None",
         "a place where nobody looked keeps apart maps of which one robot could not see the other",
     ),
     Mutant(
@@ -111,6 +111,24 @@ MUTANTS = (
         "lead = best.llr - (0.0 if here is None else here.llr)",
         "lead = best.llr",
         "sightings where the maps fit do not count against those elsewhere",
+    ),
+    Mutant(
+        "agent/pairs/hypotheses.py",
+        "best = self.supported or max(",
+        "best = max(",
+        "one body seen somewhere outweighs two robots' sight of each other",
+    ),
+    Mutant(
+        "agent/pairs/hypotheses.py",
+        "enough = 0.0 if best.is_supported else LEAD_LLR",
+        "enough = -100.0 if best.is_supported else LEAD_LLR",
+        "where robots saw each other once they are believed to be though they saw each other elsewhere since",
+    ),
+    Mutant(
+        "agent/pairs/weighing.py",
+        "and place is places.supported]",
+        "and place.is_supported]",
+        "robots seen three times in one place and six times in another are merged in neither",
     ),
     Mutant(
         "agent/pairs/hypotheses.py",

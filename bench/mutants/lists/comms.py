@@ -119,6 +119,12 @@ MUTANTS = (
     ),
     Mutant(
         "comms/transport/outbox.py",
+        "                return\n            self._queue",
+        "                    return\n            self._queue",
+        "of messages beyond the bound those that are not told are queued",
+    ),
+    Mutant(
+        "comms/transport/outbox.py",
         "if is_milestone(self.refused):",
         "if False:",
         "nobody hears of messages that were never sent",

@@ -137,19 +137,31 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/cli/live/agent_status.py",
+        "(at.map_id != chosen or pose is None)",
+        "at.map_id != chosen",
+        "why a robot is not localised in the saved map whose frame was chosen is not said",
+    ),
+    Mutant(
+        "sim_driver/cli/live/agent_status.py",
+        'r"; | \\("',
+        '"; "',
+        "a reason is cut in the middle of its parentheses",
+    ),
+    Mutant(
+        "sim_driver/cli/live/agent_status.py",
         'at.state != "localised" and ',
         "",
         "an agent that knows its place in a saved map says that it is not localised there",
     ),
     Mutant(
         "sim_driver/cli/live/agent_status.py",
-        "not any(at.map_id == chosen for at in waits)",
+        "chosen not in agent.team.saved",
         "True",
         "an agent says twice that it is not localised in the saved map whose frame was chosen",
     ),
     Mutant(
         "sim_driver/cli/live/agent_status.py",
-        "at.reason.split(';')[0]",
+        "_short(at.reason)",
         "at.reason",
         "the line of status is as long as the reason why a robot is not localised",
     ),

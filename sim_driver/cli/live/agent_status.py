@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 from mrslam.agent import Agent
 from mrslam.agent.saved_maps import Whereabouts
@@ -28,6 +29,11 @@ def _places(agent: Agent) -> str:
         x_m, y_m, theta_rad = (float(value) for value in pose)
         places.append(f", at {x_m:.2f}, {y_m:.2f} m, {math.degrees(theta_rad):.0f} deg in {chosen}")
     waits = [at for at in agent.whereabouts() if at.state != "localised" and (at.map_id != chosen or pose is None)]
-    if chosen and pose is None and not any(at.map_id == chosen for at in waits):
+    if chosen and pose is None and chosen not in agent.team.saved:
         waits.insert(0, Whereabouts(chosen, "not yet", "the robot has no such map"))
-    return "".join(places + [f", not localised in {at.map_id} yet ({at.reason.split(';')[0]})" for at in waits])
+    return "".join(places + [f", not localised in {at.map_id} yet ({_short(at.reason)})" for at in waits])
+
+
+def _short(reason: str) -> str:
+    """Return the first part of a reason: without what comes after a semicolon or stands in parentheses."""
+    return re.split(r"; | \(", reason)[0]

@@ -8,7 +8,7 @@ import pytest
 from mrslam.agent.pairs.hypotheses import Hypotheses, Hypothesis
 from mrslam.agent.pairs.weighing import FITTED_M, agrees, by_sight, is_worth_keeping, weighed
 from mrslam.alignment import Alignment, Evidence, Rejection, WallEvidence
-from mrslam.mutual_detection import Sightings
+from mrslam.mutual_detection import MutualFix, Sightings
 from mrslam.spatial import se2
 
 HERE = se2.transform(2.0, -1.0, 0.4)
@@ -111,6 +111,40 @@ def test_maps_do_not_lie_where_they_fit_if_the_robots_rather_saw_each_other_else
     outcome = weighed(places, Alignment(HERE, 0.9, walls(60.0, 0.0, 0.0), np.eye(3), "auto"))
     assert isinstance(outcome, Alignment) == is_merged
     assert is_merged or (isinstance(outcome, Rejection) and "with the maps -4.0, 3.0 m apart" in outcome.reason)
+
+
+def fix_at(T_a_b: se2.Transform) -> MutualFix:
+    return MutualFix(T_a_b, np.eye(3) * 1e-4, 3)
+
+
+@pytest.mark.parametrize(
+    ("here", "fixed", "other", "is_merged"),
+    [
+        (0.0, 1.0, 2.0, False),  # bearings of both say more than one body elsewhere
+        (2.0, 1.0, 0.0, True),  # and less than what was seen here since
+        (1.0, 1.0, 0.0, False),
+    ],
+)
+def test_a_place_that_two_robots_sight_of_each_other_proposed_is_ahead_unless_more_was_seen_here(
+    here: float, fixed: float, other: float, is_merged: bool
+) -> None:
+    places = Hypotheses()
+    for T, llr in ((HERE, here), (THERE, fixed), (se2.transform(20.0, 0.0, 0.0), other)):
+        place = places.add(T, "maps", 0)
+        assert place is not None
+        place.told, place.fix = {"r2": llr}, fix_at(T) if T is THERE else None
+    outcome = weighed(places, Alignment(HERE, 0.9, walls(60.0, 0.0, 0.0), np.eye(3), "auto"))
+    assert isinstance(outcome, Alignment) == is_merged
+
+
+def test_of_two_places_where_robots_saw_each_other_that_fit_alike_more_sightings_decide() -> None:
+    places = Hypotheses()
+    for T, llr in ((HERE, 6.0), (THERE, 12.0)):
+        place = places.add(T, "maps", 0)
+        assert place is not None
+        place.told = {"r1": llr / 2.0, "r2": llr / 2.0}
+    found = weighed(places, Rejection("ambiguous", 0.4, walls(30.0, 0.0, 0.0), "auto", HERE, rivals=(THERE,)))
+    assert isinstance(found, Alignment) and np.array_equal(found.T_a_b, THERE)
 
 
 def test_where_nobody_looked_counts_as_little_as_where_nothing_was_seen() -> None:
