@@ -12,6 +12,7 @@ from mrslam.agent.encounters import Encounters
 from mrslam.agent.own_sightings import OwnSightings
 from mrslam.agent.pairs.belief import PairBelief
 from mrslam.agent.pairs.through import nobody_there
+from mrslam.agent.pairs.weighing import nobody_here
 from mrslam.agent.team import Team
 from mrslam.comms import TeammateClaim, TeammatePose
 from mrslam.merge import Pair
@@ -138,8 +139,7 @@ class Witness:
                 continue
             place = belief.places.add(belief.alignment.T_a_b, "maps", now_ns)
             if place is not None and place.is_refuted:
-                reason = f"the robots looked where the other should be, and nobody was there ({place.llr:.1f} nats)"
-                effects += team.unmerge(pair, reason, now_ns)
+                effects += team.unmerge(pair, nobody_here(place), now_ns)
         return effects or self._look_through(team, now_ns)
 
     def _look_through(self, team: Team, now_ns: int) -> list[Effect]:

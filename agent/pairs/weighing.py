@@ -39,9 +39,7 @@ def weighed(places: Hypotheses, outcome: Alignment | Rejection, loops: Sequence[
     here = places.at(outcome.T_a_b)
     if isinstance(outcome, Alignment):
         if here is not None and (here.is_refuted or here.is_doubted):
-            return refused(
-                outcome, f"the robots looked where the other should be, and nobody was there ({here.llr:.1f} nats)"
-            )
+            return refused(outcome, nobody_here(here))
         if (ahead := places.ahead_of(outcome.T_a_b)) is not None:
             return refused(outcome, seen_elsewhere("the robots", ahead))
         return outcome
@@ -113,6 +111,11 @@ def covariance_of(place: Hypothesis) -> NDArray[np.float64]:
 def refused(outcome: Alignment, reason: str) -> Rejection:
     """Return the rejection of an alignment for this reason."""
     return Rejection(reason, outcome.confidence, outcome.evidence, outcome.method, outcome.T_a_b)
+
+
+def nobody_here(place: Hypothesis) -> str:
+    """Return why two robots are not laid together at a place of their maps."""
+    return f"the robots looked where the other should be, and nobody was there ({place.llr:.1f} nats)"
 
 
 def seen_elsewhere(robots: str, place: Hypothesis) -> str:
