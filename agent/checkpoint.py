@@ -48,7 +48,7 @@ def freeze(agent: Agent) -> Packed:
             "links": {peer: vars(stats) for peer, stats in agent.links.items()},
             "masked_beams": agent.masked_beams,
             "map_number": agent.map_number,
-            "begun_anew": sorted(agent.team.schedule.begun_anew),
+            "begun_anew": sorted(agent.team.schedule.starts.begun_anew),
             "self_doubt": agent.self_doubt.state(),
             "tracking": agent.tracking.state(),
         }
@@ -89,7 +89,7 @@ def restore(agent: Agent, path: Path) -> None:
     agent.tracking.restore(state.get("tracking"))
     agent.has_news = mapper.stats.processed > 0  # keyframes that were not published when the state was saved
     for robot_id in state.get("begun_anew", ()):
-        agent.team.schedule.forget_start(robot_id)
+        agent.team.schedule.starts.forget(robot_id)
     store = agent.node.store
     maps = {name: KnownMap(store.version(name), local) for name, local in store.maps.items() if name not in store.given}
     if agent.robot_id in maps and maps[agent.robot_id].epoch != store.own_epoch:

@@ -89,7 +89,7 @@ def whereabouts(team: Team, map_id: str, T_team_base: Transform | None) -> Where
 
 def _no_map_yet(team: Team) -> str:
     """Return why nothing is believed of the own map."""
-    if team.robot_id in team.schedule.begun_anew:
+    if team.robot_id in team.schedule.starts.begun_anew:
         return f"{team.robot_id} started a new map"
     return "there is no map of the robot's own yet"
 

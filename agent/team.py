@@ -84,7 +84,7 @@ class Team:
         ``near`` : where the own map begins in it, if somebody knows: (x, y) or (x, y, theta), metres and radians.
         """
         if near is not None:
-            self.schedule.expect(map_id, near)
+            self.schedule.starts.expect(map_id, near)
         self.take_map(map_id, known)
         (self.saved.add if map_id in self.maps else self.saved.discard)(map_id)
 
@@ -110,7 +110,7 @@ class Team:
 
     def _begin_pairs(self, robot_id: str) -> None:
         """Reset the beliefs of a robot's pairs, for its new map has another frame."""
-        self.schedule.forget_start(robot_id)
+        self.schedule.starts.forget(robot_id)
         self.hints.forget(robot_id)
         for pair in self.beliefs:
             if robot_id in pair:
@@ -132,7 +132,7 @@ class Team:
 
     def begin_own_map(self) -> None:
         """Forget the own map, its place, and what was believed of it: the next one has another frame."""
-        self.schedule.forget_start(self.robot_id)
+        self.schedule.starts.forget(self.robot_id)
         self.hints.forget(self.robot_id)
         self._forget(self.robot_id)
 

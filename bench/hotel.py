@@ -37,7 +37,7 @@ from rich.console import Console
 from rich.progress import track
 
 from bench.chaos.scene import Frames
-from bench.chaos.workers import play_all
+from bench.workers import play_all
 from mrslam.agent import Agent, VirtualRobot
 from mrslam.agent.pairs.belief import PairBelief
 from mrslam.agent.pairs.hints import NOTHING_TRACKED, Hints

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mrslam.agent.config import AgentConfig, check_start
+from mrslam.agent.config import AgentConfig
 from mrslam.agent.effects import AlignJob
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.pairs.belief import UNCONFIRMED, WEAK, PairBelief
 from mrslam.agent.pairs.others import is_left_to_others, is_predicted, tied_enough
 from mrslam.agent.pairs.second_look import WALL_GROWTH
+from mrslam.agent.pairs.starts import Starts
 from mrslam.alignment import EXHAUSTIVE, Prior
 from mrslam.comms import is_saved
 from mrslam.merge import Pair
@@ -48,33 +48,15 @@ little their maps have grown: with what large ones show last they grow by less t
 EVERYWHERE_EVERY = 4
 """One in this many tries of two robots with known starts looks everywhere: a start may be wrong, or of an earlier map.
 In a saved map that is every second one, at once after the first: as soon as without a hint, however wrong that is."""
-START_SIGMAS = 4.0
-"""A transform farther from the known starts than this many standard deviations is not where they say."""
 
 
 class Schedule:
-    """Chooses from beliefs and maps passed in; it has no state but the known starts."""
+    """Chooses from beliefs and maps passed in; it has no state but where maps are said to begin."""
 
     def __init__(self, own_id: str, config: AgentConfig) -> None:
         """Take the robot's id, whose own map comes first, and how often pairs are tried again."""
         self.own_id, self.config = own_id, config
-        self._starts = {robot_id: np.array(start, dtype=np.float64) for robot_id, start in config.starts.items()}
-
-        self._near: dict[str, NDArray[np.float64]] = {}
-        self.begun_anew: set[str] = set()
-        """Robots that began another map, which is not where they started."""
-
-    def expect(self, map_id: str, near: Sequence[float]) -> None:
-        """Look for the own map's begin first near ``[x_m, y_m]`` or ``[x_m, y_m, theta_rad]`` of a saved map."""
-        check_start("where a map begins", near)
-        self._near[map_id] = np.array(near, dtype=np.float64)
-
-    def forget_start(self, robot_id: str) -> None:
-        """Look no longer where a robot started: it began another map."""
-        self.begun_anew.add(robot_id)
-        self._starts.pop(robot_id, None)
-        if robot_id == self.own_id:
-            self._near.clear()
+        self.starts = Starts(own_id, config)
 
     def next_job(
         self,
@@ -154,30 +136,7 @@ class Schedule:
             is_turn = belief.last is not None and belief.last.is_told
         else:
             is_turn = belief.attempts % EVERYWHERE_EVERY == EVERYWHERE_EVERY - 1
-        return None if belief.search.accepted or is_turn else self._by_starts(pair)
-
-    def _by_starts(self, pair: Pair) -> Prior | None:
-        """Return where a pair's maps lie by its starts, None where they are not known."""
-        starts = self._starts_of(pair)
-        sure = {robot_id: _sureness(robot_id, start) for robot_id, start in starts.items()}
-        if len(starts) < 2 or not any(sure.values()):  # neither heading is known
-            return None
-        a, b = pair
-        if turned := sure[b] > sure[a]:
-            a, b = b, a
-        T_a_b = se2.between(starts[a], np.append(starts[b], 0.0)[:3])
-        # A wrong heading of a also moves b about a's start; the frame of a saved map is what it is.
-        unsure, swing_rad = (1.0, 0.0) if is_saved(a) else (2.0, self.config.start_sigma_rad)
-        place_m2 = unsure * self.config.start_sigma_m**2 + (swing_rad * float(np.hypot(*T_a_b[:2]))) ** 2
-        turn_rad2 = unsure * self.config.start_sigma_rad**2 if sure[b] else np.pi**2
-        return Prior(T_a_b, np.diag([place_m2, place_m2, turn_rad2]), of_inverse=turned)
-
-    def _starts_of(self, pair: Pair) -> dict[str, NDArray[np.float64]]:
-        """Return where the two maps of a pair begin in one frame, of those of which it is known."""
-        for map_id, other in (pair, pair[::-1]):
-            if map_id in self._near and other == self.own_id:
-                return {map_id: se2.IDENTITY, other: self._near[map_id]}
-        return {robot_id: self._starts[robot_id] for robot_id in pair if robot_id in self._starts}
+        return None if belief.search.accepted or is_turn else self.starts.prior(pair)
 
     def _sought(self, beliefs: Mapping[Pair, PairBelief]) -> int:
         """Return the number of robots' maps that are not found in the own one."""
@@ -253,8 +212,7 @@ class Schedule:
             return False
         if (belief.search.accepted and not self._outgrown(belief, maps)) or _is_settled(pair, belief, tied):
             return True
-        start = self._by_starts(pair)
-        return start is not None and _is_near(belief.alignment.T_a_b, start)
+        return self.starts.say(pair, belief.alignment.T_a_b)
 
     def _outgrown(self, belief: PairBelief, maps: tuple[KnownMap, KnownMap], least: float = 0.0) -> bool:
         """Return whether a merged pair's maps have grown so much since the last search that another place may fit.
@@ -286,18 +244,6 @@ def _may_confirm(belief: PairBelief, maps: tuple[KnownMap, KnownMap], before_m2:
 def _is_settled(pair: Pair, belief: PairBelief, tied: Collection[str]) -> bool:
     """Return whether no search would change what is believed of a merged pair: loops or the robots' eyes hold it."""
     return all(name in tied for name in pair) or belief.is_seen
-
-
-def _sureness(robot_id: str, start: NDArray[np.float64]) -> int:
-    """Return how well a start is known: 0 without heading, 1 with it, 2 for a saved map's origin."""
-    return 2 if is_saved(robot_id) else int(start.size == 3)
-
-
-def _is_near(T_a_b: Transform, prior: Prior) -> bool:
-    """Return whether a transform is one that a prior expects."""
-    T_a_b = se2.inverse(T_a_b) if prior.of_inverse else T_a_b
-    apart = np.append(T_a_b[:2] - prior.T_a_b[:2], se2.wrap(T_a_b[2] - prior.T_a_b[2]))
-    return bool(apart @ np.linalg.solve(prior.covariance, apart) < START_SIGMAS**2)
 
 
 def _grown(maps: tuple[KnownMap, KnownMap], before_m2: tuple[float, float], share: float) -> bool:

@@ -24,7 +24,7 @@ from rich.progress import track
 
 from bench.chaos.mission import died, play_chaos
 from bench.chaos.schedule import with_fault
-from bench.chaos.workers import play_all
+from bench.workers import play_all
 from mrslam.sim_driver.faults.config import KINDS
 from mrslam.sim_driver.kernels import ensure_compiled
 

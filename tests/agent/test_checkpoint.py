@@ -299,9 +299,9 @@ def test_a_robot_that_began_another_map_is_not_looked_for_where_it_started_after
     one._begin_map()
     live([one], 30, 60)
     write(freeze(one), tmp_path / "state")
-    assert again.team.schedule._by_starts(("r1", "r2")) is not None
+    assert again.team.schedule.starts.prior(("r1", "r2")) is not None
     resume(again, tmp_path / "state")
-    assert again.team.schedule._by_starts(("r1", "r2")) is None
+    assert again.team.schedule.starts.prior(("r1", "r2")) is None
 
 
 def test_what_is_counted_and_the_number_of_the_map_go_on(tmp_path: Path) -> None:

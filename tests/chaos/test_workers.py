@@ -10,7 +10,7 @@ import sys
 from collections import Counter
 
 from bench.chaos.mission import Outcome, died
-from bench.chaos.workers import play_all
+from bench.workers import play_all
 
 
 def dies_at_three(seed: int) -> Outcome:

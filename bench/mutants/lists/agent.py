@@ -197,7 +197,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/checkpoint.py",
-        "        agent.team.schedule.forget_start(robot_id)\n",
+        "        agent.team.schedule.starts.forget(robot_id)\n",
         "        pass\n",
         "a robot that began a new map and was started again is looked for where its first one began",
     ),

@@ -1,10 +1,10 @@
-"""Mutants of which pairs of maps an agent compares when, and from which hints."""
+"""Mutants of which pairs of maps an agent compares when."""
 
 from bench.mutants.mutant import Mutant
 
 MUTANTS = (
     Mutant(
-        "agent/pairs/schedule.py",
+        "agent/pairs/starts.py",
         "        if turned := sure[b] > sure[a]:\n",
         "        if turned := False:\n",
         "a hint without a heading is looked for about the wrong place",
@@ -52,160 +52,16 @@ MUTANTS = (
         "what was found is searched for once more though nothing has changed",
     ),
     Mutant(
-        "agent/pairs/hints.py",
-        "name in searching and name not in self._failed for",
-        "name in searching for",
-        "a robot relies on the searches of a teammate whose hints are wrong",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "            self._failed[job.hinted_by] = self._failed.get(job.hinted_by, 0) + 1\n",
-        "            pass\n",
-        "a liar's hints are tried without end",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "                self._failed.pop(peer, None)\n",
-        "                pass\n",
-        "one who was right is not heard again",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        " or hint.epoch != maps[peer].epoch",
-        "",
-        "a hint about a map that was given up is tried",
-    ),
-    Mutant(
         "agent/pairs/schedule.py",
         "    return all(name in tied for name in pair) or belief.is_seen\n",
         "    return belief.is_seen\n",
         "pairs that loops hold are searched for everywhere as they grow",
     ),
     Mutant(
-        "agent/pairs/hints.py",
-        "yield (b, found.T_a_b) if a == self.own_id else (a, se2.inverse(found.T_a_b))",
-        "yield (b, found.T_a_b) if a == self.own_id else (a, found.T_a_b)",
-        "the second of a pair tells hints inside out",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "name in searching and name not",
-        "name not",
-        "a robot waits for the searches of a teammate that is gone",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "            for robot, hint in hints.items():\n                if robot not in maps",
-        "            for robot, hint in hints.items():\n                if robot not in maps or robot == self.own_id",
-        "hints about the own map are not tried",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "found is not None or (peer in tied and robot in tied)",
-        "found is not None",
-        "hints about pairs that loops hold are tried without need",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "    return grown and now_ns - hint.tried_ns >= config.align_interval_s * 1e9",
-        "    return False",
-        "a hint that failed is never tried again though maps grow",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "found = belief.alignment if is_saved(robot) else belief.found",
-        "found = belief.found",
-        "a robot that only localises is not placed by who looked for it before it told where it is",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "found = belief.alignment if any(map(is_saved, (a, b))) else belief.found",
-        "found = belief.found",
-        "teammates believe a place in a saved map that the robot itself does not",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "(dict(self._found(beliefs)) | dict(tracked)).items()",
-        "self._found(beliefs)",
-        "a robot that tracks where others' maps placed it does not tell where it is",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "            told.times = 0\n",
-        "            pass\n",
-        "who comes later is not told",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "place = hint.T_peer_robot if peer == pair[0] else se2.inverse(hint.T_peer_robot)",
-        "place = hint.T_peer_robot",
-        "hints of the second of a pair are looked for inside out",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "        if robot_id == self.own_id:\n            self._told.clear()",
-        "        pass",
-        "after a new map the places found in it are not told",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "            hints.pop(robot_id, None)\n        self._left",
-        "            pass\n        self._left",
-        "hints about a map that was given up are tried on the new one",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "self.epoch == hint.epoch and SAME_PLACE",
-        "SAME_PLACE",
-        "a hint about a new map at the place of the old one is not heard",
-    ),
-    Mutant(
         "agent/pairs/schedule.py",
         "may_wait = self.config.align_method == EXHAUSTIVE",
         "may_wait = True",
         "with a random method a pair waits for a teammate's search, which is no evidence",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "last_ns is not None and now_ns - last_ns < PATIENCE_S * 1e9 and",
-        "last_ns is not None and",
-        "pairs that a teammate searches for are never searched for again here",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "tellers = pair[:1] if is_own else pair",
-        "tellers = pair[:1] if is_own else ()",
-        "of sixteen robots in sight of each other every one searches for the pairs of all others",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "tellers = pair[:1] if is_own else pair",
-        "tellers = pair",
-        "of two robots in sight of each other neither searches for their pair",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "            last_ns = self._left.setdefault(pair, now_ns)\n",
-        "            pass\n",
-        "pairs of two others are searched for once by everybody before they are left to them",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "        self._left = {pair: since_ns for pair, since_ns in self._left.items() if robot_id not in pair}\n",
-        "",
-        "a new map of a teammate is searched for by everybody at once",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        " < PATIENCE_S * 1e9 and belief.found is None",
-        " < PATIENCE_S * 1e9",
-        "what a hint has found of two others in sight is confirmed a minute and a half later",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "        if last_ns is None and not is_own:\n",
-        "        if last_ns is None:\n",
-        "the first search for a pair waits for the teammate's",
     ),
     Mutant(
         "agent/pairs/schedule.py",
@@ -268,13 +124,13 @@ MUTANTS = (
         "a merged pair does not follow maps that are corrected",
     ),
     Mutant(
-        "agent/pairs/schedule.py",
+        "agent/pairs/starts.py",
         "        self._starts.pop(robot_id, None)\n",
         "        pass\n",
         "a robot's new map is looked for where it started",
     ),
     Mutant(
-        "agent/pairs/schedule.py",
+        "agent/pairs/starts.py",
         "            self._near.clear()\n",
         "            pass\n",
         "a new own map is looked for where the first one began in the saved map",
@@ -328,13 +184,13 @@ MUTANTS = (
         "a pair that its scans tie is never searched for again, wherever it lies",
     ),
     Mutant(
-        "agent/pairs/schedule.py",
+        "agent/pairs/starts.py",
         "    T_a_b = se2.inverse(T_a_b) if prior.of_inverse else T_a_b\n",
         "",
         "a pair of which one heading is known at the start is searched for everywhere though it lies where it started",
     ),
     Mutant(
-        "agent/pairs/schedule.py",
+        "agent/pairs/starts.py",
         "se2.wrap(T_a_b[2] - prior.T_a_b[2]))",
         "T_a_b[2] - prior.T_a_b[2])",
         "robots that started back to back are searched for everywhere though they lie where they started",
@@ -344,12 +200,6 @@ MUTANTS = (
         "trails = (map_a.trail, map_b.trail)",
         "trails = (map_b.trail, map_a.trail)",
         "maps that fit only when bent are bent by each other's keyframes",
-    ),
-    Mutant(
-        "agent/pairs/hints.py",
-        "(a.trail, b.trail),",
-        "(b.trail, a.trail),",
-        "where a teammate found maps they are bent by each other's keyframes",
     ),
     Mutant(
         "agent/pairs/schedule.py",
