@@ -15,7 +15,7 @@ from mrslam.agent.pairs.belief import PairBelief
 from mrslam.agent.pairs.hypotheses import Hypothesis
 from mrslam.agent.team import Team
 from mrslam.merge import Pair
-from mrslam.merge.graph.edges import pair_of
+from mrslam.merge.graph.edges import pair_of, seen_from
 from mrslam.mutual_detection import Moment, sightings
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
@@ -83,7 +83,7 @@ class OwnSightings:
         return self._as_proposed(pair, place)
 
     def _as_proposed(self, pair: Pair, place: Hypothesis) -> Transform:
-        return place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)
+        return seen_from(pair, self.robot_id, place.T_a_b)
 
 
 def _forget_bodies(belief: PairBelief) -> None:

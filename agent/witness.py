@@ -16,7 +16,7 @@ from mrslam.agent.pairs.weighing import nobody_here
 from mrslam.agent.team import Team
 from mrslam.comms import TeammateClaim, TeammatePose
 from mrslam.merge import Pair
-from mrslam.merge.graph.edges import inverse_covariance, pair_of
+from mrslam.merge.graph.edges import inverse_covariance, pair_of, seen_from
 from mrslam.mutual_detection import MutualDetectionConfig, MutualFix
 from mrslam.mutual_detection.encounters import MOST_SEEN_LLR, MOST_UNSEEN_LLR
 from mrslam.spatial import Scan, se2
@@ -109,8 +109,7 @@ class Witness:
         belief = team.beliefs.get(pair)
         if belief is None or not claim.is_of(team.maps[claim.peer].epoch, team.maps[claim.robot].epoch):
             return
-        T_a_b = claim.T_peer_robot if pair[0] == claim.peer else se2.inverse(claim.T_peer_robot)
-        place = belief.places.add(T_a_b, claim.peer, now_ns)
+        place = belief.places.add(seen_from(pair, claim.peer, claim.T_peer_robot), claim.peer, now_ns)
         if place is not None:
             place.told[claim.peer] = min(max(claim.llr, MOST_UNSEEN_LLR), MOST_SEEN_LLR)
 
@@ -175,7 +174,6 @@ class Witness:
                 told[key] = self._told.get(key, _Told(0.0, -REPEAT_NS))
                 if is_here and told[key].is_outdated_by(place.own.llr, now_ns):
                     told[key] = _Told(place.own.llr, now_ns)
-                    T_own_peer = place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)
-                    new.append((peer, T_own_peer, place.own.llr, epoch))
+                    new.append((peer, seen_from(pair, self.robot_id, place.T_a_b), place.own.llr, epoch))
         self._told = told  # of places that are gone nothing is kept
         return new

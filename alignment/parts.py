@@ -113,7 +113,5 @@ def _cut(side: PreparedMap, xs: tuple[float, float], ys: tuple[float, float]) ->
 def agree(one: Part, other: Part) -> bool:
     """Return whether two parts of a map lie to each other about as they do in it."""
     middle = 0.5 * (one.centre + other.centre)
-    T_1, T_2 = one.found.T_a_b, other.found.T_a_b
-    apart_m = math.hypot(*(se2.apply(T_1, middle) - se2.apply(T_2, middle)))
-    turn_rad = abs(math.remainder(T_1[2] - T_2[2], 2.0 * math.pi))
+    apart_m, turn_rad = se2.difference_at(one.found.T_a_b, other.found.T_a_b, middle)
     return apart_m <= APART_M + STRAIN * math.hypot(*(one.centre - other.centre)) and turn_rad <= TURN_RAD

@@ -104,6 +104,11 @@ def difference(T_1: ArrayLike, T_2: ArrayLike) -> tuple[float, float]:
     return float(np.hypot(*(one[:2] - two[:2]))), float(abs(wrap(one[2] - two[2])))
 
 
+def difference_at(T_1: ArrayLike, T_2: ArrayLike, point: ArrayLike) -> tuple[float, float]:
+    """Return how far apart two transforms move one ``point (2,)``, metres, and their headings, radians in [0, pi]."""
+    return float(np.hypot(*(apply(T_1, point) - apply(T_2, point)))), difference(T_1, T_2)[1]
+
+
 def turned_covariance(covariance: NDArray[np.float64], theta_rad: float) -> NDArray[np.float64]:
     """Return the covariance ``(3, 3)`` of a pose in a frame that sees the old one turned by an angle."""
     cos, sin = np.cos(theta_rad), np.sin(theta_rad)

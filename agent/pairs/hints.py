@@ -24,7 +24,7 @@ from mrslam.alignment import Alignment, Prior, Rejection
 from mrslam.alignment.stability import SAME_PLACE
 from mrslam.comms import TeammateHint, is_saved
 from mrslam.merge import Pair
-from mrslam.merge.graph.edges import pair_of
+from mrslam.merge.graph.edges import pair_of, seen_from
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
 
@@ -172,7 +172,7 @@ class Hints:
                 if not _is_due(hint, areas, config, now_ns):
                     continue
                 hint.tried_ns, hint.area_m2 = now_ns, areas
-                place = hint.T_peer_robot if peer == pair[0] else se2.inverse(hint.T_peer_robot)
+                place = seen_from(pair, peer, hint.T_peer_robot)
                 prior = Prior(place, PRIOR_COVARIANCE) if is_predicted(pair, place, T_team_map) else None
                 return AlignJob(
                     *pair, a.grid, b.grid, prior, (a.version, b.version), areas, belief.attempts, (a.trail, b.trail),

@@ -8,7 +8,6 @@ import numpy as np
 
 from mrslam.alignment import Alignment, Rejection
 from mrslam.merge.batch.pair_aligner import PairAligner, first
-from mrslam.merge.graph.consistency import apart
 from mrslam.merge.graph.nodes import node_of
 from mrslam.merge.graph.tree import components
 from mrslam.merge.team import TeamMap
@@ -44,7 +43,9 @@ def doubt(
     found = pairs.align_grids(one.grid, [other.grid])[0]
     placed = se2.between(place[first(one)], place[first(other)])
     gap_m, gap_rad = (
-        apart(placed, found.T_a_b, node_of(other.grid).centre_m) if found.T_a_b is not None else (np.inf, np.inf)
+        se2.difference_at(placed, found.T_a_b, node_of(other.grid).centre_m)
+        if found.T_a_b is not None
+        else (np.inf, np.inf)
     )
     agrees = gap_m < pairs.config.loop_tolerance_m * 2 and gap_rad < pairs.config.loop_tolerance_rad * 2
     if agrees and (isinstance(found, Alignment) or confidence >= SURE):

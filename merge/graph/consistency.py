@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mrslam.merge.config import MergeConfig
 from mrslam.merge.graph.edges import Edge, Pair
@@ -41,12 +40,6 @@ def tolerance(config: MergeConfig, nodes: Iterable[Node], hops: int) -> tuple[fl
     grows = math.sqrt(max(hops, 3) / 3.0)
     bent = config.loop_tolerance_share * max((node.diameter_m for node in nodes), default=0.0)
     return (config.loop_tolerance_m + bent) * grows, config.loop_tolerance_rad * grows
-
-
-def apart(T_1: se2.Transform, T_2: se2.Transform, centre_m: NDArray[np.float64]) -> tuple[float, float]:
-    """Return how far two estimates of one transform are apart: metres where they map ``centre_m (2,)``, radians."""
-    one, two = se2.apply(T_1, centre_m), se2.apply(T_2, centre_m)
-    return float(np.hypot(*(one - two))), se2.difference(T_1, T_2)[1]
 
 
 def drop_broken_triangles(
@@ -153,7 +146,7 @@ def _loop(
     fixed: str | None,
 ) -> Loop:
     """Return the loop of an edge and a path beside it; ``T_a_b`` : the same transform by the path."""
-    gap_m, gap_rad = apart(T_a_b, direct.T_a_b, nodes[direct.b].centre_m)
+    gap_m, gap_rad = se2.difference_at(T_a_b, direct.T_a_b, nodes[direct.b].centre_m)
     ids = {robot_id for pair in pairs for robot_id in pair}
     limit_m, limit_rad = tolerance(config, (nodes[x] for x in ids), len(pairs))
     limit_m += limit_rad * _lever_m(pairs, nodes, fixed)

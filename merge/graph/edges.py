@@ -64,6 +64,11 @@ def pair_of(a: str, b: str) -> Pair:
     return (a, b) if a < b else (b, a)
 
 
+def seen_from(pair: Pair, first: str, T: se2.Transform) -> se2.Transform:
+    """Return a pair's ``T_a_b (3,)`` as the transform from map ``first`` to the other, or that one as ``T_a_b``."""
+    return T if first == pair[0] else se2.inverse(T)
+
+
 def make_edge(a: str, b: str, alignment: AlignmentLike) -> Edge:
     """Return the edge of an alignment ``T_a_b``, turned around where ``b < a``."""
     first, second = pair_of(a, b)

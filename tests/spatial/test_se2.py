@@ -114,6 +114,15 @@ def test_fit_rigid_is_the_least_squares_fit():
         assert np.sum((se2.apply(best + step, p_b) - p_a) ** 2) > error
 
 
+def test_two_transforms_differ_at_a_point_by_what_they_make_of_it():
+    one, two = se2.transform(1.0, 2.0, np.pi - 0.1), se2.transform(1.0, 2.0, 0.1 - np.pi)
+    metres_apart, radians_apart = se2.difference_at(one, two, [10.0, 0.0])
+    assert radians_apart == pytest.approx(0.2)
+    assert metres_apart == pytest.approx(20.0 * np.sin(0.1))
+    assert se2.difference_at(one, two, [0.0, 0.0])[0] == 0.0
+    assert se2.difference(one, two)[0] == 0.0
+
+
 def test_the_identity_cannot_be_written_to():
     with pytest.raises(ValueError, match="read-only"):
         se2.IDENTITY[0] = 1.0

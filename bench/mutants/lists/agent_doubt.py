@@ -71,14 +71,14 @@ MUTANTS = (
     ),
     Mutant(
         "agent/own_sightings.py",
-        "        return place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)\n",
+        "        return seen_from(pair, self.robot_id, place.T_a_b)\n",
         "        return place.T_a_b\n",
         "the second of two robots looks for the other in the wrong place",
     ),
     Mutant(
         "agent/witness.py",
-        "place.T_a_b if pair[0] == self.robot_id else se2.inverse(place.T_a_b)\n                    new",
-        "place.T_a_b\n                    new",
+        "new.append((peer, seen_from(pair, self.robot_id, place.T_a_b), place",
+        "new.append((peer, place.T_a_b, place",
         "the second of two robots tells what it saw of another place",
     ),
     Mutant(

@@ -83,7 +83,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/hints.py",
-        "place = hint.T_peer_robot if peer == pair[0] else se2.inverse(hint.T_peer_robot)",
+        "place = seen_from(pair, peer, hint.T_peer_robot)",
         "place = hint.T_peer_robot",
         "hints of the second of a pair are looked for inside out",
     ),

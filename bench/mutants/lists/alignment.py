@@ -228,12 +228,6 @@ MUTANTS = (
     ),
     Mutant(
         "alignment/parts.py",
-        "math.remainder(T_1[2] - T_2[2], 2.0 * math.pi)",
-        "T_1[2] - T_2[2]",
-        "parts on both sides of half a turn never agree",
-    ),
-    Mutant(
-        "alignment/parts.py",
         "    middle = 0.5 * (one.centre + other.centre)",
         "    middle = one.centre",
         "which of two parts was found first decides whether they agree",

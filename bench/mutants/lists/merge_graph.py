@@ -103,8 +103,8 @@ MUTANTS = (
     ),
     Mutant(
         CONSISTENCY,
-        "    one, two = se2.apply(T_1, centre_m), se2.apply(T_2, centre_m)",
-        "    one, two = T_1[:2], T_2[:2]",
+        "se2.difference_at(T_a_b, direct.T_a_b, nodes[direct.b].centre_m)",
+        "se2.difference(T_a_b, direct.T_a_b)",
         "an alignment that lays a map metres off is believed where the map's origin is far away",
     ),
     Mutant(

@@ -4,6 +4,18 @@ from bench.mutants.mutant import Mutant
 
 MUTANTS = (
     Mutant(
+        "sim_driver/missions/usage.py",
+        '"peak_rss_mb": round(peak_kb() / 1024, 1)',
+        '"peak_rss_mb": round(peak_kb() / 1000, 1)',
+        "a robot's folder names thousands of KiB as megabytes",
+    ),
+    Mutant(
+        "sim_driver/missions/usage.py",
+        'line.startswith("VmHWM:")',
+        'line.startswith("VmRSS:")',
+        "memory that was given back again is not part of the peak",
+    ),
+    Mutant(
         "sim_driver/missions/settings.py",
         "strict=not isinstance(raw, str)",
         "strict=False",
