@@ -21,6 +21,7 @@ from mrslam.agent.map_check import contradicts_itself
 from mrslam.agent.pairs.belief import PairBelief, Verdict
 from mrslam.agent.pairs.hints import Hints
 from mrslam.agent.pairs.loops import loops_of
+from mrslam.agent.pairs.repeats import unless_repeated
 from mrslam.agent.pairs.schedule import Schedule
 from mrslam.agent.pairs.sighted import sighted_job
 from mrslam.agent.pairs.through import unless_refuted
@@ -219,7 +220,8 @@ class Team:
         if job.hinted_by is not None and isinstance(outcome, Rejection):
             return Verdict("rejected", f"not where {job.hinted_by} has it: {outcome.reason}", outcome)
         pair = (job.a, job.b)
-        outcome = unless_refuted(pair, outcome, self.beliefs)
+        self.beliefs[pair].note(outcome, now_ns)
+        outcome = unless_repeated(pair, unless_refuted(pair, outcome, self.beliefs), self.beliefs)
         loops = loops_of(pair, self.beliefs)
         return self.beliefs[pair].settle(job, outcome, now_ns, loops, is_bent=self.layout.bent.compares(*pair))
 

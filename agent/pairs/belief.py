@@ -165,6 +165,11 @@ class PairBelief:
         self.status, self.reason = "accepted", "accepted"
         return Verdict("accepted", "accepted", outcome, believed, is_new)
 
+    def note(self, outcome: Alignment | Rejection, now_ns: int) -> None:
+        """Keep how much wall agrees where maps were found to lie."""
+        if isinstance(outcome, Alignment) and (place := self.places.add(outcome.T_a_b, "maps", now_ns)) is not None:
+            place.fitted_m = max(place.fitted_m, outcome.evidence.matched_m)
+
     def _by_encounters(
         self, job: AlignJob, outcome: Alignment | Rejection, now_ns: int, loops: Sequence[Loop]
     ) -> Alignment | Rejection:

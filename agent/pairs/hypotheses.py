@@ -51,6 +51,8 @@ class Hypothesis:
     """The two maps that were."""
     own: Sightings | None = None
     """What the own scans say, where the own robot is one of the pair."""
+    fitted_m: float = 0.0
+    """The most wall that agreed when maps were found to lie here, metres."""
     told: dict[str, float] = field(default_factory=dict)
     """By robot of the pair: what it says that its scans say, nats."""
 
@@ -150,6 +152,17 @@ class Hypotheses:
     def supported(self) -> Hypothesis | None:
         """The place where the robots saw each other, the best of several; None where there is none."""
         return max((one for one in self._places if one.is_supported), key=lambda one: one.llr, default=None)
+
+    @property
+    def wrong(self) -> list[Hypothesis]:
+        """The places where the maps are not: nobody was there, robots saw each other elsewhere, or more fits there."""
+        left = [one for one in self._places if not one.is_refuted]
+        best = self.supported or max(left, key=lambda one: one.fitted_m, default=None)
+        return [
+            one
+            for one in self._places
+            if one.is_refuted or (best is not None and not CORRECTED.is_near(best.T_a_b, one.T_a_b))
+        ]
 
     def ahead_of(self, T_a_b: Transform) -> Hypothesis | None:
         """Return the place where the robots rather saw each other than at this one, None where there is none.

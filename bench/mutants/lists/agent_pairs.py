@@ -114,8 +114,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/hypotheses.py",
-        "best = self.supported or max(",
-        "best = max(",
+        "best = self.supported or max(self._places",
+        "best = max(self._places",
         "one body seen somewhere outweighs two robots' sight of each other",
     ),
     Mutant(
