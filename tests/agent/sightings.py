@@ -65,10 +65,12 @@ def walls(matched_m: float, contradicted_m: float) -> Evidence:
     return Evidence(a=one, b=one, walls=9, margin=0.1)
 
 
-def merge_pair(one: Agent, pair: tuple[str, str], T_a_b: Transform, confidence: float = 0.8) -> None:
+def merge_pair(
+    one: Agent, pair: tuple[str, str], T_a_b: Transform, confidence: float = 0.8, wall_m: float = 60.0
+) -> None:
     """Let a robot find twice how two maps lie."""
     maps = [one.team.maps[name] for name in pair]
-    found = Alignment(T_a_b, confidence, walls(60.0, 0.0), np.eye(3) * 1e-4, "auto")
+    found = Alignment(T_a_b, confidence, walls(wall_m, 0.0), np.eye(3) * 1e-4, "auto")
     for t_ns in (0, 20 * S):
         versions, areas = (maps[0].version, maps[1].version), (maps[0].area_m2, maps[1].area_m2 + t_ns / S)
         one.on_done(AlignJob(*pair, maps[0].grid, maps[1].grid, None, versions, areas, 0), found, t_ns)

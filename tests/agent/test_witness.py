@@ -55,9 +55,10 @@ def test_a_place_through_others_where_nobody_is_ends_the_weakest_alignment_betwe
     T_r2_r3 = se2.between(NEARER, se2.transform(0.3, 0.1, 0.2))
     merge_pair(one, ("r2", "r3"), T_r2_r3, 0.7)  # not merged and unmerged by turns
     assert "r2" not in one.T_team_map and "placed through it, r1 and r2" in one.team.beliefs["r2", "r3"].reason
-    merge_pair(
-        one, ("r2", "r3"), se2.compose(T_r2_r3, se2.transform(3.0, 0.0, 0.0)), 0.7
-    )  # another place is none of it
+    elsewhere = se2.compose(T_r2_r3, se2.transform(3.0, 0.0, 0.0))
+    merge_pair(one, ("r2", "r3"), elsewhere, 0.7)  # no more wall agrees there
+    assert "r2" not in one.T_team_map and "alike at several places" in one.team.beliefs["r2", "r3"].reason
+    merge_pair(one, ("r2", "r3"), elsewhere, 0.7, wall_m=120.0)
     assert "r2" in one.T_team_map
 
 
