@@ -83,22 +83,13 @@ def test_a_rejection_stays_one() -> None:
 def test_a_team_that_was_wrong_once_keeps_maps_apart_until_they_share_more() -> None:
     team = Floors("r1", "r2")
     belief = team.beliefs[PAIR]
-    belief.note(found(9.0, wall_m=20.0), 0)
-    wrong = belief.places.at(found(9.0).T_a_b)
-    assert wrong is not None
-    wrong.told = {"r1": -3.0, "r2": -3.0}
-    assert "must agree, or the robots see each other" in team.align(found(5.0, wall_m=30.0), 0.0)["reason"]
-    assert belief.found is None
-    team.grow("r2", 128, revision=2)
-    team.align(found(5.0, wall_m=41.0), 60.0)
-    assert belief.found is not None
-
-
-def test_a_fit_that_turns_out_wrong_counts_in_a_team() -> None:
-    team = Floors("r1", "r2")
-    belief = team.beliefs[PAIR]
     team.align(found(9.0, wall_m=20.0), 0.0)
     wrong = belief.places.at(found(9.0).T_a_b)
     assert wrong is not None
     wrong.told = {"r1": -3.0, "r2": -3.0}
     assert misfitted_m(team.beliefs) == 20.0
+    assert "must agree, or the robots see each other" in team.align(found(5.0, wall_m=30.0), 20.0)["reason"]
+    assert belief.found is None
+    team.grow("r2", 128, revision=2)
+    team.align(found(5.0, wall_m=41.0), 60.0)
+    assert belief.found is not None
