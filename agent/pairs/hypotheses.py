@@ -154,15 +154,18 @@ class Hypotheses:
         return max((one for one in self._places if one.is_supported), key=lambda one: one.llr, default=None)
 
     @property
-    def wrong(self) -> list[Hypothesis]:
-        """The places where the maps are not: nobody was there, robots saw each other elsewhere, or more fits there."""
+    def misfitted_m(self) -> float:
+        """How much wall fitted at wrong places, metres: nobody was there, or the robots saw each other elsewhere.
+
+        Where neither is known of two places that fitted, the one with less wall is wrong: the maps lie in one place.
+        """
         left = [one for one in self._places if not one.is_refuted]
         best = self.supported or max(left, key=lambda one: one.fitted_m, default=None)
-        return [
-            one
+        return sum(
+            one.fitted_m
             for one in self._places
             if one.is_refuted or (best is not None and not CORRECTED.is_near(best.T_a_b, one.T_a_b))
-        ]
+        )
 
     def ahead_of(self, T_a_b: Transform) -> Hypothesis | None:
         """Return the place where the robots rather saw each other than at this one, None where there is none.

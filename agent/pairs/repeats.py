@@ -19,7 +19,7 @@ MORE_WALL = 2.0
 
 def misfitted_m(beliefs: Mapping[Pair, PairBelief]) -> float:
     """Return how much wall has fitted at wrong places so far, of all pairs together, metres."""
-    return sum(place.fitted_m for belief in beliefs.values() for place in belief.places.wrong)
+    return sum(belief.places.misfitted_m for belief in beliefs.values())
 
 
 def unless_repeated(

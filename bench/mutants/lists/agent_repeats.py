@@ -35,8 +35,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/hypotheses.py",
-        "not CORRECTED.is_near(best.T_a_b, one.T_a_b))\n        ]",
-        "best is not one)\n        ]",
+        "not CORRECTED.is_near(best.T_a_b, one.T_a_b))\n        )",
+        "best is not one)\n        )",
         "a corrected alignment counts as a wrong one",
     ),
     Mutant(
