@@ -10,6 +10,7 @@ from mrslam.agent.shells.files import TEAM_FOLDER as TEAM_FOLDER
 from mrslam.agent.shells.files import TEAM_IMAGE_FILE as TEAM_IMAGE_FILE
 from mrslam.agent.shells.files import TEAM_MAP_FILE as TEAM_MAP_FILE
 from mrslam.agent.shells.files import TEAM_OVERLAY_FILE as TEAM_OVERLAY_FILE
+from mrslam.agent.shells.files import TRACKED_FILE as TRACKED_FILE
 from mrslam.agent.shells.files import TRAJECTORY_FILE as TRAJECTORY_FILE
 from mrslam.agent.shells.files import team_file as team_file
 
@@ -50,7 +51,7 @@ OF_RUN = (METRICS_FILE, REPORT_FILE, RERUN_FILE, BAG_FILE, LINKS_FILE, CONFIG_FI
 """What a run, or a command on it, writes beside the robots' folders unless another place is named."""
 OF_ROBOT = (
     EVENTS_FILE, CHECKPOINT, ROBOT_FILE, MAP_FILE, MAP_IMAGE, TEAM_MAP_FILE, TEAM_MAP_IMAGE, TEAM_IMAGE_FILE,
-    TEAM_OVERLAY_FILE, TRAJECTORY_FILE, KEYFRAMES_FILE, TRUTH_FILE, SCANS_FILE, USAGE_FILE, VIEW_FILE,
+    TEAM_OVERLAY_FILE, TRAJECTORY_FILE, TRACKED_FILE, KEYFRAMES_FILE, TRUTH_FILE, SCANS_FILE, USAGE_FILE, VIEW_FILE,
 )  # fmt: skip
 """What a robot of a run writes into its folder."""
 OF_AGENT = (
@@ -61,6 +62,7 @@ OF_AGENT = (
     TEAM_IMAGE_FILE,
     TEAM_OVERLAY_FILE,
     TRAJECTORY_FILE,
+    TRACKED_FILE,
     KEYFRAMES_FILE,
     USAGE_FILE,
 )

@@ -41,7 +41,7 @@ class MissionConfig:
     speed: float = 1.0
     """Mission seconds in a second of wall time, for real processes, > 0."""
     shell: str = "process"
-    """"process": one operating-system process a robot, over Zenoh; "virtual": all in one, in virtual time."""
+    """"process": one operating-system process a robot, over Zenoh; "virtual": in one, or a few, in virtual time."""
     record: bool = True
     """Whether what simulated robots sense is kept (about 15 kB a second and robot), for replays and the report."""
     restart: bool = False

@@ -21,6 +21,10 @@ LISTS = ("listen", "connect", "maps", "scan_topics")
 """Options that are lists; one text with blanks between its words does as well."""
 
 
+OTHERWISE_NAMED = {"map": "maps", "frame": "agent.frame", "localise": "agent.localise", "no-multicast": "multicast"}
+"""By option of ``mrslam agent``: the parameter that says the same, where its name is another."""
+
+
 @dataclass(frozen=True)
 class Parameter:
     """One parameter as it is declared."""
@@ -67,6 +71,13 @@ def resolve(values: Mapping[str, Any], namespace: str) -> tuple[RosOptions, Sett
             is_table = not isinstance(getattr(getattr(Settings(), section), name), float | int | str | None)
             tables.setdefault(section, {})[name] = _from_text(one.name, value) if is_table else value
     return options, make_settings(tables, "parameters")
+
+
+def parameter_of(option: str) -> str | None:
+    """Return the parameter that says what an option of ``mrslam agent`` says, None where a node knows no such thing."""
+    name = option.lstrip("-").partition("=")[0]
+    name = OTHERWISE_NAMED.get(name, name)
+    return name if name in {one.name for one in parameters()} else None
 
 
 def check_known(names: Iterable[str]) -> None:

@@ -114,6 +114,7 @@ def ros(
     """
     from mrslam.sim_driver.cli.live.ros import run_ros
     from mrslam.sim_driver.missions.settings import parse_assignment
+    from mrslam.sim_driver.ros.parameters import parameter_of
 
     if robot is not None and robot.startswith(
         "-"
@@ -122,10 +123,9 @@ def ros(
         robot = None
     if context.args and context.args[0] != "--ros-args":
         word = context.args[0]
-        raise typer.BadParameter(
-            f"{word} is no option of this command; what else there is to say are parameters, after --ros-args "
-            f"(-p {word.strip('-')}:=...): docs/robots.md"
-        )
+        name = parameter_of(word)
+        does = "nor a parameter" if name is None else f"but a parameter, after --ros-args (-p {name}:=...)"
+        raise typer.BadParameter(f"{word} is no option of this command, {does}: docs/robots.md")
     given = {
         "robot": robot, "team": team, "listen": listen or None, "connect": connect or None,
         "out": None if out is None else str(out), "fresh": fresh or None,

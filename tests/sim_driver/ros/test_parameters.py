@@ -10,7 +10,7 @@ import pytest
 
 from mrslam.agent import Settings
 from mrslam.sim_driver.ros.options import RosOptions
-from mrslam.sim_driver.ros.parameters import check_known, parameters, resolve
+from mrslam.sim_driver.ros.parameters import check_known, parameter_of, parameters, resolve
 from mrslam.spatial import InputError
 
 DEFAULTS = {one.name: one.default for one in parameters()}
@@ -80,6 +80,14 @@ def test_a_misspelt_parameter_is_named_with_the_nearest() -> None:
     check_known(["rbpf.particles", "use_sim_time", "qos_overrides./tf.publisher.depth"])
     with pytest.raises(InputError, match=r"'rbpf.particels'; did you mean 'rbpf.particles'"):
         check_known(["rbpf.particels"])
+
+
+@pytest.mark.parametrize(
+    ("option", "name"),
+    [("--keys", "keys"), ("--map=office.mrslam", "maps"), ("--no-multicast", "multicast"), ("--save", None)],
+)
+def test_an_option_of_an_agent_is_named_as_the_parameter_that_says_the_same(option: str, name: str | None) -> None:
+    assert parameter_of(option) == name
 
 
 def test_frames_have_the_prefix() -> None:
