@@ -32,7 +32,7 @@ class CommsConfig:
     link_step: float = 0.02
     """Expert: least change of a link's quality that is recorded, 0..1."""
     beacon_period_s: float = 0.5
-    """Time between two beacons, seconds; each costs about 50 bytes with one neighbour in it, and 6 to 10 for each further one."""
+    """Time between two beacons, seconds; each costs about 50 bytes with one neighbour, 6 to 10 for each further one."""
     beacon_calm_factor: float = 2.0
     """Expert: time between beacons over ``beacon_period_s`` while nobody is heard or no link loses any, 1..4."""
     beacon_window: int = 64
