@@ -21,7 +21,7 @@ from mrslam.agent.map_check import contradicts_itself
 from mrslam.agent.pairs.belief import PairBelief, Verdict
 from mrslam.agent.pairs.hints import Hints
 from mrslam.agent.pairs.loops import loops_of
-from mrslam.agent.pairs.repeats import unless_repeated
+from mrslam.agent.pairs.repeats import too_little, unless_repeated
 from mrslam.agent.pairs.schedule import Schedule
 from mrslam.agent.pairs.sighted import sighted_job
 from mrslam.agent.pairs.through import unless_refuted
@@ -199,6 +199,8 @@ class Team:
         if verdict.status in ("accepted", "revoked"):
             self._map = None
             self._place(now_ns)
+        for pair, reason in too_little(self.beliefs):
+            effects += self.unmerge(pair, reason, now_ns)
         return effects + self.revoke(now_ns)
 
     def on_joined(self, job: JoinJob, joint: JointMap, now_ns: int) -> list[Effect]:

@@ -11,8 +11,8 @@ from mrslam.agent.effects import Effect
 from mrslam.agent.encounters import Encounters
 from mrslam.agent.own_sightings import OwnSightings
 from mrslam.agent.pairs.belief import PairBelief
-from mrslam.agent.pairs.through import nobody_there
-from mrslam.agent.pairs.weighing import nobody_here
+from mrslam.agent.pairs.through import against_by_way
+from mrslam.agent.pairs.weighing import against
 from mrslam.agent.team import Team
 from mrslam.comms import TeammateClaim, TeammatePose
 from mrslam.merge import Pair
@@ -130,28 +130,28 @@ class Witness:
     # -- what follows --------------------------------------------------------------------------------------------------
 
     def look(self, team: Team, now_ns: int) -> list[Effect]:
-        """Weigh new places by what was seen before, and unmerge pairs whose place is refuted."""
+        """Weigh new places by what was seen before, and unmerge pairs of which that speaks against their place."""
         effects: list[Effect] = []
         self._sightings.weigh(team)
         for pair, belief in team.beliefs.items():
             if belief.alignment is None:
                 continue
-            place = belief.places.add(belief.alignment.T_a_b, "maps", now_ns)
-            if place is not None and place.is_refuted:
-                effects += team.unmerge(pair, nobody_here(place), now_ns)
+            belief.places.add(T_a_b := belief.alignment.T_a_b, "maps", now_ns)
+            if (reason := against(belief.places, T_a_b)) is not None:
+                effects += team.unmerge(pair, reason, now_ns)
         return effects or self._look_through(team, now_ns)
 
     def _look_through(self, team: Team, now_ns: int) -> list[Effect]:
-        """Unmerge the weakest alignment between two robots that are placed through others, where nobody was."""
-        for (a, b), belief in team.beliefs.items():
-            T_a_b = None if belief.alignment is not None else team.layout.T_between(a, b)
+        """Unmerge the weakest alignment between two robots that are placed through others, but not where they are."""
+        for pair, belief in team.beliefs.items():
+            T_a_b = None if belief.alignment is not None else team.layout.T_between(*pair)
             if T_a_b is None:
                 continue
-            place = belief.places.at(T_a_b)
-            if place is None and self.robot_id in (a, b):
-                place = belief.places.add(T_a_b, "team", now_ns)
-            if place is not None and place.is_refuted and (weakest := team.layout.weakest_between(a, b)) is not None:
-                return team.unmerge(weakest, nobody_there(a, b, place), now_ns)
+            if self.robot_id in pair:
+                belief.places.add(T_a_b, "team", now_ns)
+            reason = against_by_way(pair, belief, T_a_b)
+            if reason is not None and (weakest := team.layout.weakest_between(*pair)) is not None:
+                return team.unmerge(weakest, reason, now_ns)
         return []
 
     def claims(self, team: Team, now_ns: int) -> list[tuple[str, Transform, float, int]]:

@@ -31,9 +31,9 @@ MOST_SEEN_LLR = 6.0
 MOST_UNSEEN_LLR = -3.0
 """Bound of what free sight says while the teammate was never seen, though every laser of the team should meet
 teammates' bodies: one robot in 20 is behind glass, or leans."""
-MOST_HIDDEN_LLR = -1.5
-"""The same where teammates may be too low for each other's lasers: both robots' together must not refute a place, for
-of two robots of one kind neither sees the other then."""
+MOST_HIDDEN_LLR = -0.9
+"""The same where teammates may be too low for each other's lasers: both robots' together must not make a place doubted,
+for of two robots of one kind neither sees the other then."""
 MOST_NOT_THERE_LLR = -6.0
 """... and where it was seen some time at the same place."""
 MOMENTS_MOST = 100

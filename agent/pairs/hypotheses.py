@@ -25,8 +25,8 @@ SUPPORTED_LLR = 6.0
 LEAD_LLR = 3.0
 """Lead of one place over another from which sightings, and third robots, decide between them, nats: 20 to 1."""
 DOUBTED_LLR = -2.0
-"""A place is doubted where one robot alone says so much against it, nats: it looked twice where the other should be.
-Where robots may be too low for each other's lasers none says so much (``MOST_HIDDEN_LLR``)."""
+"""A place is doubted from here, nats: two looks in vain where the other should be. Maps alone merge nobody there. Where
+robots may be too low for each other's lasers not both together say so much (``MOST_HIDDEN_LLR``)."""
 REFUTED_LLR = -4.0
 """A place is refuted below, nats: 50 to 1 against it, and more than one robot's free sight may say
 (``MOST_UNSEEN_LLR``), for one robot may be too low for the other's laser. Where all may be (``MOST_HIDDEN_LLR``) not
@@ -73,9 +73,8 @@ class Hypothesis:
 
     @property
     def is_doubted(self) -> bool:
-        """Whether one of the robots looked at the other's place, saw nobody, and nothing speaks for it."""
-        said = [0.0 if self.own is None else self.own.llr, *self.told.values()]
-        return min(said) <= DOUBTED_LLR and self.llr < 0.0
+        """Whether the robots looked at each other's place more than once, and nobody was there yet."""
+        return self.llr <= DOUBTED_LLR
 
     def correct(self, T_a_b: Transform) -> None:
         """Take a better estimate of the place."""

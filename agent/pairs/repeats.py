@@ -15,6 +15,8 @@ from mrslam.merge import Pair
 
 MORE_WALL = 2.0
 """Times as much wall as has fitted at wrong places must agree, where nothing but maps speaks for a place."""
+AS_MUCH_WALL = 1.0
+"""Times as much below which a pair is unmerged again: less than what merging asks for, so that it is not by turns."""
 
 
 def misfitted_m(beliefs: Mapping[Pair, PairBelief]) -> float:
@@ -37,3 +39,20 @@ def unless_repeated(
         f"maps are alike at several places here ({wrong_m:.0f} m of wall fitted at wrong ones): "
         f"{MORE_WALL * wrong_m:.0f} m must agree, or the robots see each other",
     )
+
+
+def too_little(beliefs: Mapping[Pair, PairBelief]) -> list[tuple[Pair, str]]:
+    """Return the merged pairs for which no more wall speaks than has fitted at wrong places since, and why, in words.
+
+    Not those of which the robots saw each other there.
+    """
+    least_m = AS_MUCH_WALL * misfitted_m(beliefs)
+    found = []
+    for pair, belief in beliefs.items():
+        if belief.alignment is None:
+            continue
+        here = belief.places.at(belief.alignment.T_a_b)
+        wall_m = max(belief.alignment.evidence.matched_m, 0.0 if here is None else here.fitted_m)
+        if wall_m < least_m and (here is None or here.llr <= 0.0):
+            found.append((pair, f"as much wall as agrees here ({wall_m:.0f} m) has fitted at wrong places since"))
+    return found

@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from mrslam.agent.pairs.belief import PairBelief
-from mrslam.agent.pairs.hypotheses import Hypothesis
-from mrslam.agent.pairs.weighing import refused, seen_elsewhere
+from mrslam.agent.pairs.weighing import against, refused
 from mrslam.alignment import Alignment, Rejection
 from mrslam.merge import Pair
 from mrslam.merge.graph.edges import make_edge, pair_of
@@ -39,22 +38,13 @@ def unless_refuted(
             if names == pair or belief is None:
                 continue
             T = se2.compose(se2.inverse(T_a[one]), se2.compose(outcome.T_a_b, T_b[other]))
-            why = _against(names, belief, T if names[0] == one else se2.inverse(T))
+            why = against_by_way(names, belief, T if names[0] == one else se2.inverse(T))
             if why is not None and weakest(joined, path(joined, one, other)) == pair:
                 return refused(outcome, why)
     return outcome
 
 
-def _against(names: Pair, belief: PairBelief, T_a_b: Transform) -> str | None:
-    """Return what speaks against a place of two robots: nobody was there, or they saw each other elsewhere."""
-    a, b = names
-    place = belief.places.at(T_a_b)
-    if place is not None and place.is_refuted:
-        return nobody_there(a, b, place)
-    ahead = belief.places.ahead_of(T_a_b)
-    return None if ahead is None else f"placed through it, {seen_elsewhere(f'{a} and {b}', ahead)}"
-
-
-def nobody_there(a: str, b: str, place: Hypothesis) -> str:
-    """Return why an alignment between two robots is given up that have this place by it."""
-    return f"placed through it, {a} and {b} looked for each other, and nobody was there ({place.llr:.1f} nats)"
+def against_by_way(names: Pair, belief: PairBelief, T_a_b: Transform) -> str | None:
+    """Return what was seen that speaks against a place to which third robots lead, in words, or None."""
+    reason = against(belief.places, T_a_b, " and ".join(names))
+    return None if reason is None else f"placed through it, {reason}"

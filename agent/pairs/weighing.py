@@ -36,16 +36,29 @@ def weighed(places: Hypotheses, outcome: Alignment | Rejection, loops: Sequence[
     """Return an alignment's outcome as encounters leave it; third robots (``loops``) choose between places alone."""
     if outcome.T_a_b is None:
         return outcome
-    here = places.at(outcome.T_a_b)
     if isinstance(outcome, Alignment):
-        if here is not None and (here.is_refuted or here.is_doubted):
-            return refused(outcome, nobody_here(here))
-        if (ahead := places.ahead_of(outcome.T_a_b)) is not None:
-            return refused(outcome, seen_elsewhere("the robots", ahead))
-        return outcome
+        reason = against(places, outcome.T_a_b)
+        return outcome if reason is None else refused(outcome, reason)
+    here = places.at(outcome.T_a_b)
     if here is not None and here is places.supported and agrees(outcome.evidence):
         return by_sight(here, outcome)
     return _decided(places, outcome, loops) if outcome.ambiguous else outcome
+
+
+def against(places: Hypotheses, T_a_b: Transform, robots: str = "the robots") -> str | None:
+    """Return what was seen that speaks against a place of two robots, in words, or None.
+
+    They looked for each other and nobody was there, or they rather saw each other elsewhere. It keeps alignments from
+    being believed, and withdraws those that are.
+    """
+    here = places.at(T_a_b)
+    if here is not None and here.is_doubted:
+        return f"{robots} looked where the other should be, and nobody was there ({here.llr:.1f} nats)"
+    ahead = places.ahead_of(T_a_b)
+    if ahead is None:
+        return None
+    x, y, _ = ahead.T_a_b
+    return f"{robots} saw each other with the maps {x:.1f}, {y:.1f} m apart, which is not here"
 
 
 def _decided(places: Hypotheses, outcome: Rejection, loops: Sequence[Loop]) -> Alignment | Rejection:
@@ -111,14 +124,3 @@ def covariance_of(place: Hypothesis) -> NDArray[np.float64]:
 def refused(outcome: Alignment, reason: str) -> Rejection:
     """Return the rejection of an alignment for this reason."""
     return Rejection(reason, outcome.confidence, outcome.evidence, outcome.method, outcome.T_a_b)
-
-
-def nobody_here(place: Hypothesis) -> str:
-    """Return why two robots are not laid together at a place of their maps."""
-    return f"the robots looked where the other should be, and nobody was there ({place.llr:.1f} nats)"
-
-
-def seen_elsewhere(robots: str, place: Hypothesis) -> str:
-    """Return why two robots are not laid together elsewhere than where they saw each other."""
-    x, y, _ = place.T_a_b
-    return f"{robots} saw each other with the maps {x:.1f}, {y:.1f} m apart, which is not here"

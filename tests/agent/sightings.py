@@ -35,13 +35,14 @@ def met(own: str = "r1") -> Agent:
 
 
 def watch(
-    one: Agent, *, mutual: bool = False, encounters: bool = True, epoch: int | None = None
+    one: Agent, *, mutual: bool = False, encounters: bool = True, epoch: int | None = None, visible: bool = True
 ) -> tuple[Witness, list[Event]]:
     """Let a robot see r2 drive towards it, every second; return what it concludes.
 
-    ``mutual`` : r2 tells what it sees; ``epoch`` : of the map in which it says where it is.
+    ``mutual`` : r2 tells what it sees; ``epoch`` : of the map in which it says where it is; ``visible`` : whether every
+    laser meets teammates' bodies.
     """
-    config = MutualDetectionConfig(encounters=encounters, teammates_visible=True)
+    config = MutualDetectionConfig(encounters=encounters, teammates_visible=visible)
     witness, effects = Witness(one.robot_id, config), []
     epoch = one.team.maps["r2"].epoch if epoch is None else epoch
     for k, (own, mate) in enumerate(zip(OWN, MATE, strict=True)):

@@ -11,8 +11,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/witness.py",
-        "if place is None and self.robot_id in (a, b):",
-        "if False:",
+        "if self.robot_id in pair:\n                belief.places",
+        "if False:\n                belief.places",
         "robots do not look where third robots place a teammate",
     ),
     Mutant(
@@ -41,7 +41,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/witness.py",
-        "if place is not None and place.is_refuted:",
+        "if (reason := against(belief.places, T_a_b)) is not None:",
         "if False:",
         "a pair whose robots looked in vain for each other stays merged",
     ),

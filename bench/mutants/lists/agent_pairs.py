@@ -47,7 +47,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/weighing.py",
-        "(here.is_refuted or here.is_doubted)",
+        "here is not None and here.is_doubted",
         "False",
         "a place where nobody was is believed again as soon as the maps propose it",
     ),
@@ -84,7 +84,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/through.py",
-        "return None if ahead is None else",
+        "return None if reason is None else",
         "return None if True else",
         "third robots lay two that met where they did not",
     ),
@@ -317,28 +317,16 @@ MUTANTS = (
         "another place that fits as well does not unmerge a pair once much wall agrees",
     ),
     Mutant(
-        "agent/pairs/weighing.py",
-        "(here.is_refuted or here.is_doubted)",
-        "here.is_refuted",
-        "maps that look alike merge two robots of which one looked for the other in vain",
+        "agent/pairs/hypotheses.py",
+        "DOUBTED_LLR = -2.0",
+        "DOUBTED_LLR = REFUTED_LLR",
+        "two looks in vain do not part maps that look alike",
     ),
     Mutant(
-        "agent/pairs/hypotheses.py",
-        "return min(said) <= DOUBTED_LLR and self.llr < 0.0",
-        "return min(said) <= DOUBTED_LLR",
-        "a robot that missed the other twice is not merged with it though that saw it",
-    ),
-    Mutant(
-        "agent/pairs/hypotheses.py",
-        "return min(said) <= DOUBTED_LLR and self.llr < 0.0",
-        "return self.llr <= DOUBTED_LLR",
+        "mutual_detection/encounters.py",
+        "MOST_HIDDEN_LLR = -0.9",
+        "MOST_HIDDEN_LLR = -1.5",
         "robots too low for each other's lasers are not merged",
-    ),
-    Mutant(
-        "agent/pairs/hypotheses.py",
-        "said = [0.0 if self.own is None else self.own.llr, *self.told.values()]",
-        "said = [0.0, *self.told.values()]",
-        "what the own scans alone say against a place does not keep maps that look alike apart",
     ),
     Mutant(
         "agent/pairs/hints.py",

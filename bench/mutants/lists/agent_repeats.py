@@ -57,4 +57,28 @@ MUTANTS = (
         "outcome = unless_refuted(pair, outcome, self.beliefs)",
         "maps that are alike are believed however often they were wrong",
     ),
+    Mutant(
+        "agent/team.py",
+        "effects += self.unmerge(pair, reason, now_ns)\n        return effects + self",
+        "pass\n        return effects + self",
+        "what was merged before the building was known to repeat itself stays, on however little wall",
+    ),
+    Mutant(
+        "agent/pairs/repeats.py",
+        "AS_MUCH_WALL = 1.0",
+        "AS_MUCH_WALL = 2.0",
+        "pairs are merged and unmerged by turns where much has fitted at wrong places",
+    ),
+    Mutant(
+        "agent/pairs/repeats.py",
+        "wall_m < least_m and (here is None or here.llr <= 0.0)",
+        "wall_m < least_m",
+        "robots that saw each other are parted for what fitted elsewhere",
+    ),
+    Mutant(
+        "agent/pairs/repeats.py",
+        "max(belief.alignment.evidence.matched_m, 0.0 if here is None else here.fitted_m)",
+        "belief.alignment.evidence.matched_m",
+        "a pair is parted though much wall agrees, for it was believed when little was known",
+    ),
 )

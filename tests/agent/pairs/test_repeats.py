@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mrslam.agent.effects import Event
 from mrslam.agent.pairs.belief import PairBelief
-from mrslam.agent.pairs.repeats import misfitted_m, unless_repeated
+from mrslam.agent.pairs.repeats import misfitted_m, too_little, unless_repeated
 from mrslam.alignment import Rejection
 from mrslam.merge import Pair
 from tests.agent.pairs.floors import Floors, found
@@ -93,3 +94,40 @@ def test_a_team_that_was_wrong_once_keeps_maps_apart_until_they_share_more() -> 
     team.grow("r2", 128, revision=2)
     team.align(found(5.0, wall_m=41.0), 60.0)
     assert belief.found is not None
+
+
+@pytest.mark.parametrize(
+    ("wall_m", "fitted_m", "seen", "is_left"),
+    [
+        (19.9, 0.0, 0.0, False),
+        (20.0, 0.0, 0.0, True),
+        (19.9, 0.0, 0.9, True),  # one sighting
+        (19.9, 0.0, -0.9, False),
+        (10.0, 25.0, 0.0, True),  # believed when less was known
+    ],
+)
+def test_a_pair_on_less_wall_than_has_fitted_at_wrong_places_is_given_up(
+    wall_m: float, fitted_m: float, seen: float, is_left: bool
+) -> None:
+    held = beliefs((("r1", "r3"), 1.0, 20.0, -6.0), (PAIR, 5.0, fitted_m, seen))
+    held[PAIR].stability.believed = found(5.0, wall_m=wall_m)
+    given_up = too_little(held)
+    assert [pair for pair, _ in given_up] == ([] if is_left else [PAIR])
+    assert is_left or "has fitted at wrong places since" in given_up[0][1]
+
+
+def test_what_was_merged_before_the_building_was_known_to_repeat_itself_is_unmerged() -> None:
+    team = Floors("r1", "r2", "r3")
+    for t_s in (0.0, 20.0):
+        while (due := team.due(t_s)) is not None and due != PAIR:
+            team.align(Rejection("too little", 0.1, None, "auto"), t_s)
+        team.align(found(5.0, wall_m=15.0), t_s)
+    assert team.beliefs[PAIR].status == "accepted" and "r1" in team.layout.T_team_map
+    team.grow("r3", 128, revision=2)
+    job, wrong = team.job(40.0), found(9.0, wall_m=30.0)
+    place = team.beliefs[job.a, job.b].places.add(wrong.T_a_b, "maps", 0)
+    assert (job.a, job.b) != PAIR and place is not None
+    place.told = {"r3": -6.0}
+    (_, unmerged) = team.on_aligned(job, wrong, 40_000_000_000)
+    assert isinstance(unmerged, Event) and unmerged.kind == "unmerged" and unmerged.fields["b"] == "r2"
+    assert "r1" not in team.layout.T_team_map

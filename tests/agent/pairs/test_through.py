@@ -33,8 +33,8 @@ def believed(confidence: float) -> dict[Pair, PairBelief]:
 @pytest.mark.parametrize(
     ("place", "llr", "confidence", "refused_as"),
     [
-        (BY_WAY, -6.0, 0.95, "looked for each other, and nobody was there"),
-        (BY_WAY, -3.0, 0.95, None),
+        (BY_WAY, -2.0, 0.95, "r1 and r3 looked where the other should be, and nobody was there"),
+        (BY_WAY, -1.0, 0.95, None),
         (ELSEWHERE, 4.0, 0.95, "r1 and r3 saw each other with the maps 9.0, -6.0 m apart"),
         (ELSEWHERE, 2.0, 0.95, None),
         (BY_WAY, 4.0, 0.95, None),

@@ -9,6 +9,7 @@ from mrslam.agent.pairs.hypotheses import Hypotheses, Hypothesis
 from mrslam.agent.pairs.weighing import FITTED_M, agrees, by_sight, is_worth_keeping, weighed
 from mrslam.alignment import Alignment, Evidence, Rejection, WallEvidence
 from mrslam.mutual_detection import MutualFix, Sightings
+from mrslam.mutual_detection.encounters import MOST_HIDDEN_LLR
 from mrslam.spatial import se2
 
 HERE = se2.transform(2.0, -1.0, 0.4)
@@ -72,11 +73,11 @@ def test_where_robots_saw_each_other_walls_say_better_where_the_maps_lie_if_enou
         (0, -2.0, False),  # r2 looked twice where r1 should be
         (0, -1.9, True),
         (2, 0.0, False),  # r1 did where r2 should be
-        (1, -1.5, True),  # both are as low as that; neither may meet the other's body
+        (1, -1.0, False),  # each did once
         (2, 6.0, True),  # r2 saw r1
     ],
 )
-def test_maps_alone_do_not_merge_a_pair_where_one_robot_looked_and_saw_nobody(
+def test_maps_alone_do_not_merge_a_pair_where_robots_looked_twice_and_saw_nobody(
     own: int, told: float, is_merged: bool
 ) -> None:
     places = Hypotheses()
@@ -86,7 +87,7 @@ def test_maps_alone_do_not_merge_a_pair_where_one_robot_looked_and_saw_nobody(
     outcome = weighed(places, Alignment(HERE, 0.9, walls(60.0, 0.0, 0.0), np.eye(3), "auto"))
     assert isinstance(outcome, Alignment) == is_merged
     assert is_merged or (isinstance(outcome, Rejection) and "nobody was there" in outcome.reason)
-    assert not place.is_refuted  # a pair that is merged stays so
+    assert not place.is_refuted
 
 
 @pytest.mark.parametrize(
@@ -96,7 +97,7 @@ def test_maps_alone_do_not_merge_a_pair_where_one_robot_looked_and_saw_nobody(
         (0.0, 2.9, True),
         (2.0, 4.0, True),
         (-1.0, 2.0, False),
-        (-3.0, 0.0, True),  # robots too low for each other's lasers, seen nowhere
+        (2.0 * MOST_HIDDEN_LLR, 0.0, True),  # robots too low for each other's lasers, seen nowhere
         (4.0, 6.0, False),  # three sightings there outweigh two here
     ],
 )
