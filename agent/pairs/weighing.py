@@ -69,28 +69,28 @@ def _decided(places: Hypotheses, outcome: Rejection, loops: Sequence[Loop]) -> A
     """
     fits = [T for T in (outcome.T_a_b, *outcome.rivals) if T is not None]
     left = [T for T in fits if (place := places.at(T)) is not None and place is places.supported]
-    method = SIGHT_METHOD
     if not left:
-        left, method = _chosen(places, fits, loops), LOOP_METHOD
+        left = _chosen(places, fits, loops)
     if len(left) != 1 or outcome.evidence is None:
         return outcome
+    method = LOOP_METHOD if any(SAME_PLACE.is_near(loop.T_a_b, left[0]) for loop in loops) else SIGHT_METHOD
     return Alignment(left[0], SIGHT_CONFIDENCE, outcome.evidence, SPREAD, method)
 
 
 def _chosen(places: Hypotheses, fits: list[Transform], loops: Sequence[Loop]) -> list[Transform]:
-    """Return the place that loops lead to and that is ahead of all others by ``LEAD_LLR``, alone, or nothing.
+    """Return the place for which sightings and loops speak, by ``LEAD_LLR`` more than for any other; alone, or nothing.
 
-    None where robots looked in vain.
+    Loops say nothing for a place where robots looked in vain.
     """
     ranked = []
     for k, T_a_b in enumerate(fits):
         place = places.at(T_a_b)
         is_refuted = place is not None and place.is_refuted
         closed = sum(loop.llr for loop in loops if not is_refuted and SAME_PLACE.is_near(loop.T_a_b, T_a_b))
-        ranked.append(((0.0 if place is None else place.llr) + closed, closed, k))
+        ranked.append(((0.0 if place is None else place.llr) + closed, k))
     ranked.sort(reverse=True)
-    (best, closed, k), (second, _, _) = ranked[:2]
-    return [fits[k]] if closed > 0.0 and best - second >= LEAD_LLR else []
+    (best, k), (second, _) = ranked[:2]
+    return [fits[k]] if best > 0.0 and best - second >= LEAD_LLR else []
 
 
 def is_worth_keeping(outcome: Alignment | Rejection) -> bool:

@@ -53,15 +53,15 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/weighing.py",
-        "closed > 0.0 and best - second >= LEAD_LLR",
+        "best > 0.0 and best - second >= LEAD_LLR",
         "True",
         "of places that fit alike the first is merged though nobody knows which is right",
     ),
     Mutant(
         "agent/pairs/weighing.py",
-        "    if not left:\n        left, method",
+        "    if not left:\n        left = _chosen",
         "    left = left or [T for T in fits if (place := places.at(T)) is None or not place.is_refuted]\n"
-        "    if len(left) > 1:\n        left, method",
+        "    if len(left) > 1:\n        left = _chosen",
         "in a building that repeats itself the last place that nobody refuted is taken for the right one",
     ),
     Mutant(

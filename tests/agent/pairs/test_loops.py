@@ -69,13 +69,20 @@ def test_loops_choose_no_place_where_robots_looked_in_vain() -> None:
     assert weighed(places, ALIKE, loops) is ALIKE
 
 
-def test_sightings_that_do_not_suffice_choose_nothing_by_themselves() -> None:
+@pytest.mark.parametrize(
+    ("llr_here", "llr_there", "is_chosen"), [(3.0, 0.0, True), (2.9, 0.0, False), (4.0, 2.0, False), (0.0, -3.0, False)]
+)
+def test_sightings_choose_a_place_only_if_they_say_enough_more_for_it(
+    llr_here: float, llr_there: float, is_chosen: bool
+) -> None:
     places = Hypotheses()
-    for T, llr in ((THERE, 0.0), (HERE, 4.0)):
+    for T, llr in ((THERE, llr_there), (HERE, llr_here)):
         place = places.add(T, "maps", 0)
         assert place is not None
         place.told["r2"] = llr
-    assert weighed(places, ALIKE) is ALIKE
+    found = weighed(places, ALIKE)
+    assert isinstance(found, Alignment) == is_chosen
+    assert not isinstance(found, Alignment) or np.array_equal(found.T_a_b, HERE)
 
 
 def test_a_loop_says_nothing_against_walls() -> None:
