@@ -28,9 +28,8 @@ DOUBTED_LLR = -2.0
 """A place is doubted from here, nats: two looks in vain where the other should be. Maps alone merge nobody there. Where
 robots may be too low for each other's lasers not both together say so much (``MOST_HIDDEN_LLR``)."""
 REFUTED_LLR = -4.0
-"""A place is refuted below, nats: 50 to 1 against it, and more than one robot's free sight may say
-(``MOST_UNSEEN_LLR``), for one robot may be too low for the other's laser. Where all may be (``MOST_HIDDEN_LLR``) not
-both together reach it."""
+"""A place is refuted from here, nats: 50 to 1 against it, and more than one robot's free sight may say
+(``MOST_UNSEEN_LLR``), for one robot may be too low for the other's laser. It counts as wrong from then on."""
 
 
 @dataclass(eq=False)

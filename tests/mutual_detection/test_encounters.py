@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrslam.agent.pairs.hypotheses import REFUTED_LLR
+from mrslam.agent.pairs.hypotheses import DOUBTED_LLR
 from mrslam.mutual_detection import sightings
 from mrslam.mutual_detection.encounters import (
     MOST_HIDDEN_LLR,
@@ -49,7 +49,7 @@ def test_a_robot_that_cannot_be_seen_is_not_contradicted_to_death() -> None:
 def test_robots_that_may_be_too_low_for_each_other_refute_nothing_before_they_were_seen() -> None:
     hidden = [one for k in range(10) for one in moments(hidden=True)]
     found = sightings(hidden, RIGHT, RADIUS_M, MOST_HIDDEN_LLR)
-    assert found.not_there > 10 and found.llr == MOST_HIDDEN_LLR and 2.0 * found.llr > REFUTED_LLR
+    assert found.not_there > 10 and found.llr == MOST_HIDDEN_LLR and 2.0 * found.llr > DOUBTED_LLR
     found.take(moments()[4], RIGHT, RADIUS_M)
     assert found.llr == MOST_NOT_THERE_LLR + 2.0
 
