@@ -13,6 +13,7 @@ from mrslam.sim_driver.evaluate.relations import Relations, cross_errors, read_r
 from mrslam.sim_driver.evaluate.results import RunResults
 from mrslam.sim_driver.evaluate.trajectories import Trajectory, fit
 from mrslam.sim_driver.evaluate.truth import Judge, is_false_merge, overlap, pair_error
+from mrslam.sim_driver.missions.mission import Mission
 from mrslam.sim_driver.simulation.simulation import make_world
 from mrslam.spatial import OccupancyGrid
 from mrslam.spatial.se2 import Transform
@@ -103,11 +104,16 @@ def by_place(
 
 
 def relations_of(run: RunResults, references: References) -> Relations | None:
-    """Return the relations to judge by: those given, or those the mission names."""
-    path = references.relations
-    if path is None and run.mission.truth.relations is not None:
-        path = run.mission.find(run.mission.truth.relations)
-    return None if path is None else read_relations(path)
+    """Return the relations to judge by: those given, or those the mission names if they are still there."""
+    if references.relations is not None:
+        return read_relations(references.relations)
+    if run.mission.truth.relations is None:
+        return None
+    return run.tried(Path(run.mission.truth.relations), lambda path: _named(run.mission, path), None)
+
+
+def _named(mission: Mission, path: Path) -> Relations | None:
+    return read_relations(mission.find(str(path)))
 
 
 def by_relations(run: RunResults, relations: Relations | None, a: str, b: str, T_a_b: Transform) -> Judgement | None:
