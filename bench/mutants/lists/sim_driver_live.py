@@ -237,4 +237,10 @@ MUTANTS = (
         "",
         "a new agent shows the map of the one before",
     ),
+    Mutant(
+        "sim_driver/cli/live/ros.py",
+        "ProcessShell(runner, clock)",
+        "ProcessShell(runner, WallClock(time.monotonic_ns() - time.time_ns()))",
+        "after an NTP step and a reset all scans seem old, and particles are given up for good",
+    ),
 )
