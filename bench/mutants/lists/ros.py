@@ -199,7 +199,7 @@ MUTANTS = (
     ),
     Mutant(
         FRAMES,
-        "if not (np.abs(pose) < FARTHEST_M).all():",
+        "if not _is_possible(pose):",
         "if not np.isfinite(pose).all():",
         "one absurd message of odometry makes the pose not finite",
     ),
@@ -208,5 +208,41 @@ MUTANTS = (
         "key=lambda path: (path.stat().st_mtime_ns, path.name)",
         "key=lambda path: path.name",
         "load_session brings back another session than the last one",
+    ),
+    Mutant(
+        "sim_driver/ros/frames.py",
+        "        del self._moving[oldest], self._parents[oldest], self._fixed[oldest]",
+        "        return",
+        "a tracker that names a new frame for each person fills the node's memory",
+    ),
+    Mutant(
+        "sim_driver/ros/frames.py",
+        "next(name for name in self._moving if name not in above)",
+        "next(iter(self._moving))",
+        "where many frames move the robot's slow odometry is forgotten between two of its transforms",
+    ),
+    Mutant(
+        "sim_driver/ros/frames.py",
+        "self._moving.pop(child, None) or RecentMotion()",
+        "self._moving.get(child) or RecentMotion()",
+        "where many frames move one that is heard all the time is forgotten",
+    ),
+    Mutant(
+        "sim_driver/ros/frames.py",
+        "parent == child or not _is_possible(matrix):",
+        "parent == child:",
+        "tf that is not finite counts as odometry that comes, and nobody is told",
+    ),
+    Mutant(
+        "sim_driver/ros/inlet.py",
+        'self._complaints.once("bad tf",',
+        "str(",
+        "transforms that make no sense are dropped without a word",
+    ),
+    Mutant(
+        "sim_driver/ros/inlet.py",
+        "        self.arrivals.odometry += 1\n        self.arrivals.odometry_s = now_s\n        self.pump(now_s)\n",
+        "        self.pump(now_s)\n",
+        "odometry on its topic is said to be missing though it comes",
     ),
 )
