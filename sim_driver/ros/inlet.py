@@ -36,8 +36,8 @@ HELD = 400
 QUIET_S = 5.0
 """Scans without odometry, or odometry without scans, for this long are worth a warning, seconds."""
 JUMP_PAUSE_S = 30.0
-"""Stamps that run backward within this of the last time are not told again, seconds: each costs a session's file, and
-two drivers on one topic whose clocks differ would run backward with every other scan."""
+"""Stamps that run backward within this of the last time are no jump of their own, seconds: each costs a session's
+file, and those of two drivers on one topic whose clocks differ run backward with every other scan."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,13 +215,13 @@ class Inlet:
             back_s = (newest_ns - stamp_ns) / 1e9
             self._complaints.once(
                 "clock",
-                f"{topic}: stamps run backward by {back_s:.1f} s (a bag that loops?); the map so far is saved as a "
-                "session, and the robot continues",
+                f"{topic}: stamps run backward by {back_s:.1f} s (a bag that loops?); the robot continues without that "
+                "step of odometry",
             )
             self.pump(np.inf)
             self._source = "before the jump"
-            if self._jumped_s is None or now_s - self._jumped_s >= JUMP_PAUSE_S:
-                self._jumped_s = now_s
+            before_s, self._jumped_s = self._jumped_s, now_s
+            if before_s is None or now_s - before_s >= JUMP_PAUSE_S:
                 self._on_jump(back_s)
 
     def _watch_beams(self, topic: str, ranges_m: Any) -> None:

@@ -169,14 +169,14 @@ MUTANTS = (
     ),
     Mutant(
         INLET,
-        "if self._jumped_s is None or now_s - self._jumped_s >= JUMP_PAUSE_S:",
+        "if before_s is None or now_s - before_s >= JUMP_PAUSE_S:",
         "if True:",
         "two drivers with different clocks on one topic write a session's file with every scan",
     ),
     Mutant(
         INLET,
-        "if self._jumped_s is None or now_s - self._jumped_s >= JUMP_PAUSE_S:",
-        "if self._jumped_s is None:",
+        "if before_s is None or now_s - before_s >= JUMP_PAUSE_S:",
+        "if before_s is None:",
         "the second bag that is played goes into the session of the first",
     ),
     Mutant(
@@ -244,5 +244,23 @@ MUTANTS = (
         "        self.arrivals.odometry += 1\n        self.arrivals.odometry_s = now_s\n        self.pump(now_s)\n",
         "        self.pump(now_s)\n",
         "odometry on its topic is said to be missing though it comes",
+    ),
+    Mutant(
+        "sim_driver/ros/inlet.py",
+        "before_s, self._jumped_s = self._jumped_s, now_s",
+        "before_s, self._jumped_s = self._jumped_s, self._jumped_s or now_s",
+        "two drivers with different clocks on one topic write a session's file every half minute",
+    ),
+    Mutant(
+        "sim_driver/ros/jumps.py",
+        "self._ask(self._save).add_done_callback(lambda saved: self._report(saved, back_s))",
+        "self._ask(self._save)",
+        "nobody is told that the map of before a jump could not be saved",
+    ),
+    Mutant(
+        "sim_driver/ros/jumps.py",
+        "if self._asked == SAVED_MOST:",
+        "if False:",
+        "a bag that loops for ever fills the disk with sessions",
     ),
 )

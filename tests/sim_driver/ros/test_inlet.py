@@ -272,11 +272,11 @@ def test_scans_that_wait_are_handed_on_before_a_jump_of_the_clock_is_told() -> N
 
 def test_two_drivers_of_different_clocks_on_one_topic_ask_for_one_session_and_a_later_jump_for_another() -> None:
     rig = Rig(odometry="none").mounted()
-    for k in range(20):
-        rig.at(0.1 * k)
-        rig.scan(1000.0 + 0.1 * k)
-        rig.scan(900.0 + 0.1 * k)
-    assert rig.jumps == [pytest.approx(100.0)] and len(rig.out) == 40
-    rig.at(JUMP_PAUSE_S + 1.0)
+    for k in range(200):  # for longer than the pause
+        rig.at(0.5 * k)
+        rig.scan(1000.0 + 0.5 * k)
+        rig.scan(900.0 + 0.5 * k)
+    assert rig.jumps == [pytest.approx(100.0)] and len(rig.out) == 400
+    rig.at(rig.now_s + JUMP_PAUSE_S + 1.0)
     rig.scan(500.0)
     assert len(rig.jumps) == 2
