@@ -315,4 +315,10 @@ MUTANTS = (
         "found = otherwise",
         "a log that is gone is named once for every robot that played it",
     ),
+    Mutant(
+        "sim_driver/evaluate/judges.py",
+        "np.ascontiguousarray(grid.is_free)), judge.in_true_map",
+        "np.ascontiguousarray(grid.is_free)), _placed_in_true_map(run, references)",
+        "mrslam eval aligns every robot's map with the true map twice",
+    ),
 )
