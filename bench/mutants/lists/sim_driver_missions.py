@@ -207,4 +207,16 @@ MUTANTS = (
         "folder / VIEW_FILE",
         "a run that is only watched leaves large recordings",
     ),
+    Mutant(
+        "sim_driver/missions/run_shapes.py",
+        "    a: MapName\n    b: MapName\n",
+        "    a: Name\n    b: Name\n",
+        "merges with saved maps of long names are left out of a run as damaged",
+    ),
+    Mutant(
+        "sim_driver/missions/run_shapes.py",
+        "    robot_id: MapName\n",
+        "    robot_id: Name\n",
+        "news of saved maps of long names is left out of a run as damaged",
+    ),
 )
