@@ -219,4 +219,22 @@ MUTANTS = (
         "    robot_id: Name\n",
         "news of saved maps of long names is left out of a run as damaged",
     ),
+    Mutant(
+        "sim_driver/missions/settings.py",
+        '        blamed, said = f"{where}: ", str(error)\n',
+        '        blamed, said = "\\n", str(error)\n',
+        "a mistake in --set is said to be one of the mission's file",
+    ),
+    Mutant(
+        "sim_driver/missions/settings.py",
+        "        make(tables)\n",
+        "",
+        "a mistake in the mission's file is said to be one of --set",
+    ),
+    Mutant(
+        "sim_driver/missions/mission.py",
+        "    return made_with(lambda tables: make_mission(tables, path), read_toml(path), assignments, str(path))",
+        '    return made_with(lambda tables: make_mission(tables, path), read_toml(path), assignments, "")',
+        "mrslam run --set blames the mission's file for what is misspelt",
+    ),
 )

@@ -87,7 +87,7 @@ def _make_agent(node: RosNode) -> Agent:
     boot_id = time.time_ns() // 1_000_000
     name = {"team": options.team, "mode": options.mode}
     agent = Agent(options.robot, node.settings, **name, seed=options.seed, boot_id=boot_id)
-    if taken := take_maps(agent, [Path(path) for path in options.maps], options.near or None):
+    if taken := take_maps(agent, [Path(path) for path in options.maps], options.near or None, "near"):
         node.say(taken)
     return agent
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -142,3 +143,17 @@ def test_a_saved_map_for_nobody_in_the_team_is_named() -> None:
 def test_the_truth_is_one_of_a_missions_files() -> None:
     tables = {"robots": [{"id": "a", "log": "a.log"}], "truth": {"relations": "a.relations"}}
     assert make_mission(tables, Path("m.toml")).files == ["a.log", "a.relations"]
+
+
+def test_what_set_gets_wrong_is_said_of_it_and_not_of_the_mission(tmp_path: Path) -> None:
+    path = tmp_path / "m.toml"
+    path.write_text('[[robots]]\nid = "r1"\nlog = "some.log"\n')
+    for assignment, words in (
+        ("foo.bar=1", "unknown key 'foo'"),
+        ("comms.exchange_timeot_s=3", "comms: unknown key 'exchange_timeot_s'; did you mean 'exchange_timeout_s'"),
+        ("mission.speed=fast", "mission.speed = 'fast'"),
+    ):
+        with pytest.raises(InputError, match=f"^--set: {re.escape(words)}"):
+            load_mission(path, [assignment])
+    with pytest.raises(InputError, match=r"^--set robots\.id=r2: 'robots' is a list"):
+        load_mission(path, ["robots.id=r2"])
