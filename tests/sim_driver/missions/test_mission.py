@@ -90,7 +90,7 @@ def test_a_trace_makes_the_links_traced() -> None:
         ),
         ({"faults": [{"kind": "liar", "robot": "r1", "at_s": 3}]}, "liar must be 0 s: it lies from start to end"),
         (
-            {"mission": {"duration_s": 20}, "faults": [{"kind": "slow", "robot": "r1", "at_s": 20}]},
+            {"mission": {"duration_s": 20}, "faults": [{"kind": "slow", "robot": "r1", "at_s": 20, "amount": 2}]},
             "ends after 20 s, so slow of r1 at 20 s never happens",
         ),
         ({"mission": {"duration_s": float("inf")}}, r"mission\.duration_s must be a finite number, got inf"),
