@@ -136,10 +136,10 @@ MUTANTS = (
         "a mission fails where two robots stand at one place",
     ),
     Mutant(
-        "sim_driver/worlds/radio.py",
-        "config.latency_s / delivery",
-        "config.latency_s * delivery",
-        "the worse a link the sooner its messages come",
+        "sim_driver/run/run_virtual.py",
+        "_conditions(self._radios, mission.radio)",
+        "_conditions(self._radios, RadioConfig())",
+        "radio.bandwidth_bit_s and radio.latency_s have no effect",
     ),
     Mutant(
         "sim_driver/worlds/radio.py",
