@@ -143,8 +143,8 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/missions/sections.py",
-        "ok = bool(self.id) and ",
-        "ok = ",
+        'check_name(self.id, "robots.id")',
+        'self.id and check_name(self.id, "robots.id")',
         "a robot without a name writes its files among the run's",
     ),
     Mutant(
@@ -236,5 +236,17 @@ MUTANTS = (
         "    return made_with(lambda tables: make_mission(tables, path), read_toml(path), assignments, str(path))",
         '    return made_with(lambda tables: make_mission(tables, path), read_toml(path), assignments, "")',
         "mrslam run --set blames the mission's file for what is misspelt",
+    ),
+    Mutant(
+        "sim_driver/missions/sections.py",
+        'check_name(self.id, "robots.id")',
+        'require(self.id.replace("-", "").replace("_", "").isalnum(), "robots.id", "a name", self.id)',
+        "mrslam gather refuses agents whose names have a dot",
+    ),
+    Mutant(
+        "sim_driver/missions/sections.py",
+        "require(self.id not in OF_RUN,",
+        "require(True,",
+        "a robot named as a file of the run is in that file's place",
     ),
 )
