@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from mrslam.sim_driver.worlds import World
-from mrslam.spatial.errors import require_bounds
+from mrslam.spatial.errors import require, require_bounds
 from mrslam.spatial.traversal import traverse
 
 WAVES = 96
@@ -51,7 +51,7 @@ class RadioConfig:
     steepness_per_db: float = 0.6
     """How fast delivery falls around the sensitivity, 1/dB, > 0: from 95 % to 5 % within 10 dB."""
     bandwidth_bit_s: float = 0.0
-    """What a link carries each way, bits a second, >= 0: messages queue for it. 0: no limit. In virtual time only."""
+    """What a link carries each way, bits a second, >= 1: messages queue for it. 0: no limit. In virtual time only."""
     latency_s: float = 0.001
     """Time that a message is on its way, seconds, >= 0; repetitions lengthen it. In virtual time only."""
     range_m: float = 1000.0
@@ -59,6 +59,8 @@ class RadioConfig:
 
     def __post_init__(self) -> None:
         require_bounds("radio", self, BOUNDS)
+        carries = self.bandwidth_bit_s == 0.0 or self.bandwidth_bit_s >= 1.0
+        require(carries, "radio.bandwidth_bit_s", "0 (no limit), or 1 bit/s and more", self.bandwidth_bit_s)
 
 
 @dataclass(frozen=True)

@@ -159,4 +159,10 @@ MUTANTS = (
         "True",
         "trees of a campus stand in buildings and in entrances",
     ),
+    Mutant(
+        "sim_driver/worlds/radio.py",
+        "carries = self.bandwidth_bit_s == 0.0 or self.bandwidth_bit_s >= 1.0",
+        "carries = True",
+        "a mission whose radio carries next to nothing ends with an overflow",
+    ),
 )

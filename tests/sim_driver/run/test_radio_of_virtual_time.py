@@ -5,9 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from mrslam.comms import LinkConditions
 from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.sim_driver.run.run_virtual import VirtualTeam
+from mrslam.spatial import InputError
 
 
 def link(tmp_path: Path, **radio: Any) -> LinkConditions:
@@ -26,3 +29,7 @@ def test_messages_take_the_radios_time_and_queue_for_its_bandwidth(tmp_path: Pat
     assert usual == LinkConditions(loss=usual.loss) and 0.0 < usual.loss < 0.9
     assert slow == LinkConditions(loss=usual.loss, delay_s=0.5, rate_bps=2e4)
     assert link(tmp_path, range_m=0.1).loss == 1.0
+    with pytest.raises(
+        InputError, match=r"radio\.bandwidth_bit_s must be 0 \(no limit\), or 1 bit/s and more, got 0\.5"
+    ):
+        link(tmp_path, bandwidth_bit_s=0.5)
