@@ -7,6 +7,7 @@ import logging
 import os
 import shutil
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -102,6 +103,9 @@ def write_robot(agent: Agent, folder: Path, sent_bytes: Mapping[str, int]) -> No
         writers[TEAM_OVERLAY_FILE] = lambda: write_image(
             folder / TEAM_OVERLAY_FILE, draw_team(overlay, layers, ties_m=ties_m)
         )
+    absent = sorted({TRACKED_FILE, TEAM_OVERLAY_FILE} - writers.keys())
+    for name in absent:  # those of an earlier life would be taken for this one's
+        writers[name] = partial((folder / name).unlink, missing_ok=True)
     for name, write in writers.items():
         try:
             write()

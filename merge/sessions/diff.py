@@ -115,16 +115,13 @@ def _pieces(
     edge = 1 + math.floor(ONE_PIECE_M / grid.resolution_m + 1e-9)  # squares of it touch with that between their cells
     joined = cv2.dilate(mask.astype(np.uint8), np.ones((edge, edge), np.uint8))
     _, label = cv2.connectedComponents(joined, connectivity=8)
-    label = np.where(mask, label, 0)
-    cell_m2 = grid.resolution_m**2
-    sizes = np.bincount(label.ravel())
-    pieces, kept = [], np.zeros_like(mask)
-    for k in np.flatnonzero(sizes * cell_m2 >= least_m2 - 1e-9):
-        if k == 0:
-            continue
-        cells = label == k
-        centres = grid.centres(cells)
-        (x, y), (wide, high) = centres.mean(axis=0), np.ptp(centres, axis=0) + grid.resolution_m
+    cell_m2, labels = grid.resolution_m**2, label[mask]
+    sizes = np.bincount(labels)
+    is_piece = (sizes > 0) & (sizes * cell_m2 >= least_m2 - 1e-9)
+    centres_m = grid.centres(mask)[np.argsort(labels, kind="stable")]  # piece by piece, row by row
+    pieces = []
+    for k, end in zip(np.flatnonzero(is_piece), np.cumsum(sizes)[is_piece], strict=True):
+        own_m = centres_m[end - sizes[k] : end]
+        (x, y), (wide, high) = own_m.mean(axis=0), np.ptp(own_m, axis=0) + grid.resolution_m
         pieces.append(Piece(what, float(x), float(y), float(wide), float(high), float(sizes[k] * cell_m2)))
-        kept |= cells
-    return pieces, kept
+    return pieces, mask & is_piece[label]

@@ -31,7 +31,7 @@ def assess_run(run: RunResults, references: References) -> dict[str, Any]:
     _check_names(run, references)
     not_judged = [f"{robot}: was lost in the run" for robot in run.robots_lost]
     judge = pair_judge(run, references)
-    robots = robot_rows(run, references, not_judged)
+    robots = robot_rows(judge, references, not_judged)
     pairs = [pair_row(run, judge, a, b, not_judged) for a, b in pairs_of(run.beliefs)]
     return {
         "name": run.metrics["name"],

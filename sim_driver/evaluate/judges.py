@@ -13,6 +13,7 @@ from mrslam.sim_driver.evaluate.relations import Relations, cross_errors, read_r
 from mrslam.sim_driver.evaluate.results import RunResults
 from mrslam.sim_driver.evaluate.trajectories import Trajectory, fit
 from mrslam.sim_driver.evaluate.truth import Judge, is_false_merge, overlap, pair_error
+from mrslam.sim_driver.missions.mission import Mission
 from mrslam.sim_driver.simulation.simulation import make_world
 from mrslam.spatial import OccupancyGrid
 from mrslam.spatial.se2 import Transform
@@ -57,7 +58,12 @@ class PairJudge:
     run: RunResults
     relations: Relations | None
     places: Sequence[tuple[Mapping[str, Transform], str]]
-    """Where robots' maps lie, in one frame, and how that is known; the best first."""
+    """Where robots' maps lie, in one frame, and how that is known; the best first, the true map last."""
+
+    @property
+    def in_true_map(self) -> Mapping[str, Transform]:
+        """Where robots' maps lie in the true map: each is aligned with it once for a run."""
+        return self.places[-1][0]
 
     def judge(self, a: str, b: str, T_a_b: Transform) -> Judgement | str:
         """Return the error of ``T_a_b``, or why it is not known."""
@@ -103,11 +109,16 @@ def by_place(
 
 
 def relations_of(run: RunResults, references: References) -> Relations | None:
-    """Return the relations to judge by: those given, or those the mission names."""
-    path = references.relations
-    if path is None and run.mission.truth.relations is not None:
-        path = run.mission.find(run.mission.truth.relations)
-    return None if path is None else read_relations(path)
+    """Return the relations to judge by: those given, or those the mission names if they are still there."""
+    if references.relations is not None:
+        return read_relations(references.relations)
+    if run.mission.truth.relations is None:
+        return None
+    return run.tried(Path(run.mission.truth.relations), lambda path: _named(run.mission, path), None)
+
+
+def _named(mission: Mission, path: Path) -> Relations | None:
+    return read_relations(mission.find(str(path)))
 
 
 def by_relations(run: RunResults, relations: Relations | None, a: str, b: str, T_a_b: Transform) -> Judgement | None:
@@ -140,12 +151,13 @@ def _placed_in_true_map(run: RunResults, references: References) -> dict[str, Tr
     return {robot_id: outcome.T_a_b for robot_id, outcome in found.items() if isinstance(outcome, Alignment)}
 
 
-def map_judge(run: RunResults, references: References) -> tuple[Judge, dict[str, Transform]] | None:
+def map_judge(judge: PairJudge, references: References) -> tuple[Judge, Mapping[str, Transform]] | None:
     """Return the true map to hold maps against, and where each robot's map lies in it; None where there is none."""
+    run = judge.run
     if run.mission.world is not None and run.T_world_map:
         world = make_world(run.mission)
         return Judge(world.grid, world.reachable), run.T_world_map
     if references.true_map is not None:
         grid = references.true_map
-        return Judge(grid, np.ascontiguousarray(grid.is_free)), _placed_in_true_map(run, references)
+        return Judge(grid, np.ascontiguousarray(grid.is_free)), judge.in_true_map
     return None

@@ -65,7 +65,7 @@ class RunResults:
         run = cls(folder, mission, {}, {})
         for robot_id in sorted(robot.id for robot in mission.robots):
             if (folder / robot_id / ROBOT_FILE).exists():
-                robot = run._tried(folder / robot_id / ROBOT_FILE, _robot, None)
+                robot = run.tried(folder / robot_id / ROBOT_FILE, _robot, None)
                 run.robots.update({} if robot is None else {robot_id: robot})
         for robot_id in {fault.robot for fault in mission.faults if fault.kind == "clock"} & run.robots.keys():
             run._set_right(robot_id)
@@ -81,7 +81,7 @@ class RunResults:
 
     def _metrics(self) -> dict[str, Any]:
         """Return ``metrics.json``; where it is damaged, what the robots' files say in its place."""
-        metrics = self._tried(self.folder / METRICS_FILE, lambda path: _table(read_metrics(path.parent)), None)
+        metrics = self.tried(self.folder / METRICS_FILE, lambda path: _table(read_metrics(path.parent)), None)
         if metrics is not None:
             return metrics
         return {
@@ -91,16 +91,22 @@ class RunResults:
             "robots_lost": self.robots_lost,
         }
 
-    def _tried(self, path: Path, reader: Callable[[Path], T], otherwise: T) -> T:
-        """Return what the reader makes of a path, read once; where it is damaged, note that and return the other."""
-        if path not in self._kept:
-            try:
-                self._kept[path] = reader(path)
-            except (InputError, OSError) as error:
-                self.damage.append(str(error))
-                self._kept[path] = otherwise
-        kept: T = self._kept[path]
-        return kept
+    def tried(self, path: Path, reader: Callable[[Path], T], otherwise: T, *, keep: bool = True) -> T:
+        """Return what the reader makes of a path; where it is damaged or gone, note that once and return the other.
+
+        It is read once, unless ``keep`` is False: for what is large and needed once.
+        """
+        if path in self._kept:
+            kept: T = self._kept[path]
+            return kept
+        try:
+            found = reader(path)
+        except (InputError, OSError) as error:
+            self.damage.append(str(error))
+            found, keep = otherwise, True
+        if keep:
+            self._kept[path] = found
+        return found
 
     @property
     def robots_lost(self) -> list[str]:
@@ -136,7 +142,7 @@ class RunResults:
     def truth(self) -> dict[str, Trajectory]:
         """True poses of the bases of simulated robots in the world frame, by id."""
         paths = {robot.id: self.folder / robot.id / TRUTH_FILE for robot in self.mission.robots}
-        found = {robot: self._tried(path, read_tum, NO_POSES) for robot, path in paths.items() if path.exists()}
+        found = {robot: self.tried(path, read_tum, NO_POSES) for robot, path in paths.items() if path.exists()}
         return {robot: poses for robot, poses in found.items() if poses is not NO_POSES}
 
     @cached_property
@@ -187,7 +193,7 @@ class RunResults:
     def trajectory(self, robot_id: str) -> Trajectory:
         """Return the poses of a robot's laser in its own map; none where the file is damaged."""
         path = self.folder / robot_id / TRAJECTORY_FILE
-        return NO_POSES if self._left_none(path) else self._tried(path, read_tum, NO_POSES)
+        return NO_POSES if self._left_none(path) else self.tried(path, read_tum, NO_POSES)
 
     def team_trajectories(self, robot_id: str) -> dict[str, Trajectory]:
         """Return the poses of every placed robot's laser in a robot's team frame, corrected where its map is bent."""
@@ -195,7 +201,7 @@ class RunResults:
         for other, T_team_map in self.robots[robot_id]["placed"].items():
             corrected = self.folder / robot_id / team_file(other)
             if corrected.exists():
-                ways[other] = self._tried(corrected, read_tum, NO_POSES)
+                ways[other] = self.tried(corrected, read_tum, NO_POSES)
             elif other in self.robots:
                 stamps_ns, T_map_laser = self.trajectory(other)
                 ways[other] = stamps_ns, se2.compose(np.array(T_team_map), T_map_laser)
@@ -204,12 +210,12 @@ class RunResults:
     def picture(self, robot_id: str, name: str) -> bytes | None:
         """Return a PNG file of a robot; None where there is none, or it is damaged."""
         path = self.folder / robot_id / name
-        return self._tried(path, _png, None) if path.exists() else None
+        return self.tried(path, _png, None) if path.exists() else None
 
     def map(self, robot_id: str, name: str = "map") -> OccupancyGrid | None:
         """Return a robot's own map, or its ``team_map`` (in its own map's frame, too); None where it is damaged."""
         path = self.folder / robot_id / f"{name}.yaml"
-        return None if self._left_none(path) else self._tried(path, _map, None)
+        return None if self._left_none(path) else self.tried(path, _map, None)
 
     def _left_none(self, path: Path) -> bool:
         """Return whether a robot that was lost left no such file, which is no damage."""
@@ -218,7 +224,7 @@ class RunResults:
     def usage(self, robot_id: str) -> dict[str, Any] | None:
         """Return what a robot's process took of the machine; None in virtual time, or where the file is damaged."""
         path = self.folder / robot_id / USAGE_FILE
-        return self._tried(path, _usage, None) if path.exists() else None
+        return self.tried(path, _usage, None) if path.exists() else None
 
 
 def _table(table: dict[str, Any]) -> dict[str, Any] | None:

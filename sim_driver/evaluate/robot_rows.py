@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from mrslam.sim_driver.evaluate.judges import References, map_judge, relations_of
+from mrslam.sim_driver.evaluate.judges import PairJudge, References, map_judge
 from mrslam.sim_driver.evaluate.network import exchanges
 from mrslam.sim_driver.evaluate.relations import Relations, own_errors
 from mrslam.sim_driver.evaluate.results import RunResults
@@ -22,10 +23,10 @@ the simulated robots with a cell of the map to either side."""
 Row = dict[str, Any]
 
 
-def robot_rows(run: RunResults, references: References, not_judged: list[str]) -> dict[str, Row]:
+def robot_rows(judge: PairJudge, references: References, not_judged: list[str]) -> dict[str, Row]:
     """Return a row for every robot that ended in good order; reasons for what is missing go to ``not_judged``."""
-    relations = relations_of(run, references)
-    against = map_judge(run, references)
+    run, relations = judge.run, judge.relations
+    against = map_judge(judge, references)
     frames = {} if against is None else run.team_frames(against[1])
     rows = {}
     for robot_id, robot in run.robots.items():
@@ -79,7 +80,7 @@ def _relations(run: RunResults, relations: Relations, robot_id: str, missing: li
 
 def _map(
     run: RunResults,
-    against: tuple[Judge, dict[str, Transform]] | None,
+    against: tuple[Judge, Mapping[str, Transform]] | None,
     frames: dict[str, Transform],
     robot_id: str,
     missing: list[str],

@@ -62,10 +62,6 @@ class Judge:
         """Return how far points ``(N, 2)`` of the world are from the nearest true wall, metres; inf far outside."""
         return field_at(*self._walls, points)
 
-    def share_near_walls(self, points: NDArray[np.float64], near_m: float) -> float:
-        """Return the share of points ``(N, 2)`` of the world that lie this near to a true wall, 0..1; 1 without any."""
-        return float(np.mean(self._wall_m(points) <= near_m)) if len(points) else 1.0
-
     def coverage(self, grid: OccupancyGrid, T_world_map: Transform) -> float:
         """Return the share of the reachable floor that the map knows to be free, 0..1."""
         floor = se2.apply(se2.inverse(T_world_map), self._floor)

@@ -44,7 +44,7 @@ class FaultConfig:
     for_s: float = 10.0
     """For how long, seconds, > 0; a crashed robot is down for as long."""
     amount: float = 1.0
-    """How much, where the kind has a measure (clock: s, slow: scans, odometry_jump and kidnapped: m)."""
+    """How much, where the kind has a measure (clock: s, slow: scans, 2 and more, odometry_jump and kidnapped: m)."""
 
     def __post_init__(self) -> None:
         require(self.kind in KINDS, "faults.kind", f"one of {', '.join(KINDS)}", self.kind)
@@ -52,7 +52,12 @@ class FaultConfig:
         require(
             self.kind != "liar" or self.at_s == 0, "faults.at_s of liar", "0 s: it lies from start to end", self.at_s
         )
-        require(self.kind != "slow" or self.amount >= 1, "faults.amount of slow", ">= 1 scan", self.amount)
+        require(
+            self.kind != "slow" or self.amount >= 2,
+            "faults.amount of slow",
+            ">= 2: it takes one scan in so many",
+            self.amount,
+        )
 
     @property
     def end_s(self) -> float:

@@ -23,7 +23,7 @@ from mrslam.sim_driver.missions.sections import (
     TruthConfig,
     WorldConfig,
 )
-from mrslam.sim_driver.missions.settings import build, check_keys, read_toml, with_overrides
+from mrslam.sim_driver.missions.settings import build, check_keys, made_with, read_toml
 from mrslam.sim_driver.missions.shipped import find_mission
 from mrslam.sim_driver.missions.view_options import ViewOptions
 from mrslam.sim_driver.worlds.radio import RadioConfig
@@ -80,7 +80,7 @@ def load_mission(path: Path, assignments: Sequence[str] = ()) -> Mission:
     Every mistake is an ``InputError``.
     """
     path = find_mission(path)
-    return make_mission(with_overrides(read_toml(path), assignments), path)
+    return made_with(lambda tables: make_mission(tables, path), read_toml(path), assignments, str(path))
 
 
 def make_mission(tables: dict[str, Any], path: Path) -> Mission:

@@ -9,6 +9,8 @@ from typing import Annotated, Any, Literal, NotRequired, TypedDict
 
 from msgspec import Meta
 
+from mrslam.comms.wire.fields import MapName
+
 Name = Annotated[str, Meta(min_length=1, max_length=64)]
 Seconds = Annotated[float, Meta(ge=0.0, le=1e11)]
 """Mission time or, of agents, the world's clock, seconds: up to the year 5138."""
@@ -148,8 +150,8 @@ class OfPeer(AnyEvent):
 class OfPair(AnyEvent):
     """An event about a pair of maps."""
 
-    a: Name
-    b: Name
+    a: MapName
+    b: MapName
 
 
 class WithReason(AnyEvent):
@@ -184,9 +186,9 @@ class ExchangeEnded(OfPeer, WithReason):
 
 
 class MapUpdated(AnyEvent):
-    """A newer map of a robot."""
+    """A newer map of a robot, or a saved map."""
 
-    robot_id: Name
+    robot_id: MapName
 
 
 class Evidence(TypedDict):

@@ -10,6 +10,8 @@ from typing import Any
 
 from mrslam.agent import check_saved_id
 from mrslam.agent.config import check_start
+from mrslam.comms.wire.frames import check_name
+from mrslam.sim_driver.missions.run_files import OF_RUN
 from mrslam.spatial.errors import SEEDS, require, require_bounds
 from mrslam.spatial.grid import RESOLUTIONS_M
 
@@ -58,7 +60,7 @@ class RobotConfig:
     """One robot: recorded (it has a ``log``) or simulated (the mission has a ``world``)."""
 
     id: str
-    """Its name, unique in the team: letters, digits, - and _."""
+    """Its name, unique in the team: 1 to 64 letters, digits, _, - and ., not . first."""
     mode: str = "distributed"
     """"distributed", "mapper" (maps and sends, does not merge) or "central" (merges, does not map)."""
     log: str | None = None
@@ -93,8 +95,8 @@ class RobotConfig:
     """Its own settings over ``[agent]``, but for ``tick_s``: all robots tick together."""
 
     def __post_init__(self) -> None:
-        ok = bool(self.id) and all(c.isalnum() or c in "-_" for c in self.id) and self.id.isascii()
-        require(ok, "robots.id", "a name of letters, digits, - and _", self.id)
+        check_name(self.id, "robots.id")
+        require(self.id not in OF_RUN, "robots.id", "no file of the run, in whose folder the robot's is", self.id)
         require(
             self.mode in ("distributed", "mapper", "central"),
             f"robots.{self.id}.mode",

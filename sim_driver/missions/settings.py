@@ -6,7 +6,7 @@ import dataclasses
 import difflib
 import math
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar, get_type_hints
 
@@ -84,6 +84,26 @@ def with_overrides(tables: dict[str, Any], assignments: Iterable[str]) -> dict[s
             raise InputError(f"--set {text}: {section!r} is a list; only single sections can be set")
         table[key] = value
     return result
+
+
+def made_with(
+    make: Callable[[dict[str, Any]], T],
+    tables: dict[str, Any],
+    assignments: Sequence[str],
+    where: str,
+    by: str = "--set",
+) -> T:
+    """Return what ``make`` makes of the tables with assignments laid over them.
+
+    ``where`` : what its errors call the tables. What the tables alone are not blamed for, the option ``by`` is.
+    """
+    chosen = with_overrides(tables, assignments)
+    try:
+        return make(chosen)
+    except InputError as error:
+        make(tables)
+        blamed, said = f"{where}: ", str(error)
+        raise InputError(said.replace(blamed, f"{by}: ", 1) if said.startswith(blamed) else said) from error
 
 
 def build_section(cls: type[T], section: str, assignments: Iterable[str], **table: Any) -> T:

@@ -12,7 +12,7 @@ from mrslam.agent import Settings
 from mrslam.sim_driver.missions.mission import Mission, make_mission
 from mrslam.sim_driver.missions.run_files import CONFIG_FILE, LINKS_FILE, RUN_FORMAT, SCANS_FILE, TRUTH_FILE
 from mrslam.sim_driver.missions.run_folder import read_config, read_metrics
-from mrslam.sim_driver.missions.settings import parse_assignment, with_overrides
+from mrslam.sim_driver.missions.settings import made_with, parse_assignment
 from mrslam.sim_driver.simulation.simulation import is_simulated
 from mrslam.spatial import InputError
 from mrslam.spatial.files.atomic import write_bytes
@@ -29,7 +29,8 @@ def mission_of(run: Path, assignments: Sequence[str] = ()) -> Mission:
     tables |= {name: config[name] for name in ("world", "driver", "faults", "maps") if config.get(name) is not None}
     tables |= config.get("settings", {})
     _check_config(tables, run / CONFIG_FILE, config.get("format", 1))
-    mission = make_mission(with_overrides(tables, assignments), run / CONFIG_FILE)
+    path = run / CONFIG_FILE
+    mission = made_with(lambda tables: make_mission(tables, path), tables, assignments, str(path))
     source = config.get("replay")
     return dataclasses.replace(
         mission, folder=Path(config.get("folder", run)), replay=None if source is None else Path(source)

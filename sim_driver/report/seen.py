@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -91,14 +92,19 @@ def spread(seen: NDArray[np.float32], known: NDArray[np.bool_]) -> NDArray[np.fl
     return filled
 
 
-def _scans(run: RunResults, robot_id: str) -> Sequence[Sensed]:
+def _scans(run: RunResults, robot_id: str) -> list[Sensed]:
+    """Return what a robot sensed; nothing where that was not kept, or is damaged or gone."""
     (robot,) = (robot for robot in run.mission.robots if robot.id == robot_id)
     if robot.log is not None:
-        readings = shared_readings(run.mission.find(robot.log))
-        body = RecordedBody(readings, robot.first, robot.last, round(1e9 * run.began_s(robot_id)))
-        return list(_all_of(body))
+        begin_ns = round(1e9 * run.began_s(robot_id))
+
+        def played(log: Path) -> list[Sensed]:
+            readings = shared_readings(run.mission.find(str(log)))
+            return list(_all_of(RecordedBody(readings, robot.first, robot.last, begin_ns)))
+
+        return run.tried(Path(robot.log), played, [], keep=False)
     path = (run.mission.replay or run.folder) / robot_id / SCANS_FILE
-    return read_recording(path) if path.exists() else []
+    return run.tried(path, read_recording, [], keep=False) if path.exists() else []
 
 
 def _all_of(body: RecordedBody) -> Iterator[Sensed]:

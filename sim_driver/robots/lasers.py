@@ -16,7 +16,7 @@ FARTHEST_M = 100.0
 BOUNDS = {
     "beams": (1, 100_000), "angle_min_rad": (-10.0, 10.0), "angle_increment_rad": (-10.0, 10.0),
     "range_min_m": (0.0, 1e3), "range_max_m": (0.001, 1e5), "noise_m": (0.0, 10.0), "noise_per_m": (0.0, 10.0),
-    "dropout": (0.0, 1.0), "rate_hz": (0.01, 1e4),
+    "dropout": (0.0, 1.0),
 }  # fmt: skip
 """Least and largest value of every number."""
 
@@ -41,8 +41,6 @@ class LaserModel:
     """Range noise, one sigma, as a share of the range; the larger of the two applies."""
     dropout: float = 0.002
     """Share of beams that give no valid reading, 0..1."""
-    rate_hz: float = 10.0
-    """Sweeps a second."""
     T_base_laser: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Where it is mounted: metres, metres, radians."""
 

@@ -20,6 +20,9 @@ FARTHEST_M = 1e9
 """No robot is farther from where its odometry began, metres; differences of greater numbers may not be finite."""
 DEEPEST = 64
 """Most frames from a laser up to the odometry's: a longer chain is a loop in a broken tf."""
+MOVING_MOST = 100
+"""Most moving frames that are kept, at most 0.4 MB each: a robot's joints, and more than :data:`DEEPEST`, so that there
+is one to forget. Trackers of people name new frames for ever."""
 
 
 class RecentMotion:
@@ -34,18 +37,18 @@ class RecentMotion:
         """Stamp of the newest pose."""
         return self._stamps_ns[-1] if self._stamps_ns else None
 
-    def add(self, stamp_ns: int, pose: Transform) -> None:
-        """Add a pose; one that is not finite or absurdly far, or a little out of order, is passed over."""
-        if not (np.abs(pose) < FARTHEST_M).all():
-            return
+    def add(self, stamp_ns: int, pose: Transform) -> bool:
+        """Add a pose, unless it is a little out of order; return False where it is not finite or absurdly far."""
+        if not _is_possible(pose):
+            return False
         if self._stamps_ns and stamp_ns < self._stamps_ns[-1] - BACKWARD_NS:
             self._stamps_ns, self._poses = [], []
-        if self._stamps_ns and stamp_ns <= self._stamps_ns[-1]:
-            return
-        self._stamps_ns.append(stamp_ns)
-        self._poses.append(pose)
+        if not self._stamps_ns or stamp_ns > self._stamps_ns[-1]:
+            self._stamps_ns.append(stamp_ns)
+            self._poses.append(pose)
         if len(self._stamps_ns) > 2 * KEPT:
             del self._stamps_ns[:KEPT], self._poses[:KEPT]
+        return True
 
     def at(self, stamp_ns: int) -> tuple[Transform, int] | None:
         """Return the pose at a stamp, and by how many nanoseconds that lies beyond what is known; None without any.
@@ -68,27 +71,38 @@ class RecentMotion:
 class LiveFrames:
     """The transforms heard so far: fixed ones for good, moving ones for the last seconds."""
 
-    def __init__(self) -> None:
+    def __init__(self, base: str) -> None:
+        """``base`` : the robot's frame; those that it moves in are never forgotten."""
+        self._base = base
         self._parents: dict[str, str] = {}
         self._fixed: dict[str, NDArray[np.float64]] = {}  # (4, 4), by child
-        self._moving: dict[str, RecentMotion] = {}
+        self._moving: dict[str, RecentMotion] = {}  # the one heard last at the end
 
-    def add(self, transform: Any, is_static: bool) -> None:
-        """Take one ``geometry_msgs/TransformStamped``; what is not finite is passed over."""
+    def add(self, transform: Any, is_static: bool) -> bool:
+        """Take one ``geometry_msgs/TransformStamped``; return False where it makes no sense, and is passed over."""
         parent, child = transform.header.frame_id.lstrip("/"), transform.child_frame_id.lstrip("/")
         place, turn = transform.transform.translation, rotation_matrix(transform.transform.rotation)
         matrix = np.eye(4)
         matrix[:3, :3], matrix[:3, 3] = turn, (place.x, place.y, place.z)
-        if not parent or not child or parent == child or not np.isfinite(matrix).all():
-            return
+        if not parent or not child or parent == child or not _is_possible(matrix):
+            return False
         self._parents[child] = parent
         self._fixed[child] = matrix
         if is_static:
             self._moving.pop(child, None)
-            return
+            return True
         stamp = transform.header.stamp
-        motion = self._moving.setdefault(child, RecentMotion())
+        self._moving[child] = motion = self._moving.pop(child, None) or RecentMotion()
         motion.add(stamp.sec * 1_000_000_000 + stamp.nanosec, _flat(matrix))
+        if len(self._moving) > MOVING_MOST:
+            self._forget_one()
+        return True
+
+    def _forget_one(self) -> None:
+        """Forget the moving frame that was heard longest ago, of those that the base does not move in."""
+        above = self._upward(self._base)
+        oldest = next(name for name in self._moving if name not in above)
+        del self._moving[oldest], self._parents[oldest], self._fixed[oldest]
 
     def mounting(self, base: str, frame: str) -> tuple[Transform, bool] | None:
         """Return how a frame is mounted on the base in the plane, and whether upside down; None if tf does not say."""
@@ -138,6 +152,11 @@ class LiveFrames:
         """Return the frames from this one up to below ``above``; None where they do not lead there."""
         names = self._upward(frame)
         return names[: names.index(above)] if above in names else None
+
+
+def _is_possible(numbers: NDArray[np.float64]) -> bool:
+    """Return whether all numbers of a pose or transform are finite, and no farther than any robot goes."""
+    return bool((np.abs(numbers) < FARTHEST_M).all())
 
 
 def _flat(matrix: NDArray[np.float64]) -> Transform:

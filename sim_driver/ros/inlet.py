@@ -36,8 +36,8 @@ HELD = 400
 QUIET_S = 5.0
 """Scans without odometry, or odometry without scans, for this long are worth a warning, seconds."""
 JUMP_PAUSE_S = 30.0
-"""Stamps that run backward within this of the last time are not told again, seconds: each costs a session's file, and
-two drivers on one topic whose clocks differ would run backward with every other scan."""
+"""Stamps that run backward within this of the last time are no jump of their own, seconds: each costs a session's
+file, and those of two drivers on one topic whose clocks differ run backward with every other scan."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class Arrival:
 
 @dataclass
 class Arrivals:
-    """What came so far."""
+    """What came so far; of odometry and transforms only what can be used."""
 
     scans: int = 0
     odometry: int = 0
@@ -80,7 +80,7 @@ class Inlet:
         self.arrivals = Arrivals()
         self._options, self._on_scan, self._complaints, self._on_jump = options, on_scan, complaints, on_jump
         self._odom_frame, self._base_frame = options.frame(options.odom_frame), options.frame(options.base_frame)
-        self._frames, self._wheels = LiveFrames(), RecentMotion()
+        self._frames, self._wheels = LiveFrames(self._base_frame), RecentMotion()
         self._joined = JoinedLasers(options.scan_topics[0]) if len(options.scan_topics) > 1 else None
         self._held: deque[Arrival] = deque()
         self._mounted: dict[str, tuple[Transform, bool]] = {}
@@ -111,26 +111,29 @@ class Inlet:
 
     def take_odometry(self, message: Any, now_ns: int, now_s: float) -> None:
         """Take an Odometry message."""
-        self.arrivals.odometry += 1
-        self.arrivals.odometry_s = now_s
         child = message.child_frame_id.lstrip("/")
         if child and child != self._base_frame:
             words = f"{self._options.odom_topic}: odometry is of {child!r}, the robot's base is {self._base_frame!r}"
             self._complaints.once("odometry frame", f"{words}; it is used as that of the base (parameter base_frame)")
         place, turn = message.pose.pose.position, rotation_matrix(message.pose.pose.orientation)
         pose = np.array([place.x, place.y, np.arctan2(turn[1, 0], turn[0, 0])])
-        if not np.isfinite(pose).all():
-            self._complaints.once("bad odometry", f"{self._options.odom_topic}: poses that are not finite are dropped")
-            return
         stamp = message.header.stamp
-        self._wheels.add((stamp.sec * 1_000_000_000 + stamp.nanosec) or now_ns, pose)
+        if not self._wheels.add((stamp.sec * 1_000_000_000 + stamp.nanosec) or now_ns, pose):
+            words = "poses that are not finite, or farther than any robot goes, are dropped"
+            self._complaints.once("bad odometry", f"{self._options.odom_topic}: {words}")
+            return
+        self.arrivals.odometry += 1
+        self.arrivals.odometry_s = now_s
         self.pump(now_s)
 
     def take_transforms(self, message: Any, is_static: bool, now_s: float) -> None:
         """Take a TFMessage."""
         for transform in message.transforms:
-            self._frames.add(transform, is_static)
-            if not is_static and transform.header.frame_id.lstrip("/") == self._odom_frame:
+            if not self._frames.add(transform, is_static):
+                which = f"{transform.header.frame_id!r} -> {transform.child_frame_id!r}"
+                words = "transforms that are not finite, farther than any robot goes or without two frames are dropped"
+                self._complaints.once("bad tf", f"tf {which}: {words}")
+            elif not is_static and transform.header.frame_id.lstrip("/") == self._odom_frame:
                 self.arrivals.transforms += 1
                 self.arrivals.odometry_s = now_s
         self.pump(now_s)
@@ -212,13 +215,13 @@ class Inlet:
             back_s = (newest_ns - stamp_ns) / 1e9
             self._complaints.once(
                 "clock",
-                f"{topic}: stamps run backward by {back_s:.1f} s (a bag that loops?); the map so far is saved as a "
-                "session, and the robot continues",
+                f"{topic}: stamps run backward by {back_s:.1f} s (a bag that loops?); the robot continues without that "
+                "step of odometry",
             )
             self.pump(np.inf)
             self._source = "before the jump"
-            if self._jumped_s is None or now_s - self._jumped_s >= JUMP_PAUSE_S:
-                self._jumped_s = now_s
+            before_s, self._jumped_s = self._jumped_s, now_s
+            if before_s is None or now_s - before_s >= JUMP_PAUSE_S:
                 self._on_jump(back_s)
 
     def _watch_beams(self, topic: str, ranges_m: Any) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
@@ -37,6 +38,7 @@ from mrslam.sim_driver.run.team import (
 from mrslam.sim_driver.simulation.recorded import RecordedBody
 from mrslam.sim_driver.simulation.simulated import DirectPort
 from mrslam.sim_driver.simulation.simulation import Simulation, is_simulated
+from mrslam.sim_driver.worlds.radio import RadioConfig
 
 BOOTS_APART = 1000
 """Between the boot ids of two lives of a robot, as between start times in ms: its maps are counted on from one."""
@@ -72,13 +74,14 @@ class VirtualWorld:
         self._network.advance(now_ns)
 
 
-def _conditions(radios: Mapping[str, LinkSource | None]) -> Conditions:
+def _conditions(radios: Mapping[str, LinkSource | None], config: RadioConfig) -> Conditions:
     """Return how every link is, by what the sender's radio says of it."""
+    carries = {"delay_s": config.latency_s, "rate_bps": config.bandwidth_bit_s or math.inf}
 
     def conditions(sender: str, receiver: str, now_ns: int) -> LinkConditions:
         radio = radios.get(sender)
         quality = 1.0 if radio is None else radio.qualities(now_ns).get(receiver, 1.0)
-        return LinkConditions.of_quality(quality if quality >= CUT_BELOW else 0.0)
+        return replace(LinkConditions.of_quality(quality if quality >= CUT_BELOW else 0.0), **carries)
 
     return conditions
 
@@ -112,7 +115,7 @@ class VirtualTeam:
         self._radios: dict[str, LinkSource | None] = {}
         self._watchers: dict[str, list[Watcher]] = {}
         self._matches = Answers()
-        conditions = faulty_conditions(_conditions(self._radios), mission.faults)
+        conditions = faulty_conditions(_conditions(self._radios, mission.radio), mission.faults)
         self.network = MemoryNetwork(seed_for(mission, "network"), conditions)
         self.duration_s = 0.0
         """How long the longest log is, mission seconds."""

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from mrslam.agent import Agent, Body, Event, LinkSource, Sensed, Watcher, read_saved_maps, resume
-from mrslam.agent.config import check_start
+from mrslam.agent.config import FARTHEST_M, check_start
 from mrslam.comms import MapSeal, RobotKeys
 from mrslam.comms.zenoh import ZenohTransport
 from mrslam.sim_driver.drivers import DRIVERS, Driver, Explorer, IdleDriver, TrajectoryDriver, WaypointDriver
@@ -96,27 +96,29 @@ def take_saved_maps(
     return names
 
 
-def take_maps(agent: Agent, paths: Sequence[Path], near: str | None) -> str:
+def take_maps(agent: Agent, paths: Sequence[Path], near: str | None, option: str = "--near") -> str:
     """Give an agent the maps saved at these paths; return a line that names them, empty where there are none.
 
-    ``near`` : "x,y" or "x,y,theta", where the robot's map begins in the only one, if that is known.
+    ``near`` : "x,y" or "x,y,theta", where the robot's map begins in the only one, if that is known; ``option`` : what
+    is blamed where that makes no sense.
     """
-    hint = None if near is None else place_of(near)
+    hint = None if near is None else place_of(near, option)
     if hint is not None and len(paths) != 1:
-        raise InputError("near is a place of one saved map: name one map with it")
+        raise InputError(f"{option} is a place of one saved map: name one map with it")
     said = {str(path): (path, None) for path in paths}
     names = take_saved_maps(agent, said, dict.fromkeys(said, hint))
     where = "" if near is None else f", first near {near}"
     return f"{agent.robot_id} looks for its place in {', '.join(names)}{where}" if names else ""
 
 
-def place_of(words: str) -> list[float]:
-    """Return ``x,y`` or ``x,y,theta`` as numbers."""
+def place_of(words: str, option: str) -> list[float]:
+    """Return ``x,y`` or ``x,y,theta`` as numbers; raise ``InputError`` that blames the option where they are none."""
     try:
         place = [float(word) for word in words.split(",")]
-    except ValueError:
-        place = []
-    check_start("near", place)
+        check_start(option, place)
+    except ValueError as error:
+        wants = f"X,Y or X,Y,THETA in metres and radians, none beyond {FARTHEST_M:g}"
+        raise InputError(f"{option} wants {wants}, got {words!r}") from error
     return place
 
 

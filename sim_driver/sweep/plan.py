@@ -14,7 +14,7 @@ from typing import Any
 
 from mrslam.sim_driver.missions.mission import Mission, make_mission
 from mrslam.sim_driver.missions.sections import SweepConfig
-from mrslam.sim_driver.missions.settings import build, parse_assignment, read_toml, with_overrides
+from mrslam.sim_driver.missions.settings import build, made_with, parse_assignment, read_toml, with_overrides
 from mrslam.sim_driver.missions.shipped import find_mission
 from mrslam.sim_driver.replay.again import REPLAYABLE
 from mrslam.spatial import InputError, read_map
@@ -108,7 +108,9 @@ def make_plan(
     Settings to vary and seeds that are not given are those of the mission's section ``[sweep]``.
     """
     path = find_mission(path)
-    tables = with_overrides(read_toml(path), ['mission.shell="virtual"', *assignments])
+    given = with_overrides(read_toml(path), ['mission.shell="virtual"'])
+    made_with(lambda tables: make_mission(tables, path), given, assignments, str(path))  # says what is wrong, and where
+    tables = with_overrides(given, assignments)
     planned = build(SweepConfig, tables.pop("sweep", {}), f"{path}: sweep")
     knobs = tuple(knobs or [parse_knob(text) for text in planned.vary])
     _check_knobs(knobs)
@@ -161,7 +163,7 @@ def _combinations(
         raise InputError(f"{len(combinations)} settings x {seeds} seeds are more than {MOST_POINTS} runs")
     for settings in combinations:
         chosen = tuple(f"{knob.key}={value}" for knob, value in zip(knobs, settings, strict=True))
-        make_mission(with_overrides(tables, chosen), path)
+        made_with(lambda tables: make_mission(tables, path), tables, chosen, str(path), "--vary")
         found.append((settings, chosen))
     return found
 

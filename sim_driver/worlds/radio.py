@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from mrslam.sim_driver.worlds import World
-from mrslam.spatial.errors import require_bounds
+from mrslam.spatial.errors import require, require_bounds
 from mrslam.spatial.traversal import traverse
 
 WAVES = 96
@@ -24,7 +24,7 @@ WAVES = 96
 BOUNDS = {
     "power_dbm": (-200.0, 200.0), "loss_1m_db": (0.0, 200.0), "path_loss_exponent": (0.1, 10.0),
     "wall_loss_db": (0.0, 1e3), "shadowing_db": (0.0, 100.0), "shadowing_distance_m": (0.01, 1e4),
-    "sensitivity_dbm": (-200.0, 200.0), "steepness_per_db": (0.001, 1e3), "bandwidth_bit_s": (1.0, 1e12),
+    "sensitivity_dbm": (-200.0, 200.0), "steepness_per_db": (0.001, 1e3), "bandwidth_bit_s": (0.0, 1e12),
     "latency_s": (0.0, 1e3), "range_m": (0.01, 1e6),
 }  # fmt: skip
 """Least and largest value of every setting."""
@@ -50,15 +50,17 @@ class RadioConfig:
     """Received power at which half of the packets arrive, dBm (802.11n MCS 3 receivers: about -79 to -74)."""
     steepness_per_db: float = 0.6
     """How fast delivery falls around the sensitivity, 1/dB, > 0: from 95 % to 5 % within 10 dB."""
-    bandwidth_bit_s: float = 20e6
-    """What a perfect link carries, bits a second, > 0."""
-    latency_s: float = 0.003
-    """Delay of a perfect link, seconds, >= 0; repetitions lengthen it."""
+    bandwidth_bit_s: float = 0.0
+    """What a link carries each way, bits a second, >= 1: messages queue for it. 0: no limit. In virtual time only."""
+    latency_s: float = 0.001
+    """Time that a message is on its way, seconds, >= 0; repetitions lengthen it. In virtual time only."""
     range_m: float = 1000.0
     """Nothing is heard beyond, metres, > 0: for missions that want a plain radius."""
 
     def __post_init__(self) -> None:
         require_bounds("radio", self, BOUNDS)
+        carries = self.bandwidth_bit_s == 0.0 or self.bandwidth_bit_s >= 1.0
+        require(carries, "radio.bandwidth_bit_s", "0 (no limit), or 1 bit/s and more", self.bandwidth_bit_s)
 
 
 @dataclass(frozen=True)
@@ -70,10 +72,6 @@ class Link:
     rssi_dbm: float
     delivery: float
     """Share of packets that arrive, one way, 0..1."""
-    bandwidth_bit_s: float
-    """What is left for payload after repetitions."""
-    latency_s: float
-    """Mean delay with repetitions; inf on a dead link."""
 
     @property
     def quality(self) -> float:
@@ -114,8 +112,8 @@ class Radio:
         over = config.steepness_per_db * (rssi - config.sensitivity_dbm)
         delivery = 1.0 / (1.0 + math.exp(-min(max(over, -60.0), 60.0)))
         if delivery < 1e-3 or distance > config.range_m:
-            return Link(distance, walls, rssi, 0.0, 0.0, math.inf)
-        return Link(distance, walls, rssi, delivery, config.bandwidth_bit_s * delivery, config.latency_s / delivery)
+            return Link(distance, walls, rssi, 0.0)
+        return Link(distance, walls, rssi, delivery)
 
     def quality(self, T_world_a: ArrayLike, T_world_b: ArrayLike) -> float:
         """Return LQ x NLQ in 0..1 of the link between two poses."""

@@ -62,4 +62,4 @@ class Team:
 
 
 def fault(kind: str, robot: str = "r1", at_s: float = 10.0, for_s: float = 5.0) -> FaultConfig:
-    return FaultConfig(kind=kind, robot=robot, at_s=at_s, for_s=for_s)
+    return FaultConfig(kind=kind, robot=robot, at_s=at_s, for_s=for_s, amount=2.0)

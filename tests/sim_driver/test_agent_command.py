@@ -183,9 +183,11 @@ def test_mistakes_are_one_line(option: tuple[str, str], tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("--map", "x.mrslam", "--near", "a,b"), "near must be"),
-        (("--near", "1,2"), "near is a place of one saved map: name one map with it"),
+        (("--map", "x.mrslam", "--near", "a,b"), "--near wants X,Y or X,Y,THETA in metres and radians"),
+        (("--map", "x.mrslam", "--near", "1"), "none beyond 1e+06, got '1'"),
+        (("--near", "1,2"), "--near is a place of one saved map: name one map with it"),
         (("--save", "x.txt"), "x.txt: name a saved map"),
+        (("--set", "rbpf.particle=3"), "--set: rbpf: unknown key 'particle'"),
     ],
 )
 def test_a_hint_is_a_place_of_one_map_and_what_is_saved_is_a_saved_map(

@@ -139,6 +139,16 @@ def test_one_damaged_file_costs_what_it_holds_and_no_more(file: str, whole: Path
     assert "Not used: " in (copy / "run" / "report.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize("damage", ["empty", "half", "a folder", "another type"])
+def test_a_damaged_recording_costs_the_report_no_more_than_when_places_were_seen(
+    damage: str, whole: Path, tmp_path: Path
+) -> None:
+    copy = damaged(whole, tmp_path / "copy", "run/r1/scans.npz", damage)
+    report.report_run(copy / "run", None)
+    page = (copy / "run" / "report.html").read_text(encoding="utf-8")
+    assert page.count("Not used: ") == 1 and "scans.npz" in page
+
+
 def test_a_recording_is_made_of_what_is_whole(whole: Path, tmp_path: Path) -> None:
     copy = damaged(whole, tmp_path / "copy", "run/r1/map.pgm")
     said = said_by("bag", copy)

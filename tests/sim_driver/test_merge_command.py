@@ -135,10 +135,10 @@ def test_the_maps_of_a_run_are_those_of_its_robots(tmp_path: Path) -> None:
 
 def test_a_way_without_scans_is_none(tmp_path: Path) -> None:
     folder = robot_folder(tmp_path / "r1", drive(0.0, 10.0))
-    assert list(read_trails([folder / "map.yaml"], ["map"])) == ["map"]
+    assert list(read_trails([folder / "map.yaml"])) == ["map"]
     keyframes, _ = read_keyframes(folder / "keyframes.npz")
     write_keyframes(folder / "keyframes.npz", keyframes, KeyScans.empty())
-    assert read_trails([folder / "map.yaml"], ["map"]) == {}
+    assert read_trails([folder / "map.yaml"]) == {}
 
 
 def robot_folder(folder: Path, drive_: Drive) -> Path:
@@ -176,8 +176,26 @@ def test_a_folder_without_maps_is_named(tmp_path: Path) -> None:
         in_folders([tmp_path / "empty"])
 
 
+def test_keyframes_are_found_however_a_folder_is_called(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for k, name in enumerate(("r1", "r2")):
+        robot_folder(tmp_path / name, drive(10.0 * k, 10.0 + 10.0 * k))
+        (tmp_path / f"latest{k}").symlink_to(tmp_path / name)
+    for words, here in ((["r1", "r2"], "."), ([".", "../r2"], "r1"), (["latest0", "latest1"], ".")):
+        monkeypatch.chdir(tmp_path / here)
+        paths = in_folders([Path(word) for word in words])
+        assert list(read_trails(paths)) == list(read_maps(paths, None)) == ["r1/map", "r2/map"]
+
+
+def test_maps_that_are_laid_as_they_are_are_named_in_the_order_of_placing(capsys: pytest.CaptureFixture[str]) -> None:
+    merged = merge_maps({"a": building()})
+    names = [f"r{k}" for k in range(9)]
+    placed = replace(merged.team_map, T_team_map=dict.fromkeys(names, np.zeros(3)))
+    _say_bends(replace(merged, team_map=placed), {})
+    assert [line.split()[0] for line in capsys.readouterr().err.splitlines() if " laid as it is" in line] == names
+
+
 def test_damaged_keyframes_are_named(tmp_path: Path) -> None:
     folder = robot_folder(tmp_path / "r1", drive(0.0, 10.0))
     (folder / "keyframes.npz").write_bytes(b"cut")
     with pytest.raises(InputError, match=r"keyframes\.npz: not a readable"):
-        read_trails([folder / "map.yaml"], ["map"])
+        read_trails([folder / "map.yaml"])

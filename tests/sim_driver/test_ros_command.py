@@ -143,6 +143,22 @@ def test_an_agent_that_a_service_puts_in_anothers_place_begins_at_once_without_a
     assert 0 < mapped <= 10
 
 
+@pytest.mark.parametrize("step_s", [3600, -3600])
+def test_a_clock_that_was_set_before_a_reset_makes_no_scan_old(
+    step_s: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    node, real_ns = Node(tmp_path), time.time_ns
+
+    def set_and_reset(times: int) -> None:
+        if times == 3:
+            monkeypatch.setattr(time, "time_ns", lambda: real_ns() + step_s * 1_000_000_000)
+            node.sessions.reset()
+
+    node.run(10, set_and_reset)
+    usage = read_usage(tmp_path)
+    assert usage is not None and 0.0 < usage["scan_age_ms"]["max"] < 1e3 * DEADLINE_S
+
+
 def test_the_folder_is_the_robots_own_and_nobody_elses_at_one_time(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

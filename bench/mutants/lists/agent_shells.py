@@ -327,4 +327,10 @@ MUTANTS = (
         "crc = 0",
         "a saved map drawn again at another scale is taken for the same one after a restart",
     ),
+    Mutant(
+        "agent/shells/outputs.py",
+        "sorted({TRACKED_FILE, TEAM_OVERLAY_FILE} - writers.keys())",
+        "()",
+        "tracked.tum and team_overlay.png of an earlier life stay in the folder and are taken for this one's",
+    ),
 )

@@ -68,8 +68,8 @@ MUTANTS = (
     ),
     Mutant(
         DIFF,
-        "    label = np.where(mask, label, 0)\n",
-        "",
+        "float(sizes[k] * cell_m2)",
+        "float((label == k).sum() * cell_m2)",
         "pieces that changed are listed larger than they are",
     ),
     Mutant(
@@ -86,9 +86,9 @@ MUTANTS = (
     ),
     Mutant(
         "merge/sessions/diff.py",
-        "        if k == 0:\n            continue\n",
-        "",
-        "everything that did not change is a piece",
+        "mask & is_piece[label]",
+        "is_piece[label]",
+        "what did not change beside a piece is drawn as changed",
     ),
     Mutant(
         "merge/sessions/diff.py",
@@ -209,5 +209,17 @@ MUTANTS = (
         "warp(two, np.zeros(3), one.resolution_m)",
         "warp(two, np.zeros(3))",
         "of two maps of different resolution everything has changed",
+    ),
+    Mutant(
+        "merge/sessions/diff.py",
+        'grid.centres(mask)[np.argsort(labels, kind="stable")]',
+        "grid.centres(mask)",
+        "pieces of change are said to be where others are",
+    ),
+    Mutant(
+        "merge/sessions/diff.py",
+        "(sizes > 0) & (sizes",
+        "(sizes",
+        "mrslam diff of all changes, however small, tells of a piece of no size",
     ),
 )

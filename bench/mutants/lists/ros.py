@@ -169,14 +169,14 @@ MUTANTS = (
     ),
     Mutant(
         INLET,
-        "if self._jumped_s is None or now_s - self._jumped_s >= JUMP_PAUSE_S:",
+        "if before_s is None or now_s - before_s >= JUMP_PAUSE_S:",
         "if True:",
         "two drivers with different clocks on one topic write a session's file with every scan",
     ),
     Mutant(
         INLET,
-        "if self._jumped_s is None or now_s - self._jumped_s >= JUMP_PAUSE_S:",
-        "if self._jumped_s is None:",
+        "if before_s is None or now_s - before_s >= JUMP_PAUSE_S:",
+        "if before_s is None:",
         "the second bag that is played goes into the session of the first",
     ),
     Mutant(
@@ -199,7 +199,7 @@ MUTANTS = (
     ),
     Mutant(
         FRAMES,
-        "if not (np.abs(pose) < FARTHEST_M).all():",
+        "if not _is_possible(pose):",
         "if not np.isfinite(pose).all():",
         "one absurd message of odometry makes the pose not finite",
     ),
@@ -208,5 +208,59 @@ MUTANTS = (
         "key=lambda path: (path.stat().st_mtime_ns, path.name)",
         "key=lambda path: path.name",
         "load_session brings back another session than the last one",
+    ),
+    Mutant(
+        "sim_driver/ros/frames.py",
+        "        del self._moving[oldest], self._parents[oldest], self._fixed[oldest]",
+        "        return",
+        "a tracker that names a new frame for each person fills the node's memory",
+    ),
+    Mutant(
+        "sim_driver/ros/frames.py",
+        "next(name for name in self._moving if name not in above)",
+        "next(iter(self._moving))",
+        "where many frames move the robot's slow odometry is forgotten between two of its transforms",
+    ),
+    Mutant(
+        "sim_driver/ros/frames.py",
+        "self._moving.pop(child, None) or RecentMotion()",
+        "self._moving.get(child) or RecentMotion()",
+        "where many frames move one that is heard all the time is forgotten",
+    ),
+    Mutant(
+        "sim_driver/ros/frames.py",
+        "parent == child or not _is_possible(matrix):",
+        "parent == child:",
+        "tf that is not finite counts as odometry that comes, and nobody is told",
+    ),
+    Mutant(
+        "sim_driver/ros/inlet.py",
+        'self._complaints.once("bad tf",',
+        "str(",
+        "transforms that make no sense are dropped without a word",
+    ),
+    Mutant(
+        "sim_driver/ros/inlet.py",
+        "        self.arrivals.odometry += 1\n        self.arrivals.odometry_s = now_s\n        self.pump(now_s)\n",
+        "        self.pump(now_s)\n",
+        "odometry on its topic is said to be missing though it comes",
+    ),
+    Mutant(
+        "sim_driver/ros/inlet.py",
+        "before_s, self._jumped_s = self._jumped_s, now_s",
+        "before_s, self._jumped_s = self._jumped_s, self._jumped_s or now_s",
+        "two drivers with different clocks on one topic write a session's file every half minute",
+    ),
+    Mutant(
+        "sim_driver/ros/jumps.py",
+        "self._ask(self._save).add_done_callback(lambda saved: self._report(saved, back_s))",
+        "self._ask(self._save)",
+        "nobody is told that the map of before a jump could not be saved",
+    ),
+    Mutant(
+        "sim_driver/ros/jumps.py",
+        "if self._asked == SAVED_MOST:",
+        "if False:",
+        "a bag that loops for ever fills the disk with sessions",
     ),
 )

@@ -247,9 +247,9 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/faults/config.py",
+        'self.kind != "slow" or self.amount >= 2',
         'self.kind != "slow" or self.amount >= 1',
-        'self.kind != "slow" or self.amount > 0',
-        "a fault of less than a scan ends the run with a division by zero",
+        "a slow robot whose amount was forgotten is not slow at all",
     ),
     Mutant(
         "sim_driver/faults/robot.py",

@@ -161,8 +161,8 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/cli/maps/merge.py",
-        "if name in names and len(trail)}",
-        "if name in names}",
+        " for name, trail in trails.items() if len(trail)}",
+        " for name, trail in trails.items()}",
         "a map whose keyframes have no scans fails to be merged",
     ),
     Mutant(
@@ -230,5 +230,17 @@ MUTANTS = (
         '"relations_given": len(truth[0])',
         '"relations_given": len(errors)',
         "relations outside of the log are not counted",
+    ),
+    Mutant(
+        "sim_driver/cli/maps/merge.py",
+        "            trails[name] = Trail(keyframes.",
+        "            trails[_named(str(path), short_names(paths))] = Trail(keyframes.",
+        "mrslam merge of . or of a folder behind a link leaves the keyframes out, and says that there are none",
+    ),
+    Mutant(
+        "sim_driver/cli/maps/merge.py",
+        "[name for name in result.team_map.T_team_map if name not in result.team_map.bends]",
+        "result.team_map.T_team_map.keys() - result.team_map.bends.keys()",
+        "what mrslam merge prints comes in another order each time",
     ),
 )

@@ -237,4 +237,16 @@ MUTANTS = (
         "",
         "a new agent shows the map of the one before",
     ),
+    Mutant(
+        "sim_driver/cli/live/ros.py",
+        "ProcessShell(runner, clock)",
+        "ProcessShell(runner, WallClock(time.monotonic_ns() - time.time_ns()))",
+        "after an NTP step and a reset all scans seem old, and particles are given up for good",
+    ),
+    Mutant(
+        "sim_driver/run/team.py",
+        'raise InputError(f"{option} wants {wants}, got {words!r}") from error',
+        "raise",
+        "--near says that it wants brackets",
+    ),
 )

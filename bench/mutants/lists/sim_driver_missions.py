@@ -143,8 +143,8 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/missions/sections.py",
-        "ok = bool(self.id) and ",
-        "ok = ",
+        'check_name(self.id, "robots.id")',
+        'self.id and check_name(self.id, "robots.id")',
         "a robot without a name writes its files among the run's",
     ),
     Mutant(
@@ -206,5 +206,47 @@ MUTANTS = (
         "folder / VIEW_FILE if self.record else None",
         "folder / VIEW_FILE",
         "a run that is only watched leaves large recordings",
+    ),
+    Mutant(
+        "sim_driver/missions/run_shapes.py",
+        "    a: MapName\n    b: MapName\n",
+        "    a: Name\n    b: Name\n",
+        "merges with saved maps of long names are left out of a run as damaged",
+    ),
+    Mutant(
+        "sim_driver/missions/run_shapes.py",
+        "    robot_id: MapName\n",
+        "    robot_id: Name\n",
+        "news of saved maps of long names is left out of a run as damaged",
+    ),
+    Mutant(
+        "sim_driver/missions/settings.py",
+        '        blamed, said = f"{where}: ", str(error)\n',
+        '        blamed, said = "\\n", str(error)\n',
+        "a mistake in --set is said to be one of the mission's file",
+    ),
+    Mutant(
+        "sim_driver/missions/settings.py",
+        "        make(tables)\n",
+        "",
+        "a mistake in the mission's file is said to be one of --set",
+    ),
+    Mutant(
+        "sim_driver/missions/mission.py",
+        "    return made_with(lambda tables: make_mission(tables, path), read_toml(path), assignments, str(path))",
+        '    return made_with(lambda tables: make_mission(tables, path), read_toml(path), assignments, "")',
+        "mrslam run --set blames the mission's file for what is misspelt",
+    ),
+    Mutant(
+        "sim_driver/missions/sections.py",
+        'check_name(self.id, "robots.id")',
+        'require(self.id.replace("-", "").replace("_", "").isalnum(), "robots.id", "a name", self.id)',
+        "mrslam gather refuses agents whose names have a dot",
+    ),
+    Mutant(
+        "sim_driver/missions/sections.py",
+        "require(self.id not in OF_RUN,",
+        "require(True,",
+        "a robot named as a file of the run is in that file's place",
     ),
 )

@@ -201,4 +201,22 @@ MUTANTS = (
         '_exchanges(run, pair["a"], pair["b"])',
         "a pair whose first robot was lost is said to have never exchanged maps",
     ),
+    Mutant(
+        "sim_driver/report/seen.py",
+        "run.tried(path, read_recording, [], keep=False) if",
+        "read_recording(path) if",
+        "one damaged recording of scans costs the whole report",
+    ),
+    Mutant(
+        "sim_driver/report/seen.py",
+        "return run.tried(Path(robot.log), played, [], keep=False)",
+        "return played(Path(robot.log))",
+        "a log that was moved costs the whole report of a run that played it",
+    ),
+    Mutant(
+        "sim_driver/report/seen.py",
+        "played, [], keep=False)",
+        "played, [])",
+        "a report keeps the scans of every log in memory",
+    ),
 )

@@ -303,4 +303,22 @@ MUTANTS = (
         "if all(isinstance(value, str) for value in values):",
         "a sweep over a number and a word ends without its table",
     ),
+    Mutant(
+        "sim_driver/evaluate/judges.py",
+        "    return run.tried(Path(run.mission.truth.relations), lambda path: _named(run.mission, path), None)",
+        "    return _named(run.mission, Path(run.mission.truth.relations))",
+        "a relations file that was moved costs the whole evaluation of a run whose mission names it",
+    ),
+    Mutant(
+        "sim_driver/evaluate/results.py",
+        "found, keep = otherwise, True",
+        "found = otherwise",
+        "a log that is gone is named once for every robot that played it",
+    ),
+    Mutant(
+        "sim_driver/evaluate/judges.py",
+        "np.ascontiguousarray(grid.is_free)), judge.in_true_map",
+        "np.ascontiguousarray(grid.is_free)), _placed_in_true_map(run, references)",
+        "mrslam eval aligns every robot's map with the true map twice",
+    ),
 )

@@ -213,4 +213,10 @@ MUTANTS = (
         "",
         "a sweep that failed ends in a traceback",
     ),
+    Mutant(
+        "sim_driver/sweep/plan.py",
+        ', str(path), "--vary")',
+        ", str(path))",
+        "what is misspelt behind --vary is said of --set",
+    ),
 )

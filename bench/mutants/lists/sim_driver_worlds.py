@@ -136,10 +136,10 @@ MUTANTS = (
         "a mission fails where two robots stand at one place",
     ),
     Mutant(
-        "sim_driver/worlds/radio.py",
-        "config.latency_s / delivery",
-        "config.latency_s * delivery",
-        "the worse a link the sooner its messages come",
+        "sim_driver/run/run_virtual.py",
+        "_conditions(self._radios, mission.radio)",
+        "_conditions(self._radios, RadioConfig())",
+        "radio.bandwidth_bit_s and radio.latency_s have no effect",
     ),
     Mutant(
         "sim_driver/worlds/radio.py",
@@ -158,5 +158,11 @@ MUTANTS = (
         "is_yard[around].all() and not plan.cells[around].any()",
         "True",
         "trees of a campus stand in buildings and in entrances",
+    ),
+    Mutant(
+        "sim_driver/worlds/radio.py",
+        "carries = self.bandwidth_bit_s == 0.0 or self.bandwidth_bit_s >= 1.0",
+        "carries = True",
+        "a mission whose radio carries next to nothing ends with an overflow",
     ),
 )

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from rich.status import Status
 
@@ -26,7 +27,7 @@ from mrslam.sim_driver.missions.agent_record import AgentRecord
 from mrslam.sim_driver.missions.locate import locate
 from mrslam.sim_driver.missions.mission import make_settings
 from mrslam.sim_driver.missions.run_files import CHECKPOINT
-from mrslam.sim_driver.missions.settings import as_table, check_keys, read_toml, with_overrides
+from mrslam.sim_driver.missions.settings import as_table, check_keys, made_with, read_toml
 from mrslam.sim_driver.missions.usage import write_usage
 from mrslam.sim_driver.run.known_area import KnownArea
 from mrslam.sim_driver.run.team import NoBody, go_online, take_maps
@@ -112,10 +113,13 @@ def _skip_played(body: RecordedBody, agent: Agent) -> str | None:
 
 def _settings(options: AgentOptions) -> Settings:
     tables = {} if options.config is None else read_toml(options.config)
-    tables = with_overrides(tables, options.assignments)
     where = "options" if options.config is None else str(options.config)
-    check_keys(tables, list(Settings.__dataclass_fields__), where)
-    return make_settings(tables, where)
+
+    def make(tables: dict[str, Any]) -> Settings:
+        check_keys(tables, list(Settings.__dataclass_fields__), where)
+        return make_settings(tables, where)
+
+    return made_with(make, tables, options.assignments, where)
 
 
 def _record(

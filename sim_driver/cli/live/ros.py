@@ -68,7 +68,7 @@ def _run(node: RosNode, is_stopped: Callable[[], bool]) -> None:
     """Run one agent after another: a service may put another in its place."""
     options = node.options
     out = Path(options.out or Path("out") / options.robot)
-    clock = WallClock(time.monotonic_ns() - time.time_ns())
+    clock = WallClock(time.monotonic_ns() - time.time_ns())  # one for all: a scan's age is a difference of its times
     body = RosBody(clock, node.now_ns, period_s=options.map_period_s)
     sessions = Sessions(out, lambda: _make_agent(node))
     with held(out):
@@ -78,7 +78,7 @@ def _run(node: RosNode, is_stopped: Callable[[], bool]) -> None:
         node.connect(body, sessions, out)
         while agent is not None:
             body.begin()
-            _play(node, agent, body, past, out, lambda: is_stopped() or sessions.is_over)
+            _play(node, agent, body, clock, past, out, lambda: is_stopped() or sessions.is_over)
             agent, past = (None if is_stopped() else sessions.take_next()), []
 
 
@@ -87,16 +87,17 @@ def _make_agent(node: RosNode) -> Agent:
     boot_id = time.time_ns() // 1_000_000
     name = {"team": options.team, "mode": options.mode}
     agent = Agent(options.robot, node.settings, **name, seed=options.seed, boot_id=boot_id)
-    if taken := take_maps(agent, [Path(path) for path in options.maps], options.near or None):
+    if taken := take_maps(agent, [Path(path) for path in options.maps], options.near or None, "near"):
         node.say(taken)
     return agent
 
 
 def _play(
-    node: RosNode, agent: Agent, body: RosBody, past: Sequence[Event], out: Path, is_over: Callable[[], bool]
-) -> None:
-    """Run one agent until it is over, and leave its files."""
-    options, clock = node.options, WallClock(time.monotonic_ns() - time.time_ns())
+    node: RosNode, agent: Agent, body: RosBody, clock: WallClock, past: Sequence[Event], out: Path,
+    is_over: Callable[[], bool],
+) -> None:  # fmt: skip
+    """Run one agent until it is over, and leave its files; ``clock`` is the body's."""
+    options = node.options
     keys = load_keys(Path(options.keys), options.robot, options.team) if options.keys else None
     network = {"listen": list(options.listen), "connect": list(options.connect), "multicast": options.multicasts}
     known = KnownArea()

@@ -49,7 +49,7 @@ def merge_files(
     check_method(method)
     maps = in_folders(maps)
     grids = read_maps(maps, resolution)
-    trails = read_trails(maps, list(grids))
+    trails = read_trails(maps)
     if len(grids) < 2:
         raise InputError("merging needs two maps or more")
     poses = None if known_poses is None else read_poses(known_poses, list(grids))
@@ -105,18 +105,18 @@ def in_folders(paths: list[Path]) -> list[Path]:
     return found
 
 
-def read_trails(paths: list[Path], names: list[str]) -> dict[str, Trail]:
-    """Return the ways that made the maps, by name, where keyframes are in the file or beside the map."""
+def read_trails(paths: list[Path]) -> dict[str, Trail]:
+    """Return the ways that made the maps, by their short names, where keyframes are in the file or beside the map."""
     trails: dict[str, Trail] = {}
-    for path in paths:
+    for path, name in zip(paths, short_names(paths), strict=True):
         beside = path.parent / KEYFRAMES_FILE
         if path.suffix == SUFFIX:
             saved = read_saved_map(path)
-            trails[_named(str(path), names)] = Trail(saved.keyframes.T_map_base, saved.scans, saved.keyframes.stamps_ns)
+            trails[name] = Trail(saved.keyframes.T_map_base, saved.scans, saved.keyframes.stamps_ns)
         elif path.name == MAP_FILE and is_file(beside):
             keyframes, scans = read_scanned_keyframes(beside)
-            trails[_named(str(path), names)] = Trail(keyframes.T_map_base, scans, keyframes.stamps_ns)
-    return {name: trail for name, trail in trails.items() if name in names and len(trail)}
+            trails[name] = Trail(keyframes.T_map_base, scans, keyframes.stamps_ns)
+    return {name: trail for name, trail in trails.items() if len(trail)}
 
 
 def _say_bends(result: MergeResult, trails: Mapping[str, Trail]) -> None:
@@ -126,7 +126,7 @@ def _say_bends(result: MergeResult, trails: Mapping[str, Trail]) -> None:
         say(f"{a} and {b} saw {places} places in common that agree")
     for name, bend in result.team_map.bends.items():
         say(f"{name} is bent by up to {bend.most_m:.2f} m")
-    for name in result.team_map.T_team_map.keys() - result.team_map.bends.keys():
+    for name in [name for name in result.team_map.T_team_map if name not in result.team_map.bends]:
         why = "nothing ties it to the others" if name in trails else f"there is no {KEYFRAMES_FILE} with its map"
         say(f"{name} is laid as it is: {why}")
     for (a, b), edge in sorted(result.edges.items()):

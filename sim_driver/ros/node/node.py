@@ -22,6 +22,7 @@ from tf2_msgs.msg import TFMessage
 
 from mrslam.sim_driver.ros.complaints import Complaints
 from mrslam.sim_driver.ros.inlet import Inlet
+from mrslam.sim_driver.ros.jumps import JumpSessions
 from mrslam.sim_driver.ros.node import qos
 from mrslam.sim_driver.ros.node.outlets import Outlets
 from mrslam.sim_driver.ros.node.services import Services
@@ -87,11 +88,8 @@ class RosNode:
         node, options = self._node, self.options
         outlets = Outlets(node, options, body, self.complaints)
         Services(node, body, outlets, sessions, folder)
-
-        def on_jump(back_s: float) -> None:
-            body.ask(sessions.save)
-
-        inlet = Inlet(options, body.take, self.complaints, time.monotonic(), on_jump)
+        jumps = JumpSessions(body.ask, sessions.save, self.say, self.complaints)
+        inlet = Inlet(options, body.take, self.complaints, time.monotonic(), jumps.on_jump)
         if options.mode != "central":
             self._subscribe(inlet)
         node.create_timer(MAPS_S, outlets.publish_maps, clock=_steady())

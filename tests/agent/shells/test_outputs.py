@@ -72,8 +72,11 @@ def test_an_event_that_a_full_disk_cuts_off_just_before_its_end_does_not_spoil_t
     assert path.read_text().splitlines() == ['{"t": 1.0, "rob', line, line.replace("2.0", "3.0")]
 
 
-def test_trajectories_of_an_earlier_run_do_not_stay(tmp_path: Path) -> None:
+def test_files_of_an_earlier_run_do_not_stay(tmp_path: Path) -> None:
     (tmp_path / "team").mkdir()
     (tmp_path / "team" / "ghost.tum").write_text("0 0 0 0 0 0 0 1\n")
+    earlier = [tmp_path / name for name in ("tracked.tum", "team_overlay.png")]
+    for path in earlier:
+        path.write_text("0 0 0 0 0 0 0 1\n")
     write_robot(Agent("r1", Settings()), tmp_path, {})
-    assert not (tmp_path / "team").exists()
+    assert not any(path.exists() for path in (tmp_path / "team", *earlier))

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from mrslam.merge.grids.warp import warp
 from mrslam.merge.picture_key import KEY_PX
-from mrslam.merge.sessions.diff import Diff, diff
+from mrslam.merge.sessions.diff import Diff, Piece, _pieces, diff
 from mrslam.merge.sessions.picture import APPEARED, FAINT, INK, ONE_ONLY, VANISHED, draw_diff
 from mrslam.spatial import InputError, Keyframes, KeyScans, OccupancyGrid, se2
 from mrslam.spatial.files.saved_map import SavedMap, of_one_session
@@ -118,6 +122,34 @@ def test_strokes_that_face_each_other_across_a_corner_are_one_piece(between: int
     after.cells[212 + between, 101 + between : 125] = 100  # 0.12 or 0.15 m between the two along either axis
     (piece,) = diff(saved(before), saved(after), same_frame=True).pieces
     assert (piece.width_m, piece.height_m) == pytest.approx((25 * 0.03, (13 + between) * 0.03))
+
+
+def pieces_one_by_one(grid: OccupancyGrid, mask: NDArray[np.bool_], least_m2: float) -> tuple[list[Piece], Any]:
+    """Return the pieces of a mask, each looked for in the whole grid: the slow twin of ``_pieces``."""
+    dilated = cv2.dilate(mask.astype(np.uint8), np.ones((4, 4), np.uint8))  # 0.15 m and a cell
+    _, label = cv2.connectedComponents(dilated, connectivity=8)
+    pieces, kept = [], np.zeros_like(mask)
+    for k in range(1, label.max() + 1):
+        cells = (label == k) & mask
+        area_m2 = cells.sum() * grid.resolution_m**2
+        if area_m2 >= least_m2 - 1e-9:
+            centres_m = grid.centres(cells)
+            (x, y), (wide, high) = centres_m.mean(axis=0), np.ptp(centres_m, axis=0) + grid.resolution_m
+            pieces.append(Piece("appeared", float(x), float(y), float(wide), float(high), float(area_m2)))
+            kept |= cells
+    return pieces, kept
+
+
+@pytest.mark.parametrize("share", [0.002, 0.02, 0.06])
+@pytest.mark.parametrize("least_m2", [0.0, 0.005, 0.02])
+def test_pieces_are_those_found_one_by_one(share: float, least_m2: float) -> None:
+    rng = np.random.default_rng(7)
+    mask = rng.random((90, 130)) < share
+    grid = OccupancyGrid(np.zeros(mask.shape, dtype=np.int8), 0.05, (-1.3, 2.7))
+    pieces, kept = _pieces(grid, "appeared", mask, least_m2)
+    expected, expected_kept = pieces_one_by_one(grid, mask, least_m2)
+    assert pieces == expected and (kept == expected_kept).all()
+    assert len(expected) > 3 or least_m2 > 0.0
 
 
 def test_nothing_of_a_building_that_stayed_has_changed_though_its_maps_are_bent() -> None:

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from mrslam.sim_driver.evaluate.judges import Judgement, PairJudge, References, pair_judge
-from mrslam.spatial import se2
+from mrslam.alignment import Alignment, Evidence
+from mrslam.sim_driver.evaluate import judges
+from mrslam.sim_driver.evaluate.judges import Judgement, PairJudge, References, map_judge, pair_judge, relations_of
+from mrslam.sim_driver.evaluate.results import RunResults
+from mrslam.sim_driver.missions.mission import make_mission
+from mrslam.spatial import InputError, OccupancyGrid, se2
 
 STAMPS = np.arange(50) * 100_000_000
 WAY = np.stack([np.linspace(0.0, 10.0, 50), np.linspace(0.0, 3.0, 50) ** 2, np.linspace(0.0, 1.0, 50)], axis=1)
@@ -77,3 +82,24 @@ def test_relations_judge_robots_of_one_log(logs: tuple[str | None, str | None], 
         return
     assert isinstance(found, Judgement)
     assert (found.judged_by, found.error_m) == ("20 of 20 relations", pytest.approx(0.2))
+
+
+def test_relations_that_a_mission_names_and_are_gone_are_noted_and_those_asked_for_are_an_error(tmp_path: Path) -> None:
+    tables = {"robots": [{"id": "r1", "log": "a.log"}], "truth": {"relations": "gone.relations"}}
+    moved = RunResults(tmp_path, make_mission(tables, tmp_path / "one.toml"), {}, {})
+    assert relations_of(moved, References()) is None and relations_of(moved, References()) is None
+    assert len(moved.damage) == 1 and moved.damage[0].startswith("gone.relations: not found in")
+    with pytest.raises(InputError, match="not a relations file"):
+        relations_of(moved, References(relations=tmp_path / "none"))
+
+
+def test_each_map_is_aligned_with_the_true_map_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    aligned: list[str] = []
+    placed = Alignment(T_A_B, 0.9, Evidence(), np.eye(3), "auto")
+    monkeypatch.setattr(judges, "align", lambda true_map, grid: aligned.append(grid) or placed)
+    references = References(true_map=OccupancyGrid(np.zeros((3, 3), dtype=np.int8), 0.05))
+    judge = pair_judge(run(map=lambda robot: robot), references)
+    against = map_judge(judge, references)
+    assert against is not None and against[1] == {"r1": placed.T_a_b, "r2": placed.T_a_b}
+    assert judge.judge("r1", "r2", T_A_B) != "no truth, reference, relation or true map links the two"
+    assert aligned == ["r1", "r2"]

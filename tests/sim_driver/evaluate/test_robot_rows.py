@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mrslam.sim_driver.evaluate.judges import References
+from mrslam.sim_driver.evaluate.judges import References, pair_judge
 from mrslam.sim_driver.evaluate.results import RunResults
 from mrslam.sim_driver.evaluate.robot_rows import robot_rows
 from mrslam.sim_driver.missions.mission import make_mission
@@ -42,6 +42,6 @@ def test_ghosts_in_a_robots_map_are_what_stands_where_others_drove_not_where_it_
         write_tum(tmp_path / robot / "trajectory.tum", np.array([0]), np.zeros((1, 3)))
         write_tum(tmp_path / robot / "truth.tum", np.array([0]), np.array([[*at_m, 0.0]]))
         run.robots[robot] = {"mode": "distributed", "known_area_m2": 1.0, "placed": {robot: [0.0, 0.0, 0.0]}}
-    rows = robot_rows(run, References(), [])
+    rows = robot_rows(pair_judge(run, References()), References(), [])
     assert [rows[robot]["map"]["ghost_cells"] for robot in ("r1", "r2")] == [2, 1]
     assert not run.damage

@@ -216,8 +216,10 @@ def test_faults_are_checked() -> None:
         FaultConfig(kind="flood", robot="r1")
     with pytest.raises(InputError, match=r"faults\.for_s"):
         FaultConfig(kind="crash", robot="r1", for_s=0.0)
-    with pytest.raises(InputError, match=r"faults\.amount of slow must be >= 1 scan"):
-        FaultConfig(kind="slow", robot="r1", amount=0.2)
+    for amount in ({}, {"amount": 0.2}, {"amount": 1.9}):  # one scan in one is no fault
+        with pytest.raises(InputError, match=r"faults\.amount of slow must be >= 2: it takes one scan in so many, got"):
+            FaultConfig(kind="slow", robot="r1", **amount)
+    assert FaultConfig(kind="slow", robot="r1", amount=2.0).amount == 2.0
 
 
 def test_a_fault_begins_at_its_time_and_is_over_when_its_time_is() -> None:

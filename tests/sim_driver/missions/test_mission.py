@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -58,13 +59,16 @@ def test_a_trace_makes_the_links_traced() -> None:
     [
         ({"robots": []}, r"at least one \[\[robots\]\]"),
         ({"robots": [ROBOT, ROBOT]}, "two robots have one id"),
-        ({"robots": [{"id": "r 1", "log": "x"}]}, r"robots\.id must be a name"),
+        ({"robots": [{"id": "r 1", "log": "x"}]}, r"robots\.id must be 1 to 64 letters"),
+        ({"robots": [{"id": ".r1", "log": "x"}]}, r"robots\.id must be 1 to 64 letters, .* not '\.' first"),
+        ({"robots": [{"id": "r" * 65, "log": "x"}]}, r"robots\.id must be 1 to 64 letters"),
+        ({"robots": [{"id": "metrics.json", "log": "x"}]}, r"robots\.id must be no file of the run"),
         ({"robots": [{"log": "x"}]}, r"robots\[0\]: the key 'id' is missing"),
         ({"robots": [{"id": "r1"}]}, "has no log"),
         ({"robots": [{"id": "r1", "log": "x", "first": 0.5, "last": 0.2}]}, "0 <= first < last <= 1"),
         ({"robots": [{"id": "r1", "log": "x", "start": [float("nan"), 0, 0]}]}, r"robots\.r1\.start must be"),
         ({"robots": [{"id": "r1", "log": "x", "first": 0.5, "last": 0.5}]}, "0 <= first < last <= 1"),
-        ({"robots": [{"id": "", "log": "x"}]}, r"robots\.id must be a name"),
+        ({"robots": [{"id": "", "log": "x"}]}, r"robots\.id must be 1 to 64 letters"),
         ({"robots": [ROBOT | {"start": [1.0, 2.0]}]}, r"robots\.r1\.start must be \[x_m, y_m, theta_rad\]"),
         ({"robots": [ROBOT | {"start_known": True}]}, r"robots\.r1\.start_known must be false where no start is given"),
         ({"robots": [ROBOT | {"waypoints": [[1.0, 2.0, 0.0]]}]}, r"robots\.r1\.waypoints must be \[x_m, y_m\] each"),
@@ -89,7 +93,7 @@ def test_a_trace_makes_the_links_traced() -> None:
         ),
         ({"faults": [{"kind": "liar", "robot": "r1", "at_s": 3}]}, "liar must be 0 s: it lies from start to end"),
         (
-            {"mission": {"duration_s": 20}, "faults": [{"kind": "slow", "robot": "r1", "at_s": 20}]},
+            {"mission": {"duration_s": 20}, "faults": [{"kind": "slow", "robot": "r1", "at_s": 20, "amount": 2}]},
             "ends after 20 s, so slow of r1 at 20 s never happens",
         ),
         ({"mission": {"duration_s": float("inf")}}, r"mission\.duration_s must be a finite number, got inf"),
@@ -142,3 +146,17 @@ def test_a_saved_map_for_nobody_in_the_team_is_named() -> None:
 def test_the_truth_is_one_of_a_missions_files() -> None:
     tables = {"robots": [{"id": "a", "log": "a.log"}], "truth": {"relations": "a.relations"}}
     assert make_mission(tables, Path("m.toml")).files == ["a.log", "a.relations"]
+
+
+def test_what_set_gets_wrong_is_said_of_it_and_not_of_the_mission(tmp_path: Path) -> None:
+    path = tmp_path / "m.toml"
+    path.write_text('[[robots]]\nid = "r1"\nlog = "some.log"\n')
+    for assignment, words in (
+        ("foo.bar=1", "unknown key 'foo'"),
+        ("comms.exchange_timeot_s=3", "comms: unknown key 'exchange_timeot_s'; did you mean 'exchange_timeout_s'"),
+        ("mission.speed=fast", "mission.speed = 'fast'"),
+    ):
+        with pytest.raises(InputError, match=f"^--set: {re.escape(words)}"):
+            load_mission(path, [assignment])
+    with pytest.raises(InputError, match=r"^--set robots\.id=r2: 'robots' is a list"):
+        load_mission(path, ["robots.id=r2"])

@@ -8,6 +8,7 @@ from typing import get_args
 
 import pytest
 
+from mrslam.agent import check_saved_id
 from mrslam.agent.pairs.belief import Status
 from mrslam.sim_driver.missions.run_folder import (
     EventFile,
@@ -58,6 +59,20 @@ def test_whole_files_are_returned_as_they_are(name: str, tmp_path: Path) -> None
 def test_whatever_a_robot_believes_of_a_pair_can_be_read(status: str, tmp_path: Path) -> None:
     (tmp_path / "robot.json").write_text(json.dumps({**ROBOT, "pairs": [{**PAIR, "status": status}]}))
     assert read_robot(tmp_path)["pairs"][0]["status"] == status
+
+
+def test_events_of_saved_maps_with_the_longest_names_are_read(tmp_path: Path) -> None:
+    longest = f"{'o' * 64}@{'m' * 64}"
+    check_saved_id(longest, "the name")
+    pair = {"t": 1.0, "robot": "r1", "a": longest, "b": "r1"}
+    events = [
+        {"t": 1.0, "robot": "r1", "event": "map_updated", "robot_id": longest},
+        {**pair, "event": "merged", "T_a_b": [0, 0, 0], "confidence": 0.9},
+        {**pair, "event": "unmerged", "reason": "walls"},
+    ]
+    (tmp_path / "events.jsonl").write_text("".join(json.dumps(event) + "\n" for event in events))
+    read = read_events(tmp_path)
+    assert read.events == events and not read.damage
 
 
 @pytest.mark.parametrize("name", READERS)

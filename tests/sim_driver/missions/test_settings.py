@@ -1,11 +1,21 @@
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from mrslam.sim_driver.missions.settings import build, build_section, parse_assignment, read_toml, with_overrides
+from mrslam.sim_driver.missions.settings import (
+    build,
+    build_section,
+    check_keys,
+    made_with,
+    parse_assignment,
+    read_toml,
+    with_overrides,
+)
 from mrslam.spatial import InputError
 from mrslam.spatial.errors import require
 
@@ -109,3 +119,28 @@ def test_a_command_takes_settings_of_its_one_section_and_refuses_those_of_others
     assert build_section(Knobs, "knobs", ["knobs.name=y"], count=3) == Knobs(name="y", count=3)
     with pytest.raises(InputError, match="--set: unknown key 'knob'; did you mean 'knobs'"):
         build_section(Knobs, "knobs", ["knobs.name=y", "knob.timeout_s=3"])
+
+
+def test_what_the_tables_alone_are_not_blamed_for_the_option_is() -> None:
+    def make(tables: dict[str, Any]) -> Knobs:
+        check_keys(tables, ["knobs"], "m.toml")
+        return build(Knobs, tables.get("knobs", {}), "m.toml: knobs")
+
+    table = {"knobs": {"count": 3}}
+    assert made_with(make, table, ["knobs.name=y"], "m.toml") == Knobs(name="y", count=3)
+    for assignment, words in (("foo.bar=1", "unknown key 'foo'"), ("knobs.cuont=1", "knobs: unknown key 'cuont'")):
+        with pytest.raises(InputError, match=f"^--set: {re.escape(words)}"):
+            made_with(make, table, [assignment], "m.toml")
+        with pytest.raises(InputError, match=f"^--vary: {words}"):
+            made_with(make, table, [assignment], "m.toml", "--vary")
+    with pytest.raises(InputError, match=r"^m\.toml: unknown key 'wrong'"):
+        made_with(make, {"wrong": {}}, ["foo.bar=1"], "m.toml")
+    with pytest.raises(InputError, match=r"^--set wants section\.key=value"):
+        made_with(make, table, ["foo"], "m.toml")
+
+    def refuse(tables: dict[str, Any]) -> None:
+        if tables["knobs"].get("name") == "y":
+            raise InputError("knobs.name must be another")
+
+    with pytest.raises(InputError, match=r"^knobs\.name must be another"):  # says itself what is wrong
+        made_with(refuse, table, ["knobs.name=y"], "m.toml")

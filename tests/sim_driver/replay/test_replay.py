@@ -145,6 +145,11 @@ def test_a_run_of_another_format_says_so_where_its_settings_cannot_be_read(recor
             mission_of(old)
 
 
+def test_what_set_gets_wrong_of_a_replay_is_said_of_it(recorded: Path) -> None:
+    with pytest.raises(InputError, match=r"^--set: rbpf: unknown key 'particels'; did you mean 'particles'"):
+        mission_of(recorded, ["rbpf.particels=9"])
+
+
 @pytest.mark.parametrize(
     ("array", "values", "told"),
     [

@@ -12,7 +12,10 @@ import numpy as np
 import pytest
 
 from mrslam.agent import Sensed
+from mrslam.sim_driver.evaluate.results import RunResults
 from mrslam.sim_driver.evaluate.trajectories import Trajectory
+from mrslam.sim_driver.feeds import Reading
+from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.sim_driver.report import seen as module
 from mrslam.sim_driver.report.layout import Layout
 from mrslam.sim_driver.report.seen import first_seen_s, mission_trajectory, spread
@@ -117,10 +120,37 @@ def test_scans_of_a_run_that_was_played_again_are_those_of_the_first(
     (first / "r1" / module.SCANS_FILE).touch()
     monkeypatch.setattr(module, "read_recording", lambda path: [path])
     bare = run(np.zeros((1, 3)))
-    bare.folder, bare.mission.replay = again, first
+    bare.folder, bare.mission.replay, bare.tried = again, first, lambda path, reader, otherwise, keep: reader(path)
     assert module._scans(bare, "r1") == [first / "r1" / module.SCANS_FILE]
     bare.mission.replay = None
     assert module._scans(bare, "r1") == []
+
+
+def results(folder: Path, log: str) -> RunResults:
+    """A run of two robots that played a log and left nothing."""
+    robots = [{"id": f"r{k}", "log": log} for k in (1, 2)]
+    mission = make_mission({"robots": robots, "truth": {"relations": "gone.relations"}}, folder / "two.toml")
+    return RunResults(folder, mission, {}, {})
+
+
+def test_a_log_that_was_moved_or_is_another_one_now_is_noted_once(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    moved = results(tmp_path, "gone.log")
+    assert [module._scans(moved, robot) for robot in ("r1", "r2")] == [[], []]
+    assert len(moved.damage) == 1 and moved.damage[0].startswith("gone.log: not found in")
+    (tmp_path / "short.log").touch()
+    monkeypatch.setattr(module, "shared_readings", lambda path: [])
+    other = results(tmp_path, "short.log")
+    assert module._scans(other, "r1") == [] and "holds no scan" in other.damage[0]
+
+
+def test_scans_of_a_log_are_not_kept_once_they_are_cast(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    (tmp_path / "some.log").touch()
+    readings = [Reading(looking_ahead(k * S), None) for k in range(3)]
+    monkeypatch.setattr(module, "shared_readings", lambda path: readings)
+    run = results(tmp_path, "some.log")
+    assert len(module._scans(run, "r1")) == 3 and not run._kept and not run.damage
 
 
 def test_only_known_places_between_the_beams_take_the_time_of_their_neighbours() -> None:

@@ -179,6 +179,22 @@ def test_odometry_that_is_not_finite_or_of_another_frame_is_named_once() -> None
     assert rig.out[0][1] is not None
 
 
+@pytest.mark.parametrize("x_m", [float("nan"), 1e300])
+@pytest.mark.parametrize("source", ["tf", "topic"])
+def test_odometry_that_makes_no_sense_is_named_and_counted_and_is_none(source: str, x_m: float) -> None:
+    rig = Rig().mounted()
+    for k in range(round(QUIET_S) + 3):
+        rig.at(float(k))
+        rig.tf(10.0 + k, x_m) if source == "tf" else rig.wheels(10.0 + k, x_m)
+        rig.scan(10.0 + k)
+        rig.inlet.watch_silence(rig.now_s)
+    bad, none = rig.said
+    assert "not finite, " in bad and ("'odom' -> 'base_link'" if source == "tf" else "odom: poses") in bad
+    assert "but no odometry" in none and len(rig.out) == k + 1
+    assert rig.inlet._complaints.counts["bad tf" if source == "tf" else "bad odometry"] == k + 1
+    assert (rig.inlet.arrivals.odometry, rig.inlet.arrivals.transforms) == (0, 0)
+
+
 @pytest.mark.parametrize(("what", "words"), [("scan", "but no odometry"), ("wheels", "but no scan on scan")])
 def test_one_without_the_other_is_said_once(what: str, words: str) -> None:
     rig = Rig().mounted()
@@ -256,11 +272,11 @@ def test_scans_that_wait_are_handed_on_before_a_jump_of_the_clock_is_told() -> N
 
 def test_two_drivers_of_different_clocks_on_one_topic_ask_for_one_session_and_a_later_jump_for_another() -> None:
     rig = Rig(odometry="none").mounted()
-    for k in range(20):
-        rig.at(0.1 * k)
-        rig.scan(1000.0 + 0.1 * k)
-        rig.scan(900.0 + 0.1 * k)
-    assert rig.jumps == [pytest.approx(100.0)] and len(rig.out) == 40
-    rig.at(JUMP_PAUSE_S + 1.0)
+    for k in range(200):  # for longer than the pause
+        rig.at(0.5 * k)
+        rig.scan(1000.0 + 0.5 * k)
+        rig.scan(900.0 + 0.5 * k)
+    assert rig.jumps == [pytest.approx(100.0)] and len(rig.out) == 400
+    rig.at(rig.now_s + JUMP_PAUSE_S + 1.0)
     rig.scan(500.0)
     assert len(rig.jumps) == 2

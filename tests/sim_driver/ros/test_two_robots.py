@@ -67,7 +67,7 @@ class TfListener:
     """Looks every scan up in the map at its stamp, as tf2's message filter does: when odometry has come so far."""
 
     def __init__(self, listener: Listener, robot: str) -> None:
-        self.frames = LiveFrames()
+        self.frames = LiveFrames("base_link")
         self.scans, self.ahead, self.waiting = 0, 0, 0
         self._waiting_ns: list[int] = []
         listener.listen(TFMessage, f"/{robot}/tf_static", LATCHED, lambda message: self._take(message, True))

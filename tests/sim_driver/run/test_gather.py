@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from mrslam.comms.wire.frames import check_name
 from mrslam.sim_driver.cli.app import app
 from mrslam.sim_driver.evaluate import References, assess
 from mrslam.sim_driver.evaluate.results import RunResults
@@ -232,3 +233,15 @@ def test_of_agents_that_all_run_on_there_is_no_page(agents: Path, tmp_path: Path
     result = CliRunner().invoke(app, ["gather", str(agents), "--out", str(tmp_path / "out"), "--json"])
     assert result.exit_code == 0 and json.loads(result.stdout)["robots_lost"] == ["r1", "r2"]
     assert not (tmp_path / "out" / "report.html").exists()
+
+
+def test_whatever_name_an_agent_may_have_it_is_gathered(tmp_path: Path) -> None:
+    for name in ("r.1", "Robot-2_b."):
+        record = AgentRecord(
+            id=name, team="depot", mode="distributed", log=None, settings={}, begun_s=WORLD_S, ended=True
+        )
+        (tmp_path / "agents" / name).mkdir(parents=True)
+        record.write(tmp_path / "agents" / name)
+        check_name(name, "robot id")
+    mission, metrics = gather([tmp_path / "agents"], tmp_path / "out", lambda words: None)
+    assert [robot.id for robot in mission.robots] == metrics["robots_lost"] == ["Robot-2_b.", "r.1"]

@@ -109,8 +109,10 @@ def test_the_plan_is_every_combination_with_every_seed(path: Path) -> None:
 def test_mistakes_are_named_before_anything_runs(path: Path) -> None:
     with pytest.raises(InputError, match=r"comms\.link_threshold must be in 0\.\.1"):
         make_plan(path, [parse_knob("comms.link_threshold=0.2,1.8")], 1)
-    with pytest.raises(InputError, match="did you mean 'link_threshold'"):
+    with pytest.raises(InputError, match=r"^--vary: comms: .*did you mean 'link_threshold'"):
         make_plan(path, [parse_knob("comms.link_treshold=0.2")], 1)
+    with pytest.raises(InputError, match=r"^--set: unknown key 'cmms'"):
+        make_plan(path, assignments=["cmms.link_threshold=0.2"])
     with pytest.raises(InputError, match="radio changes where robots drive"):
         make_plan(path, [parse_knob("radio.power_dbm=5")], 1, drive="recorded")
     with pytest.raises(InputError, match=r"mission\.seed is not varied: .* --seeds"):
