@@ -31,6 +31,7 @@ from mrslam.merge.draw import draw_team, overlaid
 from mrslam.merge.graph.edges import pair_of
 from mrslam.spatial import write_map
 from mrslam.spatial.files.atomic import write_text
+from mrslam.spatial.files.full_disk import unwritten_is_logged
 from mrslam.spatial.files.images import write_image
 from mrslam.spatial.files.keyframes import write_keyframes
 from mrslam.spatial.files.tum import write_tum
@@ -103,10 +104,8 @@ def write_robot(agent: Agent, folder: Path, sent_bytes: Mapping[str, int]) -> No
             folder / TEAM_OVERLAY_FILE, draw_team(overlay, layers, ties_m=ties_m)
         )
     for name, write in writers.items():
-        try:
+        with unwritten_is_logged(agent.robot_id, folder / name):
             write()
-        except OSError as error:
-            log.warning("%s: %s cannot be written (%s)", agent.robot_id, folder / name, error.strerror)
 
 
 def write_corrected(agent: Agent, folder: Path) -> None:
