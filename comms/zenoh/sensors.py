@@ -14,7 +14,7 @@ import zenoh
 from mrslam.comms.transport.sensors import decode_odometry, decode_scan, encode_odometry, encode_scan
 from mrslam.comms.wire.frames import check_name
 from mrslam.comms.zenoh.config import check_endpoint
-from mrslam.comms.zenoh.session import open_session
+from mrslam.comms.zenoh.session import close_session, open_session
 from mrslam.spatial import InputError, Scan
 from mrslam.spatial.se2 import Transform
 
@@ -71,9 +71,7 @@ class ZenohSensors:
 
     def close(self) -> None:
         """Stop listening."""
-        for subscriber in self._subscribers:
-            subscriber.undeclare()  # type: ignore[no-untyped-call]
-        self._session.close()  # type: ignore[no-untyped-call]
+        close_session(self._session, self._subscribers)
 
 
 class SensorPublisher:
@@ -97,4 +95,4 @@ class SensorPublisher:
 
     def close(self) -> None:
         """Disconnect."""
-        self._session.close()  # type: ignore[no-untyped-call]
+        close_session(self._session)

@@ -26,7 +26,7 @@ from mrslam.comms.transport.local_robots import announce, withdraw
 from mrslam.comms.transport.outbox import Outbox
 from mrslam.comms.wire.frames import check_name
 from mrslam.comms.zenoh.config import datagram_settings, settings, split_datagrams
-from mrslam.comms.zenoh.session import open_session, warn_if_open
+from mrslam.comms.zenoh.session import close_session, open_session, warn_if_open
 from mrslam.spatial import InputError
 
 GOODBYE_S = 0.1
@@ -94,7 +94,7 @@ class ZenohTransport:
         try:
             return open_session(datagram_settings(self.team, listen, connect, keys))
         except InputError:
-            self._session.close()  # type: ignore[no-untyped-call]
+            close_session(self._session)
             raise
 
     def _declare_publishers(self) -> tuple[zenoh.Publisher, zenoh.Publisher]:
@@ -170,14 +170,9 @@ class ZenohTransport:
         self._control.close()
         self._bulk.close()
         time.sleep(GOODBYE_S)
-        for declared in (self._token, *self._subscribers, self._beacons, self._status):
-            try:
-                declared.undeclare()
-            except zenoh.ZError as error:
-                log.debug("undeclaring: %s", error)
-        self._session.close()  # type: ignore[no-untyped-call]
+        close_session(self._session, (self._token, *self._subscribers, self._beacons, self._status))
         if self._datagrams is not self._session:
-            self._datagrams.close()  # type: ignore[no-untyped-call]
+            close_session(self._datagrams)
 
     def _put_control(self, key: str, payload: bytes) -> None:
         self._session.put(

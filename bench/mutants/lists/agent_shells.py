@@ -4,6 +4,30 @@ from bench.mutants.mutant import Mutant
 
 MUTANTS = (
     Mutant(
+        "agent/shells/runner.py",
+        "        take_all(self._last_steps(now_ns))",
+        "        [step() for step in self._last_steps(now_ns)]",
+        "a robot whose network cannot be closed in time leaves neither its state nor its maps",
+    ),
+    Mutant(
+        "agent/shells/virtual.py",
+        "    take_all(partial(robot.close, now_ns) for robot in robots)\n",
+        "    for robot in robots:\n        robot.close(now_ns)\n",
+        "where one robot of a run cannot end in good order, those after it leave nothing",
+    ),
+    Mutant(
+        "agent/shells/ending.py",
+        "    if failures:\n        raise failures[0]",
+        "    if False:\n        raise failures[0]",
+        "a run whose robots could not leave their files says that all went well",
+    ),
+    Mutant(
+        "agent/shells/ending.py",
+        '        log.error("another step of the end failed", exc_info=failure)',
+        "        pass",
+        "of two failures at a robot's end one is never reported",
+    ),
+    Mutant(
         "agent/checkpoint.py",
         'not isinstance(state, dict) or not isinstance(state.get("rbpf"), dict)',
         'not isinstance(state.get("rbpf"), dict)',

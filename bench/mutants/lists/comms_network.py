@@ -78,6 +78,20 @@ MUTANTS = (
     ),
     Mutant(
         "comms/zenoh/session.py",
+        """        except zenoh.ZError as error:
+            log.warning("a network session""",
+        """        except KeyError as error:
+            log.warning("a network session""",
+        "a robot that ends on a busy machine leaves neither its state nor its maps",
+    ),
+    Mutant(
+        "comms/zenoh/session.py",
+        '            log.warning("a network session was not closed in good order: %s", error)\n',
+        '            log.warning("a network session was not closed in good order: %s", error)\n            break\n',
+        "a session of which one subscriber cannot be undeclared stays open",
+    ),
+    Mutant(
+        "comms/zenoh/session.py",
         "(multicast or not stays_here(endpoints))",
         "not stays_here(endpoints)",
         "nobody is warned of an open team that is found by multicast",
