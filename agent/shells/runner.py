@@ -145,4 +145,9 @@ class Runner:
         yield self.events.close
         for watcher in self.watchers:
             yield partial(watcher.close, self.agent, now_ns)
-        yield lambda: write_robot(self.agent, self.folder, self.sent_bytes)
+        yield lambda: write_robot(self.agent, self.folder, self.sent_bytes, self._unwritten)
+
+    @property
+    def _unwritten(self) -> dict[str, int]:
+        """How many events and checkpoints could not be written."""
+        return {"events": self.events.lost, "checkpoints": 0 if self.keeper is None else self.keeper.failures}

@@ -201,7 +201,9 @@ def test_a_checkpoint_that_lacks_something_is_refused_in_one_line_and_leaves_the
     assert not again.team.maps and not again.mapper.stats.scans
 
 
-def test_a_keeper_saves_in_time_and_tells_trouble_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_keeper_saves_in_time_and_tells_trouble_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
     one = robot("r1", 1)
     live([one], 0, 5)
     keeper = Keeper(tmp_path / "state", 5.0, Inline())
@@ -221,6 +223,7 @@ def test_a_keeper_saves_in_time_and_tells_trouble_once(tmp_path: Path, monkeypat
         patched.setattr("mrslam.agent.checkpoint.write_state", full)
         told = [event.kind for t in range(7, 27) for event in keeper.look(one, t * S, t * S)]
     assert told == ["checkpoint_failed"] and keeper.failures >= 2
+    assert caplog.text.count("the robot's state cannot be saved ([Errno 28] No space left on device)") == 1
     assert keeper.path.read_bytes() == kept
     assert [event.kind for t in range(27, 41) for event in keeper.look(one, t * S, t * S)] == ["checkpoint_works_again"]
 

@@ -4,6 +4,42 @@ from bench.mutants.mutant import Mutant
 
 MUTANTS = (
     Mutant(
+        "agent/shells/outputs.py",
+        "        if written < len(raw) - 1:",
+        "        if False:",
+        "an event that a full disk cut off is missing, and counted nowhere",
+    ),
+    Mutant(
+        "agent/shells/outputs.py",
+        "        if self.lost:\n",
+        "        if False:\n",
+        "nobody hears how many events a full disk cost",
+    ),
+    Mutant(
+        "agent/shells/runner.py",
+        '{"events": self.events.lost, "checkpoints":',
+        '{"events": 0, "checkpoints":',
+        "robot.json says of a robot on a full disk that all its events are there",
+    ),
+    Mutant(
+        "agent/shells/runner.py",
+        "0 if self.keeper is None else self.keeper.failures",
+        "0",
+        "robot.json says of a robot on a full disk that it was always saved",
+    ),
+    Mutant(
+        "agent/shells/keeper.py",
+        "            self.failures += 1\n            log.warning(UNSAVED, self.path, error)\n",
+        "            self.failures += 1\n",
+        "a robot whose last state was not saved says nothing of it",
+    ),
+    Mutant(
+        "agent/shells/keeper.py",
+        "        log.warning(UNSAVED, self.path, trouble)\n",
+        "",
+        "an agent on a full disk drives for hours without saying that it is not saved",
+    ),
+    Mutant(
         "agent/shells/runner.py",
         "        take_all(self._last_steps(now_ns))",
         "        [step() for step in self._last_steps(now_ns)]",

@@ -7,6 +7,12 @@ CONFIG, TRANSPORT, WATCHER = (f"comms/zenoh/{name}.py" for name in ("config", "t
 
 MUTANTS = (
     Mutant(
+        "comms/transport/inbox.py",
+        "                if len(self._beacons) == self._beacons.maxlen:\n",
+        "                if False:\n",
+        "beacons that a busy robot lost are counted nowhere",
+    ),
+    Mutant(
         DOCTOR,
         'socket.SOCK_DGRAM if protocol in ("udp", "quic") else',
         "socket.SOCK_STREAM if False else",

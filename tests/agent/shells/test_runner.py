@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -9,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mrslam.agent import Agent, Event, Inline, Keeper, Runner, Sensed, Settings, VirtualRobot
+from mrslam.agent import Agent, Event, Inline, Keeper, Runner, Sensed, Settings, VirtualRobot, checkpoint
 from mrslam.agent.effects import JoinJob
 from mrslam.comms import CommsConfig, MemoryNetwork
 from mrslam.merge import JointMap
@@ -109,6 +110,21 @@ def test_whatever_fails_at_the_end_state_and_files_are_written_and_the_failures_
         runner.close(0)
     assert "the recorder" in caplog.text
     assert watchers[1].closed and {"state", "robot.json", "map.yaml"} <= {path.name for path in tmp_path.iterdir()}
+
+
+def test_what_could_not_be_written_is_counted_in_the_robots_file_and_a_lost_last_state_is_logged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(checkpoint, "write", full)
+    keeper = Keeper(tmp_path / "state", 1e9, Inline())
+    runner = Runner(Agent("r1", SETTINGS), Quiet(), MemoryNetwork().attach("r1"), tmp_path, keeper=keeper)
+    runner.events.lost = 2
+    runner.close(0)
+    assert json.loads((tmp_path / "robot.json").read_text())["unwritten"] == {"events": 2, "checkpoints": 1}
+    assert "state: the robot's state cannot be saved ([Errno 28] No space left on device)" in caplog.text
 
 
 def test_a_joint_solution_is_told_where_robots_saw_each_other(tmp_path: Path) -> None:
