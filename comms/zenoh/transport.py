@@ -69,7 +69,7 @@ class ZenohTransport:
         self.refused: Counter[str] = Counter()
         """What revoked robots sent, by name."""
         self._root, self._own = f"mrslam/{team}", f"mrslam/{team}/{robot_id}"
-        self._tokens: dict[str, set[str]] = {}
+        self._tokens: dict[str, set[str]] = {}  # of every robot that is here: its sessions
         self._closed = False
         self._revocations = None if keys is None else keys.revocations
         self._looked_s = 0.0
@@ -202,14 +202,15 @@ class ZenohTransport:
         if len(parts) != 5 or parts[2] == self.robot_id:
             return
         peer, session = parts[2], parts[4]
-        tokens = self._tokens.setdefault(peer, set())
         if sample.kind == zenoh.SampleKind.PUT:
+            tokens = self._tokens.setdefault(peer, set())
             tokens.add(session)
             if len(tokens) == 1:
                 self.inbox.put(PeerJoined(peer))
-        else:
-            tokens.discard(session)
+        elif session in (tokens := self._tokens.get(peer, set())):
+            tokens.remove(session)
             if not tokens:
+                del self._tokens[peer]
                 self.inbox.put(PeerLeft(peer))
 
 

@@ -7,6 +7,42 @@ CONFIG, TRANSPORT, WATCHER = (f"comms/zenoh/{name}.py" for name in ("config", "t
 
 MUTANTS = (
     Mutant(
+        "comms/zenoh/sensors.py",
+        "                self.dropped[kind] += 1\n",
+        "                self.dropped[str(error)] += 1\n",
+        "a driver that sends a NaN with every reading fills the robot's memory and its log",
+    ),
+    Mutant(
+        TRANSPORT,
+        "                del self._tokens[peer]\n",
+        "",
+        "every robot that was ever here stays in the memory of all",
+    ),
+    Mutant(
+        TRANSPORT,
+        "        elif session in (tokens := self._tokens.get(peer, set())):\n            tokens.remove(session)",
+        "        else:\n            tokens = self._tokens.setdefault(peer, set())\n            tokens.discard(session)",
+        "a robot whose session was never seen is said to leave",
+    ),
+    Mutant(
+        "comms/status/team_view.py",
+        "        if gone is None:\n            return False\n",
+        "        if True:\n            return False\n",
+        "after five hundred robots that came and left mrslam top shows no new one",
+    ),
+    Mutant(
+        "comms/status/team_view.py",
+        '                self.dropped["too many robots"] += 1\n',
+        "                pass\n",
+        "robots that mrslam top leaves out are counted nowhere",
+    ),
+    Mutant(
+        "comms/status/team_view.py",
+        "robot = self._robots.pop(key, _Robot())",
+        "robot = self._robots.get(key, _Robot())",
+        "mrslam top forgets the robot that left last",
+    ),
+    Mutant(
         "comms/transport/inbox.py",
         "                if len(self._beacons) == self._beacons.maxlen:\n",
         "                if False:\n",
