@@ -8,6 +8,24 @@ LOCAL = "comms/transport/local_robots.py"
 
 MUTANTS = (
     Mutant(
+        "comms/security/revocation.py",
+        "        try:\n            number, names = read_list(self.folder, self.team)\n",
+        "        self._seen = seen\n        try:\n            number, names = read_list(self.folder, self.team)\n",
+        "a list of revoked robots that could not be read once lets them in until the robot starts again",
+    ),
+    Mutant(
+        "comms/security/revocation.py",
+        "            if str(error) != self._trouble:\n",
+        "            if True:\n",
+        "a damaged list of revoked robots fills the log by a line every second",
+    ),
+    Mutant(
+        "comms/security/revocation.py",
+        '        self._seen, self._trouble = seen, ""\n',
+        '        self._trouble = ""\n',
+        "a list that has not changed is read again every second",
+    ),
+    Mutant(
         KEYS,
         '    if "ca" in names:\n',
         "    if False:\n",
