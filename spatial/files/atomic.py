@@ -30,11 +30,15 @@ def _is(path: Path, kind: Callable[[Path], bool]) -> bool:
         return False
 
 
-def write_bytes(path: Path, *pieces: bytes | memoryview) -> None:
-    """Replace the file by these pieces in one step; a crash or a full disk leaves the old one as it was."""
+def write_bytes(path: Path, *pieces: bytes | memoryview, mode: int = 0o666) -> None:
+    """Replace the file by these pieces in one step; a crash or a full disk leaves the old one as it was.
+
+    ``mode`` : who may do what with it from its first byte on, less the process's umask.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}.part")
     try:
+        part.touch(mode)
         with part.open("wb") as file:
             for piece in pieces:
                 file.write(piece)

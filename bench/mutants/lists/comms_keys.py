@@ -8,6 +8,18 @@ LOCAL = "comms/transport/local_robots.py"
 
 MUTANTS = (
     Mutant(
+        "comms/security/certificates.py",
+        "    write_bytes(path, text, mode=0o600)\n",
+        "    path.touch(mode=0o600)\n    path.write_bytes(text)\n",
+        "a key that a full disk cut off keeps mrslam keys from making any until it is removed by hand",
+    ),
+    Mutant(
+        "comms/security/team_keys.py",
+        "    with held(folder):\n",
+        "    if True:\n",
+        "two that make a team's keys at once leave an authority's key that is not its certificate's",
+    ),
+    Mutant(
         "comms/security/revocation.py",
         "        try:\n            number, names = read_list(self.folder, self.team)\n",
         "        self._seen = seen\n        try:\n            number, names = read_list(self.folder, self.team)\n",
@@ -165,8 +177,8 @@ MUTANTS = (
     ),
     Mutant(
         "comms/security/certificates.py",
-        "| os.O_EXCL, 0o600)",
-        "| os.O_EXCL, 0o644)",
+        "mode=0o600",
+        "mode=0o644",
         "private keys can be read by everybody",
     ),
     Mutant(
