@@ -9,6 +9,7 @@ from pathlib import Path
 from mrslam.agent import Agent, checkpoint, resume
 from mrslam.sim_driver.missions.run_files import CHECKPOINT
 from mrslam.spatial import InputError
+from mrslam.spatial.files.atomic import unused
 
 FOLDER, SUFFIX = "sessions", ".session"
 """Folder of the sessions in the robot's, and what their names end with."""
@@ -39,9 +40,7 @@ class Sessions:
     def new_path(self) -> Path:
         """Return an unused name of a session, by the time."""
         self.folder.mkdir(parents=True, exist_ok=True)
-        name = time.strftime("%Y-%m-%dT%H-%M-%S")
-        paths = (self.folder / f"{name}{more}{SUFFIX}" for more in ("", *(f"-{k}" for k in range(2, 1000))))
-        return next(path for path in paths if not path.exists())
+        return unused(self.folder / f"{time.strftime('%Y-%m-%dT%H-%M-%S')}{SUFFIX}")
 
     def newest(self) -> Path:
         """Return the session that was saved last; raise ``InputError`` where there is none."""

@@ -8,6 +8,7 @@ import os
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from itertools import chain, count
 from pathlib import Path
 
 from mrslam.spatial.errors import InputError
@@ -48,6 +49,12 @@ def write_bytes(path: Path, *pieces: bytes | memoryview, mode: int = 0o666) -> N
     except BaseException:
         part.unlink(missing_ok=True)
         raise
+
+
+def unused(path: Path) -> Path:
+    """Return the path, with -2, -3 and so on behind its stem where there is such a file already."""
+    names = (f"{path.stem}-{k}{path.suffix}" for k in count(2))
+    return next(one for one in chain([path], map(path.with_name, names)) if not one.exists())
 
 
 def write_text(path: Path, content: str) -> None:

@@ -65,6 +65,16 @@ def test_one_that_begins_anew_keeps_what_it_had(folder: Path, said: list[str]) -
     assert (folder / "checkpoint.old").read_bytes() == saved
 
 
+def test_one_that_begins_anew_again_and_again_keeps_all_that_it_had(folder: Path, said: list[str]) -> None:
+    lives = [(folder / "checkpoint").read_bytes(), b"a second life", b"a third life"]
+    for life in lives:
+        (folder / "checkpoint").write_bytes(life)
+        begin(robot(), folder, life != lives[1], 0)  # the second one does not fit
+    kept = ["checkpoint.old", "checkpoint-2.old", "checkpoint-3.old"]
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == dict(zip(kept, lives, strict=True))
+    assert [line.endswith(f"kept as {folder / name}") for line, name in zip(said, kept, strict=True)] == [True] * 3
+
+
 def test_a_checkpoint_that_does_not_fit_is_kept_and_told(folder: Path, said: list[str]) -> None:
     saved = (folder / "checkpoint").read_bytes()
     (event,) = begin(robot(particles=5), folder, False, 0)

@@ -4,6 +4,12 @@ from bench.mutants.mutant import Mutant
 
 MUTANTS = (
     Mutant(
+        "sim_driver/cli/live/agent_messages.py",
+        "    kept = unused(folder / KEPT)\n",
+        "    kept = folder / KEPT\n",
+        "who begins a new map twice has lost the first one",
+    ),
+    Mutant(
         "sim_driver/cli/live/network.py",
         "valid_days=days, renew=renew",
         "valid_days=VALID_DAYS, renew=renew",
