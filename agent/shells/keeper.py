@@ -58,7 +58,7 @@ class Keeper:
         if clock_ns >= self._due_ns and self._writing is None:
             self._due_ns = clock_ns + self._interval_ns
             self.frozen_ns = now_ns
-            self._writing = self._executor.submit(checkpoint.write, checkpoint.freeze(agent), self.path)
+            self._writing = self._executor.submit(checkpoint.write, checkpoint.freeze(agent, now_ns), self.path)
         return events
 
     def _ended(self, now_ns: int) -> list[Event]:
@@ -80,11 +80,11 @@ class Keeper:
         log.warning(UNSAVED, self.path, trouble)
         return [Event(now_ns, "checkpoint_failed", {"reason": trouble})]
 
-    def close(self, agent: Agent) -> None:
+    def close(self, agent: Agent, now_ns: int) -> None:
         """Wait for the last writing, and save the end; a failure is counted and logged."""
         self._executor.shutdown(wait=True)
         try:
-            checkpoint.write(checkpoint.freeze(agent), self.path)
+            checkpoint.write(checkpoint.freeze(agent, now_ns), self.path)
         except OSError as error:
             self.failures += 1
             log.warning(UNSAVED, self.path, error)

@@ -141,7 +141,7 @@ class Runner:
         yield lambda: self.perform(self.agent.leave(now_ns))
         yield self.transport.close
         if self.keeper is not None:
-            yield partial(self.keeper.close, self.agent)
+            yield partial(self.keeper.close, self.agent, now_ns)
         yield self.events.close
         for watcher in self.watchers:
             yield partial(watcher.close, self.agent, now_ns)

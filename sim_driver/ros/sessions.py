@@ -56,7 +56,10 @@ class Sessions:
         return path
 
     def load(self, path: Path) -> Agent:
-        """Have an agent with a saved state take the running one's place; raise ``InputError`` for an unfit file."""
+        """Have an agent with a saved state take the running one's place; raise ``InputError`` for an unfit file.
+
+        However much the running one has published since, the loaded map is another one to teammates.
+        """
         agent = self.make()
         resume(agent, path)
         self._next = agent

@@ -40,15 +40,17 @@ def folder(tmp_path: Path) -> Path:
         range_min_m=0.1,
     )
     agent.on_scan(scan, np.zeros(3), 0)
-    checkpoint.write(checkpoint.freeze(agent), tmp_path / "checkpoint")
+    checkpoint.write(checkpoint.freeze(agent, 0), tmp_path / "checkpoint")
     noon_s = datetime(2026, 3, 1, 12).timestamp()
     os.utime(tmp_path / "checkpoint", (noon_s, noon_s))
     return tmp_path
 
 
 def test_an_agent_that_goes_on_says_from_when(folder: Path, said: list[str]) -> None:
-    (event,) = begin(robot(), folder, False, 0)
+    agent = robot()
+    (event,) = begin(agent, folder, False, 1_000_000_000)
     assert event.kind == "restarted" and event.fields["scans"] == 1
+    assert agent.node.store.own_epoch == 1  # the same map to teammates
     assert said == [
         "r1 resumes from its checkpoint of 2026-03-01 12:00:00, which holds 1 scans; --fresh begins a new map"
     ]

@@ -101,7 +101,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/shells/keeper.py",
-        "            checkpoint.write(checkpoint.freeze(agent), self.path)\n        except",
+        "            checkpoint.write(checkpoint.freeze(agent, now_ns), self.path)\n        except",
         "            pass\n        except",
         "a robot that was stopped in good order has forgotten its last seconds",
     ),
