@@ -4,6 +4,12 @@ from bench.mutants.mutant import Mutant
 
 MUTANTS = (
     Mutant(
+        "agent/shells/keeper.py",
+        "            checkpoint.write(checkpoint.freeze(agent, now_ns), self.path)\n        except",
+        "            checkpoint.write(checkpoint.freeze(agent), self.path)\n        except",
+        "a robot that was stopped in good order comes back as another map to its teammates",
+    ),
+    Mutant(
         "agent/shells/outputs.py",
         "        if written < len(raw) - 1:",
         "        if False:",
