@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from mrslam.agent.config import REVISIONS_LOST, UNSAVED_MOST_S
 from mrslam.agent.core import Agent
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.link_stats import LinkStats
@@ -26,18 +27,18 @@ VERSION = 4
 """Of the state's layout; a file of another version is refused."""
 WITHOUT_EFFECT = ("threads",)
 """Mapper settings that change no result."""
-REVISIONS_LOST = 1000
-"""Revisions a resumed map skips: more than a robot publishes between two checkpoints, so none names two contents."""
 
 
-def freeze(agent: Agent) -> Packed:
+def freeze(agent: Agent, now_ns: int | None = None) -> Packed:
     """Copy the robot's state as it is now, so that the copy can be written elsewhere.
 
+    ``now_ns`` : mission time; None where it does not matter, for it is resumed under a new epoch in any case.
     It takes milliseconds: of maps that have not changed since the last time nothing is copied.
     """
     return pack(
         {
             "robot": agent.robot_id,
+            "saved_ns": now_ns,
             "mode": agent.mode,
             "rbpf": asdict(agent.settings.rbpf),
             "mapper": agent.mapper.state(),
@@ -60,8 +61,10 @@ def write(frozen: Packed, path: Path) -> None:
     write_state(path, KIND, VERSION, frozen)
 
 
-def restore(agent: Agent, path: Path) -> None:
-    """Give a new robot the state that was saved, or leave it unchanged where that fails.
+def restore(agent: Agent, path: Path) -> int | None:
+    """Give a new robot the state that was saved, or leave it unchanged where that fails; return when it was saved.
+
+    That is mission time, nanoseconds; None where it is not known.
 
     Its map keeps its frame and epoch, so that alignments with teammates stay true. Raises ``InputError`` where the file
     is damaged, is another robot's, or was made with other mapper settings.
@@ -79,6 +82,7 @@ def restore(agent: Agent, path: Path) -> None:
         links = {peer: LinkStats(**sums) for peer, sums in state["links"].items()}
         beliefs = {(a, b): _belief(belief) for a, b, belief in state["pairs"]}
         frame = state.get("frame")
+        saved_ns = None if state.get("saved_ns") is None else int(state["saved_ns"])
         masked_beams, map_number = state["masked_beams"], state["map_number"]
         doubt = agent.self_doubt.resumed(state["self_doubt"])
         restore_store(agent.node.store, state["store"], REVISIONS_LOST)
@@ -95,6 +99,7 @@ def restore(agent: Agent, path: Path) -> None:
     if agent.robot_id in maps and maps[agent.robot_id].epoch != store.own_epoch:
         del maps[agent.robot_id]  # it was given up, and the next one was not published yet
     agent.team.restore(maps, _of_maps_here(beliefs, state.get("saved", {}), agent), frame)
+    return saved_ns
 
 
 def _of_maps_here(beliefs: Mapping[Pair, PairBelief], saved: Mapping[str, int], agent: Agent) -> dict[Pair, PairBelief]:
@@ -108,14 +113,26 @@ def _of_maps_here(beliefs: Mapping[Pair, PairBelief], saved: Mapping[str, int], 
     return {pair: belief for pair, belief in beliefs.items() if not gone & set(pair)}
 
 
-def resume(agent: Agent, path: Path) -> None:
-    """Resume a robot from its file, and save it at once: what was skipped once must not be used again."""
-    restore(agent, path)
+def resume(agent: Agent, path: Path, now_ns: int | None = None) -> None:
+    """Resume a robot from its file, and save it at once: what was skipped once must not be used again.
+
+    ``now_ns`` : mission time, by the clock by which it was saved; None where it may have published any number of
+        revisions since. Where these may be more than it skips its map gets a new epoch: teammates that hold what the
+        state does not know would take a part of the old content for the new one.
+    """
+    saved_ns = restore(agent, path)
+    if _lies_far_back(saved_ns, now_ns):
+        agent.node.store.new_epoch()
     try:
-        write(freeze(agent), path)
+        write(freeze(agent, now_ns), path)
     except OSError:
         # Without it a later start from the same file would use the same revisions for other content.
         agent.node.store.new_epoch()
+
+
+def _lies_far_back(saved_ns: int | None, now_ns: int | None) -> bool:
+    """Return whether a state may be too old for its epoch; a clock that was set far back says as little as none."""
+    return saved_ns is None or now_ns is None or abs(now_ns - saved_ns) > UNSAVED_MOST_S * 1e9
 
 
 def _same_settings(saved: dict[str, Any], now: dict[str, Any], path: Path) -> None:

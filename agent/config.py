@@ -15,10 +15,17 @@ from mrslam.spatial.errors import require, require_bounds
 
 LONGEST_S = 1e9
 """Longest interval, seconds: 30 years, which means never."""
+UNSAVED_MOST_S = 2000.0
+"""Age of a state up to which a resumed map keeps its epoch, seconds: longer than a full disk or a reboot lasts as a
+rule. States are saved at least as often."""
+REVISIONS_LOST = 100_000
+"""Revisions a resumed map skips: more than it can have had since it was saved, so that none names two contents. A look
+at the map counts one, where a scan has changed it; lasers that robots carry scan at 5 to 40 Hz, and 50 Hz take 2000 s.
+"""
 BOUNDS = {
     "publish_interval_s": (0.01, LONGEST_S), "align_interval_s": (0.01, LONGEST_S), "align_growth": (0.001, 1e6),
     "realign_growth": (0.001, 1e6), "realign_interval_s": (0.01, LONGEST_S),
-    "checkpoint_interval_s": (0.01, LONGEST_S), "min_health": (0.0, 1.0), "give_up_s": (0.1, LONGEST_S),
+    "checkpoint_interval_s": (0.01, UNSAVED_MOST_S), "min_health": (0.0, 1.0), "give_up_s": (0.1, LONGEST_S),
     "tick_s": (0.001, 10.0), "start_sigma_m": (0.001, 1e3), "start_sigma_rad": (0.001, math.pi),
 }  # fmt: skip
 """Least and largest value of every number."""
@@ -53,7 +60,7 @@ class AgentConfig:
     realign_interval_s: float = 30.0
     """Expert: ... and after this time where either was corrected, unless scans tie the two; seconds, > 0."""
     checkpoint_interval_s: float = 5.0
-    """How old a robot's state on disk may get where it is kept (process shell), seconds, > 0."""
+    """How old a robot's state on disk may get where it is kept (process shell), seconds, > 0, at most 2000."""
     min_health: float = 0.4
     """Expert: below this health of its mapper a robot does not publish its map until it has recovered, 0..1."""
     give_up_s: float = 30.0

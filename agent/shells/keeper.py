@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from pathlib import Path
@@ -11,6 +12,9 @@ from mrslam.agent import checkpoint
 from mrslam.agent.core import Agent
 from mrslam.agent.effects import Event
 
+log = logging.getLogger(__name__)
+
+UNSAVED = "%s: the robot's state cannot be saved (%s); a robot that starts again resumes from an older one, if any"
 FIRST_SHARE = 0.2
 """Share of ``checkpoint_interval_s`` until the first save, so that a robot that crashes repeatedly makes progress."""
 
@@ -29,7 +33,7 @@ class Inline(Executor):
 
 
 class Keeper:
-    """Saves one robot every few seconds; a failure is reported once, and the save tried again."""
+    """Saves one robot every few seconds; a failure is reported and logged once, and the save tried again."""
 
     def __init__(self, path: Path, interval_s: float, executor: Executor | None = None) -> None:
         """Save to ``path`` every ``interval_s``, by default in a thread of its own."""
@@ -54,7 +58,7 @@ class Keeper:
         if clock_ns >= self._due_ns and self._writing is None:
             self._due_ns = clock_ns + self._interval_ns
             self.frozen_ns = now_ns
-            self._writing = self._executor.submit(checkpoint.write, checkpoint.freeze(agent), self.path)
+            self._writing = self._executor.submit(checkpoint.write, checkpoint.freeze(agent, now_ns), self.path)
         return events
 
     def _ended(self, now_ns: int) -> list[Event]:
@@ -73,12 +77,14 @@ class Keeper:
             return []
         if trouble is None:
             return [Event(now_ns, "checkpoint_works_again")]
+        log.warning(UNSAVED, self.path, trouble)
         return [Event(now_ns, "checkpoint_failed", {"reason": trouble})]
 
-    def close(self, agent: Agent) -> None:
-        """Wait for the last writing, and save the end."""
+    def close(self, agent: Agent, now_ns: int) -> None:
+        """Wait for the last writing, and save the end; a failure is counted and logged."""
         self._executor.shutdown(wait=True)
         try:
-            checkpoint.write(checkpoint.freeze(agent), self.path)
-        except OSError:
+            checkpoint.write(checkpoint.freeze(agent, now_ns), self.path)
+        except OSError as error:
             self.failures += 1
+            log.warning(UNSAVED, self.path, error)

@@ -32,6 +32,7 @@ from mrslam.merge.draw import draw_team, overlaid
 from mrslam.merge.graph.edges import pair_of
 from mrslam.spatial import write_map
 from mrslam.spatial.files.atomic import write_text
+from mrslam.spatial.files.full_disk import unwritten_is_logged
 from mrslam.spatial.files.images import write_image
 from mrslam.spatial.files.keyframes import write_keyframes
 from mrslam.spatial.files.tum import write_tum
@@ -52,7 +53,7 @@ class EventLog:
         self._file = (folder / EVENTS_FILE).open("a+b", buffering=0)
         self._robot_id = robot_id
         self.lost = 0
-        """Events that could not be written."""
+        """Events that could not be written, or not whole."""
         self._torn = self._ends_within_a_line()
 
     def write(self, event: Event) -> None:
@@ -60,16 +61,24 @@ class EventLog:
         line = {"t": round(event.t_ns / 1e9, 3), "robot": self._robot_id, "event": event.kind, **event.fields}
         raw = (b"\n" if self._torn else b"") + json.dumps(line, allow_nan=False).encode() + b"\n"
         try:
-            written = self._file.write(raw)
-            self._torn = written is not None and written < len(raw)
+            written = self._file.write(raw) or 0
         except OSError as error:
-            if self.lost == 0:
-                log.warning("%s: events cannot be written (%s)", self._robot_id, error.strerror)
-            self.lost += 1
+            self._lose(error.strerror)
+            return
+        self._torn = written < len(raw)
+        if written < len(raw) - 1:  # all but the end of the line is the whole event
+            self._lose("one was cut off")
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the file; log how many events are not in it."""
         self._file.close()
+        if self.lost:
+            log.warning("%s: %d events are not in %s", self._robot_id, self.lost, EVENTS_FILE)
+
+    def _lose(self, reason: str | None) -> None:
+        if self.lost == 0:
+            log.warning("%s: events cannot be written (%s)", self._robot_id, reason)
+        self.lost += 1
 
     def _ends_within_a_line(self) -> bool:
         """Return whether what is there was cut off, by a crash or a full disk."""
@@ -79,12 +88,17 @@ class EventLog:
         return self._file.read(1) != b"\n"
 
 
-def write_robot(agent: Agent, folder: Path, sent_bytes: Mapping[str, int]) -> None:
-    """Write a robot's final results into its folder; a file that cannot be written is logged and skipped."""
+def write_robot(
+    agent: Agent, folder: Path, sent_bytes: Mapping[str, int], unwritten: Mapping[str, int] | None = None
+) -> None:
+    """Write a robot's final results into its folder; a file that cannot be written is logged and skipped.
+
+    ``unwritten`` : what could not be written while it ran -> how often, for its summary.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     team, trajectory = agent.team_map(), agent.trajectory_laser()
     layers = {robot_id: known.local.map for robot_id, known in sorted(agent.team.maps.items())}
-    text = json.dumps(summary(agent, sent_bytes), indent=1, allow_nan=False) + "\n"
+    text = json.dumps(summary(agent, sent_bytes, unwritten), indent=1, allow_nan=False) + "\n"
     own = agent.local_map()
     writers: dict[str, Callable[[], None]] = {
         ROBOT_FILE: lambda: write_text(folder / ROBOT_FILE, text),
@@ -107,10 +121,8 @@ def write_robot(agent: Agent, folder: Path, sent_bytes: Mapping[str, int]) -> No
     for name in absent:  # those of an earlier life would be taken for this one's
         writers[name] = partial((folder / name).unlink, missing_ok=True)
     for name, write in writers.items():
-        try:
+        with unwritten_is_logged(agent.robot_id, folder / name):
             write()
-        except OSError as error:
-            log.warning("%s: %s cannot be written (%s)", agent.robot_id, folder / name, error.strerror)
 
 
 def write_corrected(agent: Agent, folder: Path) -> None:
@@ -123,7 +135,7 @@ def write_corrected(agent: Agent, folder: Path) -> None:
         write_tum(folder / team_file(robot_id), way.stamps_ns, way.T_map_base)
 
 
-def summary(agent: Agent, sent_bytes: Mapping[str, int]) -> dict[str, Any]:
+def summary(agent: Agent, sent_bytes: Mapping[str, int], unwritten: Mapping[str, int] | None = None) -> dict[str, Any]:
     """Return what the mission's metrics need of one robot, as plain JSON values."""
     team, saved = agent.team_map(), agent.team.saved
     return {
@@ -150,6 +162,7 @@ def summary(agent: Agent, sent_bytes: Mapping[str, int]) -> dict[str, Any]:
         "pairs": [belief.row(a, b) for (a, b), belief in sorted(agent.team.beliefs.items()) if not saved & {a, b}],
         "saved_maps": [_saved_row(agent, at) for at in agent.whereabouts()],
         "sent_bytes": dict(sent_bytes),
+        "unwritten": dict(unwritten or {}),
         "links": [{"peer": peer, **stats.row()} for peer, stats in sorted(agent.links.items())],
     }
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Protocol
 
@@ -11,6 +12,7 @@ from mrslam.agent.core import Agent
 from mrslam.agent.effects import AlignJob, Effect, Event, Job, JoinJob, Outcome
 from mrslam.agent.pairs.part_saved import in_whole
 from mrslam.agent.shells.body import Body, Sensed
+from mrslam.agent.shells.ending import take_all
 from mrslam.agent.shells.keeper import Keeper
 from mrslam.agent.shells.outputs import EventLog, write_robot
 from mrslam.agent.shells.watcher import Watcher
@@ -132,12 +134,20 @@ class Runner:
         return in_whole(job, outcome)
 
     def close(self, now_ns: int) -> None:
-        """Leave the network and write the robot's files."""
-        self.perform(self.agent.leave(now_ns))
-        self.transport.close()
+        """Leave the network and write the robot's files; what fails is raised when all else is done."""
+        take_all(self._last_steps(now_ns))
+
+    def _last_steps(self, now_ns: int) -> Iterator[Callable[[], None]]:
+        yield lambda: self.perform(self.agent.leave(now_ns))
+        yield self.transport.close
         if self.keeper is not None:
-            self.keeper.close(self.agent)
-        self.events.close()
+            yield partial(self.keeper.close, self.agent, now_ns)
+        yield self.events.close
         for watcher in self.watchers:
-            watcher.close(self.agent, now_ns)
-        write_robot(self.agent, self.folder, self.sent_bytes)
+            yield partial(watcher.close, self.agent, now_ns)
+        yield lambda: write_robot(self.agent, self.folder, self.sent_bytes, self._unwritten)
+
+    @property
+    def _unwritten(self) -> dict[str, int]:
+        """How many events and checkpoints could not be written."""
+        return {"events": self.events.lost, "checkpoints": 0 if self.keeper is None else self.keeper.failures}

@@ -11,9 +11,11 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from typing import Protocol
 
 from mrslam.agent.effects import Job, Outcome
+from mrslam.agent.shells.ending import take_all
 from mrslam.agent.shells.runner import Runner
 from mrslam.comms import Incoming, PeerJoined, PeerLeft, Send, Transport
 
@@ -175,6 +177,5 @@ def _run(
         elif now_ns - idle_since_ns >= linger_ns:
             break
         now_ns += step_ns
-    for robot in robots:
-        robot.close(now_ns)
+    take_all(partial(robot.close, now_ns) for robot in robots)
     return now_ns

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime
-import os
 from pathlib import Path
 
 from cryptography import x509
@@ -130,11 +129,9 @@ def read_private_key(path: Path) -> ec.EllipticCurvePrivateKey:
 
 
 def write_private_key(path: Path, key: ec.EllipticCurvePrivateKey) -> None:
-    """Write a new key's file, which only its owner can read."""
+    """Write a new key's file, which only its owner can read; it is whole or not there."""
     path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
     text = key.private_bytes(
         serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
     )
-    # Opened with its final mode: the key is never readable by others, not even for a moment.
-    with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
-        file.write(text)
+    write_bytes(path, text, mode=0o600)

@@ -86,9 +86,12 @@ class Revocations:
     names: frozenset[str] = frozenset()
     _number: int = 0
     _seen: tuple[int, int] | None = field(default=None, repr=False)
+    """Time and size of the file that was last read."""
+    _trouble: str = field(default="", repr=False)
+    """Why the file could not be read the last time; logged once, while it is tried again at every call."""
 
     def refresh(self) -> frozenset[str]:
-        """Read the file if it has changed; return the names added.
+        """Read the file if it has changed since it was read last; return the names added.
 
         A list that is older than the one known, damaged, or not signed by the authority changes nothing.
         """
@@ -96,14 +99,17 @@ class Revocations:
             status = (self.folder / FILE).stat()
         except OSError:
             return frozenset()  # none yet, or taken away: who was revoked stays so
-        if (status.st_mtime_ns, status.st_size) == self._seen:
+        seen = status.st_mtime_ns, status.st_size
+        if seen == self._seen:
             return frozenset()
-        self._seen = (status.st_mtime_ns, status.st_size)
         try:
             number, names = read_list(self.folder, self.team)
         except InputError as error:
-            log.warning("%s; it is not used", error)
+            if str(error) != self._trouble:
+                log.warning("%s; it is not used", error)
+            self._trouble = str(error)
             return frozenset()
+        self._seen, self._trouble = seen, ""
         if number < self._number:
             log.warning("%s: older than the list known; it is not used", self.folder / FILE)
             return frozenset()

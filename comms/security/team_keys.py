@@ -26,7 +26,7 @@ from mrslam.comms.security.revocation import FILE as REVOKED
 from mrslam.comms.security.revocation import Revocations, read_list, revoke
 from mrslam.comms.wire.frames import check_name
 from mrslam.spatial import InputError
-from mrslam.spatial.files.atomic import write_bytes, write_text
+from mrslam.spatial.files.atomic import held, write_bytes, write_text
 
 VALID_DAYS = 3650.0
 """Lifetime of certificates, days, where none is chosen, and of the authority's own at least."""
@@ -66,7 +66,8 @@ def make_team_keys(
     ``folder/ca`` holds the CA's own key: it stays with the owner. ``folder/<robot>`` is what is copied to that robot.
     Called again with more names, it signs those with the same CA and brings every roster up to date; old keys stay, and
     so do their certificates unless ``renew``: then they are signed again, for ``valid_days`` from now on.
-    Raises ``InputError`` for bad or revoked names, without any name, and where the folder holds another team.
+    Raises ``InputError`` for bad or revoked names, without any name, where the folder holds another team, and where
+    another process makes keys there.
     """
     check_name(team, "team name")
     names = {check_name(name, "robot id"): ROBOT for name in robots}
@@ -75,6 +76,12 @@ def make_team_keys(
         raise InputError("name at least one robot to make keys for")
     if "ca" in names:
         raise InputError("'ca' is the folder of the team's authority and cannot be a robot's name")
+    with held(folder):
+        return _make_held(folder, team, names, valid_days, renew)
+
+
+def _make_held(folder: Path, team: str, names: dict[str, str], valid_days: float, renew: bool) -> list[Path]:
+    """Make keys in a folder in which nobody else does; ``names`` : name -> "robot" or "router"."""
     ca_folder = folder / "ca"
     roster = _known_roster(ca_folder, team) | names
     _, revoked = read_list(ca_folder, team)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from mrslam.comms.config import MODES
@@ -30,26 +30,36 @@ class TeamView:
     """Robots by team and name."""
 
     dropped: Counter[str] = field(default_factory=Counter)
-    """Bad messages, by what was bad."""
+    """Bad messages, by what was bad; those of robots for whom there was no room as "too many robots"."""
     _robots: dict[tuple[str, str], _Robot] = field(default_factory=dict)
+    """Who came or left last is last."""
 
     def take(self, sightings: Iterable[Sighting], now_s: float) -> None:
         """Take what a watcher received; ``now_s``: monotonic clock, seconds."""
         for seen in sightings:
-            key = (seen.team, seen.robot)
-            if key not in self._robots and len(self._robots) >= MAX_SHOWN:
-                continue
-            if seen.payload is None:
-                self._robots.setdefault(key, _Robot()).is_here = seen.is_here
-                continue
             try:
-                message = decode(seen.payload, team_tag(seen.team), MAX_STATUS_BYTES)
-                if not isinstance(message, Status) or message.sender != seen.robot:
-                    raise WireError("misattributed")
+                status = None if seen.payload is None else _status(seen, seen.payload)
             except WireError as error:
                 self.dropped[error.kind] += 1
                 continue
-            self._robots[key] = _Robot(message, now_s)
+            key = (seen.team, seen.robot)
+            if key not in self._robots and not self._makes_room():
+                self.dropped["too many robots"] += 1
+            elif status is not None:
+                self._robots[key] = _Robot(status, now_s)
+            else:
+                robot = self._robots.pop(key, _Robot())
+                self._robots[key] = replace(robot, is_here=seen.is_here)
+
+    def _makes_room(self) -> bool:
+        """Return whether another robot can be remembered; where need be, the one that left first is forgotten."""
+        if len(self._robots) < MAX_SHOWN:
+            return True
+        gone = next((key for key, robot in self._robots.items() if not robot.is_here), None)
+        if gone is None:
+            return False
+        del self._robots[gone]
+        return True
 
     def is_complete(self) -> bool:
         """Return whether any robot is here, and the status of all that are has come."""
@@ -59,6 +69,14 @@ class TeamView:
     def snapshot(self, now_s: float) -> list[dict[str, Any]]:
         """Return a plain JSON value for every robot, by team and name."""
         return [_plain(*key, self._robots[key], now_s) for key in sorted(self._robots)]
+
+
+def _status(seen: Sighting, payload: bytes) -> Status:
+    """Return the status that a robot sent; raise ``WireError`` where it is none of its own."""
+    message = decode(payload, team_tag(seen.team), MAX_STATUS_BYTES)
+    if not isinstance(message, Status) or message.sender != seen.robot:
+        raise WireError("misattributed")
+    return message
 
 
 def _plain(team: str, name: str, robot: _Robot, now_s: float) -> dict[str, Any]:

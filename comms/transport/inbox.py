@@ -29,12 +29,14 @@ class Inbox:
         self._bytes = 0
         self._woken = False
         self.refused: Counter[str] = Counter()
-        """Messages not taken, by lane."""
+        """Messages not taken, by lane; of beacons those that newer ones pushed out."""
 
     def put(self, arrival: TransportEvent) -> None:
         """Add what arrived; never waits."""
         with self._ready:
             if isinstance(arrival, Incoming) and arrival.lane == "beacon":
+                if len(self._beacons) == self._beacons.maxlen:
+                    self._refuse(arrival.lane)
                 self._beacons.append(arrival)
             else:
                 if isinstance(arrival, Incoming):

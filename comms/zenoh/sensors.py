@@ -11,10 +11,11 @@ from collections.abc import Callable, Sequence
 
 import zenoh
 
+from mrslam.comms.milestones import is_milestone
 from mrslam.comms.transport.sensors import decode_odometry, decode_scan, encode_odometry, encode_scan
 from mrslam.comms.wire.frames import check_name
 from mrslam.comms.zenoh.config import check_endpoint
-from mrslam.comms.zenoh.session import open_session
+from mrslam.comms.zenoh.session import close_session, open_session
 from mrslam.spatial import InputError, Scan
 from mrslam.spatial.se2 import Transform
 
@@ -49,31 +50,31 @@ class ZenohSensors:
         """Listen; raises ``InputError`` where the address cannot be used."""
         root = f"mrslam/{check_name(team, 'team name')}/{check_name(robot_id, 'robot id')}"
         self.dropped: Counter[str] = Counter()
-        """Bad messages, by what was wrong."""
+        """Bad messages, by kind: "scan" or "odometry"."""
         self._session = open_session(_settings([listen], []))
         self._subscribers = [
-            self._session.declare_subscriber(f"{root}/scan", self._guarded(lambda raw: on_scan(*decode_scan(raw)))),
             self._session.declare_subscriber(
-                f"{root}/odom", self._guarded(lambda raw: on_odometry(*decode_odometry(raw)))
+                f"{root}/scan", self._guarded("scan", lambda raw: on_scan(*decode_scan(raw)))
+            ),
+            self._session.declare_subscriber(
+                f"{root}/odom", self._guarded("odometry", lambda raw: on_odometry(*decode_odometry(raw)))
             ),
         ]
 
-    def _guarded(self, take: Callable[[bytes], None]) -> Callable[[zenoh.Sample], None]:
+    def _guarded(self, kind: str, take: Callable[[bytes], None]) -> Callable[[zenoh.Sample], None]:
         def on_sample(sample: zenoh.Sample) -> None:
             try:
                 take(sample.payload.to_bytes())
             except InputError as error:
-                if not self.dropped:
-                    log.warning("a sensor's message was dropped: %s", error)
-                self.dropped[str(error)[:80]] += 1
+                self.dropped[kind] += 1
+                if is_milestone(count := self.dropped[kind]):
+                    log.warning("%d messages (%s) of a driver were dropped, the last: %s", count, kind, error)
 
         return on_sample
 
     def close(self) -> None:
         """Stop listening."""
-        for subscriber in self._subscribers:
-            subscriber.undeclare()  # type: ignore[no-untyped-call]
-        self._session.close()  # type: ignore[no-untyped-call]
+        close_session(self._session, self._subscribers)
 
 
 class SensorPublisher:
@@ -97,4 +98,4 @@ class SensorPublisher:
 
     def close(self) -> None:
         """Disconnect."""
-        self._session.close()  # type: ignore[no-untyped-call]
+        close_session(self._session)

@@ -1,9 +1,9 @@
-"""Opening Zenoh sessions."""
+"""Opening and closing Zenoh sessions."""
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import zenoh
@@ -25,6 +25,19 @@ def open_session(chosen: Mapping[str, Any]) -> zenoh.Session:
     except zenoh.ZError as error:
         endpoints = [*chosen.get("listen/endpoints", []), *chosen.get("connect/endpoints", [])]
         raise InputError(f"the network cannot be opened with {endpoints}: {error}") from error
+
+
+def close_session(session: zenoh.Session, declared: Iterable[Any] = ()) -> None:
+    """Undeclare what was declared and close the session; what Zenoh fails at is logged, and the rest is done.
+
+    On a machine that is too busy closing takes longer than Zenoh waits.
+    """
+    steps = [*(one.undeclare for one in declared), session.close]
+    for step in steps:
+        try:
+            step()
+        except zenoh.ZError as error:
+            log.warning("a network session was not closed in good order: %s", error)
 
 
 def warn_if_open(team: str, endpoints: Sequence[str], multicast: bool, keys: RobotKeys | None) -> None:

@@ -26,7 +26,7 @@ from mrslam.comms.transport.local_robots import announce, withdraw
 from mrslam.comms.transport.outbox import Outbox
 from mrslam.comms.wire.frames import check_name
 from mrslam.comms.zenoh.config import datagram_settings, settings, split_datagrams
-from mrslam.comms.zenoh.session import open_session, warn_if_open
+from mrslam.comms.zenoh.session import close_session, open_session, warn_if_open
 from mrslam.spatial import InputError
 
 GOODBYE_S = 0.1
@@ -69,7 +69,7 @@ class ZenohTransport:
         self.refused: Counter[str] = Counter()
         """What revoked robots sent, by name."""
         self._root, self._own = f"mrslam/{team}", f"mrslam/{team}/{robot_id}"
-        self._tokens: dict[str, set[str]] = {}
+        self._tokens: dict[str, set[str]] = {}  # of every robot that is here: its sessions
         self._closed = False
         self._revocations = None if keys is None else keys.revocations
         self._looked_s = 0.0
@@ -94,7 +94,7 @@ class ZenohTransport:
         try:
             return open_session(datagram_settings(self.team, listen, connect, keys))
         except InputError:
-            self._session.close()  # type: ignore[no-untyped-call]
+            close_session(self._session)
             raise
 
     def _declare_publishers(self) -> tuple[zenoh.Publisher, zenoh.Publisher]:
@@ -170,14 +170,9 @@ class ZenohTransport:
         self._control.close()
         self._bulk.close()
         time.sleep(GOODBYE_S)
-        for declared in (self._token, *self._subscribers, self._beacons, self._status):
-            try:
-                declared.undeclare()
-            except zenoh.ZError as error:
-                log.debug("undeclaring: %s", error)
-        self._session.close()  # type: ignore[no-untyped-call]
+        close_session(self._session, (self._token, *self._subscribers, self._beacons, self._status))
         if self._datagrams is not self._session:
-            self._datagrams.close()  # type: ignore[no-untyped-call]
+            close_session(self._datagrams)
 
     def _put_control(self, key: str, payload: bytes) -> None:
         self._session.put(
@@ -207,14 +202,15 @@ class ZenohTransport:
         if len(parts) != 5 or parts[2] == self.robot_id:
             return
         peer, session = parts[2], parts[4]
-        tokens = self._tokens.setdefault(peer, set())
         if sample.kind == zenoh.SampleKind.PUT:
+            tokens = self._tokens.setdefault(peer, set())
             tokens.add(session)
             if len(tokens) == 1:
                 self.inbox.put(PeerJoined(peer))
-        else:
-            tokens.discard(session)
+        elif session in (tokens := self._tokens.get(peer, set())):
+            tokens.remove(session)
             if not tokens:
+                del self._tokens[peer]
                 self.inbox.put(PeerLeft(peer))
 
 

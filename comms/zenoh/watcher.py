@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections import deque
 from collections.abc import Sequence
 from typing import Any
@@ -13,9 +12,8 @@ from mrslam.comms.security.team_keys import RobotKeys
 from mrslam.comms.transport.base import Sighting
 from mrslam.comms.wire.frames import check_name
 from mrslam.comms.zenoh.config import watcher_settings
-from mrslam.comms.zenoh.session import open_session, warn_if_open
+from mrslam.comms.zenoh.session import close_session, open_session, warn_if_open
 
-log = logging.getLogger(__name__)
 MAX_SIGHTINGS = 4096
 """Sightings kept between two polls; the oldest are lost. Bounds memory alone."""
 
@@ -52,12 +50,7 @@ class ZenohWatcher:
 
     def close(self) -> None:
         """Stop watching."""
-        try:
-            for declared in self._subscribers:
-                declared.undeclare()
-            self._session.close()  # type: ignore[no-untyped-call]
-        except zenoh.ZError as error:  # on a machine that is too busy it takes longer than Zenoh waits
-            log.warning("the session was not closed in good order: %s", error)
+        close_session(self._session, self._subscribers)
 
     def _on_status(self, sample: zenoh.Sample) -> None:
         parts = str(sample.key_expr).split("/")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import logging
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,8 +14,7 @@ from mrslam.sim_driver.missions.run_files import AGENT_FILE
 from mrslam.sim_driver.missions.settings import as_table
 from mrslam.spatial import InputError
 from mrslam.spatial.files.atomic import write_text
-
-log = logging.getLogger(__name__)
+from mrslam.spatial.files.full_disk import unwritten_is_logged
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,10 +35,9 @@ class AgentRecord:
 
     def write(self, folder: Path) -> None:
         """Write it into the robot's folder; where that cannot be, as on a full disk, the robot goes on without."""
-        try:
-            write_text(folder / AGENT_FILE, json.dumps(as_table(self), indent=1) + "\n")
-        except OSError as error:
-            log.warning("%s: %s cannot be written (%s)", self.id, folder / AGENT_FILE, error.strerror)
+        path = folder / AGENT_FILE
+        with unwritten_is_logged(self.id, path):
+            write_text(path, json.dumps(as_table(self), indent=1) + "\n")
 
     @classmethod
     def begin_of(cls, folder: Path, now_s: float, is_resumed: bool) -> float:

@@ -78,6 +78,7 @@ class RobotFile(TypedDict):
     pairs: list[PairFile]
     links: list[LinkFile]
     sent_bytes: NotRequired[dict[str, Count]]
+    unwritten: NotRequired[dict[str, Count]]
     ties: NotRequired[list[tuple[Name, Name, Count, Count, bool]]]
     chosen_frame: NotRequired[ChosenFrame | None]
 

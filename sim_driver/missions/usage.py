@@ -11,19 +11,22 @@ from typing import TYPE_CHECKING, Any
 
 from mrslam.sim_driver.missions.run_files import USAGE_FILE
 from mrslam.spatial.files.atomic import write_text
+from mrslam.spatial.files.full_disk import unwritten_is_logged
 
 if TYPE_CHECKING:
     from mrslam.agent import ProcessShell
 
 
 def write_usage(shell: ProcessShell, folder: Path) -> None:
-    """Write CPU seconds, peak memory and the age of scans when they had been mapped."""
+    """Write CPU seconds, peak memory and the age of scans when they had been mapped; log where that cannot be."""
     usage = {
         "cpu_s": round(time.process_time(), 3),
         "peak_rss_mb": round(peak_kb() / 1024, 1),
         "scan_age_ms": shell.scan_age_ms(),
     }
-    write_text(folder / USAGE_FILE, json.dumps(usage) + "\n")
+    path = folder / USAGE_FILE
+    with unwritten_is_logged(shell.runner.agent.robot_id, path):
+        write_text(path, json.dumps(usage) + "\n")
 
 
 def read_usage(folder: Path) -> dict[str, Any] | None:

@@ -15,6 +15,7 @@ from mrslam.sim_driver.missions.sections import LONGEST_S
 from mrslam.spatial import InputError, Scan
 from mrslam.spatial.files.archives import read_arrays
 from mrslam.spatial.files.atomic import is_file, write_bytes
+from mrslam.spatial.files.full_disk import unwritten_is_logged
 from mrslam.spatial.runtime.spool import Spool
 
 
@@ -37,9 +38,11 @@ class Recorder:
         """Events are in ``events.jsonl`` already."""
 
     def close(self, agent: Agent, now_ns: int) -> None:
-        """Write the file."""
+        """Write the file; where that cannot be, as on a full disk, it is logged."""
         if self._first is not None and self._rows is not None:
-            _write(self._folder / SCANS_FILE, self._first, self._rows.rows)
+            path = self._folder / SCANS_FILE
+            with unwritten_is_logged(agent.robot_id, path):
+                _write(path, self._first, self._rows.rows)
 
 
 def row_of(scan: Scan) -> np.dtype[Any]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from mrslam.agent import Agent, checkpoint, resume
 from mrslam.sim_driver.missions.run_files import CHECKPOINT
 from mrslam.spatial import InputError
+from mrslam.spatial.files.atomic import unused
 
 FOLDER, SUFFIX = "sessions", ".session"
 """Folder of the sessions in the robot's, and what their names end with."""
@@ -39,9 +40,7 @@ class Sessions:
     def new_path(self) -> Path:
         """Return an unused name of a session, by the time."""
         self.folder.mkdir(parents=True, exist_ok=True)
-        name = time.strftime("%Y-%m-%dT%H-%M-%S")
-        paths = (self.folder / f"{name}{more}{SUFFIX}" for more in ("", *(f"-{k}" for k in range(2, 1000))))
-        return next(path for path in paths if not path.exists())
+        return unused(self.folder / f"{time.strftime('%Y-%m-%dT%H-%M-%S')}{SUFFIX}")
 
     def newest(self) -> Path:
         """Return the session that was saved last; raise ``InputError`` where there is none."""
@@ -57,7 +56,10 @@ class Sessions:
         return path
 
     def load(self, path: Path) -> Agent:
-        """Have an agent with a saved state take the running one's place; raise ``InputError`` for an unfit file."""
+        """Have an agent with a saved state take the running one's place; raise ``InputError`` for an unfit file.
+
+        However much the running one has published since, the loaded map is another one to teammates.
+        """
         agent = self.make()
         resume(agent, path)
         self._next = agent

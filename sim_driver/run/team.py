@@ -217,7 +217,7 @@ def told_links(mission: Mission, radio: LinkSource | None) -> LinkSource | None:
 def take_up(agent: Agent, checkpoint: Path, now_ns: int) -> list[Event]:
     """Let a robot that starts again go on from its checkpoint, or from nothing where there is none to be used."""
     try:
-        resume(agent, checkpoint)
+        resume(agent, checkpoint, now_ns)
     except InputError as error:
         return [Event(now_ns, "restarted", {"checkpoint": False, "reason": str(error)})]
     return [Event(now_ns, "restarted", {"checkpoint": True, "scans": agent.mapper.stats.scans})]

@@ -8,6 +8,7 @@ import os
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from itertools import chain, count
 from pathlib import Path
 
 from mrslam.spatial.errors import InputError
@@ -30,11 +31,15 @@ def _is(path: Path, kind: Callable[[Path], bool]) -> bool:
         return False
 
 
-def write_bytes(path: Path, *pieces: bytes | memoryview) -> None:
-    """Replace the file by these pieces in one step; a crash or a full disk leaves the old one as it was."""
+def write_bytes(path: Path, *pieces: bytes | memoryview, mode: int = 0o666) -> None:
+    """Replace the file by these pieces in one step; a crash or a full disk leaves the old one as it was.
+
+    ``mode`` : who may do what with it from its first byte on, less the process's umask.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}.part")
     try:
+        part.touch(mode)
         with part.open("wb") as file:
             for piece in pieces:
                 file.write(piece)
@@ -44,6 +49,12 @@ def write_bytes(path: Path, *pieces: bytes | memoryview) -> None:
     except BaseException:
         part.unlink(missing_ok=True)
         raise
+
+
+def unused(path: Path) -> Path:
+    """Return the path, with -2, -3 and so on behind its stem where there is such a file already."""
+    names = (f"{path.stem}-{k}{path.suffix}" for k in count(2))
+    return next(one for one in chain([path], map(path.with_name, names)) if not one.exists())
 
 
 def write_text(path: Path, content: str) -> None:

@@ -64,6 +64,7 @@ def test_beacons_are_taken_after_all_else_and_the_oldest_make_room() -> None:
     inbox, joined = Inbox(max_beacons=2), PeerJoined("r2")
     for k in range(3):
         inbox.put(Incoming(bytes([k]), "r2", "beacon"))
+    assert inbox.refused == {"beacon": 1}
     inbox.put(joined)
     inbox.put(Incoming(b"x", "r2", "bulk"))
     first, *rest = inbox.take(0.0)

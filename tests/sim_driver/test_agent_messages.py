@@ -40,15 +40,17 @@ def folder(tmp_path: Path) -> Path:
         range_min_m=0.1,
     )
     agent.on_scan(scan, np.zeros(3), 0)
-    checkpoint.write(checkpoint.freeze(agent), tmp_path / "checkpoint")
+    checkpoint.write(checkpoint.freeze(agent, 0), tmp_path / "checkpoint")
     noon_s = datetime(2026, 3, 1, 12).timestamp()
     os.utime(tmp_path / "checkpoint", (noon_s, noon_s))
     return tmp_path
 
 
 def test_an_agent_that_goes_on_says_from_when(folder: Path, said: list[str]) -> None:
-    (event,) = begin(robot(), folder, False, 0)
+    agent = robot()
+    (event,) = begin(agent, folder, False, 1_000_000_000)
     assert event.kind == "restarted" and event.fields["scans"] == 1
+    assert agent.node.store.own_epoch == 1  # the same map to teammates
     assert said == [
         "r1 resumes from its checkpoint of 2026-03-01 12:00:00, which holds 1 scans; --fresh begins a new map"
     ]
@@ -63,6 +65,16 @@ def test_one_that_begins_anew_keeps_what_it_had(folder: Path, said: list[str]) -
     assert said == [f"r1 begins a new map; its checkpoint is kept as {folder / 'checkpoint.old'}"]
     assert begin(robot(), folder, True, 0) == [] and len(said) == 1
     assert (folder / "checkpoint.old").read_bytes() == saved
+
+
+def test_one_that_begins_anew_again_and_again_keeps_all_that_it_had(folder: Path, said: list[str]) -> None:
+    lives = [(folder / "checkpoint").read_bytes(), b"a second life", b"a third life"]
+    for life in lives:
+        (folder / "checkpoint").write_bytes(life)
+        begin(robot(), folder, life != lives[1], 0)  # the second one does not fit
+    kept = ["checkpoint.old", "checkpoint-2.old", "checkpoint-3.old"]
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == dict(zip(kept, lives, strict=True))
+    assert [line.endswith(f"kept as {folder / name}") for line, name in zip(said, kept, strict=True)] == [True] * 3
 
 
 def test_a_checkpoint_that_does_not_fit_is_kept_and_told(folder: Path, said: list[str]) -> None:

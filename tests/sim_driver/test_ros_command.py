@@ -27,7 +27,7 @@ from tests.comms.processes import free_port
 from tests.sim_driver.ros.test_outlook import room
 
 DEADLINE_S = 300.0
-SETTINGS = Settings(rbpf=MapperConfig(particles=3), agent=AgentConfig(checkpoint_interval_s=3600.0))
+SETTINGS = Settings(rbpf=MapperConfig(particles=3), agent=AgentConfig(checkpoint_interval_s=1800.0))
 
 
 @pytest.fixture(autouse=True)

@@ -89,12 +89,43 @@ MUTANTS = (
     ),
     Mutant(
         "agent/checkpoint.py",
+        "    if _lies_far_back(saved_ns, now_ns):\n",
+        "    if False:\n",
+        "after hours on a full disk teammates hold parts of a lost map for parts of the resumed one",
+    ),
+    Mutant(
+        "agent/checkpoint.py",
+        "or abs(now_ns - saved_ns) >",
+        "or now_ns - saved_ns >",
+        "a robot without a clock of its own takes an old state for a new one",
+    ),
+    Mutant(
+        "agent/checkpoint.py",
+        "        write(freeze(agent, now_ns), path)\n",
+        "        write(freeze(agent), path)\n",
+        "a robot that crashes just after it resumed is another map to its teammates",
+    ),
+    Mutant(
+        "agent/config.py",
+        '"checkpoint_interval_s": (0.01, UNSAVED_MOST_S)',
+        '"checkpoint_interval_s": (0.01, LONGEST_S)',
+        "a robot that is saved too rarely is another map to its teammates after each crash",
+    ),
+    Mutant(
+        "agent/shells/keeper.py",
+        "checkpoint.write, checkpoint.freeze(agent, now_ns), self.path)",
+        "checkpoint.write, checkpoint.freeze(agent), self.path)",
+        "a robot that crashed is another map to its teammates",
+    ),
+    Mutant(
+        "agent/checkpoint.py",
         "        mapper.skip_revisions(REVISIONS_LOST)\n",
         "",
         "after a crash one revision stands for two maps",
     ),
     Mutant(
         "agent/checkpoint.py",
+        "        # Without it a later start from the same file would use the same revisions for other content.\n"
         "        agent.node.store.new_epoch()\n",
         "        pass\n",
         "with a full disk a second crash gives two maps one revision",

@@ -4,6 +4,72 @@ from bench.mutants.mutant import Mutant
 
 MUTANTS = (
     Mutant(
+        "agent/shells/keeper.py",
+        "            checkpoint.write(checkpoint.freeze(agent, now_ns), self.path)\n        except",
+        "            checkpoint.write(checkpoint.freeze(agent), self.path)\n        except",
+        "a robot that was stopped in good order comes back as another map to its teammates",
+    ),
+    Mutant(
+        "agent/shells/outputs.py",
+        "        if written < len(raw) - 1:",
+        "        if False:",
+        "an event that a full disk cut off is missing, and counted nowhere",
+    ),
+    Mutant(
+        "agent/shells/outputs.py",
+        "        if self.lost:\n",
+        "        if False:\n",
+        "nobody hears how many events a full disk cost",
+    ),
+    Mutant(
+        "agent/shells/runner.py",
+        '{"events": self.events.lost, "checkpoints":',
+        '{"events": 0, "checkpoints":',
+        "robot.json says of a robot on a full disk that all its events are there",
+    ),
+    Mutant(
+        "agent/shells/runner.py",
+        "0 if self.keeper is None else self.keeper.failures",
+        "0",
+        "robot.json says of a robot on a full disk that it was always saved",
+    ),
+    Mutant(
+        "agent/shells/keeper.py",
+        "            self.failures += 1\n            log.warning(UNSAVED, self.path, error)\n",
+        "            self.failures += 1\n",
+        "a robot whose last state was not saved says nothing of it",
+    ),
+    Mutant(
+        "agent/shells/keeper.py",
+        "        log.warning(UNSAVED, self.path, trouble)\n",
+        "",
+        "an agent on a full disk drives for hours without saying that it is not saved",
+    ),
+    Mutant(
+        "agent/shells/runner.py",
+        "        take_all(self._last_steps(now_ns))",
+        "        [step() for step in self._last_steps(now_ns)]",
+        "a robot whose network cannot be closed in time leaves neither its state nor its maps",
+    ),
+    Mutant(
+        "agent/shells/virtual.py",
+        "    take_all(partial(robot.close, now_ns) for robot in robots)\n",
+        "    for robot in robots:\n        robot.close(now_ns)\n",
+        "where one robot of a run cannot end in good order, those after it leave nothing",
+    ),
+    Mutant(
+        "agent/shells/ending.py",
+        "    if failures:\n        raise failures[0]",
+        "    if False:\n        raise failures[0]",
+        "a run whose robots could not leave their files says that all went well",
+    ),
+    Mutant(
+        "agent/shells/ending.py",
+        '        log.error("another step of the end failed", exc_info=failure)',
+        "        pass",
+        "of two failures at a robot's end one is never reported",
+    ),
+    Mutant(
         "agent/checkpoint.py",
         'not isinstance(state, dict) or not isinstance(state.get("rbpf"), dict)',
         'not isinstance(state.get("rbpf"), dict)',
@@ -41,7 +107,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/shells/keeper.py",
-        "            checkpoint.write(checkpoint.freeze(agent), self.path)\n        except",
+        "            checkpoint.write(checkpoint.freeze(agent, now_ns), self.path)\n        except",
         "            pass\n        except",
         "a robot that was stopped in good order has forgotten its last seconds",
     ),

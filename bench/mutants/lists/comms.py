@@ -191,8 +191,8 @@ MUTANTS = (
     ),
     Mutant(
         "comms/status/team_view.py",
-        "if key not in self._robots and len(self._robots) >= MAX_SHOWN:",
-        "if False:",
+        "        if len(self._robots) < MAX_SHOWN:\n",
+        "        if True:\n",
         "who watches remembers any number of robots",
     ),
     Mutant(

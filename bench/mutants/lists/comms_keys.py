@@ -8,6 +8,36 @@ LOCAL = "comms/transport/local_robots.py"
 
 MUTANTS = (
     Mutant(
+        "comms/security/certificates.py",
+        "    write_bytes(path, text, mode=0o600)\n",
+        "    path.touch(mode=0o600)\n    path.write_bytes(text)\n",
+        "a key that a full disk cut off keeps mrslam keys from making any until it is removed by hand",
+    ),
+    Mutant(
+        "comms/security/team_keys.py",
+        "    with held(folder):\n",
+        "    if True:\n",
+        "two that make a team's keys at once leave an authority's key that is not its certificate's",
+    ),
+    Mutant(
+        "comms/security/revocation.py",
+        "        try:\n            number, names = read_list(self.folder, self.team)\n",
+        "        self._seen = seen\n        try:\n            number, names = read_list(self.folder, self.team)\n",
+        "a list of revoked robots that could not be read once lets them in until the robot starts again",
+    ),
+    Mutant(
+        "comms/security/revocation.py",
+        "            if str(error) != self._trouble:\n",
+        "            if True:\n",
+        "a damaged list of revoked robots fills the log by a line every second",
+    ),
+    Mutant(
+        "comms/security/revocation.py",
+        '        self._seen, self._trouble = seen, ""\n',
+        '        self._trouble = ""\n',
+        "a list that has not changed is read again every second",
+    ),
+    Mutant(
         KEYS,
         '    if "ca" in names:\n',
         "    if False:\n",
@@ -147,8 +177,8 @@ MUTANTS = (
     ),
     Mutant(
         "comms/security/certificates.py",
-        "| os.O_EXCL, 0o600)",
-        "| os.O_EXCL, 0o644)",
+        "mode=0o600",
+        "mode=0o644",
         "private keys can be read by everybody",
     ),
     Mutant(

@@ -7,6 +7,48 @@ CONFIG, TRANSPORT, WATCHER = (f"comms/zenoh/{name}.py" for name in ("config", "t
 
 MUTANTS = (
     Mutant(
+        "comms/zenoh/sensors.py",
+        "                self.dropped[kind] += 1\n",
+        "                self.dropped[str(error)] += 1\n",
+        "a driver that sends a NaN with every reading fills the robot's memory and its log",
+    ),
+    Mutant(
+        TRANSPORT,
+        "                del self._tokens[peer]\n",
+        "",
+        "every robot that was ever here stays in the memory of all",
+    ),
+    Mutant(
+        TRANSPORT,
+        "        elif session in (tokens := self._tokens.get(peer, set())):\n            tokens.remove(session)",
+        "        else:\n            tokens = self._tokens.setdefault(peer, set())\n            tokens.discard(session)",
+        "a robot whose session was never seen is said to leave",
+    ),
+    Mutant(
+        "comms/status/team_view.py",
+        "        if gone is None:\n            return False\n",
+        "        if True:\n            return False\n",
+        "after five hundred robots that came and left mrslam top shows no new one",
+    ),
+    Mutant(
+        "comms/status/team_view.py",
+        '                self.dropped["too many robots"] += 1\n',
+        "                pass\n",
+        "robots that mrslam top leaves out are counted nowhere",
+    ),
+    Mutant(
+        "comms/status/team_view.py",
+        "robot = self._robots.pop(key, _Robot())",
+        "robot = self._robots.get(key, _Robot())",
+        "mrslam top forgets the robot that left last",
+    ),
+    Mutant(
+        "comms/transport/inbox.py",
+        "                if len(self._beacons) == self._beacons.maxlen:\n",
+        "                if False:\n",
+        "beacons that a busy robot lost are counted nowhere",
+    ),
+    Mutant(
         DOCTOR,
         'socket.SOCK_DGRAM if protocol in ("udp", "quic") else',
         "socket.SOCK_STREAM if False else",
@@ -75,6 +117,20 @@ MUTANTS = (
         '        "listen/endpoints": [_tuned(endpoint) for endpoint in listen],\n        "scouting',
         '        "scouting',
         "who watches a team opens a port to all of the network",
+    ),
+    Mutant(
+        "comms/zenoh/session.py",
+        """        except zenoh.ZError as error:
+            log.warning("a network session""",
+        """        except KeyError as error:
+            log.warning("a network session""",
+        "a robot that ends on a busy machine leaves neither its state nor its maps",
+    ),
+    Mutant(
+        "comms/zenoh/session.py",
+        '            log.warning("a network session was not closed in good order: %s", error)\n',
+        '            log.warning("a network session was not closed in good order: %s", error)\n            break\n',
+        "a session of which one subscriber cannot be undeclared stays open",
     ),
     Mutant(
         "comms/zenoh/session.py",

@@ -115,6 +115,12 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/replay/recording.py",
+        "            with unwritten_is_logged(agent.robot_id, path):\n",
+        "            if True:\n",
+        "a mission whose disk is full at its end ends with a traceback",
+    ),
+    Mutant(
+        "sim_driver/replay/recording.py",
         "None if np.isnan(T_odom_base).any() else T_odom_base,",
         "None,",
         "a replay leaves odometry out",

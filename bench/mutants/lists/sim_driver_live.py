@@ -4,6 +4,24 @@ from bench.mutants.mutant import Mutant
 
 MUTANTS = (
     Mutant(
+        "sim_driver/run/team.py",
+        "        resume(agent, checkpoint, now_ns)\n",
+        "        resume(agent, checkpoint)\n",
+        "an agent that is started again is another map to its teammates each time",
+    ),
+    Mutant(
+        "sim_driver/ros/sessions.py",
+        "        resume(agent, path)\n",
+        "        checkpoint.restore(agent, path)\n",
+        "teammates hold parts of the map that was left for parts of the session that was loaded",
+    ),
+    Mutant(
+        "sim_driver/cli/live/agent_messages.py",
+        "    kept = unused(folder / KEPT)\n",
+        "    kept = folder / KEPT\n",
+        "who begins a new map twice has lost the first one",
+    ),
+    Mutant(
         "sim_driver/cli/live/network.py",
         "valid_days=days, renew=renew",
         "valid_days=VALID_DAYS, renew=renew",

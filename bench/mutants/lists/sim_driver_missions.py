@@ -5,6 +5,12 @@ from bench.mutants.mutant import Mutant
 MUTANTS = (
     Mutant(
         "sim_driver/missions/usage.py",
+        "    with unwritten_is_logged(shell.runner.agent.robot_id, path):\n",
+        "    if True:\n",
+        "a robot whose disk is full ends with a traceback, and is not marked as ended",
+    ),
+    Mutant(
+        "sim_driver/missions/usage.py",
         '"peak_rss_mb": round(peak_kb() / 1024, 1)',
         '"peak_rss_mb": round(peak_kb() / 1000, 1)',
         "a robot's folder names thousands of KiB as megabytes",

@@ -4,6 +4,12 @@ from bench.mutants.mutant import Mutant
 
 MUTANTS = (
     Mutant(
+        "spatial/files/full_disk.py",
+        "    except OSError as error:",
+        "    except FileNotFoundError as error:",
+        "a robot whose disk is full at its end leaves no maps either",
+    ),
+    Mutant(
         "spatial/files/saved_map.py",
         '        if hashlib.sha256(part).hexdigest() != manifest["sha256"].get(name):\n',
         "        if False:\n",

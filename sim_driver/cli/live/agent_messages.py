@@ -11,9 +11,11 @@ from mrslam.comms import is_saved
 from mrslam.sim_driver.cli.console import say
 from mrslam.sim_driver.missions.run_files import CHECKPOINT
 from mrslam.sim_driver.run.team import take_up
+from mrslam.spatial.files.atomic import unused
 
 KEPT = f"{CHECKPOINT}.old"
-"""Name of a checkpoint that an agent did not resume from: no option or setting makes anybody lose a map."""
+"""Name of a checkpoint that an agent did not resume from, the second one with -2 and so on: no option or setting makes
+anybody lose a map."""
 WORDS = {
     "blind": "cannot use what its laser gives: {reason}; it continues by odometry",
     "sees": "sees again, after {blind_s} s",
@@ -39,9 +41,10 @@ def begin(
     ``tell`` says a line, by default on the terminal.
     """
     tell = tell or say
-    path, kept = folder / CHECKPOINT, folder / KEPT
+    path = folder / CHECKPOINT
     if not path.exists():
         return []
+    kept = unused(folder / KEPT)
     if fresh:
         path.replace(kept)
         tell(f"{agent.robot_id} begins a new map; its checkpoint is kept as {kept}")

@@ -41,6 +41,8 @@ def test_a_full_disk_loses_events_and_says_so_once(tmp_path: Path, caplog: pytes
         events.write(Event(0, "merged"))
     assert events.lost == 3
     assert [record.message for record in caplog.records] == ["r1: events cannot be written (No space left on device)"]
+    events.close()
+    assert caplog.messages[1:] == ["r1: 3 events are not in events.jsonl"]
 
 
 def test_what_cannot_be_written_is_told_and_the_rest_is_there(
@@ -70,6 +72,32 @@ def test_an_event_that_a_full_disk_cuts_off_just_before_its_end_does_not_spoil_t
     events.write(Event(3_000_000_000, "merged"))
     events.close()
     assert path.read_text().splitlines() == ['{"t": 1.0, "rob', line, line.replace("2.0", "3.0")]
+
+
+class LittleRoom:
+    """A file on a disk that is full after some bytes."""
+
+    def __init__(self, file: Any, room: int) -> None:
+        self._file, self._room = file, room
+
+    def write(self, raw: bytes) -> int:
+        return int(self._file.write(raw[: self._room]))
+
+    def close(self) -> None:
+        self._file.close()
+
+
+@pytest.mark.parametrize(("cut", "lost"), [(1, 0), (2, 1), (20, 1)])
+def test_an_event_that_was_cut_off_is_lost_unless_only_the_end_of_its_line_is_missing(
+    cut: int, lost: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    events = EventLog(tmp_path, "r1")
+    line = b'{"t": 2.0, "robot": "r1", "event": "merged"}\n'
+    monkeypatch.setattr(events, "_file", LittleRoom(events._file, len(line) - cut))
+    events.write(Event(2_000_000_000, "merged"))
+    events.close()
+    assert (tmp_path / "events.jsonl").read_bytes() == line[:-cut]
+    assert events.lost == lost and caplog.text.count("events cannot be written (one was cut off)") == lost
 
 
 def test_files_of_an_earlier_run_do_not_stay(tmp_path: Path) -> None:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import errno
 import json
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
+import pytest
 
-from mrslam.agent import Agent, Inline, Keeper, Runner, Settings, VirtualRobot
+from mrslam.agent import Agent, Event, Inline, Keeper, Runner, Sensed, Settings, VirtualRobot, checkpoint
 from mrslam.agent.effects import JoinJob
 from mrslam.comms import CommsConfig, MemoryNetwork
 from mrslam.merge import JointMap
@@ -74,6 +76,55 @@ def test_a_robot_in_virtual_time_saves_itself(tmp_path: Path) -> None:
         for k in range(4):
             robot.step(k * S, worker)
     assert keeper.saved_ns is not None and keeper.path.exists()
+
+
+class Onlooker:
+    """Looks on, and fails at the end where it is given words to fail with."""
+
+    def __init__(self, failure: str = "") -> None:
+        self.failure, self.closed = failure, False
+
+    def on_scan(self, agent: Agent, sensed: Sensed, now_ns: int) -> None:
+        """Nothing to note."""
+
+    def on_event(self, agent: Agent, event: Event) -> None:
+        """Nothing to note."""
+
+    def close(self, agent: Agent, now_ns: int) -> None:
+        self.closed = True
+        if self.failure:
+            raise RuntimeError(self.failure)
+
+
+def test_whatever_fails_at_the_end_state_and_files_are_written_and_the_failures_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def stuck() -> None:
+        raise RuntimeError("the network")
+
+    agent, end, keeper = Agent("r1", SETTINGS), MemoryNetwork().attach("r1"), Keeper(tmp_path / "state", 1e9, Inline())
+    monkeypatch.setattr(end, "close", stuck)
+    watchers = [Onlooker("the recorder"), Onlooker()]
+    runner = Runner(agent, Quiet(), end, tmp_path, watchers=watchers, keeper=keeper)
+    with pytest.raises(RuntimeError, match="the network"):
+        runner.close(0)
+    assert "the recorder" in caplog.text
+    assert watchers[1].closed and {"state", "robot.json", "map.yaml"} <= {path.name for path in tmp_path.iterdir()}
+
+
+def test_what_could_not_be_written_is_counted_in_the_robots_file_and_a_lost_last_state_is_logged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(checkpoint, "write", full)
+    keeper = Keeper(tmp_path / "state", 1e9, Inline())
+    runner = Runner(Agent("r1", SETTINGS), Quiet(), MemoryNetwork().attach("r1"), tmp_path, keeper=keeper)
+    runner.events.lost = 2
+    runner.close(0)
+    assert json.loads((tmp_path / "robot.json").read_text())["unwritten"] == {"events": 2, "checkpoints": 1}
+    assert "state: the robot's state cannot be saved ([Errno 28] No space left on device)" in caplog.text
 
 
 def test_a_joint_solution_is_told_where_robots_saw_each_other(tmp_path: Path) -> None:

@@ -43,6 +43,21 @@ def test_a_run_ends_when_all_have_been_idle_for_as_long_as_they_linger(robots: l
     assert ended == end_ns and all(robot.closed_ns == end_ns for robot in robots)
 
 
+class Breaking(Waiting):
+    """A robot whose files cannot be written."""
+
+    def close(self, now_ns: int) -> None:
+        super().close(now_ns)
+        raise RuntimeError("a robot's end")
+
+
+def test_all_robots_are_closed_though_one_of_them_fails_and_its_failure_is_raised() -> None:
+    robots = [Waiting(), Breaking(), Waiting()]
+    with pytest.raises(RuntimeError, match="a robot's end"):
+        run_virtual(robots, MemoryNetwork(), step_ns=STEP_NS, duration_ns=STEP_NS, linger_ns=LINGER_NS, threads=1)
+    assert [robot.closed_ns for robot in robots] == 3 * [STEP_NS]
+
+
 class Noting(Waiting):
     """A robot that notes its turns."""
 

@@ -96,6 +96,32 @@ def test_a_list_counts_only_with_the_authoritys_signature_and_never_goes_back(tm
     assert mine.refresh() == frozenset() and mine.names == {"c", "d"}
 
 
+def test_a_list_that_could_not_be_read_is_tried_again_and_that_is_logged_once(tmp_path, caplog, monkeypatch):
+    team_keys(tmp_path, "ab")
+    mine = Revocations(tmp_path / "a", "team")
+    revoke(tmp_path, "team", ["b"])
+
+    def denied(*_, **__):
+        raise PermissionError(13, "Permission denied")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("pathlib.Path.read_text", denied)
+        assert [mine.refresh() for _ in range(3)] == 3 * [frozenset()]
+    assert caplog.text.count("Permission denied") == 1
+    assert mine.refresh() == {"b"}  # neither its time nor its size has changed
+    with monkeypatch.context() as patched:
+        patched.setattr("pathlib.Path.read_text", denied)
+        mine.refresh()
+    assert caplog.text.count("Permission denied") == 1  # it was read, and is not read again
+    (tmp_path / "a" / FILE).write_text("{")
+    for _ in range(3):
+        mine.refresh()
+    with monkeypatch.context() as patched:
+        patched.setattr("pathlib.Path.read_text", denied)
+        mine.refresh()
+    assert caplog.text.count("not a list of revoked robots") == 3 and mine.names == {"b"}
+
+
 def test_who_was_revoked_once_stays_so_though_a_later_list_leaves_it_out(tmp_path):
     team_keys(tmp_path, "abcd")
     mine = Revocations(tmp_path / "a", "team")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import re
+import resource
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ from cryptography.x509.oid import NameOID
 from mrslam.comms import load_keys, make_team_keys
 from mrslam.comms.security.team_keys import VALID_DAYS, WARN_DAYS, own_keys, revoke_robots
 from mrslam.spatial import InputError
+from mrslam.spatial.files.atomic import held
 
 
 def ends_in_days(path: Path) -> float:
@@ -171,3 +173,22 @@ def test_files_that_cannot_be_read_are_a_line_and_no_traceback(tmp_path, name):
     (tmp_path / "a" / name).symlink_to("/proc/self/mem")  # a file that is there, and whose first byte nobody may read
     with pytest.raises(InputError, match="not a robot's key folder"):
         load_keys(tmp_path / "a", "a", "team")
+
+
+def test_a_key_that_a_full_disk_cuts_off_leaves_nothing_and_a_second_call_makes_all(tmp_path):
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (30, limits[1]))  # a key takes some 240 bytes
+    try:
+        with pytest.raises(OSError, match="File too large"):
+            make_team_keys(tmp_path, "team", ["a"])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
+    assert make_team_keys(tmp_path, "team", ["a"]) == [tmp_path / "a"]
+    assert load_keys(tmp_path / "a", "a", "team")
+
+
+def test_a_folder_where_another_process_makes_keys_is_refused(tmp_path):
+    with held(tmp_path), pytest.raises(InputError, match="another process writes there"):
+        make_team_keys(tmp_path, "team", ["a"])
+    assert list(tmp_path.iterdir()) == []

@@ -87,6 +87,21 @@ def test_robots_remembered_are_bounded_and_those_known_are_followed(team):
     assert view.snapshot(1.0)[0]["status"] is not None
 
 
+def test_robots_that_are_gone_make_room_who_left_first_before_others_and_those_here_do_not(team):
+    view, good = TeamView(), report(team, "a")
+    view.take([Sighting("team", f"x{k:03}", None) for k in range(MAX_SHOWN - 1)], 5.0)
+    view.take([Sighting("team", "a", good)], 6.0)
+    view.take([Sighting("team", name, None, False) for name in ("a", "x007", "x003")], 7.0)
+    view.take([Sighting("team", "y0", good), Sighting("team", "a", good)], 8.0)
+    view.take([Sighting("team", "y1", None)], 9.0)  # a is here again, and y0 was none
+    shown = {row["robot"] for row in view.snapshot(9.0)}
+    assert len(shown) == MAX_SHOWN and {"a", "y1", "x003"} <= shown and not {"x007", "y0"} & shown
+    view.take([Sighting("team", "y2", None), Sighting("team", "y3", None)], 10.0)
+    shown = {row["robot"] for row in view.snapshot(10.0)}
+    assert len(shown) == MAX_SHOWN and {"a", "y2"} <= shown and not {"x003", "y3"} & shown
+    assert view.dropped == {"misattributed": 1, "too many robots": 1}
+
+
 def test_who_left_is_told_as_gone(team):
     view = TeamView()
     view.take([Sighting("team", "a", report(team, "a")), Sighting("team", "a", None, False)], 0.0)

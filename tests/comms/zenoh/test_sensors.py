@@ -5,10 +5,12 @@ from __future__ import annotations
 import queue
 import time
 from collections.abc import Callable
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from mrslam.comms.transport.sensors import decode_odometry, encode_odometry
 from mrslam.comms.zenoh import SensorPublisher, ZenohSensors
 from mrslam.spatial import Scan
 from tests.comms.processes import free_port
@@ -52,6 +54,17 @@ def test_scans_and_odometry_come_with_their_poses(driven):
 def test_a_message_that_is_none_is_counted_and_the_next_one_taken(driven, caplog):
     driver, sensors, heard = driven
     until_heard(lambda: driver._scan.put(b"no scan"), lambda: bool(sensors.dropped))
-    assert heard.empty() and "dropped" in caplog.text
-    assert next(iter(sensors.dropped)).startswith("no ScanMessage")
+    assert heard.empty() and set(sensors.dropped) == {"scan"}
+    assert "1 messages (scan) of a driver were dropped, the last: no ScanMessage" in caplog.text
     until_heard(lambda: driver.scan(SCAN), lambda: not heard.empty())
+
+
+def test_bad_messages_are_counted_by_kind_whatever_numbers_are_in_them_and_not_all_are_logged(driven, caplog):
+    _, sensors, heard = driven
+    take = sensors._guarded("odometry", lambda raw: heard.put(decode_odometry(raw)))
+    for k in range(1, 7):
+        raw = encode_odometry(k, np.array([float(k), 0.0, np.nan]))
+        take(SimpleNamespace(payload=SimpleNamespace(to_bytes=lambda raw=raw: raw)))
+    assert sensors.dropped == {"odometry": 6} and heard.empty()
+    assert [message.split()[0] for message in caplog.messages] == ["1", "2", "4"]
+    assert "the last: a pose must be three finite numbers, got (4.0, 0.0, nan)" in caplog.text

@@ -4,8 +4,10 @@ import os
 import threading
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+import zenoh
 
 from mrslam.comms import (
     CommsConfig,
@@ -108,6 +110,17 @@ def test_a_robot_is_gone_when_the_last_session_under_its_name_is_gone():
     finally:
         for one in (a, *twins):
             one.close()
+
+
+def test_sessions_that_are_gone_are_forgotten_and_one_that_was_never_here_does_not_leave(pair):
+    a, b = pair
+    assert collect(a, 1) == [PeerJoined("b")]
+    assert collect(b, 1) == [PeerJoined("a")]
+    for kind, session in ((zenoh.SampleKind.DELETE, "7"), (zenoh.SampleKind.PUT, "8"), (zenoh.SampleKind.DELETE, "9")):
+        a._on_token(SimpleNamespace(key_expr=f"mrslam/team/c/alive/{session}", kind=kind))
+    assert a.poll(0.0) == [PeerJoined("c")]
+    a._on_token(SimpleNamespace(key_expr="mrslam/team/c/alive/8", kind=zenoh.SampleKind.DELETE))
+    assert a.poll(0.0) == [PeerLeft("c")] and list(a._tokens) == ["b"]
 
 
 def test_what_comes_on_no_lane_is_not_delivered(pair):

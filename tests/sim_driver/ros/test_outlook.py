@@ -147,7 +147,7 @@ def test_a_session_brings_the_map_back_and_what_ran_before_is_kept(tmp_path: Pat
     assert sessions.newest() == saved and not sessions.is_over
     sessions.reset()
     assert sessions.is_over
-    Keeper(tmp_path / CHECKPOINT, 5.0).close(agent)
+    Keeper(tmp_path / CHECKPOINT, 5.0).close(agent, 0)
     empty = sessions.take_next()
     assert empty is not None and empty.mapper.stats.scans == 0 and not sessions.is_over
     assert not (tmp_path / CHECKPOINT).exists() and len(list(sessions.folder.iterdir())) == 2
@@ -155,6 +155,8 @@ def test_a_session_brings_the_map_back_and_what_ran_before_is_kept(tmp_path: Pat
     again = sessions.take_next()
     assert again is not None and again.mapper.stats.scans == 30
     np.testing.assert_array_equal(again.mapper.T_map_base, agent.mapper.T_map_base)
+    held, loaded = agent.node.store.version("r1"), again.node.store.version("r1")
+    assert loaded[0] > held[0]  # to teammates it is another map, however much the one that ran before has published
 
 
 def test_the_newest_session_is_the_one_saved_last_whatever_its_name(tmp_path: Path) -> None:
