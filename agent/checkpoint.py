@@ -29,16 +29,18 @@ WITHOUT_EFFECT = ("threads",)
 """Mapper settings that change no result."""
 
 
-def freeze(agent: Agent, now_ns: int | None = None) -> Packed:
+def freeze(agent: Agent, now_ns: int | None = None, *, is_last: bool = False) -> Packed:
     """Copy the robot's state as it is now, so that the copy can be written elsewhere.
 
     ``now_ns`` : mission time; None where it does not matter, for it is resumed under a new epoch in any case.
+    ``is_last`` : whether the robot ends now, and nothing of it is published any more.
     It takes milliseconds: of maps that have not changed since the last time nothing is copied.
     """
     return pack(
         {
             "robot": agent.robot_id,
             "saved_ns": now_ns,
+            "is_last": is_last,
             "mode": agent.mode,
             "rbpf": asdict(agent.settings.rbpf),
             "mapper": agent.mapper.state(),
@@ -61,10 +63,10 @@ def write(frozen: Packed, path: Path) -> None:
     write_state(path, KIND, VERSION, frozen)
 
 
-def restore(agent: Agent, path: Path) -> int | None:
+def restore(agent: Agent, path: Path) -> tuple[int | None, bool]:
     """Give a new robot the state that was saved, or leave it unchanged where that fails; return when it was saved.
 
-    That is mission time, nanoseconds; None where it is not known.
+    That is mission time, nanoseconds, None where it is not known; and whether the robot had ended then.
 
     Its map keeps its frame and epoch, so that alignments with teammates stay true. Raises ``InputError`` where the file
     is damaged, is another robot's, or was made with other mapper settings.
@@ -83,6 +85,7 @@ def restore(agent: Agent, path: Path) -> int | None:
         beliefs = {(a, b): _belief(belief) for a, b, belief in state["pairs"]}
         frame = state.get("frame")
         saved_ns = None if state.get("saved_ns") is None else int(state["saved_ns"])
+        is_last = bool(state.get("is_last"))
         masked_beams, map_number = state["masked_beams"], state["map_number"]
         doubt = agent.self_doubt.resumed(state["self_doubt"])
         restore_store(agent.node.store, state["store"], REVISIONS_LOST)
@@ -99,7 +102,7 @@ def restore(agent: Agent, path: Path) -> int | None:
     if agent.robot_id in maps and maps[agent.robot_id].epoch != store.own_epoch:
         del maps[agent.robot_id]  # it was given up, and the next one was not published yet
     agent.team.restore(maps, _of_maps_here(beliefs, state.get("saved", {}), agent), frame)
-    return saved_ns
+    return saved_ns, is_last
 
 
 def _of_maps_here(beliefs: Mapping[Pair, PairBelief], saved: Mapping[str, int], agent: Agent) -> dict[Pair, PairBelief]:
@@ -118,10 +121,11 @@ def resume(agent: Agent, path: Path, now_ns: int | None = None) -> None:
 
     ``now_ns`` : mission time, by the clock by which it was saved; None where it may have published any number of
         revisions since. Where these may be more than it skips its map gets a new epoch: teammates that hold what the
-        state does not know would take a part of the old content for the new one.
+        state does not know would take a part of the old content for the new one. A robot that ended in good order
+        published none.
     """
-    saved_ns = restore(agent, path)
-    if _lies_far_back(saved_ns, now_ns):
+    saved_ns, was_last = restore(agent, path)
+    if now_ns is None or not (was_last or _is_recent(saved_ns, now_ns)):
         agent.node.store.new_epoch()
     try:
         write(freeze(agent, now_ns), path)
@@ -130,9 +134,9 @@ def resume(agent: Agent, path: Path, now_ns: int | None = None) -> None:
         agent.node.store.new_epoch()
 
 
-def _lies_far_back(saved_ns: int | None, now_ns: int | None) -> bool:
-    """Return whether a state may be too old for its epoch; a clock that was set far back says as little as none."""
-    return saved_ns is None or now_ns is None or abs(now_ns - saved_ns) > UNSAVED_MOST_S * 1e9
+def _is_recent(saved_ns: int | None, now_ns: int) -> bool:
+    """Return whether a state is young enough for its epoch; a clock that was set far back says as little as none."""
+    return saved_ns is not None and abs(now_ns - saved_ns) <= UNSAVED_MOST_S * 1e9
 
 
 def _same_settings(saved: dict[str, Any], now: dict[str, Any], path: Path) -> None:

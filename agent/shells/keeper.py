@@ -84,7 +84,7 @@ class Keeper:
         """Wait for the last writing, and save the end; a failure is counted and logged."""
         self._executor.shutdown(wait=True)
         try:
-            checkpoint.write(checkpoint.freeze(agent, now_ns), self.path)
+            checkpoint.write(checkpoint.freeze(agent, now_ns, is_last=True), self.path)
         except OSError as error:
             self.failures += 1
             log.warning(UNSAVED, self.path, error)

@@ -168,6 +168,18 @@ def test_a_state_after_which_more_may_have_been_published_than_is_skipped_gets_a
     assert third.node.store.version("r1")[0] - again.node.store.version("r1")[0] == (now_ns is None)
 
 
+def test_a_robot_that_ended_in_good_order_keeps_its_epoch_however_long_it_was_off(tmp_path: Path) -> None:
+    one = robot("r1", 1)
+    live([one], 0, 10)
+    Keeper(tmp_path / "state", 5.0, Inline()).close(one, 10 * S)
+    labels = []
+    for hours in (12, 24):  # the second time from what the first start saved, after which it died
+        again = robot("r1", hours)
+        resume(again, tmp_path / "state", hours * 3600 * S)
+        labels.append(again.node.store.version("r1")[0] - one.node.store.version("r1")[0])
+    assert labels == [0, 1]
+
+
 def test_what_does_not_fit_is_refused(tmp_path: Path) -> None:
     one = robot("r1", 1)
     live([one], 0, 5)

@@ -89,14 +89,14 @@ MUTANTS = (
     ),
     Mutant(
         "agent/checkpoint.py",
-        "    if _lies_far_back(saved_ns, now_ns):\n",
+        "    if now_ns is None or not (was_last or _is_recent(saved_ns, now_ns)):\n",
         "    if False:\n",
         "after hours on a full disk teammates hold parts of a lost map for parts of the resumed one",
     ),
     Mutant(
         "agent/checkpoint.py",
-        "or abs(now_ns - saved_ns) >",
-        "or now_ns - saved_ns >",
+        "and abs(now_ns - saved_ns) <=",
+        "and now_ns - saved_ns <=",
         "a robot without a clock of its own takes an old state for a new one",
     ),
     Mutant(

@@ -5,8 +5,8 @@ from bench.mutants.mutant import Mutant
 MUTANTS = (
     Mutant(
         "agent/shells/keeper.py",
-        "            checkpoint.write(checkpoint.freeze(agent, now_ns), self.path)\n        except",
-        "            checkpoint.write(checkpoint.freeze(agent), self.path)\n        except",
+        "checkpoint.freeze(agent, now_ns, is_last=True)",
+        "checkpoint.freeze(agent, now_ns)",
         "a robot that was stopped in good order comes back as another map to its teammates",
     ),
     Mutant(
@@ -107,7 +107,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/shells/keeper.py",
-        "            checkpoint.write(checkpoint.freeze(agent, now_ns), self.path)\n        except",
+        "            checkpoint.write(checkpoint.freeze(agent, now_ns, is_last=True), self.path)\n        except",
         "            pass\n        except",
         "a robot that was stopped in good order has forgotten its last seconds",
     ),
