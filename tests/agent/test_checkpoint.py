@@ -173,8 +173,8 @@ def test_a_robot_that_ended_in_good_order_keeps_its_epoch_however_long_it_was_of
     live([one], 0, 10)
     Keeper(tmp_path / "state", 5.0, Inline()).close(one, 10 * S)
     labels = []
-    for hours in (12, 24):  # the second time from what the first start saved, after which it died
-        again = robot("r1", hours)
+    for boot, hours in ((2, 12), (3, 24)):  # the second time from what the first start saved, after which it died
+        again = robot("r1", boot)
         resume(again, tmp_path / "state", hours * 3600 * S)
         labels.append(again.node.store.version("r1")[0] - one.node.store.version("r1")[0])
     assert labels == [0, 1]
