@@ -177,7 +177,7 @@ def test_a_robot_that_ended_in_good_order_keeps_its_epoch_however_long_it_was_of
         again = robot("r1", boot)
         resume(again, tmp_path / "state", hours * 3600 * S)
         labels.append(again.node.store.version("r1")[0] - one.node.store.version("r1")[0])
-    assert labels == [0, 1]
+    assert labels[0] == 0 < labels[1]
 
 
 def test_what_does_not_fit_is_refused(tmp_path: Path) -> None:
