@@ -167,9 +167,21 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/believable.py",
-        "        if 2 * believed[pair] < counts[pair]:",
-        "        if 2 * believed[pair] > counts[pair]:",
+        "        if 2 * believed[pair] < counts[pair] or",
+        "        if 2 * believed[pair] > counts[pair] or",
         "robots that saw each other are outvoted by the matches of third ones",
+    ),
+    Mutant(
+        "merge/joint/believable.py",
+        "or not (is_tied or _are_where_seen(trails, solved, pair, seen[pair]))",
+        "",
+        "matches with third robots put two elsewhere than they saw each other, where nothing else ties them",
+    ),
+    Mutant(
+        "merge/joint/believable.py",
+        "return CORRECTED.is_near(se2.between(T_a, T_b), T_a_b)",
+        "return bool(np.abs(se2.between(T_a, T_b) - T_a_b).max() < 0.5)",
+        "robots that saw each other are not joined with third ones where maps are bent",
     ),
     Mutant(
         "merge/joint/believable.py",

@@ -202,15 +202,15 @@ def test_where_two_answers_are_as_good_as_each_other_neither_is_believed(share, 
     assert bool(chosen) == tied and (("r1", "r2") in ambiguous) != tied
 
 
-def outvoted(seen, few=5):
-    """Solve a, b and c: the few matches of a and b are right, those of either with c put the two 3 m apart."""
+def outvoted(seen, few=5, off_m=3.0):
+    """Solve a, b and c: the few matches of a and b are right, those of either with c put the two this far apart."""
     c = drive(45.0, 60.0, 0.0, seed=3)
     trails = {"a": A.trail, "b": B.trail, "c": c.trail}
     T_team_map = {"a": se2.IDENTITY, "b": T_A_B, "c": se2.between(A.truth[0], c.truth[0])}
     joint = join(trails, T_team_map)
     found = {pair: {(m.i, m.j): m for m in matches_between(joint, *pair)} for pair in PAIRS}
     found["a", "b"] = dict(list(found["a", "b"].items())[:few])
-    shift = np.array([3.0, 0.0, 0.0])  # of c in the map of a: all of the pair's matches say the same
+    shift = np.array([off_m, 0.0, 0.0])  # of c in the map of a: all of the pair's matches say the same
     for key, m in found["a", "c"].items():
         T_map_i = A.trail.T_map_key[m.i]
         wrong = se2.between(T_map_i, se2.compose(shift, se2.compose(T_map_i, m.T_i_j)))
@@ -229,6 +229,15 @@ def test_what_robots_saw_of_each_other_is_not_outvoted_by_third_ones():
     smaller = min(PAIRS[1:], key=lambda pair: counts[pair])
     assert off_m < 0.5 and believed["a", "b"] >= counts["a", "b"] - 1 and list(unused) == [smaller]
     assert believed[next(pair for pair in PAIRS[1:] if pair != smaller)] > 0
+
+
+def test_what_robots_saw_of_each_other_is_not_outvoted_where_nothing_else_ties_the_two():
+    off_m, believed, unused, _ = outvoted({}, few=2)
+    assert off_m > 2.0 and not unused  # so it is without
+    off_m, believed, unused, _ = outvoted({("a", "b"): T_A_B}, few=2)
+    assert off_m < 1.0 and len(unused) == 1 and sum(believed.values()) > 0
+    a_little_beside = se2.compose(np.array([1.5, 0.0, 0.0]), T_A_B)  # bent maps are corrected by that much
+    assert not outvoted({("a", "b"): a_little_beside}, few=2, off_m=0.0)[2]
 
 
 def test_matches_that_are_not_where_robots_saw_each_other_tie_nobody():
