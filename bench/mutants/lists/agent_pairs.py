@@ -319,7 +319,7 @@ MUTANTS = (
     Mutant(
         "agent/pairs/hypotheses.py",
         "DOUBTED_LLR = -2.0",
-        "DOUBTED_LLR = REFUTED_LLR",
+        "DOUBTED_LLR = -4.0",
         "two looks in vain do not part maps that look alike",
     ),
     Mutant(
