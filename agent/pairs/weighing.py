@@ -33,7 +33,7 @@ FITTED_M = 5.0
 
 
 def weighed(places: Hypotheses, outcome: Alignment | Rejection, loops: Sequence[Loop] = ()) -> Alignment | Rejection:
-    """Return an alignment's outcome as encounters leave it; third robots (``loops``) choose between places alone."""
+    """Return an alignment's outcome as encounters leave it; third robots (``loops``) only help to choose a place."""
     if outcome.T_a_b is None:
         return outcome
     if isinstance(outcome, Alignment):
@@ -62,7 +62,7 @@ def against(places: Hypotheses, T_a_b: Transform, robots: str = "the robots") ->
 
 
 def _decided(places: Hypotheses, outcome: Rejection, loops: Sequence[Loop]) -> Alignment | Rejection:
-    """Return the place of those that fit alike where the robots saw each other, or else that third robots lead to.
+    """Return the place of those that fit alike where the robots saw each other, by sightings and loops if need be.
 
     That all others were refuted chooses none: where maps fit alike at several places the building repeats itself, and
     the right place may be one that neither map shows yet.
