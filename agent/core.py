@@ -228,6 +228,7 @@ class Agent(Robot):
                     continue
                 case comms.PeerSeen():
                     self.team.hints.meet()
+                    self._witness.meet()
                 case comms.MapUpdated():
                     self._take_map(effect)
                 case comms.ExchangeDone():

@@ -37,10 +37,12 @@ class _Told:
     llr: float
     t_ns: int
 
-    def is_outdated_by(self, llr: float, now_ns: int) -> bool:
+    def is_outdated_by(self, llr: float, now_ns: int, *, may_repeat: bool) -> bool:
         """Return whether to tell a place's log-likelihood ratio, nats, again."""
-        waited_ns, changed = now_ns - self.t_ns, abs(llr - self.llr)
-        return waited_ns >= TELL_NS and (changed >= CHANGED_LLR or (waited_ns >= REPEAT_NS and abs(llr) >= CHANGED_LLR))
+        waited_ns, said_llr = now_ns - self.t_ns, self.llr
+        if may_repeat and waited_ns >= REPEAT_NS:
+            said_llr = 0.0
+        return waited_ns >= TELL_NS and abs(llr - said_llr) >= CHANGED_LLR
 
 
 class Witness:
@@ -62,6 +64,10 @@ class Witness:
     def forget(self) -> None:
         """Forget all that was seen: the own map was given up."""
         self._encounters.forget()
+
+    def meet(self) -> None:
+        """Tell everything again, for somebody came into reach: who is placed by way of others should know, too."""
+        self._told.clear()
 
     def bodies_m(self, team: Team, now_ns: int) -> NDArray[np.float64] | None:
         """Return ``(N, 2)`` bodies to report, base frame; None where every teammate in contact is seen and placed."""
@@ -157,7 +163,8 @@ class Witness:
     def claims(self, team: Team, now_ns: int) -> list[tuple[str, Transform, float, int]]:
         """Return what is new to tell of the own pairs: teammate, ``T_own_peer (3,)``, nats, epoch of its map.
 
-        Nothing of a teammate that reports from another map than is known of it: it began a new one.
+        Of a teammate that is not here no more than once, until somebody comes into reach (:meth:`meet`); nothing of one
+        that reported last from another map than is known of it: it began a new one.
         """
         new, told = [], {}
         for pair, belief in team.beliefs.items():
@@ -166,13 +173,14 @@ class Witness:
             peer = pair[1] if pair[0] == self.robot_id else pair[0]
             epoch = team.maps[peer].epoch
             heard_ns, heard_epoch = self._heard.get(peer, (-IN_CONTACT_NS, epoch))
-            is_here = now_ns - heard_ns < IN_CONTACT_NS and heard_epoch == epoch
+            is_here = now_ns - heard_ns < IN_CONTACT_NS
             for place in belief.places:
                 if place.own is None:
                     continue
                 key = (peer, place.T_a_b.tobytes())
                 told[key] = self._told.get(key, _Told(0.0, -REPEAT_NS))
-                if is_here and told[key].is_outdated_by(place.own.llr, now_ns):
+                is_due = told[key].is_outdated_by(place.own.llr, now_ns, may_repeat=is_here)
+                if is_due and heard_epoch == epoch:
                     told[key] = _Told(place.own.llr, now_ns)
                     new.append((peer, seen_from(pair, self.robot_id, place.T_a_b), place.own.llr, epoch))
         self._told = told  # of places that are gone nothing is kept

@@ -24,8 +24,9 @@ may stand beside the place, so that no thing that stands still can be there both
 SEEN_LLR = 2.0
 """What a body where the teammate should be says, nats: seen in 6 of 10 moments if it is there (it may be half covered),
 and something round stands on a given spot in less than 1 of 10."""
-NOT_THERE_LLR = -1.0
-"""What free sight of that floor says, nats: a third of the robots that are there are overlooked."""
+NOT_THERE_LLR = -2.0
+"""What free sight of that floor says, nats: one look in vain doubts a place. Of 6571 looks of simulated robots at right
+places that were blocked by nothing else none was in vain, of 4497 at wrong ones 4318; real bodies may be of glass."""
 MOST_SEEN_LLR = 6.0
 """Bound of what all bodies say: moments are not quite independent."""
 MOST_UNSEEN_LLR = -3.0

@@ -25,7 +25,7 @@ SUPPORTED_LLR = 6.0
 LEAD_LLR = 3.0
 """Lead of one place over another from which sightings, and third robots, decide between them, nats: 20 to 1."""
 DOUBTED_LLR = -2.0
-"""A place is doubted from here, nats: two looks in vain where the other should be. Maps alone merge nobody there. Where
+"""A place is doubted from here, nats: one look in vain where the other should be. Maps alone merge nobody there. Where
 robots may be too low for each other's lasers not both together say so much (``MOST_HIDDEN_LLR``)."""
 REFUTED_LLR = -4.0
 """A place is refuted from here, nats: 50 to 1 against it, and more than one robot's free sight may say
@@ -67,12 +67,12 @@ class Hypothesis:
 
     @property
     def is_refuted(self) -> bool:
-        """Whether the robots looked at each other's place, and nobody was there."""
+        """Whether both robots looked at each other's place, and nobody was there."""
         return self.llr <= REFUTED_LLR
 
     @property
     def is_doubted(self) -> bool:
-        """Whether the robots looked at each other's place more than once, and nobody was there yet."""
+        """Whether the robots looked at each other's place, and nobody was there yet."""
         return self.llr <= DOUBTED_LLR
 
     def correct(self, T_a_b: Transform) -> None:

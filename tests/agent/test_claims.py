@@ -9,7 +9,7 @@ import pytest
 
 from mrslam.agent.pairs.belief import PairBelief
 from mrslam.agent.witness import CHANGED_LLR, REPEAT_NS, Witness
-from mrslam.comms import TeammatePose
+from mrslam.comms import PeerSeen, TeammatePose
 from mrslam.merge.graph.edges import pair_of
 from mrslam.mutual_detection import MutualDetectionConfig
 from mrslam.mutual_detection.encounters import MOST_SEEN_LLR, MOST_UNSEEN_LLR
@@ -47,6 +47,18 @@ def test_a_claim_is_made_again_where_it_changed_by_a_sighting_and_not_within_a_s
     assert witness.claims(one.team, now_ns + S // 2) == []
     assert [llr for _, _, llr, _ in witness.claims(one.team, now_ns + S)] == [place.own.llr]
     assert witness.claims(one.team, now_ns + 2 * S) == []
+
+
+def test_what_was_seen_of_a_robot_that_is_gone_is_told_again_to_whoever_comes_into_reach() -> None:
+    one = met()
+    merge_pair(one, ("r1", "r2"), RIGHT)
+    witness, _ = watch(one)
+    one._witness = witness
+    gone_ns = BEGIN + 2 * REPEAT_NS
+    assert len(witness.claims(one.team, gone_ns)) == 1  # to robots that are placed by way of r2's map
+    assert witness.claims(one.team, gone_ns + 2 * REPEAT_NS) == []
+    one._follow([PeerSeen("r3", 1, "robot")], gone_ns + 2 * REPEAT_NS)
+    assert len(witness.claims(one.team, gone_ns + 2 * REPEAT_NS)) == 1
 
 
 def test_bodies_are_reported_until_the_teammate_is_seen_where_it_is_placed() -> None:

@@ -13,6 +13,7 @@ from mrslam.mutual_detection.encounters import (
     MOST_NOT_THERE_LLR,
     MOST_SEEN_LLR,
     MOST_UNSEEN_LLR,
+    NOT_THERE_LLR,
     Sightings,
 )
 from mrslam.spatial import se2
@@ -56,7 +57,7 @@ def test_robots_that_may_be_too_low_for_each_other_refute_nothing_before_they_we
 
 def test_what_all_bodies_together_say_is_bounded() -> None:
     found = Sightings(seen=9, not_there=1)
-    assert found.llr == MOST_SEEN_LLR - 1.0
+    assert found.llr == MOST_SEEN_LLR + NOT_THERE_LLR
     assert Sightings(seen=2).llr == 4.0 < MOST_SEEN_LLR
 
 

@@ -47,9 +47,21 @@ MUTANTS = (
     ),
     Mutant(
         "agent/witness.py",
-        "is_here = now_ns - heard_ns < IN_CONTACT_NS and heard_epoch == epoch",
-        "is_here = now_ns - heard_ns < IN_CONTACT_NS",
+        "if is_due and heard_epoch == epoch:",
+        "if is_due:",
         "what was seen of a teammate's old map is told of its new one",
+    ),
+    Mutant(
+        "agent/witness.py",
+        "if may_repeat and waited_ns >= REPEAT_NS:",
+        "if waited_ns >= REPEAT_NS:",
+        "what was seen of robots that are gone is told for ever",
+    ),
+    Mutant(
+        "agent/core.py",
+        "                    self._witness.meet()\n",
+        "",
+        "who comes into reach never hears that a robot is not where it is placed",
     ),
     Mutant(
         "agent/witness.py",

@@ -132,6 +132,12 @@ MUTANTS = (
     ),
     Mutant(
         ENCOUNTERS,
+        "NOT_THERE_LLR = -2.0",
+        "NOT_THERE_LLR = -1.0",
+        "a place where a robot looked in vain is believed until it looks there again",
+    ),
+    Mutant(
+        ENCOUNTERS,
         "against = MOST_NOT_THERE_LLR if self.seen else self.most_unseen_llr",
         "against = -1e9",
         "a robot that is too low to be seen is contradicted to death",
