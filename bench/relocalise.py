@@ -22,6 +22,8 @@ around the event, and the nearest counts: a wrong place is wrong for all of them
 known_m : from the robot's true start to the nearest place of the saved trajectory. Robots that begin farther off than
 ``KNOWN_M`` may find nothing of what was saved within 10 m of driving: they are not counted in the last line, but for
 wrong places.
+stayed_m : the path until the robot is farther off than that, or the drive ends. ``stayed`` are those of the robots
+counted whose path is 10 m or which were found before: the others did not drive as far as they may.
 --near : robots are told where they begin in the saved map, half a metre off, or a place 15 m away from that, without a
 heading (intel, mit-csail and aces, whose reference knows it).
 """
@@ -37,6 +39,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.sim_driver.run.run import run_mission
@@ -124,19 +127,18 @@ def judge(name: str, saved: Path, robot: Path, data: Path, is_foreign: bool) -> 
     way, saved_way = read_tum(robot / "trajectory.tum"), read_tum(saved / "trajectory.tum")
     reference = data / f"slam/{name}.reference.tum"
     truth = read_tum(reference) if reference.exists() and not is_foreign else None
+    driven = np.append(0.0, np.cumsum(np.hypot(*np.diff(way[1][:, :2], axis=0).T)))
+    row["stayed_m"] = round(float(driven[-1]), 2)
     if truth is not None:
         true_saved, true_way = at(truth, saved_way[0]), at(truth, way[0])
-        start = true_way[np.isfinite(true_way[:, 0])][:1, :2]
-        row["known_m"] = round(float(np.nanmin(np.hypot(*(true_saved[:, :2] - start).T))), 2) if len(start) else None
+        row |= stays(true_saved, true_way, driven)
     if (saved / "truth.tum").exists() and not is_foreign:
-        start, driven_before = read_tum(robot / "truth.tum")[1][0], read_tum(saved / "truth.tum")[1]
-        row["known_m"] = round(float(np.hypot(*(driven_before - start)[:, :2].T).min()), 2)
+        row |= stays(read_tum(saved / "truth.tum")[1], at(read_tum(robot / "truth.tum"), way[0]), driven)
     if found is None:
         return {**row, "seconds": None, "metres": None}
     stamp_ns = way[0][0] + found["t"] * 1e9
     row["seconds"] = found["t"]
-    driven = np.cumsum(np.hypot(*np.diff(way[1][:, :2], axis=0).T))
-    row["metres"] = round(float(driven[np.flatnonzero(way[0][1:] <= stamp_ns)[-1]]), 2)
+    row["metres"] = round(float(driven[np.flatnonzero(way[0] <= stamp_ns)[-1]]), 2)
     T_base_laser = way[1][0]  # for the map begins where the base did
     T_saved_laser = se2.compose(np.array([found["x_m"], found["y_m"], found["theta_rad"]]), T_base_laser)
     if is_foreign:
@@ -164,6 +166,20 @@ def judge(name: str, saved: Path, robot: Path, data: Path, is_foreign: bool) -> 
     best = int(np.nanargmin(off_m / RIGHT_M + off_deg / RIGHT_DEG))
     row["error_m"], row["error_deg"] = round(float(off_m[best]), 3), round(float(off_deg[best]), 2)
     return row
+
+
+def stays(saved: Transform, way: Transform, driven: Any) -> dict[str, float | None]:
+    """Return how far off what was saved a robot begins, and its path until it leaves that, metres.
+
+    ``saved``, ``way`` : true poses ``(N, 3)``, ``(M, 3)`` of both drives, NaN where unknown; ``driven (M,)``.
+    """
+    is_known = np.isfinite(way[:, 0])
+    off_m = np.asarray(cKDTree(saved[np.isfinite(saved[:, 0]), :2]).query(way[is_known, :2])[0])
+    left = driven[is_known][off_m > KNOWN_M]
+    return {
+        "known_m": round(float(off_m[0]), 2) if len(off_m) else None,
+        "stayed_m": round(float(left[0] if len(left) else driven[-1]), 2),
+    }
 
 
 def related(path: Path, saved: tuple[Any, Transform], own: tuple[Any, Transform], stamp_ns: float) -> Transform:
@@ -200,6 +216,7 @@ def verdict(rows: list[dict[str, Any]]) -> dict[str, Any]:
     found = [row for row in counted if row["found"]]
     wrong = [row for row in own if row.get("error_m", 0.0) > RIGHT_M or row.get("error_deg", 0.0) > RIGHT_DEG]
     in_time = [row for row in found if row not in wrong and row["metres"] <= DRIVEN_M]
+    stayed = [row for row in counted if row in in_time or row["stayed_m"] >= DRIVEN_M]
     figures = {
         name: [round(float(np.percentile([row[name] for row in found if name in row], q)), 2) for q in (50, 95)]
         for name in ("seconds", "metres", "error_m", "error_deg")
@@ -207,6 +224,7 @@ def verdict(rows: list[dict[str, Any]]) -> dict[str, Any]:
     }
     return {
         "own": len(own), "begin_where_saved": len(counted), "found": len(found), "in_time_and_right": len(in_time),
+        "stayed": len(stayed),
         "wrong": len(wrong), "foreign": len(foreign), "foreign_found": sum(row["found"] for row in foreign),
         "median_and_95th_percentile": figures,
     }  # fmt: skip

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from bench import relocalise
-from bench.relocalise import DRIVEN_M, KNOWN_M, NEAR_S, at, judge, referred, related, verdict
+from bench.relocalise import DRIVEN_M, KNOWN_M, NEAR_S, at, judge, referred, related, stays, verdict
 from mrslam.spatial import se2, write_tum
 from mrslam.spatial.se2 import Transform
 
@@ -62,7 +62,7 @@ def judged(tmp_path: Path, events: list[dict[str, Any]], name: str = "office:1",
 def row(**values: Any) -> dict[str, Any]:
     """Return a row of a robot that was found at once and rightly, but for ``values``."""
     return {"map": "own", "found": True, "known_m": 1.0, "seconds": 5.0, "metres": 2.0, "error_m": 0.1,
-            "error_deg": 1.0, **values}  # fmt: skip
+            "error_deg": 1.0, "stayed_m": 12.0, **values}  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -81,6 +81,7 @@ def test_a_simulated_robot_is_held_against_the_truth(off: tuple[float, ...], is_
     assert found["metres"] == pytest.approx(0.5 * FOUND_S, abs=0.05)
     apart = TRUE_SAVED[:, :2] - TRUE_OWN[0, :2]
     assert found["known_m"] == pytest.approx(np.hypot(*apart.T).min(), abs=0.01)
+    assert found["stayed_m"] == pytest.approx(4.6, abs=0.05)  # 3 m off the saved drive for the first time
     assert found["error_deg"] <= np.degrees(abs(off[2])) + 2.0  # of the poses around the event the nearest counts
     assert verdict([{"map": "own", **found}])["wrong"] == is_wrong
     assert verdict([{"map": "own", **found}])["in_time_and_right"] == (not is_wrong)
@@ -163,7 +164,8 @@ def test_poses_are_taken_at_their_time_or_not_at_all() -> None:
 
 def test_the_verdict_counts_what_could_be_found_and_every_wrong_place() -> None:
     rows = [
-        row(), row(metres=DRIVEN_M + 1.0, seconds=20.0), row(error_m=0.31), row(error_deg=5.1), row(found=False),
+        row(stayed_m=3.0), row(metres=DRIVEN_M + 1.0, seconds=20.0), row(error_m=0.31, stayed_m=3.0),
+        row(error_deg=5.1), row(found=False),
         row(known_m=KNOWN_M + 1.0), row(known_m=KNOWN_M + 1.0, error_m=8.0), row(known_m=None),
         row(map="foreign"), row(map="foreign", found=False),
     ]  # fmt: skip
@@ -173,8 +175,19 @@ def test_the_verdict_counts_what_could_be_found_and_every_wrong_place() -> None:
     said = verdict(rows)
     assert (said["own"], said["begin_where_saved"], said["found"]) == (8, 6, 5)
     assert (said["in_time_and_right"], said["wrong"]) == (2, 3)
+    assert said["stayed"] == 5  # all counted but the wrong one that drove 3 m
     assert (said["foreign"], said["foreign_found"]) == (2, 1)
     assert said["median_and_95th_percentile"]["seconds"] == [5.0, 17.0]
+
+
+def test_a_robot_stays_until_it_leaves_what_was_saved_for_the_first_time_or_its_drive_ends() -> None:
+    saved = np.array([[x, 0.0, 0.0] for x in np.arange(0.0, 5.1, 0.1)])
+    out_and_back = np.array([[1.0, y, 0.0] for y in (0.5, 1.5, 2.5, 3.5, 2.5, 1.5)])
+    unknown = np.full((1, 3), np.nan)
+    driven = np.arange(7.0)
+    assert stays(saved, np.concatenate([unknown, out_and_back]), driven) == {"known_m": 0.5, "stayed_m": 4.0}
+    assert stays(saved, np.concatenate([out_and_back[:3], unknown]), driven[:4]) == {"known_m": 0.5, "stayed_m": 3.0}
+    assert stays(saved, unknown, driven[:1])["known_m"] is None
 
 
 def test_other_buildings_are_foreign_and_cuts_begin_in_what_was_not_saved() -> None:

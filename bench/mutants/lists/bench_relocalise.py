@@ -18,6 +18,18 @@ MUTANTS = (
     ),
     Mutant(
         FILE,
+        "left = driven[is_known][off_m > KNOWN_M]",
+        "left = driven[is_known][:0]",
+        "robots that left what was saved at once count as not found there",
+    ),
+    Mutant(
+        FILE,
+        'if row in in_time or row["stayed_m"] >= DRIVEN_M]',
+        "if row in in_time]",
+        "robots that were not found are left out as if they had not driven",
+    ),
+    Mutant(
+        FILE,
         'if row not in wrong and row["metres"] <= DRIVEN_M]',
         'if row["metres"] <= DRIVEN_M]',
         "wrong places count as found rightly",
@@ -72,8 +84,8 @@ MUTANTS = (
     ),
     Mutant(
         FILE,
-        "    driven = np.cumsum(np.hypot(*np.diff(way[1][:, :2], axis=0).T))",
-        "    driven = np.hypot(*(way[1][1:, :2] - way[1][0, :2]).T)",
+        "    driven = np.append(0.0, np.cumsum(np.hypot(*np.diff(way[1][:, :2], axis=0).T)))",
+        "    driven = np.hypot(*(way[1][:, :2] - way[1][0, :2]).T)",
         "what a robot drove is the distance from its start",
     ),
 )
