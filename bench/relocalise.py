@@ -23,7 +23,7 @@ known_m : from the robot's true start to the nearest place of the saved trajecto
 ``KNOWN_M`` may find nothing of what was saved within 10 m of driving: they are not counted in the last line, but for
 wrong places.
 stayed_m : the path until the robot is farther off than that, or the drive ends. ``stayed`` are those of the robots
-counted whose path is 10 m or which were found before: the others did not drive as far as they may.
+counted for which that is 10 m or more, for the others did not drive as far as they may; ``stayed_in_time`` of these.
 --near : robots are told where they begin in the saved map, half a metre off, or a place 15 m away from that, without a
 heading (intel, mit-csail and aces, whose reference knows it).
 """
@@ -216,7 +216,7 @@ def verdict(rows: list[dict[str, Any]]) -> dict[str, Any]:
     found = [row for row in counted if row["found"]]
     wrong = [row for row in own if row.get("error_m", 0.0) > RIGHT_M or row.get("error_deg", 0.0) > RIGHT_DEG]
     in_time = [row for row in found if row not in wrong and row["metres"] <= DRIVEN_M]
-    stayed = [row for row in counted if row in in_time or row["stayed_m"] >= DRIVEN_M]
+    stayed = [row for row in counted if row["stayed_m"] >= DRIVEN_M]
     figures = {
         name: [round(float(np.percentile([row[name] for row in found if name in row], q)), 2) for q in (50, 95)]
         for name in ("seconds", "metres", "error_m", "error_deg")
@@ -224,7 +224,7 @@ def verdict(rows: list[dict[str, Any]]) -> dict[str, Any]:
     }
     return {
         "own": len(own), "begin_where_saved": len(counted), "found": len(found), "in_time_and_right": len(in_time),
-        "stayed": len(stayed),
+        "stayed": len(stayed), "stayed_in_time": sum(row in in_time for row in stayed),
         "wrong": len(wrong), "foreign": len(foreign), "foreign_found": sum(row["found"] for row in foreign),
         "median_and_95th_percentile": figures,
     }  # fmt: skip

@@ -67,12 +67,12 @@ class Hypothesis:
 
     @property
     def is_refuted(self) -> bool:
-        """Whether both robots looked at each other's place, and nobody was there."""
+        """Whether the robots looked at each other's place, and nobody was there."""
         return self.llr <= REFUTED_LLR
 
     @property
     def is_doubted(self) -> bool:
-        """Whether the robots looked at each other's place, and nobody was there yet."""
+        """Whether a robot looked in vain where the other should be, and neither saw it there as often."""
         return self.llr <= DOUBTED_LLR
 
     def correct(self, T_a_b: Transform) -> None:

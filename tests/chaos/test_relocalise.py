@@ -175,7 +175,7 @@ def test_the_verdict_counts_what_could_be_found_and_every_wrong_place() -> None:
     said = verdict(rows)
     assert (said["own"], said["begin_where_saved"], said["found"]) == (8, 6, 5)
     assert (said["in_time_and_right"], said["wrong"]) == (2, 3)
-    assert said["stayed"] == 5  # all counted but the wrong one that drove 3 m
+    assert (said["stayed"], said["stayed_in_time"]) == (4, 1)  # two others drove 3 m
     assert (said["foreign"], said["foreign_found"]) == (2, 1)
     assert said["median_and_95th_percentile"]["seconds"] == [5.0, 17.0]
 

@@ -20,13 +20,13 @@ MUTANTS = (
         FILE,
         "left = driven[is_known][off_m > KNOWN_M]",
         "left = driven[is_known][:0]",
-        "robots that left what was saved at once count as not found there",
+        "robots that left what was saved are taken to be in it to the end",
     ),
     Mutant(
         FILE,
-        'if row in in_time or row["stayed_m"] >= DRIVEN_M]',
-        "if row in in_time]",
-        "robots that were not found are left out as if they had not driven",
+        'if row["stayed_m"] >= DRIVEN_M]',
+        "]",
+        "robots that left what was saved at once count as if they had driven 10 m in it",
     ),
     Mutant(
         FILE,
