@@ -55,6 +55,11 @@ def test_robots_that_may_be_too_low_for_each_other_refute_nothing_before_they_we
     assert found.llr == MOST_NOT_THERE_LLR + 2.0
 
 
+def test_one_look_in_vain_doubts_a_place_and_takes_back_what_one_body_said() -> None:
+    assert Sightings(not_there=1).llr <= DOUBTED_LLR
+    assert DOUBTED_LLR < Sightings(seen=1, not_there=1).llr <= 0.0
+
+
 def test_what_all_bodies_together_say_is_bounded() -> None:
     found = Sightings(seen=9, not_there=1)
     assert found.llr == MOST_SEEN_LLR + NOT_THERE_LLR
