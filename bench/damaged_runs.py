@@ -1,7 +1,9 @@
-"""Damaged run folders: ``python -m bench.damaged_runs [--every 1] [--out out/damage]``.
+"""Damaged run folders and saved maps: ``python -m bench.damaged_runs [--every 1] [--out out/damage]``.
 
 Damages every file of a small real run in every way of ``tests/sim_driver/damage.py``, and gives the folder to each
-command that reads one: ``eval``, ``report``, ``bag``, ``view``, ``run --from``, and ``gather`` for agents' folders.
+command that reads one: ``eval``, ``report``, ``bag``, ``view``, ``run --from``, and ``gather`` for agents' folders; and
+every file of two saved maps, one in one file and one as map servers have it, to ``save``, ``align``, ``merge``,
+``diff`` and ``agent --map``.
 Each command runs in its own process, which is killed after 60 s of CPU, or 300 s of wall time. It must succeed, or end
 with exit code 1 and a line that begins with ``mrslam:``; a traceback or a warning of numpy's is a failure either way.
 One JSON line at the end: how many commands ran and succeeded, the longest CPU and wall time of those that refused and
@@ -39,6 +41,7 @@ LIMIT_CPU_S, LIMIT_S = 60, 300.0
 """A command that takes longer hangs, seconds of CPU and of wall time; a replay of the small run takes a few."""
 REPLAYS_EVERY = 8
 """Share of the cases that ``run --from`` gets: one in so many."""
+MAPS = ["--map", "{maps}/office.mrslam", "--map", "{maps}/plain.yaml"]
 COMMANDS = {
     "eval": ["eval", "{run}"],
     "report": ["report", "{run}"],
@@ -46,8 +49,15 @@ COMMANDS = {
     "view": ["view", "{run}"],
     "run --from": ["run", "--from", "{run}", "--out", "{out}/again"],
     "gather": ["gather", "{agents}", "--out", "{out}/gathered"],
+    "save": ["save", "{maps}/office.mrslam", "{maps}/plain.yaml", "-o", "{out}/next.mrslam"],
+    "align": ["align", "{maps}/office.mrslam", "{maps}/plain.yaml"],
+    "merge": ["merge", "{maps}/office.mrslam", "{maps}/plain.yaml", "-o", "{out}/merged"],
+    "diff": ["diff", "{maps}/office.mrslam", "{maps}/plain.yaml", "-o", "{out}/changes"],
+    "agent --map": ["agent", "r9", *MAPS, "--duration", "1", "--out", "{out}/r9"],
 }
 """Command -> its words."""
+READ = {"gather": "agents"} | dict.fromkeys(["save", "align", "merge", "diff", "agent --map"], "maps")
+"""Command -> the folder that it reads, where that is not ``run``."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +123,7 @@ def chosen(whole: Path, every: int) -> Iterator[tuple[str, Case]]:
     """Yield commands with the cases they get."""
     for command in COMMANDS:
         step = every * (REPLAYS_EVERY if command == "run --from" else 1)
-        found = list(cases(whole, "agents" if command == "gather" else "run"))
+        found = list(cases(whole, READ.get(command, "run")))
         yield from ((command, case) for case in found[::step])
 
 
@@ -125,7 +135,7 @@ def attempt(whole: Path, command: str, case: Case | None) -> Outcome:
             shutil.copytree(whole, copy)
         else:
             case.prepare(whole, copy)
-        places = {"run": copy / "run", "agents": copy / "agents", "out": scratch}
+        places = {"run": copy / "run", "agents": copy / "agents", "maps": copy / "maps", "out": scratch}
         name = command if case is None else f"{command}: {case.file}, {case.damage}"
         return run([word.format(**places) for word in COMMANDS[command]], name)
 

@@ -10,7 +10,7 @@ from mrslam.agent.effects import AlignJob
 from mrslam.agent.known_map import Version
 from mrslam.agent.pairs.hypotheses import Hypotheses, Hypothesis
 from mrslam.agent.pairs.loops import Loop
-from mrslam.agent.pairs.second_look import is_echo, lies_elsewhere, refuted
+from mrslam.agent.pairs.second_look import is_echo, is_foreseen, lies_elsewhere, refuted
 from mrslam.agent.pairs.weighing import agrees, by_sight, is_worth_keeping, weighed
 from mrslam.alignment import Alignment, Rejection, StabilityCheck
 from mrslam.merge.graph.consistency import SEEN_CONFIDENCE
@@ -45,6 +45,8 @@ class Search:
     area_m2: tuple[float, float] = (0.0, 0.0)
     """Known areas of the two maps then, square metres."""
     accepted: bool = False
+    guess: Rejection | None = None
+    """What it said where it found no place that suffices."""
     barren: int = 0
     """Number of searches up to this one, without a break, that found next to no wall in common (:data:`BARREN`)."""
 
@@ -52,7 +54,8 @@ class Search:
         """Return the next search."""
         matched_m = 0.0 if outcome.evidence is None else outcome.evidence.matched_m
         is_barren = not outcome.accepted and matched_m < BARREN * min(job.area_m2)
-        return Search(job.area_m2, outcome.accepted, self.barren + 1 if is_barren else 0)
+        guess = None if isinstance(outcome, Alignment) else outcome
+        return Search(job.area_m2, outcome.accepted, guess, self.barren + 1 if is_barren else 0)
 
 
 @dataclass(frozen=True)
@@ -140,6 +143,7 @@ class PairBelief:
         """
         self.attempts += 1
         self.last = Attempt(now_ns, job.versions, job.area_m2, job.is_told)
+        guess = self.search.guess if self.alignment is None and job.saved_m2 is not None else None
         if job.prior is None:
             self.search = self.search.then(job, outcome)
         outcome = self._by_encounters(job, outcome, now_ns, loops)
@@ -152,7 +156,7 @@ class PairBelief:
         place = self.places.add(outcome.T_a_b, "maps", now_ns)
         if place is not None and place.is_supported:
             self._believe_at_once(outcome, place)
-        elif job.is_vouched:
+        elif job.is_vouched or is_foreseen(guess, outcome):
             self.stability.previous = outcome
         elif self.alignment is None and is_echo(self.stability, outcome, saved_m2=job.saved_m2):
             return self._rejected(WEAK, outcome)

@@ -40,6 +40,9 @@ CONFIRMED_GROWTH = 1.0
 """Growth of a map that the joint solution ties to another, by its own scans, after which both are searched for another
 place, where that is more than ``agent.realign_growth``: twice what it was. Walls that come to contradict the place are
 noticed at once, not by searching."""
+CONFIRMING_SHARE = 0.2
+"""Of ``agent.align_growth``, after which the place found once in a saved map is looked at again: a look costs next to
+nothing there, and how much more wall a second one must show does not depend on when it is made."""
 PARTS_EVERY = 3
 """Of the searches of two large maps one in so many looks at parts as well, which takes three times as long."""
 LAST_LOOK_S = 3.0 * PATIENCE_S
@@ -164,7 +167,8 @@ class Schedule:
             return True
         if self._seeks_place(pair, belief):
             looks_on = last.is_told and belief.stability.previous is None
-            if looks_on or _grown(maps, last.area_m2, self.config.align_growth):
+            growth = self.config.align_growth * (1.0 if belief.stability.previous is None else CONFIRMING_SHARE)
+            if looks_on or _grown(maps, last.area_m2, growth):
                 return True
         waited_ns = now_ns - last.t_ns
         if waited_ns < self.config.align_interval_s * 1e9:

@@ -8,8 +8,10 @@ contradict.
 from __future__ import annotations
 
 from mrslam.alignment import Alignment, Evidence, Rejection, StabilityCheck
-from mrslam.alignment.stability import CORRECTED
+from mrslam.alignment.stability import CORRECTED, SAME_PLACE
 
+FORESEEN_M = 5.0
+"""Wall that agreed from which the best place of a search that found none counts as foreseen, metres."""
 STRONG_CONFIDENCE = 0.65
 """Least confidence at which a second alignment on the same evidence confirms a first."""
 WALL_GROWTH = 1.2
@@ -42,11 +44,28 @@ def is_echo(stability: StabilityCheck, second: Alignment, saved_m2: float | None
     first = stability.previous
     if first is None or not stability.agrees(second, first):
         return False
-    before, now, is_weak = first.evidence, second.evidence, _is_weak(second)
+    before, now = first.evidence, second.evidence
     may_be_a_room = saved_m2 is not None and now.matched_m < MUCH_WALL_M and WALL_GROWTH * now.overlap_m2 < saved_m2
-    if (is_weak or may_be_a_room) and now.matched_m < WALL_GROWTH * before.matched_m:
+    if (_is_weak(second) or may_be_a_room) and now.matched_m < WALL_GROWTH * before.matched_m:
         return True
-    return is_weak and now.matched_m < MUCH_WALL_M and _is_stained_more(before, now)
+    return _comes_stained(before, second)
+
+
+def is_foreseen(guess: Rejection | None, found: Alignment) -> bool:
+    """Return whether an alignment was the best place of the search before, which did not suffice yet.
+
+    What has come to it since is what a second look asks for: the wall that chose the place was seen before.
+    """
+    if guess is None or guess.T_a_b is None or guess.evidence is None:
+        return False
+    before, now = guess.evidence, found.evidence
+    has_grown = FORESEEN_M <= before.matched_m <= now.matched_m / WALL_GROWTH
+    return has_grown and SAME_PLACE.is_near(guess.T_a_b, found.T_a_b) and not _comes_stained(before, found)
+
+
+def _comes_stained(before: Evidence, found: Alignment) -> bool:
+    """Return whether an alignment is weak, and what came to the evidence before is not clean."""
+    return _is_weak(found) and found.evidence.matched_m < MUCH_WALL_M and _is_stained_more(before, found.evidence)
 
 
 def _is_stained_more(before: Evidence, now: Evidence) -> bool:

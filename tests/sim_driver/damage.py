@@ -1,16 +1,20 @@
-"""A small real run, and ways in which a crash, a full disk or a careless hand damage each of its files."""
+"""A small real run and saved maps of it, and how a crash, a full disk or a careless hand damage each of their files."""
 
 from __future__ import annotations
 
 import json
 import shutil
+import zipfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from rerun import FileSink, RecordingStream, TextLog
 
+from mrslam.agent.shells.saved_files import saved_map_of
 from mrslam.sim_driver.missions.agent_record import AgentRecord
+from mrslam.spatial import read_map, write_map
+from mrslam.spatial.files.saved_map import SUFFIX, write_saved_map
 from tests.sim_driver.runs import played
 
 TABLES = {
@@ -26,7 +30,10 @@ WORLD_S = 1_790_000_000.0
 
 
 def make_run(out: Path) -> Path:
-    """Play the small mission into ``run``, and leave in ``agents`` what its robots would have left as agents."""
+    """Play the small mission into ``run``, and leave in ``agents`` what its robots would have left as agents.
+
+    In ``maps`` lie a map with keyframes in one file, and one as map servers have it.
+    """
     run = played(TABLES, out / "run")
     settings = json.loads((run / "config.json").read_text())["settings"]
     for robot_id in ("r1", "r2"):
@@ -42,6 +49,8 @@ def make_run(out: Path) -> Path:
         stream.log("words", TextLog("seen"))
         stream.flush()
         stream.disconnect()
+    write_saved_map(out / "maps" / "office.mrslam", saved_map_of(run / "r1" / "map.yaml"))
+    write_map(out / "maps" / "plain.yaml", read_map(run / "r2" / "map.yaml"))
     return out
 
 
@@ -126,6 +135,31 @@ DAMAGE: dict[str, Callable[[Path], None]] = {
 """What happened -> how it changes the file."""
 
 
+def _repacked(path: Path, change: Callable[[dict[str, bytes]], dict[str, bytes]]) -> None:
+    """Change the parts of a zip."""
+    with zipfile.ZipFile(path) as archive:
+        parts = {name: archive.read(name) for name in archive.namelist()}
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, raw in change(parts).items():
+            archive.writestr(name, raw)
+
+
+def _of_a_newer_program(parts: dict[str, bytes]) -> dict[str, bytes]:
+    manifest = json.loads(parts["manifest.json"])
+    return parts | {"manifest.json": json.dumps(manifest | {"format": manifest["format"] + 1}).encode()}
+
+
+SAVED_MAP_DAMAGE: dict[str, Callable[[Path], None]] = {
+    "of a newer program": lambda path: _repacked(path, _of_a_newer_program),
+    "another map in it": lambda path: _repacked(path, lambda parts: parts | {"map.pgm": parts["map.pgm"][::-1]}),
+    "without keyframes": lambda path: _repacked(
+        path, lambda parts: {name: raw for name, raw in parts.items() if name != "keyframes.npz"}
+    ),
+    "another zip": lambda path: _repacked(path, lambda _: {"readme": b"hello"}),
+}
+"""The same for saved maps in one file."""
+
+
 @dataclass(frozen=True)
 class Case:
     """One damaged file."""
@@ -137,13 +171,14 @@ class Case:
     def prepare(self, whole: Path, copy: Path) -> Path:
         """Copy the folder with this file damaged."""
         shutil.copytree(whole, copy)
-        DAMAGE[self.damage](copy / self.file)
+        (DAMAGE | SAVED_MAP_DAMAGE)[self.damage](copy / self.file)
         return copy
 
 
 def cases(whole: Path, under: str) -> Iterator[Case]:
-    """Yield every file below ``run`` or ``agents``, damaged in every way; one robot stands for all."""
+    """Yield every file below ``run``, ``agents`` or ``maps``, damaged in every way; one robot stands for all."""
     for path in sorted((whole / under).rglob("*")):
         file = path.relative_to(whole)
         if path.is_file() and "r2" not in file.parts:
-            yield from (Case(str(file), damage) for damage in DAMAGE)
+            ways = DAMAGE | SAVED_MAP_DAMAGE if path.suffix == SUFFIX else DAMAGE
+            yield from (Case(str(file), damage) for damage in ways)

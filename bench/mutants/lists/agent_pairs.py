@@ -174,9 +174,51 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/belief.py",
-        "        elif job.is_vouched:\n            self.stability.previous = outcome\n",
-        "",
+        "        elif job.is_vouched or is_foreseen(guess, outcome):\n",
+        "        elif is_foreseen(guess, outcome):\n",
         "a robot that only localises is missing from the team maps of others",
+    ),
+    Mutant(
+        "agent/pairs/belief.py",
+        "        elif job.is_vouched or is_foreseen(guess, outcome):\n",
+        "        elif job.is_vouched:\n",
+        "a place in a saved map that an ambiguous search named first is confirmed by two more",
+    ),
+    Mutant(
+        "agent/pairs/belief.py",
+        "guess = self.search.guess if self.alignment is None and job.saved_m2 is not None else None",
+        "guess = self.search.guess",
+        "a teammate's map is merged on one look at a place that an ambiguous search named",
+    ),
+    Mutant(
+        "agent/pairs/second_look.py",
+        "FORESEEN_M <= before.matched_m <= now.matched_m / WALL_GROWTH",
+        "before.matched_m <= now.matched_m / WALL_GROWTH",
+        "a scrap that agrees anywhere counts as a place foreseen",
+    ),
+    Mutant(
+        "agent/pairs/second_look.py",
+        "FORESEEN_M <= before.matched_m <= now.matched_m / WALL_GROWTH",
+        "FORESEEN_M <= before.matched_m",
+        "the wall that chose a place in a saved map confirms it",
+    ),
+    Mutant(
+        "agent/pairs/second_look.py",
+        " and SAME_PLACE.is_near(guess.T_a_b, found.T_a_b)",
+        "",
+        "an ambiguous search confirms a place that it did not name",
+    ),
+    Mutant(
+        "agent/pairs/second_look.py",
+        " and not _comes_stained(before, found)",
+        "",
+        "a weak place in a saved map is confirmed by wall that contradicts",
+    ),
+    Mutant(
+        "agent/pairs/belief.py",
+        "        guess = None if isinstance(outcome, Alignment) else outcome\n        return",
+        "        guess = self.guess if isinstance(outcome, Alignment) else outcome\n        return",
+        "a place that was named before another was found confirms what comes next",
     ),
     Mutant(
         "agent/pairs/second_look.py",

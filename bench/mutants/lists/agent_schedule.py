@@ -137,9 +137,21 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/schedule.py",
-        "if looks_on or _grown(maps, last.area_m2, self.config.align_growth):",
+        "if looks_on or _grown(maps, last.area_m2, growth):",
         "if looks_on:",
         "a robot waits between two looks for its place in a saved map however much it has seen since",
+    ),
+    Mutant(
+        "agent/pairs/schedule.py",
+        "(1.0 if belief.stability.previous is None else CONFIRMING_SHARE)",
+        "1.0",
+        "a robot that has found its place in a saved map once drives on for metres before it looks again",
+    ),
+    Mutant(
+        "agent/pairs/schedule.py",
+        "(1.0 if belief.stability.previous is None else CONFIRMING_SHARE)",
+        "CONFIRMING_SHARE",
+        "a place in a saved map is searched for everywhere five times as often",
     ),
     Mutant(
         "agent/pairs/schedule.py",

@@ -17,10 +17,15 @@ S = 1_000_000_000
 
 
 def found(
-    x: float = 1.0, confidence: float = 0.9, theta: float = 0.0, wall_m: float = 0.0, overlap_m2: float = 0.0
+    x: float = 1.0,
+    confidence: float = 0.9,
+    theta: float = 0.0,
+    wall_m: float = 0.0,
+    overlap_m2: float = 0.0,
+    against_m: float = 0.0,
 ) -> Alignment:
     T_a_b = np.array([x, 0.0, theta])
-    return Alignment(T_a_b, confidence, walls(wall_m, 0.0, overlap_m2), np.eye(3) * 1e-4, "auto")
+    return Alignment(T_a_b, confidence, walls(wall_m, against_m, overlap_m2), np.eye(3) * 1e-4, "auto")
 
 
 def walls(matched_m: float, contradicted_m: float, overlap_m2: float = 0.0) -> Evidence:

@@ -62,6 +62,52 @@ def test_a_place_in_a_saved_map_is_confirmed_by_wall_that_came_to_it(
     assert (verdict["status"], verdict["reason"]) == (("accepted",) * 2 if is_believed else ("rejected", WEAK))
 
 
+@pytest.mark.parametrize(
+    ("guess", "second", "saved", "is_believed"),
+    [
+        (walls(13.0, 0.0), weak(19.0), "office@monday", True),  # a room, and what came to it
+        (walls(13.0, 0.0), found(3.0, wall_m=19.0), "office@monday", False),  # elsewhere
+        (walls(16.5, 0.0), weak(19.0), "office@monday", False),  # hardly more than what chose the place
+        (walls(4.0, 0.0), weak(19.0), "office@monday", False),  # what agrees anywhere
+        (walls(13.0, 0.5), found(confidence=0.6, wall_m=19.0, against_m=2.0), "office@monday", False),  # contradicts
+        (walls(13.0, 0.0), weak(19.0), "r1", False),  # a teammate's map grows, too
+        (None, weak(19.0), "office@monday", False),
+    ],
+)
+def test_the_best_place_of_a_search_that_did_not_suffice_is_confirmed_by_wall_that_came_to_it(
+    guess: Evidence | None, second: Alignment, saved: str, is_believed: bool
+) -> None:
+    team = Floors()
+    team.grow("r2", 64)
+    if saved == "r1":
+        team.grow("r1", 64)
+    else:
+        team.save(saved)
+    place = None if guess is None else np.array([1.0, 0.0, 0.0])
+    assert team.align(Rejection("ambiguous", 0.2, guess, "auto", place), 0)["status"] == "rejected"
+    team.grow("r2", 80, 2)
+    verdict = team.align(second, 20)
+    assert (verdict["status"], verdict["reason"]) == (
+        ("accepted", "accepted") if is_believed else ("rejected", UNCONFIRMED)
+    )
+
+
+@pytest.mark.parametrize(
+    "between", [Rejection("ambiguous", 0.2, walls(12.0, 0.0), "auto", np.array([5.0, 0.0, 0.0])), found(5.0, wall_m=12)]
+)
+def test_what_was_foreseen_by_an_earlier_search_than_the_last_confirms_nothing(between: Alignment | Rejection) -> None:
+    team = Floors()
+    team.grow("r2", 64)
+    team.save("office@monday")
+    guess = Rejection("ambiguous", 0.2, walls(10.0, 0.0), "auto", np.array([1.0, 0.0, 0.0]))
+    for t_s, outcome in ((0, guess), (20, between)):
+        team.align(outcome, t_s)
+        team.grow("r2", 80 + t_s, 2 + t_s)
+    job = team.job(40)
+    assert job.prior is None  # everywhere
+    assert team.end(job, found(wall_m=30.0), 40)["reason"] == UNCONFIRMED
+
+
 def test_two_saved_maps_which_do_not_grow_need_no_more_wall_to_be_merged() -> None:
     team = Floors()
     for day in ("monday", "tuesday"):

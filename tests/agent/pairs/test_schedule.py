@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mrslam.agent.effects import AlignJob
-from mrslam.agent.pairs.belief import WEAK
+from mrslam.agent.pairs.belief import UNCONFIRMED, WEAK
 from mrslam.agent.pairs.schedule import LAST_LOOK_S, PATIENCE_S, PATIENT_AFTER
 from mrslam.alignment import Evidence, Rejection
 from mrslam.comms import TeammateHint
@@ -247,6 +247,21 @@ def test_a_place_in_a_saved_map_is_looked_for_whenever_the_own_map_has_grown() -
         cells = round(1.06 * cells)
         team.grow("r2", cells, revision)
         assert team.due(2.0 * revision + 1.0) == ("office@monday", "r2")  # neither interval nor patience
+
+
+def test_a_place_found_once_in_a_saved_map_is_looked_at_again_as_soon_as_there_is_a_little_more() -> None:
+    team = Floors()
+    team.grow("r2", 100)
+    team.save("office@monday")
+    assert team.align(found(wall_m=20.0), 0.0)["reason"] == UNCONFIRMED
+    assert team.due(1.0) is None  # nothing new
+    team.grow("r2", 102, 2)  # by 4 %
+    job = team.job(2.0)
+    assert job.place is not None and job.place.tolist() == [1.0, 0.0, 0.0]
+    team.end(job, found(wall_m=21.0), 2.0)  # no fifth more
+    assert team.beliefs["office@monday", "r2"].reason == WEAK
+    team.grow("r2", 104, 3)
+    assert team.align(found(wall_m=25.0), 3.0)["status"] == "accepted"
 
 
 def test_a_teammates_map_and_a_place_once_believed_wait_for_their_time() -> None:
