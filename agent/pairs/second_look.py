@@ -12,6 +12,8 @@ from mrslam.alignment.stability import CORRECTED, SAME_PLACE
 
 FORESEEN_M = 5.0
 """Wall that agreed from which the best place of a search that found none counts as foreseen, metres."""
+FORESEEN_LEAD = 0.65
+"""And its least lead over other places once it is found, 0..1: a rival that is only just ruled out may come back."""
 STRONG_CONFIDENCE = 0.65
 """Least confidence at which a second alignment on the same evidence confirms a first."""
 WALL_GROWTH = 1.2
@@ -60,7 +62,8 @@ def is_foreseen(guess: Rejection | None, found: Alignment) -> bool:
         return False
     before, now = guess.evidence, found.evidence
     has_grown = FORESEEN_M <= before.matched_m <= now.matched_m / WALL_GROWTH
-    return has_grown and SAME_PLACE.is_near(guess.T_a_b, found.T_a_b) and not _comes_stained(before, found)
+    is_alone = now.margin >= FORESEEN_LEAD
+    return has_grown and is_alone and SAME_PLACE.is_near(guess.T_a_b, found.T_a_b) and not _comes_stained(before, found)
 
 
 def _comes_stained(before: Evidence, found: Alignment) -> bool:

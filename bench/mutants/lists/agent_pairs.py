@@ -204,6 +204,12 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/second_look.py",
+        "has_grown and is_alone and",
+        "has_grown and",
+        "a place in a saved map is believed at one look as soon as another, as good before, is only just ruled out",
+    ),
+    Mutant(
+        "agent/pairs/second_look.py",
         " and SAME_PLACE.is_near(guess.T_a_b, found.T_a_b)",
         "",
         "an ambiguous search confirms a place that it did not name",

@@ -70,6 +70,7 @@ def test_a_place_in_a_saved_map_is_confirmed_by_wall_that_came_to_it(
         (walls(16.5, 0.0), weak(19.0), "office@monday", False),  # hardly more than what chose the place
         (walls(4.0, 0.0), weak(19.0), "office@monday", False),  # what agrees anywhere
         (walls(13.0, 0.5), found(confidence=0.6, wall_m=19.0, against_m=2.0), "office@monday", False),  # contradicts
+        (walls(13.0, 0.0), replace(weak(19.0), evidence=replace(walls(19.0, 0.0), margin=0.6)), "office@monday", False),
         (walls(13.0, 0.0), weak(19.0), "r1", False),  # a teammate's map grows, too
         (None, weak(19.0), "office@monday", False),
     ],
