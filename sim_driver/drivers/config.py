@@ -37,7 +37,7 @@ class DriverConfig:
     """Distance of the path point steered at, metres, > 0. More: smoother, but corners are cut."""
     plan_resolution_m: float = 0.05
     """Finest cells that paths are planned on, metres, > 0."""
-    max_plan_cells: int = 60_000
+    max_plan_cells: int = 250_000
     """Maps with more cells are planned on coarser ones, > 0: bounds the time a plan takes."""
     plan_interval_s: float = 1.5
     """How often paths and goals are reconsidered, seconds, > 0."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numba import njit
@@ -19,6 +20,8 @@ SPECK_MARGIN_M = 0.1
 """A robot in a map may be so much larger than its radius."""
 UNKNOWN_PENALTY = 3.0
 """How much dearer a step is where nothing is known, if such steps are allowed: there may be a wall."""
+ROOM_M2 = 0.25
+"""Open cells that hang together over less are a pocket between obstacles, no place from which to plan."""
 CROWD_PENALTY = 10.0
 """How much dearer a step through a teammate is: it may have gone by then."""
 
@@ -50,17 +53,25 @@ class Costmap:
         return self.point(np.array(self.cell(xy_m), dtype=np.int32))
 
     def nearest_open(self, xy_m: NDArray[np.float64], within_m: float) -> tuple[int, int] | None:
-        """Return the open cell nearest to a point, None where none is within reach."""
+        """Return the open cell nearest to a point, in a pocket only if all are; None where none is within reach."""
         row, col = self.cell(xy_m)
         reach = int(np.ceil(within_m / self.resolution_m))
         r0, c0 = max(row - reach, 0), max(col - reach, 0)
         rows, cols = np.nonzero(np.isfinite(self.weight[r0 : row + reach + 1, c0 : col + reach + 1]))
-        if rows.size == 0:
-            return None
         centres = self.point(np.stack([rows + r0, cols + c0], axis=-1).astype(np.int32))
         gap = np.hypot(centres[:, 0] - xy_m[0], centres[:, 1] - xy_m[1])
-        best = int(np.argmin(gap))
-        return (int(rows[best]) + r0, int(cols[best]) + c0) if gap[best] <= within_m else None
+        is_near = gap <= within_m
+        if not is_near.any():
+            return None
+        is_pocket = self._patch_cells[rows + r0, cols + c0] * self.resolution_m**2 < ROOM_M2
+        best = int(np.lexsort((gap, is_pocket, ~is_near))[0])
+        return int(rows[best]) + r0, int(cols[best]) + c0
+
+    @cached_property
+    def _patch_cells(self) -> NDArray[np.int64]:
+        """``(H, W)``, how many open cells hang together at each; steps past a blocked corner are none."""
+        labels, _ = ndimage.label(np.isfinite(self.weight))
+        return np.bincount(labels.ravel())[labels]
 
 
 def make_costmap(

@@ -24,6 +24,24 @@ MUTANTS = (
         "exploration never ends",
     ),
     Mutant(
+        EXPLORE,
+        "            start, goals = self._goals(make_costmap(grid, self._finest, None, mates), T_map_base, mates)\n",
+        "            start, goals = self._goals(make_costmap(grid, self._config, None, mates), T_map_base, mates)\n",
+        "in a large map rooms whose doors close on coarse cells are never explored",
+    ),
+    Mutant(
+        COSTMAP,
+        "np.lexsort((gap, is_pocket, ~is_near))",
+        "np.lexsort((gap, ~is_near))",
+        "a robot that stands beside a pocket between obstacles believes that all is explored",
+    ),
+    Mutant(
+        COSTMAP,
+        "np.lexsort((gap, is_pocket, ~is_near))",
+        "np.lexsort((gap, is_pocket))",
+        "paths begin farther from the robot than they may",
+    ),
+    Mutant(
         COSTMAP,
         "weight[~free | (gap_m < body)] = np.inf",
         "weight[~free] = np.inf",

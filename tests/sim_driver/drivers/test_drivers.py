@@ -347,3 +347,19 @@ def test_frontiers_that_were_given_up_get_a_whole_second_chance():
         return len(track) / 10
 
     assert seconds(1) - seconds(0) > 3.0  # it stands there, which counts threefold, and plans every 1.5 s
+
+
+def test_a_door_that_closes_on_coarse_cells_is_gone_through_where_nothing_else_is_left():
+    cells = np.full((100, 120), -1, dtype=np.int8)
+    cells[30:90, :70] = 0
+    cells[[30, 89], :] = 100
+    cells[30:90, [0, 60]] = 100
+    cells[52:68, 60] = 0  # a door of 0.8 m, and the unknown behind it
+    cells[20:31, 10:26] = 0  # another, nearer
+    cells[31:34, 14:22] = 100  # in which something stands
+    grid, config = OccupancyGrid(cells, 0.05), DriverConfig(max_plan_cells=500)
+    robot_m = np.array([1.0, 3.0])
+    assert path_between(make_costmap(grid, config), robot_m, np.array([3.3, 3.0]), 0.3) is None
+    driver = Explorer(config)
+    driver.command(0, np.append(robot_m, 0.0), grid, {})
+    assert driver.goal_m is not None and driver.goal_m[0] > 3.0

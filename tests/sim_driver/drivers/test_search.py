@@ -157,3 +157,17 @@ def test_obstacles_seen_now_block_and_big_maps_get_coarser():
     assert costmap.resolution_m == pytest.approx(0.1)
     assert np.isinf(costmap.weight[costmap.cell(np.array([2.5, 2.5]))])
     assert np.isfinite(costmap.weight[costmap.cell(np.array([1.0, 1.0]))])
+
+
+def test_a_pocket_between_obstacles_is_no_place_to_set_out_from():
+    cells = np.full((100, 100), 100, dtype=np.int8)
+    cells[10:90, 40:90] = 0  # a room
+    cells[45:56, 20:31] = 0  # and a nook in which the body just fits, nearer to the robot
+    costmap = make_costmap(OccupancyGrid(cells, 0.05), DriverConfig())
+    robot_m = np.array([1.55, 2.5])
+    nook = costmap.cell(np.array([1.25, 2.5]))
+    assert np.isfinite(costmap.weight[nook])
+    row, col = costmap.nearest_open(robot_m, 0.8)
+    assert col >= 40 and np.isfinite(costmap.weight[row, col])
+    assert costmap.nearest_open(robot_m, 0.71)[1] <= 30  # the room is a cell too far
+    assert costmap.nearest_open(robot_m, 0.05) is None
