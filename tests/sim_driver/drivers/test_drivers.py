@@ -358,8 +358,8 @@ def test_a_door_that_closes_on_coarse_cells_is_gone_through_where_nothing_else_i
     cells[20:31, 10:26] = 0  # another, nearer
     cells[31:34, 14:22] = 100  # in which something stands
     grid, config = OccupancyGrid(cells, 0.05), DriverConfig(max_plan_cells=500)
-    robot_m = np.array([1.0, 3.0])
+    robot_m = np.array([0.9, 2.2])
     assert path_between(make_costmap(grid, config), robot_m, np.array([3.3, 3.0]), 0.3) is None
     driver = Explorer(config)
-    driver.command(0, np.append(robot_m, 0.0), grid, {})
+    driver.command(0, np.append(robot_m, -0.5 * np.pi), grid, {})
     assert driver.goal_m is not None and driver.goal_m[0] > 3.0
