@@ -228,6 +228,30 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/second_look.py",
+        "_clean_per_m(now.matched_m) if saved_m2 is None else CLEAN_PER_M",
+        "CLEAN_PER_M",
+        "rooms that fit by chance while maps are young are merged",
+    ),
+    Mutant(
+        "agent/pairs/second_look.py",
+        "_clean_per_m(now.matched_m) if saved_m2 is None else CLEAN_PER_M",
+        "_clean_per_m(now.matched_m)",
+        "robots find their places in saved maps of real buildings late",
+    ),
+    Mutant(
+        "agent/pairs/second_look.py",
+        "SPOTLESS_PER_M + (CLEAN_PER_M - SPOTLESS_PER_M) * min(max(much, 0.0), 1.0)",
+        "SPOTLESS_PER_M",
+        "real maps that are bent are merged late",
+    ),
+    Mutant(
+        "agent/pairs/second_look.py",
+        "old.contradicted_m > clean_per_m * (new",
+        "old.contradicted_m > CLEAN_PER_M * (new",
+        "a room that fits by chance is merged on wall that contradicts",
+    ),
+    Mutant(
+        "agent/pairs/second_look.py",
         "saved_m2 is not None and now.matched_m < MUCH_WALL_M",
         "False and now.matched_m < MUCH_WALL_M",
         "a room that looks like a saved one is believed to be that on its walls alone",

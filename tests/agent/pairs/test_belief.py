@@ -134,6 +134,36 @@ def test_a_fit_that_is_not_clean_is_believed_only_once_what_came_to_it_is(
     assert (verdict["status"] == "accepted") is is_believed
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "is_believed"),
+    [
+        ((15.0, 0.3), (16.0, 0.3), True),  # a fiftieth
+        ((15.0, 0.5), (16.0, 0.5), False),  # a thirtieth: a room that fits by chance
+        ((15.0, 0.5), (18.5, 0.5), True),  # a fifth more, and clean
+        ((15.0, 0.5), (18.5, 0.7), False),  # and not
+        ((29.0, 1.5), (30.0, 1.5), True),  # real maps are bent
+        ((29.0, 2.4), (30.0, 2.4), False),
+        ((39.0, 3.5), (39.5, 3.5), True),
+    ],
+)
+def test_the_less_wall_agrees_the_less_may_contradict_where_two_looks_suffice(
+    first: tuple[float, float], second: tuple[float, float], is_believed: bool
+) -> None:
+    team = Floors("r1", "r2")
+    for t_s, (wall_m, against_m) in ((0, first), (10, second)):
+        verdict = team.align(stained(wall_m, against_m), t_s)
+    assert (verdict["status"] == "accepted") is is_believed
+
+
+def test_a_place_in_a_saved_map_may_contradict_more_for_the_wall_that_confirms_it_is_new() -> None:
+    team = Floors()
+    team.grow("r2", 64)
+    team.save("office@monday")
+    for t_s, wall_m in ((0, 12.0), (10, 16.0)):
+        verdict = team.align(stained(wall_m, 0.05 * wall_m), t_s)
+    assert verdict["status"] == "accepted"
+
+
 @pytest.mark.parametrize(("x", "against_m", "is_over"), [(1.1, 6.0, True), (1.1, 4.0, False), (9.0, 6.0, False)])
 def test_a_merged_pair_is_unmerged_where_its_maps_come_to_contradict(x: float, against_m: float, is_over: bool) -> None:
     team = merged()
