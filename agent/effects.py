@@ -65,6 +65,11 @@ class AlignJob:
         return saved[0] if len(saved) == 1 else None
 
     @property
+    def is_of_robots(self) -> bool:
+        """Whether both maps are robots', which grow."""
+        return not any(comms.is_saved(map_id) for map_id in (self.a, self.b))
+
+    @property
     def is_vouched(self) -> bool:
         """Whether a robot is looked for in a saved map where it says that it is."""
         return self.hinted_by in (self.a, self.b) and self.saved_m2 is not None

@@ -158,7 +158,9 @@ class PairBelief:
             self._believe_at_once(outcome, place)
         elif job.is_vouched or is_foreseen(guess, outcome):
             self.stability.previous = outcome
-        elif self.alignment is None and is_echo(self.stability, outcome, saved_m2=job.saved_m2):
+        elif self.alignment is None and is_echo(
+            self.stability, outcome, saved_m2=job.saved_m2, is_of_robots=job.is_of_robots
+        ):
             return self._rejected(WEAK, outcome)
         believed = self.stability.update(outcome)
         if believed is None:

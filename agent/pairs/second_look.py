@@ -38,7 +38,9 @@ REFUTED_PER_M = 0.4
 is forgiven when it is merged, for the same reason."""
 
 
-def is_echo(stability: StabilityCheck, second: Alignment, saved_m2: float | None = None) -> bool:
+def is_echo(
+    stability: StabilityCheck, second: Alignment, saved_m2: float | None = None, *, is_of_robots: bool = True
+) -> bool:
     """Return whether a second alignment only repeats the evidence of the first, and that evidence is weak.
 
     The same chance, or the same false map, agrees with itself. The evidence that chose the first place cannot confirm
@@ -46,13 +48,14 @@ def is_echo(stability: StabilityCheck, second: Alignment, saved_m2: float | None
 
     ``saved_m2`` : known area of a saved map in which a robot's is looked for. A room of it may look like one that was
     not saved, which no other place tells: till it is a few rooms, or all that was saved, more of it must agree.
+    ``is_of_robots`` : whether both maps are robots'. They grow: more may be asked for where rooms fit by chance.
     """
     first = stability.previous
     if first is None or not stability.agrees(second, first):
         return False
     before, now = first.evidence, second.evidence
     may_be_a_room = saved_m2 is not None and now.matched_m < MUCH_WALL_M and WALL_GROWTH * now.overlap_m2 < saved_m2
-    clean_per_m = _clean_per_m(now.matched_m) if saved_m2 is None else CLEAN_PER_M
+    clean_per_m = _clean_per_m(now.matched_m) if is_of_robots else CLEAN_PER_M
     if (_is_weak(second, clean_per_m) or may_be_a_room) and now.matched_m < WALL_GROWTH * before.matched_m:
         return True
     return _comes_stained(before, second, clean_per_m)

@@ -29,8 +29,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/belief.py",
-        "        elif self.alignment is None and is_echo(self.stability, outcome, saved_m2=job.saved_m2):",
-        "        elif False:",
+        "        elif self.alignment is None and is_echo(\n",
+        "        elif False and is_echo(\n",
         "weak evidence looked at twice is believed",
     ),
     Mutant(
@@ -228,13 +228,13 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/second_look.py",
-        "_clean_per_m(now.matched_m) if saved_m2 is None else CLEAN_PER_M",
+        "_clean_per_m(now.matched_m) if is_of_robots else CLEAN_PER_M",
         "CLEAN_PER_M",
         "rooms that fit by chance while maps are young are merged",
     ),
     Mutant(
         "agent/pairs/second_look.py",
-        "_clean_per_m(now.matched_m) if saved_m2 is None else CLEAN_PER_M",
+        "_clean_per_m(now.matched_m) if is_of_robots else CLEAN_PER_M",
         "_clean_per_m(now.matched_m)",
         "robots find their places in saved maps of real buildings late",
     ),

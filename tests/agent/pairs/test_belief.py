@@ -109,12 +109,13 @@ def test_what_was_foreseen_by_an_earlier_search_than_the_last_confirms_nothing(b
     assert team.end(job, found(wall_m=30.0), 40)["reason"] == UNCONFIRMED
 
 
-def test_two_saved_maps_which_do_not_grow_need_no_more_wall_to_be_merged() -> None:
+@pytest.mark.parametrize(("wall_m", "against_m"), [(30.0, 0.0), (18.0, 1.5)])
+def test_two_saved_maps_which_do_not_grow_need_no_more_wall_to_be_merged(wall_m: float, against_m: float) -> None:
     team = Floors()
     for day in ("monday", "tuesday"):
         team.save(f"office@{day}")
     for t_s in (0, 10):
-        verdict = team.align(found(wall_m=30.0), t_s)
+        verdict = team.align(found(wall_m=wall_m, against_m=against_m), t_s)
     assert verdict["status"] == "accepted"
 
 
