@@ -25,7 +25,7 @@ from mrslam.spatial.se2 import Transform
 TELL_NS = 1_000_000_000
 """Least time between two claims about one place, nanoseconds."""
 REPEAT_NS = 20_000_000_000
-"""A claim is repeated after this time, nanoseconds: beacons are lost, and robots come into reach."""
+"""A claim is repeated after this time, nanoseconds: beacons are lost. Whoever comes into reach is told at once."""
 CHANGED_LLR = 0.9
 """A claim is made again where it has changed by one more sighting, nats."""
 IN_CONTACT_NS = 3_000_000_000
