@@ -168,6 +168,8 @@ class Explorer:
             self._nothing_since_ns = now_ns
         self._finished = now_ns - self._nothing_since_ns >= self._config.finish_after_s * NS
         self._finished_on = grid
+        if self._finished:  # teammates may still find something, but a look at the finest cells is dear
+            self._next_plan_ns = now_ns + round(self._config.finish_after_s * NS)
 
     def _give_up(self, now_ns: int) -> None:
         if self._goal is not None:

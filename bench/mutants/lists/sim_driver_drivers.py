@@ -30,6 +30,12 @@ MUTANTS = (
         "in a large map rooms whose doors close on coarse cells are never explored",
     ),
     Mutant(
+        EXPLORE,
+        "            self._next_plan_ns = now_ns + round(self._config.finish_after_s * NS)\n",
+        "            pass\n",
+        "robots that are done look for frontiers on the finest cells at every plan",
+    ),
+    Mutant(
         COSTMAP,
         "np.lexsort((gap, is_pocket, ~is_near))",
         "np.lexsort((gap, ~is_near))",

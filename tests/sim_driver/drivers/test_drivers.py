@@ -208,6 +208,17 @@ def test_a_frontier_that_never_clears_is_given_up():
     assert not driver.finished
 
 
+def test_who_is_finished_looks_for_something_new_now_and_then(monkeypatch: pytest.MonkeyPatch) -> None:
+    cells = Canvas(5.0, 5.0).grid().cells
+    driver, looks = Explorer(DriverConfig(finish_after_s=6.0, plan_interval_s=1.5)), []
+    plan = driver._plan
+    monkeypatch.setattr(driver, "_plan", lambda now_ns, *rest: (looks.append(now_ns / S), plan(now_ns, *rest)))
+    for tenth in range(400):  # the team's map changes all the time
+        driver.command(tenth * S // 10, np.array([2.0, 2.0, 0.0]), OccupancyGrid(cells.copy(), 0.05), {})
+    assert looks[:5] == [0.0, 1.5, 3.0, 4.5, 6.0]
+    assert looks[5:] == [12.0, 18.0, 24.0, 30.0, 36.0]
+
+
 def test_a_known_world_is_finished_at_once():
     world = World("hall", Canvas(5.0, 5.0).grid())
     driver = Explorer(DriverConfig(finish_after_s=2.0))
