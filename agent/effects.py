@@ -55,8 +55,10 @@ class AlignJob:
     """The robot that found them there; None where this one did."""
     by_parts: bool = False
     """Whether large maps that do not fit as a whole are looked at in parts (:func:`align`)."""
-    part: KnownMap | None = None
-    """The saved map of the two, where a place in it is sought that nobody has told: of a part of the building?"""
+    searched: KnownMap | None = None
+    """The saved map of the two, where all of it is searched for a place that nobody has told."""
+    is_believed: bool = False
+    """Whether the two are merged."""
 
     @property
     def saved_m2(self) -> float | None:

@@ -4,7 +4,7 @@ from mrslam.alignment.align import EXHAUSTIVE, align
 from mrslam.alignment.aligners import ALIGNERS, Aligner
 from mrslam.alignment.config import AlignmentConfig
 from mrslam.alignment.evidence import Evidence, WallEvidence
-from mrslam.alignment.repetition import look_alikes
+from mrslam.alignment.repetition import look_alikes, open_share
 from mrslam.alignment.result import Alignment, Candidate, Prior, Rejection
 from mrslam.alignment.stability import StabilityCheck
 from mrslam.alignment.verification.acceptance import acceptance_index
@@ -25,5 +25,6 @@ __all__ = [
     "acceptance_index",
     "align",
     "look_alikes",
+    "open_share",
     "warm_up",
 ]

@@ -34,15 +34,28 @@ def look_alikes(grid: OccupancyGrid, enough: float) -> float:
     building the map does not show for what it shows. The share of the walls that fit elsewhere in the map as well says
     how often a place looks like another; where none does, it is less than one in the rooms that it shows.
     """
-    part = main_part(grid.cropped())
-    known = prepare(part, working_resolution(part, part, AlignmentConfig()))
-    if known.wall_m == 0.0:
+    known = _main_part_of(grid)
+    unseen = _open_share(known)
+    if math.isinf(unseen):
         return math.inf
-    unseen = open_m(known) / known.wall_m
     seldom = min(ROOM_M2 / known.known_m2, 1.0)
     if unseen < enough or unseen * seldom >= enough:
         return unseen * seldom
     return unseen * max(seldom, repeated_m(known) / known.wall_m)
+
+
+def open_share(grid: OccupancyGrid) -> float:
+    """Return how much of a map's outline is open, for each metre of its walls; inf where it has none."""
+    return _open_share(_main_part_of(grid))
+
+
+def _main_part_of(grid: OccupancyGrid) -> PreparedMap:
+    part = main_part(grid.cropped())
+    return prepare(part, working_resolution(part, part, AlignmentConfig()))
+
+
+def _open_share(known: PreparedMap) -> float:
+    return open_m(known) / known.wall_m if known.wall_m > 0.0 else math.inf
 
 
 def open_m(known: PreparedMap) -> float:

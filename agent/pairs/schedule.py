@@ -101,12 +101,13 @@ class Schedule:
         versions, areas = (map_a.version, map_b.version), (map_a.area_m2, map_b.area_m2)
         trails = (map_a.trail, map_b.trail)
         saved = [maps[name] for name in (a, b) if is_saved(name)]
-        part = saved[0] if len(saved) == 1 and prior is None and belief.alignment is None else None
+        searched = saved[0] if len(saved) == 1 and prior is None else None
         grids, tries = (map_a.grid, map_b.grid), belief.attempts
         # Once merged, parts fit metres beside the whole.
         by_parts = belief.alignment is None and self._is_turn_of_parts((a, b), belief, now_ns)
         return AlignJob(
-            a, b, *grids, prior, versions, areas, tries, trails, place=place, by_parts=by_parts, part=part
+            a, b, *grids, prior, versions, areas, tries, trails, place=place, by_parts=by_parts,
+            searched=searched, is_believed=belief.alignment is not None,
         )  # fmt: skip
 
     def _is_turn_of_parts(self, pair: Pair, belief: PairBelief, now_ns: int) -> bool:

@@ -131,7 +131,7 @@ class Runner:
         if isinstance(outcome, Rejection) and outcome.may_bend and job.trails is not None:
             maps = [Scanned(*one) for one in zip(grids, job.trails, strict=True)]
             outcome = align_bent(maps[0], maps[1], outcome, method, config, self._matcher)
-        return in_whole(job, outcome)
+        return in_whole(job, outcome, config)
 
     def close(self, now_ns: int) -> None:
         """Leave the network and write the robot's files; what fails is raised when all else is done."""

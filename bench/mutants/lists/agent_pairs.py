@@ -270,7 +270,19 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/part_saved.py",
-        "job.part.look_alikes < MOST_LOOK_ALIKES",
+        "    if outcome.rivals and job.searched.is_whole:",
+        "    if outcome.rivals:",
+        "in a hotel of which a part was saved a robot in another part believes the place that fits best",
+    ),
+    Mutant(
+        "agent/pairs/part_saved.py",
+        "told_apart(job.grid_a, job.grid_b, outcome, config) or outcome",
+        "outcome",
+        "in a building that repeats itself nobody is ever localised",
+    ),
+    Mutant(
+        "agent/pairs/part_saved.py",
+        "saved.look_alikes < MOST_LOOK_ALIKES",
         "True",
         "a room of a hotel of which one room was saved is believed to be that one",
     ),

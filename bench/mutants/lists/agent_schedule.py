@@ -173,14 +173,14 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/schedule.py",
-        "if len(saved) == 1 and prior is None and belief.alignment is None else None",
-        "if len(saved) == 1 and belief.alignment is None else None",
+        "saved[0] if len(saved) == 1 and prior is None else None",
+        "saved[0] if len(saved) == 1 else None",
         "a robot that is told where it begins in a map of one room does not believe it",
     ),
     Mutant(
         "agent/pairs/schedule.py",
-        "if len(saved) == 1 and prior is None and belief.alignment is None else None",
-        "if len(saved) == 1 and prior is None else None",
+        "is_believed=belief.alignment is not None,",
+        "is_believed=False,",
         "a place in a map of one room that somebody told is taken back by the next search",
     ),
     Mutant(

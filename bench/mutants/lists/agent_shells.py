@@ -95,7 +95,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/shells/runner.py",
-        "        return in_whole(job, outcome)",
+        "        return in_whole(job, outcome, config)",
         "        return outcome",
         "nobody asks whether a saved map shows the whole building",
     ),

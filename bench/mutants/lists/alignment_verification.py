@@ -4,6 +4,36 @@ from bench.mutants.mutant import Mutant
 
 MUTANTS = (
     Mutant(
+        "alignment/verification/apart.py",
+        "return is_less and _against_m(other) - _against_m(best) >= DIFFERS_M",
+        "return is_less",
+        "wings of which one was seen farther are told apart",
+    ),
+    Mutant(
+        "alignment/verification/apart.py",
+        "return is_less and _against_m(other) - _against_m(best) >= DIFFERS_M",
+        "return _against_m(other) - _against_m(best) >= DIFFERS_M",
+        "wings are told apart by a wall that no map shows twice",
+    ),
+    Mutant(
+        "alignment/verification/apart.py",
+        "_against_m(best) > SPOTLESS_M or ",
+        "",
+        "wings are told apart though something has moved at the best place",
+    ),
+    Mutant(
+        "alignment/verification/apart.py",
+        "not 0 < len(outcome.rivals) < MOST_RIVALS",
+        "not 0 < len(outcome.rivals)",
+        "the best of many equal rooms is believed though not all were compared",
+    ),
+    Mutant(
+        "alignment/verification/apart.py",
+        "if margin_over(slid(known_a, known_b, found, config.tolerance_m), own) < config.min_margin:",
+        "if False:",
+        "a robot in a corridor that fits all along itself believes one place of it",
+    ),
+    Mutant(
         "alignment/verification/decide.py",
         "C = covariance(claim.found.H, claim.found.pivot, T_a_b, 0.5 * config.tolerance_m)",
         "C = 1e-12 * covariance(claim.found.H, claim.found.pivot, T_a_b, 0.5 * config.tolerance_m)",
