@@ -19,7 +19,7 @@ from mrslam.spatial import OccupancyGrid
 
 LEAD_M, DIFFERS_M = 2.0, 1.0
 """At every other place so much less wall agrees, and so much more contradicts, metres: a piece of furniture, or the end
-of a corridor. Measured in hotels of which all is known: 60 of 60 such looks at right places."""
+of a corridor. Measured in hotels of which all is known: no such look at a wrong place."""
 SPOTLESS_M = 0.3
 """And no more contradicts at the best one, metres: then nothing has changed there, and it may be the right one."""
 CONFIDENCE = 0.6
