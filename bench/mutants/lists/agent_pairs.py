@@ -269,6 +269,12 @@ MUTANTS = (
         "in a saved map of one room nobody is ever localised",
     ),
     Mutant(
+        "agent/known_map.py",
+        "open_share(self.grid) <= MOST_OPEN",
+        "open_share(self.grid) >= 0.0",
+        "a part of a building counts as all of it",
+    ),
+    Mutant(
         "agent/pairs/part_saved.py",
         "    if outcome.rivals and job.searched.is_whole:",
         "    if outcome.rivals:",
