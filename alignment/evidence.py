@@ -72,9 +72,14 @@ class Evidence:
         return min(self.a.matched_m, self.b.matched_m)
 
     @property
+    def contradicted_m(self) -> float:
+        """Return the contradicted wall of the worse direction, metres."""
+        return max(self.a.contradicted_m, self.b.contradicted_m)
+
+    @property
     def contradicted_per_m(self) -> float:
         """Return the contradicted wall of the worse direction per metre of matched wall."""
-        return max(self.a.contradicted_m, self.b.contradicted_m) / max(self.matched_m, NO_WALL_M)
+        return self.contradicted_m / max(self.matched_m, NO_WALL_M)
 
     @property
     def deep_per_m(self) -> float:

@@ -103,8 +103,7 @@ def agrees(evidence: Evidence | None) -> bool:
     """Return whether nothing in two maps speaks against the place at which they were examined."""
     if evidence is None:
         return True
-    against_m = max(evidence.a.contradicted_m, evidence.b.contradicted_m)
-    return against_m <= max(FORGIVEN_M, FORGIVEN_SHARE * evidence.matched_m)
+    return evidence.contradicted_m <= max(FORGIVEN_M, FORGIVEN_SHARE * evidence.matched_m)
 
 
 def by_sight(place: Hypothesis, outcome: Rejection) -> Alignment:

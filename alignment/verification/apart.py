@@ -36,7 +36,7 @@ def told_apart(a: OccupancyGrid, b: OccupancyGrid, outcome: Rejection, config: A
     found = examine(known_a, known_b, outcome.T_a_b, config.tolerance_m)
     best = found.evidence
     others = [examine(known_a, known_b, T, config.tolerance_m).evidence for T in outcome.rivals]
-    if _against_m(best) > SPOTLESS_M or not all(_differs(best, other) for other in others):
+    if best.contradicted_m > SPOTLESS_M or not all(_differs(best, other) for other in others):
         return None
     own = quick_case(known_a, known_b, outcome.T_a_b, config.tolerance_m)
     if margin_over(slid(known_a, known_b, found, config.tolerance_m), own) < config.min_margin:
@@ -46,11 +46,7 @@ def told_apart(a: OccupancyGrid, b: OccupancyGrid, outcome: Rejection, config: A
     return Alignment(outcome.T_a_b, CONFIDENCE, evidence, C, outcome.method)
 
 
-def _against_m(evidence: Evidence) -> float:
-    return max(evidence.a.contradicted_m, evidence.b.contradicted_m)
-
-
 def _differs(best: Evidence, other: Evidence) -> bool:
     """Return whether another place cannot be the right one if the best is."""
     is_less = best.matched_m - other.matched_m >= LEAD_M
-    return is_less and _against_m(other) - _against_m(best) >= DIFFERS_M
+    return is_less and other.contradicted_m - best.contradicted_m >= DIFFERS_M

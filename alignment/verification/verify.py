@@ -143,7 +143,7 @@ def case(evidence: Evidence) -> Case:
     return Case(
         evidence.matched_m,
         min(evidence.a.opposed_m, evidence.b.opposed_m),
-        max(evidence.a.contradicted_m, evidence.b.contradicted_m),
+        evidence.contradicted_m,
         evidence.free_m2,
     )
 

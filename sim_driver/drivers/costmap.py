@@ -88,9 +88,7 @@ def make_costmap(
     ``hopeful`` : what is no larger than a robot is taken to be one that has driven on.
     ``through_unknown`` : paths may lead where nothing is known.
     """
-    factor = max(1, round(config.plan_resolution_m / grid.resolution_m))
-    while grid.cells.size / factor**2 > config.max_plan_cells:
-        factor += 1
+    factor = coarseness(grid, config)
     occupied, free, unknown = pool(grid.cells, factor, FREE_MAX, OCCUPIED_MIN)
     resolution = grid.resolution_m * factor
     height, width = occupied.shape
@@ -120,6 +118,14 @@ def make_costmap(
             weight, (x - grid.origin_m[0]) / resolution, (y - grid.origin_m[1]) / resolution, 2.2 * body / resolution
         )
     return Costmap(weight, is_frontier, resolution, grid.origin_m)
+
+
+def coarseness(grid: OccupancyGrid, config: DriverConfig) -> int:
+    """Return how many cells of a map go to a planning cell, each way."""
+    factor = max(1, round(config.plan_resolution_m / grid.resolution_m))
+    while grid.cells.size / factor**2 > config.max_plan_cells:
+        factor += 1
+    return factor
 
 
 def _specks(occupied: NDArray[np.bool_], largest: float) -> NDArray[np.bool_]:

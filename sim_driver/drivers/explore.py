@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from mrslam.sim_driver.drivers.attempts import ARRIVED_M, Attempts
 from mrslam.sim_driver.drivers.base import STOP, Command
 from mrslam.sim_driver.drivers.config import DriverConfig
-from mrslam.sim_driver.drivers.costmap import Costmap, make_costmap
+from mrslam.sim_driver.drivers.costmap import Costmap, coarseness, make_costmap
 from mrslam.sim_driver.drivers.follow import slow_for_obstacles, steer
 from mrslam.sim_driver.drivers.goals import Goal, find_goals
 from mrslam.sim_driver.drivers.plan import length_m, seen_obstacles
@@ -119,7 +119,7 @@ class Explorer:
         start, goals = self._goals(make_costmap(grid, self._config, seen, mates), T_map_base, mates)
         if not goals:  # what moves may only be in the way for now
             start, goals = self._goals(make_costmap(grid, self._config, None, mates), T_map_base, mates)
-        if not goals:  # doors close on coarse cells
+        if not goals and coarseness(grid, self._finest) < coarseness(grid, self._config):  # on which doors close
             start, goals = self._goals(make_costmap(grid, self._finest, None, mates), T_map_base, mates)
         if start is not None and not goals:  # what was taken for a wall may move, too
             start, goals = self._goals(make_costmap(grid, self._finest, None, mates, hopeful=True), T_map_base, mates)

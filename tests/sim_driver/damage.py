@@ -16,6 +16,7 @@ from mrslam.sim_driver.missions.agent_record import AgentRecord
 from mrslam.spatial import read_map, write_map
 from mrslam.spatial.files.saved_map import SUFFIX, write_saved_map
 from tests.sim_driver.runs import played
+from tests.spatial.archives import manifest, repacked
 
 TABLES = {
     "mission": {"name": "small", "shell": "virtual", "seed": 4, "duration_s": 20.0},
@@ -107,7 +108,7 @@ def _numbers(word: str) -> Callable[[Path], None]:
     return _text(change)
 
 
-DAMAGE: dict[str, Callable[[Path], None]] = {
+DAMAGE: dict[str, Callable[[Path], object]] = {
     "missing": lambda path: path.unlink(),
     "empty": lambda path: path.write_bytes(b""),
     "half": lambda path: path.write_bytes(path.read_bytes()[: path.stat().st_size // 2]),
@@ -135,27 +136,22 @@ DAMAGE: dict[str, Callable[[Path], None]] = {
 """What happened -> how it changes the file."""
 
 
-def _repacked(path: Path, change: Callable[[dict[str, bytes]], dict[str, bytes]]) -> None:
-    """Change the parts of a zip."""
+def _another_map_in(path: Path) -> None:
     with zipfile.ZipFile(path) as archive:
-        parts = {name: archive.read(name) for name in archive.namelist()}
+        image = archive.read("map.pgm")
+    repacked(path, {"map.pgm": image[::-1]})
+
+
+def _another_zip(path: Path) -> None:
     with zipfile.ZipFile(path, "w") as archive:
-        for name, raw in change(parts).items():
-            archive.writestr(name, raw)
+        archive.writestr("readme", "hello")
 
 
-def _of_a_newer_program(parts: dict[str, bytes]) -> dict[str, bytes]:
-    manifest = json.loads(parts["manifest.json"])
-    return parts | {"manifest.json": json.dumps(manifest | {"format": manifest["format"] + 1}).encode()}
-
-
-SAVED_MAP_DAMAGE: dict[str, Callable[[Path], None]] = {
-    "of a newer program": lambda path: _repacked(path, _of_a_newer_program),
-    "another map in it": lambda path: _repacked(path, lambda parts: parts | {"map.pgm": parts["map.pgm"][::-1]}),
-    "without keyframes": lambda path: _repacked(
-        path, lambda parts: {name: raw for name, raw in parts.items() if name != "keyframes.npz"}
-    ),
-    "another zip": lambda path: _repacked(path, lambda _: {"readme": b"hello"}),
+SAVED_MAP_DAMAGE: dict[str, Callable[[Path], object]] = {
+    "of a newer program": lambda path: repacked(path, manifest(path, format=2)),
+    "another map in it": _another_map_in,
+    "without keyframes": lambda path: repacked(path, {"keyframes.npz": None}),
+    "another zip": _another_zip,
 }
 """The same for saved maps in one file."""
 

@@ -15,6 +15,7 @@ import pytest
 from mrslam.spatial import InputError, Keyframes, KeyScans, OccupancyGrid, read_map
 from mrslam.spatial.files import saved_map
 from mrslam.spatial.files.saved_map import SavedMap, Session, of_one_session, read_saved_map, write_saved_map
+from tests.spatial.archives import manifest, repacked
 
 
 def example() -> SavedMap:
@@ -31,23 +32,6 @@ def file(tmp_path: Path) -> Path:
     path = tmp_path / "office.mrslam"
     write_saved_map(path, example())
     return path
-
-
-def repacked(file: Path, change: dict[str, bytes | None]) -> Path:
-    """Write the archive again with other parts; None leaves one out."""
-    with zipfile.ZipFile(file) as archive:
-        parts = {name: archive.read(name) for name in archive.namelist()}
-    with zipfile.ZipFile(file, "w") as archive:
-        for name, part in {**parts, **change}.items():
-            if part is not None:
-                archive.writestr(name, part)
-    return file
-
-
-def manifest(file: Path, **change: object) -> dict[str, bytes | None]:
-    with zipfile.ZipFile(file) as archive:
-        held = json.loads(archive.read("manifest.json"))
-    return {"manifest.json": json.dumps({**held, **change}).encode()}
 
 
 def said(path: Path) -> str:

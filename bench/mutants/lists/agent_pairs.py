@@ -78,7 +78,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/weighing.py",
-        "    return against_m <= max(FORGIVEN_M, FORGIVEN_SHARE * evidence.matched_m)",
+        "    return evidence.contradicted_m <= max(FORGIVEN_M, FORGIVEN_SHARE * evidence.matched_m)",
         "    return True",
         "robots that saw someone else at one distance merge through walls",
     ),
@@ -366,8 +366,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/weighing.py",
-        "max(evidence.a.contradicted_m, evidence.b.contradicted_m)",
-        "evidence.a.contradicted_m",
+        "return evidence.contradicted_m <= max",
+        "return evidence.a.contradicted_m <= max",
         "walls of the second map may lie on all of the first one's floor",
     ),
     Mutant(

@@ -132,8 +132,8 @@ MUTANTS = (
     ),
     Mutant(
         "alignment/evidence.py",
-        "max(self.a.contradicted_m, self.b.contradicted_m) / max",
-        "min(self.a.contradicted_m, self.b.contradicted_m) / max",
+        "return max(self.a.contradicted_m, self.b.contradicted_m)",
+        "return min(self.a.contradicted_m, self.b.contradicted_m)",
         "a contradiction counts in the better direction only",
     ),
     Mutant(

@@ -5,19 +5,19 @@ from bench.mutants.mutant import Mutant
 MUTANTS = (
     Mutant(
         "alignment/verification/apart.py",
-        "return is_less and _against_m(other) - _against_m(best) >= DIFFERS_M",
+        "return is_less and other.contradicted_m - best.contradicted_m >= DIFFERS_M",
         "return is_less",
         "wings of which one was seen farther are told apart",
     ),
     Mutant(
         "alignment/verification/apart.py",
-        "return is_less and _against_m(other) - _against_m(best) >= DIFFERS_M",
-        "return _against_m(other) - _against_m(best) >= DIFFERS_M",
+        "return is_less and other.contradicted_m - best.contradicted_m >= DIFFERS_M",
+        "return other.contradicted_m - best.contradicted_m >= DIFFERS_M",
         "wings are told apart by a wall that no map shows twice",
     ),
     Mutant(
         "alignment/verification/apart.py",
-        "_against_m(best) > SPOTLESS_M or ",
+        "best.contradicted_m > SPOTLESS_M or ",
         "",
         "wings are told apart though something has moved at the best place",
     ),
