@@ -12,6 +12,7 @@ from mrslam import comms
 from mrslam.agent.effects import AlignJob, Effect, Event, Job, JoinJob, Outcome, as_event, known_fields, mapped_fields
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.link_stats import LinkStats
+from mrslam.agent.news import News
 from mrslam.agent.robot import Robot
 from mrslam.agent.saved_maps import pose_in
 from mrslam.agent.self_doubt import fits_map
@@ -116,7 +117,8 @@ class Agent(Robot):
         """Publish the own map: a new revision, for teammates and for the own team map alike."""
         self._published_ns, self.has_news = now_ns, False
         self._published_new = self._new_keyframes
-        published = self.node.publish(self.local_map(), now_ns)
+        told = self._news.of(self.local_map(), self.team, now_ns)
+        published = None if told is None else self.node.publish(told, now_ns)
         if published is not None:
             self._take_map(published)
 
@@ -142,8 +144,8 @@ class Agent(Robot):
         """Return an event where the robot begins to doubt its pose, has recovered, or gives its map up."""
 
         def fits() -> bool | None:
-            published = self.team.maps.get(self.robot_id)
-            return published is None or fits_map(scan, info.T_map_base, published.grid)
+            known = self.robot_id in self.team.maps
+            return not known or fits_map(scan, info.T_map_base, self.local_map().map.to_grid())
 
         if info.reason is not None:
             verdict = self.self_doubt.leave_out(info.health)
@@ -160,7 +162,7 @@ class Agent(Robot):
         """Begin a new map; teammates see a new epoch, for the old map's frame is not this one's."""
         self.map_number += 1
         self.mapper = Mapper(self.settings.rbpf, seed=self.seed + self.map_number)
-        self._published_ns, self.has_news = None, False
+        self._published_ns, self.has_news, self._news = None, False, News()
         self.tracking.stop()
         self._witness.forget()
         self.frame.forget()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from mrslam.agent.known_map import KnownMap
 from mrslam.alignment import Alignment
 from mrslam.merge import Bend, BentTeam, MergeConfig, Pair, Placement, TeamMap, TeamMapper
+from mrslam.merge.elsewhere import Elsewhere
 from mrslam.merge.joint.ties import Tie
 from mrslam.spatial import Keyframes, se2
 from mrslam.spatial.se2 import Transform
@@ -94,6 +95,11 @@ class Layout:
         placement, area_m2 = self._mapper.team_area(alignments)
         self._adopt(placement)
         return area_m2
+
+    def elsewhere(self, others: Collection[str], alignments: Mapping[Pair, Alignment]) -> Elsewhere:
+        """Return what the maps of ``others`` show of the floor that the own map, which is placed, lies on."""
+        self._use_newer()
+        return self._mapper.elsewhere(self.robot_id, others, alignments)
 
     def _adopt(self, placement: Placement) -> None:
         self.placement, self._is_old, self._is_wrong = placement, False, False

@@ -42,7 +42,8 @@ def contradicts_itself(local: LocalMap, before: LocalMap | None = None) -> str |
     seen = _seen(local)
     if not len(seen):
         return None
-    shown = _on_walls(tiled, seen)
+    is_told = tiled.has_tile_at(seen)
+    shown = _on_walls(tiled, seen[is_told]) if is_told.any() else 0.0
     is_known = before is not None and len(before.key_scans.shown) >= SCANS_MOST
     if shown < (ON_WALLS_KNOWN if is_known else ON_WALLS):
         return f"only {100 * shown:.0f} % of what its scans hit is wall in its own map"
@@ -50,8 +51,12 @@ def contradicts_itself(local: LocalMap, before: LocalMap | None = None) -> str |
 
 
 def _places(local: LocalMap, tiled: TiledGrid) -> tuple[int, float]:
-    """Return at how many places a robot has been, and the share of them where a keyframe lies in a free cell."""
+    """Return at how many places a robot has been, and the share of them where a keyframe lies in a free cell.
+
+    Only where it tells a map: what its teammates know it does not.
+    """
     way = local.keyframes.T_map_base[:, :2]
+    way = way[tiled.has_tile_at(way)]
     place = np.unique(np.floor(way / PLACE_M), axis=0, return_inverse=True)[1].ravel()
     values = tiled.values_at(way)
     is_free = np.unique(place[(values >= 0) & (values < 50)])

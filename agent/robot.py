@@ -13,6 +13,7 @@ from mrslam.agent.chosen_frame import ChosenFrame
 from mrslam.agent.config import Settings
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.link_stats import LinkStats
+from mrslam.agent.news import News
 from mrslam.agent.reports import KnowledgeReports
 from mrslam.agent.saved_maps import SavedMaps, Whereabouts, check_saved_id, whereabouts
 from mrslam.agent.self_doubt import SelfDoubt
@@ -66,6 +67,7 @@ class Robot:
         """When all pairs were looked at last, and when no job was found for the last time."""
         self._published_ns: int | None = None
         self._published_new = 0
+        self._news = News()
         self.has_news = False
         """Whether there are keyframes that were not published."""
 
@@ -194,9 +196,9 @@ class Robot:
         return {robot_id: way for robot_id, way in ways.items() if robot_id in bends.keys() - self.team.saved}
 
     def known_area_m2(self) -> float:
-        """Return the known area of the own map as last published, square metres."""
+        """Return the known area of the own map when it was last published, square metres."""
         published = self.team.maps.get(self.robot_id)
-        return 0.0 if published is None else published.area_m2
+        return 0.0 if published is None else max(published.area_m2, self._news.area_m2)
 
     def trajectory_laser(self) -> Keyframes:
         """Return the pose of the laser in the own map for every scan, corrected by everything that came later."""

@@ -28,6 +28,7 @@ from mrslam.agent.pairs.through import unless_refuted
 from mrslam.alignment import Alignment, Rejection
 from mrslam.comms import is_saved
 from mrslam.merge import BentTeam, JointMap, Pair, TeamMap
+from mrslam.merge.elsewhere import Elsewhere
 from mrslam.merge.graph.consistency import SEEN_CONFIDENCE
 from mrslam.merge.graph.edges import inverse_covariance, pair_of
 from mrslam.mutual_detection import clear_ghosts
@@ -283,6 +284,10 @@ class Team:
         if self._map is not None:
             return self._map.grid.known_area_m2()
         return self.layout.place_and_measure(self._alignments())
+
+    def elsewhere(self) -> Elsewhere:
+        """Return what teammates' maps show of the floor that the own map lies on; not what was saved before."""
+        return self.layout.elsewhere(self.maps.keys() - self.saved - {self.robot_id}, self._alignments())
 
     def _why(self, robot_id: str, reason: str) -> str:
         """Return why a robot is not placed, with its withdrawn alignments."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 
 from mrslam.merge.config import MergeConfig
 from mrslam.merge.contradictions import Contradictions
+from mrslam.merge.elsewhere import Elsewhere
 from mrslam.merge.graph.edges import AlignmentLike, Pair, make_edge
 from mrslam.merge.grids.fusion_tree import FusionTree
 from mrslam.merge.grids.layers import Layer
 from mrslam.merge.grids.published_map import PublishedMap, as_it_is, is_same
+from mrslam.merge.grids.shown import Shown
 from mrslam.merge.grids.tiled_grid import TiledGrid, Tiles
 from mrslam.merge.joint.bend import Bend
 from mrslam.merge.joint.bent_map import BentMap
@@ -23,6 +25,9 @@ from mrslam.merge.joint.trail import Trail
 from mrslam.merge.team_graph import Conflict, Placement, TeamGraph
 from mrslam.spatial import TILE_CELLS, InputError, OccupancyGrid, se2
 from mrslam.spatial.tiles import MOST_CELLS, TileIndex, assembled, box_cells
+
+ELSEWHERE_CELLS = 2
+"""Cells by which maps may differ and show the same: 0.1 m, what joined maps are good to."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -131,6 +136,13 @@ class TeamMapper:
         """Return where the maps lie, and the known area of :meth:`team_map`, square metres, without assembling it."""
         placement, resolution_m = self._fused(alignments)
         return placement, float(sum(self._tree.known_cells.values())) * resolution_m**2
+
+    def elsewhere(self, robot_id: str, others: Collection[str], alignments: Mapping[Pair, AlignmentLike]) -> Elsewhere:
+        """Return what the maps of ``others`` show of the floor that a placed robot's map lies on."""
+        placement, resolution_m = self._fused(alignments)
+        maps = [self._layers[other].tiles for other in sorted(others) if other in self._layers]
+        T_team_map, bend = placement.T_team_map[robot_id], placement.bends.get(robot_id)
+        return Elsewhere(Shown(maps, ELSEWHERE_CELLS), resolution_m, T_team_map, bend)
 
     def _fused(self, alignments: Mapping[Pair, AlignmentLike]) -> tuple[Placement, float]:
         """Return the placement by these alignments, and the edge of the fused tiles' cells, metres.

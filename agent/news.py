@@ -1,0 +1,123 @@
+"""What of the own map teammates are told: all of it, until the team has long been of one mind; then what is news to it.
+
+Sixteen robots that drive about in one building would else tell each other sixteen maps of it, of which fifteen say
+nothing new. What is not told stays in the robot's own map, and is told at once when a robot joins that nobody has
+placed, when one begins a new map, or loses its place: to find a map, and to doubt it, all of it is needed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrslam.agent.team import Team
+from mrslam.merge.elsewhere import Elsewhere
+from mrslam.merge.grids.shown import Shown
+from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, TILE_CELLS, KeyScans, LocalMap, Tile, TiledMap, se2
+from mrslam.spatial.tiles import TileIndex
+
+SETTLED_NS = 180_000_000_000
+"""Time for which all maps have to be placed before what teammates know is no longer told, nanoseconds: as long as
+places may still be found to be wrong by what robots see."""
+NEWS_CELLS = 20
+"""Cells of a tile that nobody has told like this, from which on it is news: 0.05 m2, less than a chair's."""
+OWN_CELLS = 1
+"""Cells by which the own map may have been told elsewhere: corrections of more are told."""
+KNOWN_HITS = 0.75
+"""Share of a scan's hits on walls that teammates show, from which on it says nothing new: as for a place seen before
+(:data:`mrslam.spatial.key_scans.SHARED`)."""
+SCAN_EVERY_M = 5.0
+"""Path after which a scan is told all the same, metres: by these the own map is tied to those that know the place."""
+QUIET_NS = 300_000_000_000
+"""Time after which keyframes are told that saw nothing new, nanoseconds."""
+
+
+class News:
+    """Remembers what was told of one map."""
+
+    def __init__(self) -> None:
+        """Begin with nothing told."""
+        self.area_m2 = 0.0
+        """Known area of the own map, told or not, when it was looked at last, square metres."""
+        self._told: dict[TileIndex, Tile] = {}
+        self._judged: dict[TileIndex, Tile] = {}
+        """Tiles as they were when they were looked at last."""
+        self._is_kept_back = np.zeros(0, dtype=np.bool_)
+        """By keyframe: whether its scan is not told."""
+        self._known: frozenset[tuple[str, int]] = frozenset()
+        self._known_ns = self._told_ns = 0
+
+    def of(self, local: LocalMap, team: Team, now_ns: int) -> LocalMap | None:
+        """Return what is told of the own map now; None where there is nothing to tell yet."""
+        self.area_m2 = local.map.known_area_m2()
+        if not self._is_settled(team, now_ns):
+            self._told = self._judged = dict(local.map.tiles)
+            self._is_kept_back = np.zeros(len(local.key_scans), dtype=np.bool_)
+            self._told_ns = now_ns
+            return local
+        elsewhere = team.elsewhere()
+        tiles, has_news = self._tiles(local.map, elsewhere)
+        has_news |= self._look_at_scans(local, elsewhere)
+        if not has_news and now_ns - self._told_ns < QUIET_NS:
+            return None
+        self._told, self._told_ns = tiles, now_ns
+        told = TiledMap(local.map.resolution_m, tiles, local.map.revision)
+        return replace(local, map=told, key_scans=_without(local.key_scans, self._is_kept_back))
+
+    def _is_settled(self, team: Team, now_ns: int) -> bool:
+        """Return whether all maps have been placed for long, and none was begun anew."""
+        known = frozenset((name, one.epoch) for name, one in team.maps.items())
+        is_team = len(known) - len(team.saved) > 1
+        if not is_team or known != self._known or not team.maps.keys() <= team.layout.T_team_map.keys():
+            self._known, self._known_ns = known, now_ns
+            return False
+        return now_ns - self._known_ns >= SETTLED_NS
+
+    def _tiles(self, own: TiledMap, elsewhere: Elsewhere) -> tuple[dict[TileIndex, Tile], bool]:
+        """Return the tiles to tell, each as it was told before unless it is news, and whether any is."""
+        told = {index: self._told[index] for index in own.tiles if index in self._told}
+        shown = Shown([{index: tile.cells for index, tile in self._told.items()}], OWN_CELLS)
+        changed = {index: tile for index, tile in own.tiles.items() if self._judged.get(index) is not tile}
+        news = {
+            index: tile for index, tile in changed.items() if _is_news(index, tile, own.resolution_m, shown, elsewhere)
+        }
+        self._judged = dict(own.tiles)
+        return {**told, **news}, bool(news) or len(told) < len(self._told)
+
+    def _look_at_scans(self, local: LocalMap, elsewhere: Elsewhere) -> bool:
+        """Decide of new keyframes whether their scans are told, and return whether any is."""
+        scans, poses, before = local.key_scans, local.keyframes.T_map_base, len(self._is_kept_back)
+        way_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))])
+        is_kept_back = np.concatenate([self._is_kept_back, np.zeros(max(len(scans) - before, 0), dtype=np.bool_)])
+        is_told = ~is_kept_back & (np.diff(scans.starts) > 0)
+        last_m = way_m[np.flatnonzero(is_told[:before])[-1]] if is_told[:before].any() else -np.inf
+        for k in scans.shown[scans.shown >= before].tolist():
+            hits = se2.apply(poses[k], scans.of(k).astype(np.float64))
+            known = elsewhere.shows(hits, np.ones(len(hits), dtype=np.bool_))
+            if known.mean() >= KNOWN_HITS and way_m[k] - last_m < SCAN_EVERY_M:
+                is_kept_back[k] = True
+            else:
+                last_m = way_m[k]
+        self._is_kept_back = is_kept_back
+        return bool((~is_kept_back[before:] & is_told[before:]).any())
+
+
+def _is_news(index: TileIndex, tile: Tile, edge_m: float, told: Shown, elsewhere: Elsewhere) -> bool:
+    """Return whether a tile shows more than was told, of the own map or of others."""
+    is_wall = tile.cells >= OCCUPIED_MIN
+    inside = np.argwhere(is_wall | ((tile.cells >= 0) & (tile.cells <= FREE_MAX)))
+    is_wall, cells = is_wall[tuple(inside.T)], inside + TILE_CELLS * np.array(index)
+    is_new = ~told.shows(cells, is_wall)
+    if is_new.sum() < NEWS_CELLS:
+        return False
+    return bool((~elsewhere.shows((cells[is_new, ::-1] + 0.5) * edge_m, is_wall[is_new])).sum() >= NEWS_CELLS)
+
+
+def _without(scans: KeyScans, is_left_out: NDArray[np.bool_]) -> KeyScans:
+    """Return scans of the same keyframes, of which some are blank."""
+    counts = np.diff(scans.starts)
+    polar = scans.polar[np.repeat(~is_left_out, counts)]
+    starts = np.concatenate([[0], np.cumsum(np.where(is_left_out, 0, counts))]).astype(np.int32)
+    return KeyScans.of_checked(starts, polar, np.where(is_left_out[:, None], np.float32(0.0), scans.origins))
