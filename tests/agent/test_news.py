@@ -1,0 +1,129 @@
+"""What of its map a robot tells: all of it, or what is news to a team that has long been of one mind."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mrslam.agent.known_map import KnownMap
+from mrslam.agent.news import NEWS_CELLS, QUIET_NS, SCAN_EVERY_M, SETTLED_NS, News
+from mrslam.agent.team import Team
+from mrslam.spatial import LocalMap, Tile, TiledMap, se2
+from tests.agent.test_joining import align, joined, team_of
+from tests.merge.joint.blocks import drive, local_map
+
+A, B = drive(0.0, 40.0, 1e-4, seed=1), drive(20.0, 65.0, -1e-4, seed=2)
+MAPS = {"a": local_map(A), "b": local_map(B)}
+FIRST = len(A.trail)
+LONG = local_map(drive(0.0, 70.0, 1e-4, seed=1), revision=2)
+"""The map of a, who drove on where b has been."""
+
+
+@pytest.fixture
+def team() -> Team:
+    team = team_of(maps=MAPS)
+    align(team, se2.between(A.truth[0], B.truth[0]))
+    joined(team)
+    return team
+
+
+@pytest.fixture
+def news(team: Team) -> News:
+    """What was told of a's first map, when the team has been of one mind for long."""
+    news = News()
+    assert news.of(MAPS["a"], team, 0) is MAPS["a"]
+    assert news.of(MAPS["a"], team, SETTLED_NS - 1) is MAPS["a"]
+    return news
+
+
+def with_box(local: LocalMap, cells: int) -> tuple[LocalMap, tuple[int, int]]:
+    """Return the map with a square of wall in free floor, and in which tile it is."""
+    for index, tile in sorted(local.map.tiles.items()):
+        for row, col in ((8, 8), (8, 40), (40, 8), (40, 40)):
+            if (tile.cells[row - 6 : row + cells + 6, col - 6 : col + cells + 6] == 0).all():
+                changed = tile.cells.copy()
+                changed[row : row + cells, col : col + cells] = 100
+                tiles = {**local.map.tiles, index: Tile(3, changed)}
+                return replace(local, map=TiledMap(local.map.resolution_m, tiles, 3)), index
+    raise AssertionError("no floor is free")
+
+
+def test_a_map_that_was_told_is_not_told_again_but_after_a_while(news: News, team: Team) -> None:
+    assert news.of(MAPS["a"], team, SETTLED_NS) is None
+    last_ns = SETTLED_NS - 1
+    assert news.of(MAPS["a"], team, last_ns + QUIET_NS - 1) is None
+    told = news.of(MAPS["a"], team, last_ns + QUIET_NS)
+    assert told is not None and dict(told.map.tiles) == dict(MAPS["a"].map.tiles)
+    assert news.of(MAPS["a"], team, last_ns + QUIET_NS + 1) is None
+
+
+def test_floor_that_a_teammate_knows_is_not_told_and_few_of_the_scans_there_are(news: News, team: Team) -> None:
+    told = news.of(LONG, team, SETTLED_NS)
+    assert told is not None and told.map.revision == 2
+    new = LONG.map.tiles.keys() - MAPS["a"].map.tiles.keys()
+    assert len(new) >= 15 and len(new & told.map.tiles.keys()) <= 3  # there a saw round a corner that b did not
+    assert all(told.map.tiles[index] is tile for index, tile in MAPS["a"].map.tiles.items())
+    np.testing.assert_array_equal(told.keyframes.T_map_base, LONG.keyframes.T_map_base)
+    shown = told.key_scans.shown
+    assert shown[shown < FIRST].tolist() == list(range(FIRST))
+    apart = round(SCAN_EVERY_M / 0.5)  # keyframes are half a metre apart
+    assert shown[shown >= FIRST].tolist() == list(range(FIRST - 1 + apart, len(LONG.key_scans), apart))
+    for k in shown.tolist():
+        np.testing.assert_array_equal(told.key_scans.of(k), LONG.key_scans.of(k))
+        np.testing.assert_array_equal(told.key_scans.origins[k], LONG.key_scans.origins[k])
+
+
+def test_floor_that_nobody_knows_is_told(news: News, team: Team) -> None:
+    team.maps["b"] = KnownMap((1, 2), local_map(drive(20.0, 10.0, -1e-4, seed=2)))  # it saw no more than a
+    team.layout.renew("b")
+    told = news.of(LONG, team, SETTLED_NS)
+    assert told is not None
+    new = {i: tile for i, tile in LONG.map.tiles.items() if i not in MAPS["a"].map.tiles}
+    whole = [index for index, tile in new.items() if tile.known_cells > 800]
+    assert len(whole) >= 4 and all(told.map.tiles[index] is new[index] for index in whole)
+    assert told.key_scans.shown[-5:].tolist() == list(range(len(LONG.key_scans) - 5, len(LONG.key_scans)))
+
+
+@pytest.mark.parametrize("cells", [8, 4])
+def test_what_stands_in_floor_that_was_free_is_told(news: News, team: Team, cells: int) -> None:
+    changed, index = with_box(MAPS["a"], cells)
+    told = news.of(changed, team, SETTLED_NS)
+    if cells**2 < NEWS_CELLS:
+        assert told is None
+        return
+    assert told is not None and told.map.tiles[index] is changed.map.tiles[index]
+    assert [i for i, tile in told.map.tiles.items() if MAPS["a"].map.tiles[i] is not tile] == [index]
+
+
+def test_what_is_gone_from_the_map_is_told(news: News, team: Team) -> None:
+    gone, *kept = sorted(MAPS["a"].map.tiles)
+    tiles = {index: MAPS["a"].map.tiles[index] for index in kept}
+    told = news.of(replace(MAPS["a"], map=TiledMap(0.05, tiles, 2)), team, SETTLED_NS)
+    assert told is not None and gone not in told.map.tiles and len(told.map.tiles) == len(kept)
+
+
+def test_all_is_told_to_a_robot_that_nobody_has_placed_and_after_a_map_was_begun_anew(news: News, team: Team) -> None:
+    assert news.of(LONG, team, SETTLED_NS) is not LONG
+    team.take_map("c", KnownMap((1, 1), MAPS["b"]))
+    assert news.of(LONG, team, SETTLED_NS + 1) is LONG
+    team._forget("c")
+    assert news.of(LONG, team, SETTLED_NS + 2) is LONG
+    assert news.of(LONG, team, SETTLED_NS + 1 + SETTLED_NS) is LONG
+    assert news.of(LONG, team, SETTLED_NS + 2 + SETTLED_NS) is None  # nothing is taken back
+    team.maps["b"] = KnownMap((2, 1), MAPS["b"])
+    assert news.of(LONG, team, SETTLED_NS + 3 + SETTLED_NS) is LONG
+
+
+def test_a_robot_alone_and_one_with_saved_maps_only_tell_all() -> None:
+    alone = team_of(maps={"a": MAPS["a"]})
+    news = News()
+    for t_ns in (0, SETTLED_NS):
+        assert news.of(MAPS["a"], alone, t_ns) is MAPS["a"]
+    with_saved = team_of(maps={"a": MAPS["a"]})
+    with_saved.take_saved_map("b@monday", KnownMap((1, 1), MAPS["b"]))
+    with_saved.layout.placement.T_team_map["b@monday"] = np.zeros(3)
+    news = News()
+    for t_ns in (0, SETTLED_NS):
+        assert news.of(MAPS["a"], with_saved, t_ns) is MAPS["a"]
