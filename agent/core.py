@@ -114,10 +114,9 @@ class Agent(Robot):
         return [self.tracking.began(now_ns)]
 
     def publish(self, now_ns: int) -> None:
-        """Publish the own map: a new revision, for teammates and for the own team map alike."""
-        self._published_ns, self.has_news = now_ns, False
-        self._published_new = self._new_keyframes
+        """Publish what is news of the own map: a new revision, for teammates and for the own team map alike."""
         told = self._news.of(self.local_map(), self.team, now_ns)
+        self._published_ns, self._published_new, self.has_news = now_ns, self._new_keyframes, told is None
         published = None if told is None else self.node.publish(told, now_ns)
         if published is not None:
             self._take_map(published)

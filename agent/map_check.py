@@ -53,10 +53,12 @@ def contradicts_itself(local: LocalMap, before: LocalMap | None = None) -> str |
 def _places(local: LocalMap, tiled: TiledGrid) -> tuple[int, float]:
     """Return at how many places a robot has been, and the share of them where a keyframe lies in a free cell.
 
-    Only where it tells a map: what its teammates know it does not.
+    Keyframes without scans count where the map is told: a robot does not tell what its teammates have told.
     """
     way = local.keyframes.T_map_base[:, :2]
-    way = way[tiled.has_tile_at(way)]
+    counts = tiled.has_tile_at(way)
+    counts[local.key_scans.shown] = True
+    way = way[counts]
     place = np.unique(np.floor(way / PLACE_M), axis=0, return_inverse=True)[1].ravel()
     values = tiled.values_at(way)
     is_free = np.unique(place[(values >= 0) & (values < 50)])

@@ -16,6 +16,7 @@ from mrslam.agent.team import Team
 from mrslam.merge.elsewhere import Elsewhere
 from mrslam.merge.grids.shown import Shown
 from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, TILE_CELLS, KeyScans, LocalMap, Tile, TiledMap, se2
+from mrslam.spatial.se2 import Transform
 from mrslam.spatial.tiles import TileIndex
 
 SETTLED_NS = 180_000_000_000
@@ -28,7 +29,7 @@ OWN_CELLS = 1
 KNOWN_HITS = 0.75
 """Share of a scan's hits on walls that teammates show, from which on it says nothing new: as for a place seen before
 (:data:`mrslam.spatial.key_scans.SHARED`)."""
-SCAN_EVERY_M = 5.0
+SCAN_EVERY_M = 2.0
 """Path after which a scan is told all the same, metres: by these the own map is tied to those that know the place."""
 QUIET_NS = 300_000_000_000
 """Time after which keyframes are told that saw nothing new, nanoseconds."""
@@ -58,9 +59,9 @@ class News:
             self._told_ns = now_ns
             return local
         elsewhere = team.elsewhere()
-        tiles, has_news = self._tiles(local.map, elsewhere)
-        has_news |= self._look_at_scans(local, elsewhere)
-        if not has_news and now_ns - self._told_ns < QUIET_NS:
+        new = self._look_at_scans(local, elsewhere)
+        tiles, has_news = self._tiles(local.map, elsewhere, _around(local.keyframes.T_map_base[new], local.map))
+        if not has_news and not new.size and now_ns - self._told_ns < QUIET_NS:
             return None
         self._told, self._told_ns = tiles, now_ns
         told = TiledMap(local.map.resolution_m, tiles, local.map.revision)
@@ -75,19 +76,22 @@ class News:
             return False
         return now_ns - self._known_ns >= SETTLED_NS
 
-    def _tiles(self, own: TiledMap, elsewhere: Elsewhere) -> tuple[dict[TileIndex, Tile], bool]:
-        """Return the tiles to tell, each as it was told before unless it is news, and whether any is."""
+    def _tiles(self, own: TiledMap, elsewhere: Elsewhere, asked: set[TileIndex]) -> tuple[dict[TileIndex, Tile], bool]:
+        """Return the tiles to tell, each as it was told before unless it is news or ``asked``, and whether any is."""
         told = {index: self._told[index] for index in own.tiles if index in self._told}
         shown = Shown([{index: tile.cells for index, tile in self._told.items()}], OWN_CELLS)
-        changed = {index: tile for index, tile in own.tiles.items() if self._judged.get(index) is not tile}
+        first = asked - told.keys()
         news = {
-            index: tile for index, tile in changed.items() if _is_news(index, tile, own.resolution_m, shown, elsewhere)
+            index: tile
+            for index, tile in own.tiles.items()
+            if index in first
+            or (self._judged.get(index) is not tile and _is_news(index, tile, own.resolution_m, shown, elsewhere))
         }
         self._judged = dict(own.tiles)
         return {**told, **news}, bool(news) or len(told) < len(self._told)
 
-    def _look_at_scans(self, local: LocalMap, elsewhere: Elsewhere) -> bool:
-        """Decide of new keyframes whether their scans are told, and return whether any is."""
+    def _look_at_scans(self, local: LocalMap, elsewhere: Elsewhere) -> NDArray[np.int64]:
+        """Decide of new keyframes whether their scans are told, and return those whose scans are."""
         scans, poses, before = local.key_scans, local.keyframes.T_map_base, len(self._is_kept_back)
         way_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))])
         is_kept_back = np.concatenate([self._is_kept_back, np.zeros(max(len(scans) - before, 0), dtype=np.bool_)])
@@ -101,7 +105,13 @@ class News:
             else:
                 last_m = way_m[k]
         self._is_kept_back = is_kept_back
-        return bool((~is_kept_back[before:] & is_told[before:]).any())
+        return scans.shown[(scans.shown >= before) & ~is_kept_back[scans.shown]]
+
+
+def _around(T_map_key: Transform, own: TiledMap) -> set[TileIndex]:
+    """Return the tiles in which keyframes stand: teammates hold a map against the places of its scans."""
+    x_y = np.floor(T_map_key[:, :2] / (TILE_CELLS * own.resolution_m)).astype(np.int64)
+    return {(row, col) for col, row in x_y.tolist() if (row, col) in own.tiles}
 
 
 def _is_news(index: TileIndex, tile: Tile, edge_m: float, told: Shown, elsewhere: Elsewhere) -> bool:

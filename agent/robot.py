@@ -198,7 +198,7 @@ class Robot:
     def known_area_m2(self) -> float:
         """Return the known area of the own map when it was last published, square metres."""
         published = self.team.maps.get(self.robot_id)
-        return 0.0 if published is None else max(published.area_m2, self._news.area_m2)
+        return 0.0 if published is None else self._news.area_m2 or self.local_map().map.known_area_m2()
 
     def trajectory_laser(self) -> Keyframes:
         """Return the pose of the laser in the own map for every scan, corrected by everything that came later."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -37,13 +36,14 @@ class Shown:
         if held is None:
             rim = self._near_cells
             row, col, size = index[0] * TILE_CELLS - rim, index[1] * TILE_CELLS - rim, TILE_CELLS + 2 * rim
-            has, square = np.zeros((2, size, size), dtype=np.uint8), np.ones((2 * rim + 1, 2 * rim + 1), dtype=np.uint8)
+            has = np.zeros((2, size, size), dtype=np.bool_)
             around = [(index[0] + i, index[1] + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
             for tiles in self._maps:
                 if any(place in tiles for place in around):
                     cells = window(tiles, row, col, size, size)
                     has[0] |= (cells >= 0) & (cells <= FREE_MAX)
                     has[1] |= cells >= OCCUPIED_MIN
-            near = np.stack([cv2.dilate(kind, square) for kind in has]) > 0
-            held = self._near[index] = near[:, rim : rim + TILE_CELLS, rim : rim + TILE_CELLS]
+            steps = range(2 * rim + 1)
+            by_row = np.logical_or.reduce([has[:, k : k + TILE_CELLS] for k in steps])
+            held = self._near[index] = np.logical_or.reduce([by_row[:, :, k : k + TILE_CELLS] for k in steps])
         return held
