@@ -29,8 +29,8 @@ class Elsewhere:
     bend: Bend | None
     """How it is bent to fit; None where it is not, or no joint solution has come yet."""
 
-    def shows(self, points_m: NDArray[np.float64], is_wall: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return at which points ``(N, 2)`` of the one map, metres, the others show the same: a wall, or free ``(N,)``.
+    def count(self, points_m: NDArray[np.float64], is_wall: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """Return ``(N,)`` how many of the others show the same at points ``(N, 2)`` of the one map, metres.
 
         ``is_wall (N,)`` : whether the one map has a wall there, else it is free.
         """
@@ -38,7 +38,7 @@ class Elsewhere:
         if self.bend is not None and len(points_m):
             points_m = points_m + self._displacement(points_m)
         x_y = np.floor(se2.apply(T_team_map, points_m) / self.resolution_m).astype(np.int64)
-        return self.shown.shows(x_y[:, ::-1], is_wall)
+        return self.shown.count(x_y[:, ::-1], is_wall)
 
     def _displacement(self, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the displacement of points, asked once for all of them in one square of ``COARSE_M``."""

@@ -59,12 +59,19 @@ def test_a_map_that_was_told_is_not_told_again_but_after_a_while(news: News, tea
     assert news.of(MAPS["a"], team, last_ns + QUIET_NS + 1) is None
 
 
-def test_floor_that_a_teammate_knows_is_not_told_and_few_of_the_scans_there_are(news: News, team: Team) -> None:
+@pytest.mark.parametrize("views", [1, 2])
+def test_floor_that_a_teammate_knows_is_not_told_and_few_scans_are_where_enough_know_it(
+    news: News, team: Team, views: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("mrslam.agent.news.VIEWS", views)
     told = news.of(LONG, team, SETTLED_NS)
     assert told is not None and told.map.revision == 2
     new = LONG.map.tiles.keys() - MAPS["a"].map.tiles.keys()
     later = told.key_scans.shown[told.key_scans.shown >= FIRST]
     stood = {(int(y // 3.2), int(x // 3.2)) for x, y, _ in LONG.keyframes.T_map_base[later]}
+    if views == 2:  # b is but one
+        assert later.tolist() == list(range(FIRST, len(LONG.key_scans)))
+        return
     assert len(new - stood) >= 15 and new & stood <= told.map.tiles.keys()
     assert len((new - stood) & told.map.tiles.keys()) <= 3  # there a saw round a corner that b did not
     assert all(told.map.tiles[index] is tile for index, tile in MAPS["a"].map.tiles.items())

@@ -24,8 +24,8 @@ def test_points_are_looked_up_where_their_map_lies() -> None:
     T_team_map = se2.transform(4.0, -3.0, np.pi / 2)
     elsewhere = Elsewhere(wall_at((2.51, -1.99)), EDGE_M, T_team_map, None)
     points = np.array([[1.01, 1.49], [1.49, 1.01]])
-    assert elsewhere.shows(points, np.array([True, True])).tolist() == [True, False]
-    assert not elsewhere.shows(points, np.array([False, False])).any()
+    assert elsewhere.count(points, np.array([True, True])).tolist() == [1, 0]
+    assert not elsewhere.count(points, np.array([False, False])).any()
 
 
 def test_points_of_a_bent_map_are_looked_up_where_it_is_bent_to() -> None:
@@ -36,6 +36,6 @@ def test_points_of_a_bent_map_are_looked_up_where_it_is_bent_to() -> None:
     ends = np.array([[0.01, 0.01], [10.01, 0.01]])
     at = T_team_key[[0, 20], :2] + 0.01
     elsewhere = Elsewhere(wall_at(*at.tolist()), EDGE_M, se2.IDENTITY, bend)
-    assert elsewhere.shows(ends, np.array([True, True])).all()
+    assert elsewhere.count(ends, np.array([True, True])).all()
     rigid = Elsewhere(wall_at(*at.tolist()), EDGE_M, se2.IDENTITY, None)
-    assert rigid.shows(ends, np.array([True, True])).tolist() == [False, True]
+    assert rigid.count(ends, np.array([True, True])).tolist() == [0, 1]

@@ -29,22 +29,27 @@ def test_a_cell_is_shown_where_a_map_has_the_same_near_it(seed: int, near: int) 
     rng = np.random.default_rng(seed)
     cells, is_wall = rng.integers(-TILE_CELLS - 5, 2 * TILE_CELLS + 5, (60, 2)), rng.random(60) < 0.5
     known = [
-        (TILE_CELLS * i + r, TILE_CELLS * j + c, tile[r, c])
+        [
+            (TILE_CELLS * i + r, TILE_CELLS * j + c, tile[r, c])
+            for (i, j), tile in one.items()
+            for r, c in np.argwhere(tile >= 0)
+        ]
         for one in maps
-        for (i, j), tile in one.items()
-        for r, c in np.argwhere(tile >= 0)
     ]
     wanted = [
-        any(
-            max(abs(row - r), abs(col - c)) <= near and (value >= 65 if wall else value <= 35)
-            for r, c, value in known
+        sum(
+            any(
+                max(abs(row - r), abs(col - c)) <= near and (value >= 65 if wall else value <= 35)
+                for r, c, value in one
+            )
+            for one in known
         )
         for (row, col), wall in zip(cells.tolist(), is_wall.tolist(), strict=True)
-    ]  # fmt: skip
-    assert Shown(maps, near).shows(cells, is_wall).tolist() == wanted
+    ]
+    assert Shown(maps, near).count(cells, is_wall).tolist() == wanted
 
 
 def test_no_maps_show_nothing() -> None:
-    shown = Shown([], 2).shows(np.array([[0, 0], [-70, 3]]), np.array([True, False]))
-    assert shown.tolist() == [False, False]
-    assert Shown([], 2).shows(np.empty((0, 2), dtype=np.int64), np.empty(0, dtype=np.bool_)).size == 0
+    shown = Shown([], 2).count(np.array([[0, 0], [-70, 3]]), np.array([True, False]))
+    assert shown.tolist() == [0, 0]
+    assert Shown([], 2).count(np.empty((0, 2), dtype=np.int64), np.empty(0, dtype=np.bool_)).size == 0
