@@ -23,7 +23,8 @@ REVISIONS_LOST = 100_000
 at the map counts one, where a scan has changed it; lasers that robots carry scan at 5 to 40 Hz, and 50 Hz take 2000 s.
 """
 BOUNDS = {
-    "publish_interval_s": (0.01, LONGEST_S), "align_interval_s": (0.01, LONGEST_S), "align_growth": (0.001, 1e6),
+    "publish_interval_s": (0.01, LONGEST_S), "settled_s": (0.01, LONGEST_S),
+    "align_interval_s": (0.01, LONGEST_S), "align_growth": (0.001, 1e6),
     "realign_growth": (0.001, 1e6), "realign_interval_s": (0.01, LONGEST_S),
     "checkpoint_interval_s": (0.01, UNSAVED_MOST_S), "min_health": (0.0, 1.0), "give_up_s": (0.1, LONGEST_S),
     "tick_s": (0.001, 10.0), "start_sigma_m": (0.001, 1e3), "start_sigma_rad": (0.001, math.pi),
@@ -46,6 +47,9 @@ class AgentConfig:
     publish_interval_s: float = 2.0
     """How often the own map is made ready for teammates, seconds, > 0; of more than 250 keyframes less often, in
     proportion. Shorter: fresher maps, more CPU."""
+    settled_s: float = 180.0
+    """Once all maps have been placed for this time a robot tells of its own only what no teammate's map shows, seconds,
+    > 0; until then, and with 1e9 always, all of it. Shorter: fewer bytes, and less to find a wrong merge by."""
     align_method: str = "auto"
     """How maps are aligned: "auto", or one method by its name ("orb", "surf", "hough", "random-walk", ...)."""
     align_interval_s: float = 10.0

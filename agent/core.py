@@ -161,7 +161,7 @@ class Agent(Robot):
         """Begin a new map; teammates see a new epoch, for the old map's frame is not this one's."""
         self.map_number += 1
         self.mapper = Mapper(self.settings.rbpf, seed=self.seed + self.map_number)
-        self._published_ns, self.has_news, self._news = None, False, News()
+        self._published_ns, self.has_news, self._news = None, False, News(self.settings.agent.settled_s)
         self.tracking.stop()
         self._witness.forget()
         self.frame.forget()

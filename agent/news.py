@@ -19,9 +19,6 @@ from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, TILE_CELLS, KeyScans, LocalMa
 from mrslam.spatial.se2 import Transform
 from mrslam.spatial.tiles import TileIndex
 
-SETTLED_NS = 180_000_000_000
-"""Time for which all maps have to be placed before what teammates know is no longer told, nanoseconds: as long as
-places may still be found to be wrong by what robots see."""
 NEWS_CELLS = 20
 """Cells of a tile that nobody has told like this, from which on it is news: 0.05 m2, less than a chair's."""
 OWN_CELLS = 1
@@ -41,8 +38,13 @@ QUIET_NS = 300_000_000_000
 class News:
     """Remembers what was told of one map."""
 
-    def __init__(self) -> None:
-        """Begin with nothing told."""
+    def __init__(self, settled_s: float) -> None:
+        """Begin with nothing told.
+
+        ``settled_s`` : time for which all maps have to be placed before what teammates know is no longer told, seconds:
+        as long as places may still be found to be wrong by what robots see.
+        """
+        self._settled_ns = round(settled_s * 1e9)
         self.area_m2 = 0.0
         """Known area of the own map, told or not, when it was looked at last, square metres."""
         self._told: dict[TileIndex, Tile] = {}
@@ -77,7 +79,7 @@ class News:
         if not is_team or known != self._known or not team.maps.keys() <= team.layout.T_team_map.keys():
             self._known, self._known_ns = known, now_ns
             return False
-        return now_ns - self._known_ns >= SETTLED_NS
+        return now_ns - self._known_ns >= self._settled_ns
 
     def _tiles(self, own: TiledMap, elsewhere: Elsewhere, asked: set[TileIndex]) -> tuple[dict[TileIndex, Tile], bool]:
         """Return the tiles to tell, each as it was told before unless it is news or ``asked``, and whether any is."""

@@ -67,7 +67,7 @@ class Robot:
         """When all pairs were looked at last, and when no job was found for the last time."""
         self._published_ns: int | None = None
         self._published_new = 0
-        self._news = News()
+        self._news = News(settings.agent.settled_s)
         self.has_news = False
         """Whether there are keyframes that were not published."""
 

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from mrslam.agent.known_map import KnownMap
-from mrslam.agent.news import NEWS_CELLS, QUIET_NS, SCAN_EVERY_M, SETTLED_NS, News
+from mrslam.agent.news import NEWS_CELLS, QUIET_NS, SCAN_EVERY_M, News
 from mrslam.agent.team import Team
 from mrslam.spatial import LocalMap, Tile, TiledMap, se2
 from tests.agent.test_joining import align, joined, team_of
 from tests.merge.joint.blocks import drive, local_map
 
+SETTLED_S = 180.0
+SETTLED_NS = round(SETTLED_S * 1e9)
 A, B = drive(0.0, 40.0, 1e-4, seed=1), drive(20.0, 65.0, -1e-4, seed=2)
 MAPS = {"a": local_map(A), "b": local_map(B)}
 FIRST = len(A.trail)
@@ -32,7 +34,7 @@ def team() -> Team:
 @pytest.fixture
 def news(team: Team) -> News:
     """What was told of a's first map, when the team has been of one mind for long."""
-    news = News()
+    news = News(SETTLED_S)
     assert news.of(MAPS["a"], team, 0) is MAPS["a"]
     assert news.of(MAPS["a"], team, SETTLED_NS - 1) is MAPS["a"]
     return news
@@ -130,12 +132,12 @@ def test_all_is_told_to_a_robot_that_nobody_has_placed_and_after_a_map_was_begun
 
 def test_a_robot_alone_and_one_with_saved_maps_only_tell_all() -> None:
     alone = team_of(maps={"a": MAPS["a"]})
-    news = News()
+    news = News(SETTLED_S)
     for t_ns in (0, SETTLED_NS):
         assert news.of(MAPS["a"], alone, t_ns) is MAPS["a"]
     with_saved = team_of(maps={"a": MAPS["a"]})
     with_saved.take_saved_map("b@monday", KnownMap((1, 1), MAPS["b"]))
     with_saved.layout.placement.T_team_map["b@monday"] = np.zeros(3)
-    news = News()
+    news = News(SETTLED_S)
     for t_ns in (0, SETTLED_NS):
         assert news.of(MAPS["a"], with_saved, t_ns) is MAPS["a"]
