@@ -59,8 +59,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/core.py",
-        "        self._published_new = self._new_keyframes\n",
-        "",
+        "self._published_ns, self._published_new, self.has_news = now_ns, self._new_keyframes, told is None",
+        "self._published_ns, self.has_news = now_ns, told is None",
         "robots send each other for ever what they have known for long (2)",
     ),
     Mutant(

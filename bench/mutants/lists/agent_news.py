@@ -1,0 +1,198 @@
+"""Mutants of what a robot tells of its map once its team is of one mind."""
+
+from bench.mutants.mutant import Mutant
+
+MUTANTS = (
+    Mutant(
+        "agent/news.py",
+        "return now_ns - self._known_ns >= self._settled_ns",
+        "return True",
+        "maps are no longer told whole from the first merge on, and a wrong one is found out later",
+    ),
+    Mutant(
+        "agent/news.py",
+        "len(known) - len(team.saved) > 1",
+        "len(known) > 1",
+        "a robot alone with a saved map keeps back what no teammate has",
+    ),
+    Mutant(
+        "agent/news.py",
+        " or not team.maps.keys() <= team.layout.T_team_map.keys()",
+        "",
+        "a robot that nobody has placed gets maps with holes to find itself in",
+    ),
+    Mutant(
+        "agent/news.py",
+        "frozenset((name, one.epoch) for",
+        "frozenset((name, 1) for",
+        "what a teammate knew whose map was lost is not told by those who know it, too",
+    ),
+    Mutant(
+        "agent/news.py",
+        "            self._is_kept_back = np.zeros(len(local.key_scans), dtype=np.bool_)\n",
+        "",
+        "scans that were kept back stay away when all is told",
+    ),
+    Mutant(
+        "agent/news.py",
+        "if not has_news and not new.size and now_ns",
+        "if not has_news and now_ns",
+        "scans that are news wait for minutes",
+    ),
+    Mutant(
+        "agent/news.py",
+        "if not has_news and not new.size and now_ns - self._told_ns < QUIET_NS:",
+        "if not has_news and not new.size:",
+        "the way of a robot that sees nothing new is never told",
+    ),
+    Mutant(
+        "agent/news.py",
+        " or len(told) < len(self._told)",
+        "",
+        "what is gone from a map stays in those of teammates",
+    ),
+    Mutant(
+        "agent/news.py",
+        "if index in first\n            or (",
+        "if (",
+        "teammates refuse the map of a robot that stands where it tells none",
+    ),
+    Mutant(
+        "agent/news.py",
+        "if known.mean() >= KNOWN_HITS and way_m[k] - last_m < SCAN_EVERY_M:",
+        "if known.mean() >= KNOWN_HITS:",
+        "a map is no longer tied to those of teammates where they have been",
+    ),
+    Mutant(
+        "agent/news.py",
+        "if known.mean() >= KNOWN_HITS and way_m[k] - last_m < SCAN_EVERY_M:",
+        "if way_m[k] - last_m < SCAN_EVERY_M:",
+        "few of the scans of new floor are told",
+    ),
+    Mutant(
+        "agent/news.py",
+        ">= VIEWS\n",
+        ">= 1\n",
+        "teams of two are joined by fewer scans",
+    ),
+    Mutant(
+        "agent/news.py",
+        "    if is_new.sum() < NEWS_CELLS:\n        return False\n",
+        "    return bool(is_new.sum() >= NEWS_CELLS)\n",
+        "every robot tells all of the building",
+    ),
+    Mutant(
+        "agent/news.py",
+        "    return bool(is_new.sum() >= NEWS_CELLS)\n",
+        "    return False\n",
+        "nothing is news",
+    ),
+    Mutant(
+        "agent/news.py",
+        "told.count(cells, is_wall) == 0",
+        "told.count(cells, is_wall) >= 0",
+        "a map that was told is told again and again",
+    ),
+    Mutant(
+        "agent/news.py",
+        "np.repeat(~is_left_out, counts)",
+        "np.repeat(is_left_out, counts)",
+        "the scans that are kept back travel in place of the others",
+    ),
+    Mutant(
+        "agent/core.py",
+        "self._new_keyframes, told is None",
+        "self._new_keyframes, False",
+        "a robot that stops where all is known never tells its way there",
+    ),
+    Mutant(
+        "agent/core.py",
+        "self._news = None, False, News(self.settings.agent.settled_s)",
+        "self._news = None, False, self._news",
+        "a new map begins as if parts of it had been told",
+    ),
+    Mutant(
+        "agent/robot.py",
+        "self._news.area_m2 or self.local_map().map.known_area_m2()",
+        "published.area_m2",
+        "a robot seems to know only what it tells",
+    ),
+    Mutant(
+        "agent/core.py",
+        "fits_map(scan, info.T_map_base, self.local_map().map.to_grid())",
+        "fits_map(scan, info.T_map_base, self.team.maps[self.robot_id].grid)",
+        "a robot doubts its pose where it keeps its map back",
+    ),
+    Mutant(
+        "agent/map_check.py",
+        "    counts = tiled.has_tile_at(way)\n",
+        "    counts = np.ones(len(way), dtype=np.bool_)\n",
+        "the map of a robot that keeps back what is known is refused",
+    ),
+    Mutant(
+        "agent/map_check.py",
+        "    counts[local.key_scans.shown] = True\n",
+        "",
+        "keyframes of another map are taken for those of this one",
+    ),
+    Mutant(
+        "agent/map_check.py",
+        "_on_walls(tiled, seen[is_told])",
+        "_on_walls(tiled, seen)",
+        "the map of a robot that keeps back what is known is refused",
+    ),
+    Mutant(
+        "agent/team.py",
+        "self.maps.keys() - self.saved - {self.robot_id}",
+        "self.maps.keys() - {self.robot_id}",
+        "what a saved map shows that teammates may not have is not told",
+    ),
+    Mutant(
+        "agent/team.py",
+        "self.maps.keys() - self.saved - {self.robot_id}",
+        "self.maps.keys() - self.saved",
+        "what a robot itself has told counts as known by others",
+    ),
+    Mutant(
+        "merge/elsewhere.py",
+        "points_m = points_m + self._displacement(points_m)",
+        "points_m = points_m - self._displacement(points_m)",
+        "what others show is looked up beside where maps are bent to",
+    ),
+    Mutant(
+        "merge/elsewhere.py",
+        "(squares + 0.5) * COARSE_M",
+        "squares + 0.5",
+        "what others show is looked up where a far part of the map is bent to",
+    ),
+    Mutant(
+        "merge/elsewhere.py",
+        "x_y[:, ::-1]",
+        "x_y",
+        "what others show is looked up with rows for columns",
+    ),
+    Mutant(
+        "merge/grids/shown.py",
+        "rim = self._near_cells\n",
+        "rim = 0\n",
+        "walls that are drawn a cell beside each other count as news",
+    ),
+    Mutant(
+        "merge/grids/shown.py",
+        "for i in (-1, 0, 1) for j in (-1, 0, 1)",
+        "for i in (0,) for j in (0,)",
+        "a wall just beyond a tile's edge is overlooked",
+    ),
+    Mutant(
+        "merge/grids/shown.py",
+        "(cells >= 0) & (cells <= FREE_MAX)",
+        "cells <= FREE_MAX",
+        "floor that nobody has seen counts as free",
+    ),
+    Mutant(
+        "merge/grids/tiled_grid.py",
+        "return np.array([(row, col) in self.tiles for col, row in",
+        "return np.array([(row, col) in self.tiles for row, col in",
+        "points are looked for in tiles with rows for columns",
+    ),
+)
