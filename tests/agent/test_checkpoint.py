@@ -22,6 +22,7 @@ from mrslam.rbpf import MapperConfig
 from mrslam.spatial import InputError, LocalMap, OccupancyGrid, TiledMap
 from mrslam.spatial.files.state_file import pack, read_state, write_state
 from tests.agent.duo import SETTINGS, S, live, robot, scan
+from tests.full_disk import full_disk
 
 
 def merged() -> tuple[Agent, Agent, Alignment]:
@@ -140,10 +141,7 @@ def test_without_a_disk_a_resumed_map_gets_a_new_epoch(tmp_path: Path, monkeypat
     live([one], 0, 10)
     write(freeze(one, 0), tmp_path / "state")
 
-    def full(*_: Any) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("mrslam.agent.checkpoint.write", full)
+    monkeypatch.setattr("mrslam.agent.checkpoint.write", full_disk)
     again = robot("r1", 2)
     resume(again, tmp_path / "state", 0)
     assert again.node.store.version("r1")[0] == one.node.store.version("r1")[0] + 1
@@ -248,11 +246,8 @@ def test_a_keeper_saves_in_time_and_tells_trouble_once(
     keeper.look(one, 6 * S, 0)
     kept = keeper.path.read_bytes()
 
-    def full(*_: Any) -> None:
-        raise OSError(28, "No space left on device")
-
     with monkeypatch.context() as patched:
-        patched.setattr("mrslam.agent.checkpoint.write_state", full)
+        patched.setattr("mrslam.agent.checkpoint.write_state", full_disk)
         told = [event.kind for t in range(7, 27) for event in keeper.look(one, t * S, t * S)]
     assert told == ["checkpoint_failed"] and keeper.failures >= 2
     assert caplog.text.count("the robot's state cannot be saved ([Errno 28] No space left on device)") == 1

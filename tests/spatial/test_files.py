@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from mrslam.spatial.files import atomic as files
+from tests.full_disk import full_disk
 
 
 def test_content_is_replaced_and_folders_are_made(tmp_path):
@@ -20,9 +21,6 @@ def test_content_is_replaced_and_folders_are_made(tmp_path):
 def test_a_failure_leaves_the_old_file_and_no_rubbish(tmp_path, monkeypatch, broken):
     path = tmp_path / "a.bin"
     files.write_bytes(path, b"good")
-
-    def full_disk(*_args, **_kwargs):
-        raise OSError(28, "No space left on device")
 
     if broken == "fsync":
         monkeypatch.setattr(os, "fsync", full_disk)

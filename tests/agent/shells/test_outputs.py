@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import json
 import resource
 from pathlib import Path
@@ -13,6 +12,7 @@ import pytest
 from mrslam.agent import Agent, Event, Settings, write_robot
 from mrslam.agent.shells import outputs
 from mrslam.agent.shells.outputs import EventLog
+from tests.full_disk import full_disk
 
 
 def test_events_go_on_where_they_were(tmp_path: Path) -> None:
@@ -48,10 +48,7 @@ def test_a_full_disk_loses_events_and_says_so_once(tmp_path: Path, caplog: pytes
 def test_what_cannot_be_written_is_told_and_the_rest_is_there(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    def full(path: Path, *_: Any) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(outputs, "write_image", full)
+    monkeypatch.setattr(outputs, "write_image", full_disk)
     write_robot(Agent("r1", Settings()), tmp_path, {})
     assert "team_map.png cannot be written (No space left on device)" in caplog.text
     assert {path.name for path in tmp_path.iterdir()} >= {"robot.json", "map.yaml", "team_map.yaml", "trajectory.tum"}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import json
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -15,6 +14,7 @@ from mrslam.agent.effects import JoinJob
 from mrslam.comms import CommsConfig, MemoryNetwork
 from mrslam.merge import JointMap
 from mrslam.spatial import se2
+from tests.full_disk import full_disk
 from tests.merge.joint.blocks import drive
 
 S = 1_000_000_000
@@ -115,10 +115,7 @@ def test_whatever_fails_at_the_end_state_and_files_are_written_and_the_failures_
 def test_what_could_not_be_written_is_counted_in_the_robots_file_and_a_lost_last_state_is_logged(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    def full(*_: object) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(checkpoint, "write", full)
+    monkeypatch.setattr(checkpoint, "write", full_disk)
     keeper = Keeper(tmp_path / "state", 1e9, Inline())
     runner = Runner(Agent("r1", SETTINGS), Quiet(), MemoryNetwork().attach("r1"), tmp_path, keeper=keeper)
     runner.events.lost = 2

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +11,7 @@ from mrslam.agent import Agent, Sensed, Settings
 from mrslam.sim_driver.replay import recording
 from mrslam.sim_driver.replay.recording import Recorder
 from mrslam.spatial import Scan
+from tests.full_disk import full_disk
 
 SCAN = Scan(stamp_ns=5, ranges_m=np.ones(3, np.float32), angle_min_rad=-1.0, angle_increment_rad=1.0, range_max_m=10.0)
 
@@ -19,10 +19,7 @@ SCAN = Scan(stamp_ns=5, ranges_m=np.ones(3, np.float32), angle_min_rad=-1.0, ang
 def test_on_a_full_disk_the_scans_are_left_out_and_that_is_logged(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    def full(*_: object) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(recording, "write_bytes", full)
+    monkeypatch.setattr(recording, "write_bytes", full_disk)
     agent, recorder = Agent("r1", Settings()), Recorder(tmp_path)
     recorder.on_scan(agent, Sensed(0, SCAN, None), 0)
     recorder.close(agent, 0)

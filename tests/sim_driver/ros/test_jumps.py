@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 from pathlib import Path
 
 import pytest
@@ -12,6 +11,7 @@ from mrslam.sim_driver.ros.complaints import Complaints
 from mrslam.sim_driver.ros.jumps import SAVED_MOST, JumpSessions
 from mrslam.sim_driver.ros.outlook import RosBody
 from mrslam.sim_driver.ros.sessions import Sessions
+from tests.full_disk import full_disk
 from tests.sim_driver.ros.test_outlook import make_agent
 
 
@@ -42,11 +42,8 @@ def test_a_session_is_reported_once_it_is_saved(tmp_path: Path) -> None:
 
 
 def test_a_session_that_cannot_be_saved_is_complained_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*args: object) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
     rig = Rig(tmp_path)
-    monkeypatch.setattr(checkpoint, "write", full)
+    monkeypatch.setattr(checkpoint, "write", full_disk)
     for times in (1, 2):
         rig.jumps.on_jump(3.0)
         assert rig.act() == [] and not rig.said
