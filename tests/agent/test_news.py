@@ -121,13 +121,14 @@ def test_what_is_gone_from_the_map_is_told(news: News, team: Team) -> None:
 def test_all_is_told_to_a_robot_that_nobody_has_placed_and_after_a_map_was_begun_anew(news: News, team: Team) -> None:
     assert news.of(LONG, team, SETTLED_NS) is not LONG
     team.take_map("c", KnownMap((1, 1), MAPS["b"]))
-    assert news.of(LONG, team, SETTLED_NS + 1) is LONG
+    for t_ns in (SETTLED_NS + 1, 3 * SETTLED_NS):  # however long it is there
+        assert news.of(LONG, team, t_ns) is LONG
     team._forget("c")
-    assert news.of(LONG, team, SETTLED_NS + 2) is LONG
-    assert news.of(LONG, team, SETTLED_NS + 1 + SETTLED_NS) is LONG
-    assert news.of(LONG, team, SETTLED_NS + 2 + SETTLED_NS) is None  # nothing is taken back
+    assert news.of(LONG, team, 4 * SETTLED_NS) is LONG
+    assert news.of(LONG, team, 5 * SETTLED_NS - 1) is LONG
+    assert news.of(LONG, team, 5 * SETTLED_NS) is None  # nothing is taken back
     team.maps["b"] = KnownMap((2, 1), MAPS["b"])
-    assert news.of(LONG, team, SETTLED_NS + 3 + SETTLED_NS) is LONG
+    assert news.of(LONG, team, 6 * SETTLED_NS) is LONG
 
 
 def test_a_robot_alone_and_one_with_saved_maps_only_tell_all() -> None:
