@@ -12,7 +12,6 @@ from mrslam import comms
 from mrslam.agent.effects import AlignJob, Effect, Event, Job, JoinJob, Outcome, as_event, known_fields, mapped_fields
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.link_stats import LinkStats
-from mrslam.agent.news import News
 from mrslam.agent.robot import Robot
 from mrslam.agent.saved_maps import pose_in
 from mrslam.agent.self_doubt import fits_map
@@ -161,7 +160,7 @@ class Agent(Robot):
         """Begin a new map; teammates see a new epoch, for the old map's frame is not this one's."""
         self.map_number += 1
         self.mapper = Mapper(self.settings.rbpf, seed=self.seed + self.map_number)
-        self._published_ns, self.has_news, self._news = None, False, News(self.settings.agent.settled_s)
+        self._published_ns, self.has_news = None, False
         self.tracking.stop()
         self._witness.forget()
         self.frame.forget()
@@ -192,9 +191,14 @@ class Agent(Robot):
 
     def on_tick(self, now_ns: int) -> list[Effect]:
         """Handle beacons, rendezvous, exchanges and the places of maps; call it every ``agent.tick_s``."""
-        if self.has_news and not self.self_doubt.doubtful and self._publish_due(now_ns, AT_REST):
+        is_look_due = now_ns - self._looked_ns >= LOOK_NS
+        is_due = self.has_news and self._publish_due(now_ns, AT_REST)
+        if is_look_due and self._news.is_owed(self.team, now_ns):
+            self.mapper.skip_revisions(1)  # more of the same map is another version of it
+            is_due = True
+        if is_due and not self.self_doubt.doubtful:
             self.publish(now_ns)
-        if is_look_due := now_ns - self._looked_ns >= LOOK_NS:
+        if is_look_due:
             self._looked_ns = now_ns
             self.node.add_claims(self._witness.claims(self.team, now_ns))
             self.node.add_hints(self.team.hints.news(self.team.beliefs, now_ns, self.tracking.places))

@@ -52,13 +52,15 @@ class News:
         """Tiles as they were when they were looked at last."""
         self._is_kept_back = np.zeros(0, dtype=np.bool_)
         """By keyframe: whether its scan is not told."""
+        self._keeps_back = False
         self._known: frozenset[tuple[str, int]] = frozenset()
         self._known_ns = self._told_ns = 0
 
     def of(self, local: LocalMap, team: Team, now_ns: int) -> LocalMap | None:
         """Return what is told of the own map now; None where there is nothing to tell yet."""
         self.area_m2 = local.map.known_area_m2()
-        if not self._is_settled(team, now_ns):
+        self._keeps_back = self._is_settled(team, now_ns)
+        if not self._keeps_back:
             self._told = self._judged = dict(local.map.tiles)
             self._is_kept_back = np.zeros(len(local.key_scans), dtype=np.bool_)
             self._told_ns = now_ns
@@ -71,6 +73,10 @@ class News:
         self._told, self._told_ns = tiles, now_ns
         told = TiledMap(local.map.resolution_m, tiles, local.map.revision)
         return replace(local, map=told, key_scans=_without(local.key_scans, self._is_kept_back))
+
+    def is_owed(self, team: Team, now_ns: int) -> bool:
+        """Return whether something was kept back that is to be told now: the team is no longer of one mind."""
+        return self._keeps_back and not self._is_settled(team, now_ns)
 
     def _is_settled(self, team: Team, now_ns: int) -> bool:
         """Return whether all maps have been placed for long, and none was begun anew."""

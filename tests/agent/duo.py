@@ -38,8 +38,8 @@ def odometry(k: int) -> np.ndarray:
     return np.array([0.0, 0.0, TURN_RAD * k])
 
 
-def robot(name: str, boot_id: int) -> Agent:
-    return Agent(name, SETTINGS, boot_id=boot_id)
+def robot(name: str, boot_id: int, settings: Settings = SETTINGS) -> Agent:
+    return Agent(name, settings, boot_id=boot_id)
 
 
 def live(agents: list[Agent], first: int, last: int, quality: float = 1.0) -> None:

@@ -7,10 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mrslam.agent import AgentConfig
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.news import NEWS_CELLS, QUIET_NS, SCAN_EVERY_M, News
 from mrslam.agent.team import Team
-from mrslam.spatial import LocalMap, Tile, TiledMap, se2
+from mrslam.spatial import LocalMap, OccupancyGrid, Tile, TiledMap, se2
+from tests.agent.duo import SETTINGS, S, live, merge, odometry, robot, scan
 from tests.agent.test_joining import align, joined, team_of
 from tests.merge.joint.blocks import drive, local_map
 
@@ -116,6 +118,64 @@ def test_what_is_gone_from_the_map_is_told(news: News, team: Team) -> None:
     tiles = {index: MAPS["a"].map.tiles[index] for index in kept}
     told = news.of(replace(MAPS["a"], map=TiledMap(0.05, tiles, 2)), team, SETTLED_NS)
     assert told is not None and gone not in told.map.tiles and len(told.map.tiles) == len(kept)
+
+
+def test_scans_are_told_where_no_tile_is_news(news: News, team: Team) -> None:
+    told = news.of(replace(LONG, map=MAPS["a"].map), team, SETTLED_NS)
+    assert told is not None and len(told.key_scans.shown) == len(LONG.key_scans)
+
+
+def test_what_saved_maps_show_teammates_may_not_know(team: Team, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[set[str]] = []
+    monkeypatch.setattr(team.layout, "elsewhere", lambda others, _: asked.append(set(others)))
+    team.take_saved_map("c@monday", KnownMap((1, 1), MAPS["b"]))
+    team.elsewhere()
+    assert asked == [{"b"}]
+
+
+def test_a_robot_that_stops_tells_its_way_in_the_end_and_knows_what_it_has_not_told(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    one, two = (robot(name, 1, replace(SETTINGS, agent=AgentConfig(settled_s=1.0))) for name in ("r1", "r2"))
+    live([one, two], 0, 60)
+    merge(one, [0.0, 0.0, 0.0])
+    one.publish(30 * S)
+    monkeypatch.setattr("mrslam.rbpf.filter.history.is_known", lambda *_: True)
+    monkeypatch.setattr("mrslam.agent.news._is_news", lambda *_: False)  # from here on it sees nothing new
+    for k in range(60, 90):
+        one.on_scan(scan(k), odometry(k), 31 * S)
+    version = one.node.store.version("r1")
+    one.publish(33 * S)
+    assert one.has_news and one.node.store.version("r1") == version
+    one.on_tick(30 * S + QUIET_NS)
+    assert not one.has_news and one.node.store.version("r1") > version
+
+    whole, own = one.local_map(), one.team.maps["r1"]
+    few = dict(sorted(whole.map.tiles.items())[:1])
+    one.team.take_map("r1", KnownMap(own.version, replace(whole, map=TiledMap(0.05, few, whole.map.revision))))
+    assert one.known_area_m2() == pytest.approx(whole.map.known_area_m2())
+    grids: list[OccupancyGrid] = []
+    monkeypatch.setattr("mrslam.agent.core.fits_map", lambda _scan, _T, grid: grids.append(grid) or True)
+    monkeypatch.setattr(one.self_doubt, "look", lambda _health, _score, fits, _now, is_lost: fits() and None)
+    one.on_scan(scan(340), odometry(340), 340 * S)
+    assert [grid.known_area_m2() for grid in grids] == pytest.approx([whole.map.known_area_m2()], rel=0.05)
+
+
+def test_what_was_kept_back_is_told_as_soon_as_there_is_a_map_without_a_place() -> None:
+    one, two = (robot(name, 1, replace(SETTINGS, agent=AgentConfig(settled_s=1.0))) for name in ("r1", "r2"))
+    live([one, two], 0, 60)
+    merge(one, [0.0, 0.0, 0.0])
+    versions = []
+    for t_s in (30, 31, 32):
+        one.publish(t_s * S)
+        versions.append(one.node.store.version("r1"))
+    one.on_tick(33 * S)
+    assert versions[1] == versions[2] == one.node.store.version("r1")
+    one.team.take_map("r3", KnownMap((1, 1), two.local_map()))
+    for t_s in (34, 35):
+        one.on_tick(t_s * S)
+        versions.append(one.node.store.version("r1"))
+    assert versions[4] == versions[3] > versions[2]
 
 
 def test_all_is_told_to_a_robot_that_nobody_has_placed_and_after_a_map_was_begun_anew(news: News, team: Team) -> None:

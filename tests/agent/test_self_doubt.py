@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike
@@ -258,6 +260,23 @@ def test_a_mirrored_map_is_found_out_where_most_of_it_looks_the_same() -> None:
     assert doubted(three_of_four_walls(20, mirrored=False)) is None
     reason = doubted(three_of_four_walls(20, mirrored=True))
     assert reason == "only 77 % of what its scans hit is wall in its own map"
+
+
+def test_a_map_of_which_a_part_is_not_told_is_held_against_the_rest() -> None:
+    """Of the hall's west neither floor nor walls are told, nor what was seen from there."""
+    whole = three_of_four_walls(20, mirrored=False)
+    way = whole.keyframes.T_map_base
+    scans = [whole.key_scans.of(k) if way[k, 0] > 0.0 else np.empty((0, 2)) for k in range(20)]
+    assert 0 < sum(len(points) > 0 for points in scans) < 10
+    east = {index: tile for index, tile in whole.map.tiles.items() if index[1] >= 0}
+    told = LocalMap(
+        TiledMap(0.05, east, 1),
+        whole.keyframes,
+        KeyScans.of_points([p.astype(float) for p in scans], np.zeros((20, 2))),
+    )
+    assert len(east) < len(whole.map.tiles) and doubted(told) is None
+    west = {index: tile for index, tile in whole.map.tiles.items() if index[1] < 0}
+    assert doubted(replace(told, map=TiledMap(0.05, west, 1))) is not None
 
 
 def test_a_map_that_was_sound_for_long_is_not_doubted_for_a_hedge_that_shows_as_free() -> None:

@@ -41,8 +41,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/core.py",
-        "if self.has_news and not self.self_doubt.doubtful and self._publish_due(now_ns, AT_REST):",
-        "if False:",
+        "is_due = self.has_news and self._publish_due(now_ns, AT_REST)",
+        "is_due = False",
         "where a robot stops, its last keyframes are never published",
     ),
     Mutant(

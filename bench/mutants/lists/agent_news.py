@@ -107,9 +107,21 @@ MUTANTS = (
     ),
     Mutant(
         "agent/core.py",
-        "self._news = None, False, News(self.settings.agent.settled_s)",
-        "self._news = None, False, self._news",
-        "a new map begins as if parts of it had been told",
+        "            self.mapper.skip_revisions(1)  # more of the same map is another version of it\n",
+        "",
+        "a robot that stopped keeps back what a newcomer needs to find its map",
+    ),
+    Mutant(
+        "agent/news.py",
+        "return self._keeps_back and not",
+        "return not",
+        "a robot alone publishes twice a second",
+    ),
+    Mutant(
+        "agent/news.py",
+        "        self._keeps_back = self._is_settled(team, now_ns)\n        if not self._keeps_back:\n",
+        "        if not self._is_settled(team, now_ns):\n",
+        "a newcomer waits for a minute for the maps it is to be found in",
     ),
     Mutant(
         "agent/robot.py",
