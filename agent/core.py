@@ -114,7 +114,7 @@ class Agent(Robot):
 
     def publish(self, now_ns: int) -> None:
         """Publish what is news of the own map: a new revision, for teammates and for the own team map alike."""
-        told = self._news.of(self.local_map(), self.team, now_ns)
+        told = self._news.of(self.local_map(), self.team, self.node.placed_by, now_ns)
         self._published_ns, self._published_new, self.has_news = now_ns, self._new_keyframes, told is None
         published = None if told is None else self.node.publish(told, now_ns)
         if published is not None:
@@ -193,13 +193,14 @@ class Agent(Robot):
         """Handle beacons, rendezvous, exchanges and the places of maps; call it every ``agent.tick_s``."""
         is_look_due = now_ns - self._looked_ns >= LOOK_NS
         is_due = self.has_news and self._publish_due(now_ns, AT_REST)
-        if is_look_due and self._news.is_owed(self.team, now_ns):
+        if is_look_due and self._news.is_owed(self.team, self.node.placed_by, now_ns):
             self.mapper.skip_revisions(1)  # more of the same map is another version of it
             is_due = True
         if is_due and not self.self_doubt.doubtful:
             self.publish(now_ns)
         if is_look_due:
             self._looked_ns = now_ns
+            self.node.set_placed(self.team.all_placed)
             self.node.add_claims(self._witness.claims(self.team, now_ns))
             self.node.add_hints(self.team.hints.news(self.team.beliefs, now_ns, self.tracking.places))
         effects = self._follow(self.node.on_tick(now_ns), now_ns)

@@ -7,6 +7,7 @@ placed, when one begins a new map, or loses its place: to find a map, and to dou
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -56,10 +57,13 @@ class News:
         self._known: frozenset[tuple[str, int]] = frozenset()
         self._known_ns = self._told_ns = 0
 
-    def of(self, local: LocalMap, team: Team, now_ns: int) -> LocalMap | None:
-        """Return what is told of the own map now; None where there is nothing to tell yet."""
+    def of(self, local: LocalMap, team: Team, placed_by: Mapping[str, tuple[int, int]], now_ns: int) -> LocalMap | None:
+        """Return what is told of the own map now; None where there is nothing to tell yet.
+
+        ``placed_by`` : how many maps teammates have placed, and when they said so (``CommsNode.placed_by``).
+        """
         self.area_m2 = local.map.known_area_m2()
-        self._keeps_back = self._is_settled(team, now_ns)
+        self._keeps_back = self._is_settled(team, placed_by, now_ns)
         if not self._keeps_back:
             self._told = self._judged = dict(local.map.tiles)
             self._is_kept_back = np.zeros(len(local.key_scans), dtype=np.bool_)
@@ -74,18 +78,19 @@ class News:
         told = TiledMap(local.map.resolution_m, tiles, local.map.revision)
         return replace(local, map=told, key_scans=_without(local.key_scans, self._is_kept_back))
 
-    def is_owed(self, team: Team, now_ns: int) -> bool:
+    def is_owed(self, team: Team, placed_by: Mapping[str, tuple[int, int]], now_ns: int) -> bool:
         """Return whether something was kept back that is to be told now: the team is no longer of one mind."""
-        return self._keeps_back and not self._is_settled(team, now_ns)
+        return self._keeps_back and not self._is_settled(team, placed_by, now_ns)
 
-    def _is_settled(self, team: Team, now_ns: int) -> bool:
-        """Return whether all maps have been placed for long, and none was begun anew."""
-        known = frozenset((name, one.epoch) for name, one in team.maps.items())
-        is_team = len(known) - len(team.saved) > 1
-        if not is_team or known != self._known or not team.maps.keys() <= team.layout.T_team_map.keys():
+    def _is_settled(self, team: Team, placed_by: Mapping[str, tuple[int, int]], now_ns: int) -> bool:
+        """Return whether all have placed all maps, and no map has come or was begun anew for long."""
+        known = frozenset((name, team.maps[name].epoch) for name in team.maps.keys() - team.saved)
+        if known != self._known or not team.all_placed:
             self._known, self._known_ns = known, now_ns
+        if len(known) < 2 or now_ns - self._known_ns < self._settled_ns:
             return False
-        return now_ns - self._known_ns >= self._settled_ns
+        said = [placed_by.get(name, (0, 0)) for name, _ in known if name != team.robot_id]
+        return all(maps >= len(known) and told_ns >= self._known_ns for maps, told_ns in said)
 
     def _tiles(self, own: TiledMap, elsewhere: Elsewhere, asked: set[TileIndex]) -> tuple[dict[TileIndex, Tile], bool]:
         """Return the tiles to tell, each as it was told before unless it is news or ``asked``, and whether any is."""

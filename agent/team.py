@@ -285,6 +285,11 @@ class Team:
             return self._map.grid.known_area_m2()
         return self.layout.place_and_measure(self._alignments())
 
+    @property
+    def all_placed(self) -> int:
+        """How many robots' maps are placed, with the own one, where all that are known are, saved ones too; else 0."""
+        return len(self.maps.keys() - self.saved) if self.maps.keys() <= self.layout.T_team_map.keys() else 0
+
     def elsewhere(self) -> Elsewhere:
         """Return what teammates' maps show of the floor that the own map lies on; not what was saved before."""
         return self.layout.elsewhere(self.maps.keys() - self.saved - {self.robot_id}, self._alignments())

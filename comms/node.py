@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from hashlib import blake2b
 
 import numpy as np
@@ -130,6 +130,15 @@ class CommsNode:
     def add_hints(self, hints: Sequence[tuple[str, Transform]]) -> None:
         """Let the next beacons say where maps of others were found in the own one: robot, ``T_own_robot (3,)``."""
         self._neighbourhood.beacons.add_hints(hints)
+
+    def set_placed(self, maps: int) -> None:
+        """Set how many robots' maps the robot has placed, where it has placed all that it knows, else 0."""
+        self._exchanges.placed = maps
+
+    @property
+    def placed_by(self) -> Mapping[str, tuple[int, int]]:
+        """By teammate: how many it has placed by its last exchange with this robot, and when that was, nanoseconds."""
+        return self._exchanges.placed_by
 
     @property
     def sightings_bytes(self) -> int:

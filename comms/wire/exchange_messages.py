@@ -21,6 +21,8 @@ class Open(Message, frozen=True, tag=2):
     """Versions held in part."""
     saved: SavedDigest | None = None
     """Saved maps held; None, or left out by older programs: takes none."""
+    placed: Count = 0
+    """How many robots' maps the sender has placed, where it has placed all that it holds; else 0, as where left out."""
 
 
 class Accept(Message, frozen=True, tag=3):
@@ -31,6 +33,7 @@ class Accept(Message, frozen=True, tag=3):
     digest: Digest
     staged: Digest
     saved: SavedDigest | None = None
+    placed: Count = 0
 
 
 class Refuse(Message, frozen=True, tag=4):

@@ -7,17 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mrslam.agent import AgentConfig
+from mrslam.agent import Agent, AgentConfig
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.news import NEWS_CELLS, QUIET_NS, SCAN_EVERY_M, News
 from mrslam.agent.team import Team
 from mrslam.spatial import LocalMap, OccupancyGrid, Tile, TiledMap, se2
-from tests.agent.duo import SETTINGS, S, live, merge, odometry, robot, scan
+from tests.agent.duo import SETTINGS, S, live, merge, odometry, robot, scan, talk
 from tests.agent.test_joining import align, joined, team_of
 from tests.merge.joint.blocks import drive, local_map
 
 SETTLED_S = 180.0
 SETTLED_NS = round(SETTLED_S * 1e9)
+SAID = {"b": (2, 10**19)}
+"""That b has placed both maps, and said so last."""
 A, B = drive(0.0, 40.0, 1e-4, seed=1), drive(20.0, 65.0, -1e-4, seed=2)
 MAPS = {"a": local_map(A), "b": local_map(B)}
 FIRST = len(A.trail)
@@ -37,8 +39,8 @@ def team() -> Team:
 def news(team: Team) -> News:
     """What was told of a's first map, when the team has been of one mind for long."""
     news = News(SETTLED_S)
-    assert news.of(MAPS["a"], team, 0) is MAPS["a"]
-    assert news.of(MAPS["a"], team, SETTLED_NS - 1) is MAPS["a"]
+    assert news.of(MAPS["a"], team, SAID, 0) is MAPS["a"]
+    assert news.of(MAPS["a"], team, SAID, SETTLED_NS - 1) is MAPS["a"]
     return news
 
 
@@ -55,12 +57,12 @@ def with_box(local: LocalMap, cells: int) -> tuple[LocalMap, tuple[int, int]]:
 
 
 def test_a_map_that_was_told_is_not_told_again_but_after_a_while(news: News, team: Team) -> None:
-    assert news.of(MAPS["a"], team, SETTLED_NS) is None
+    assert news.of(MAPS["a"], team, SAID, SETTLED_NS) is None
     last_ns = SETTLED_NS - 1
-    assert news.of(MAPS["a"], team, last_ns + QUIET_NS - 1) is None
-    told = news.of(MAPS["a"], team, last_ns + QUIET_NS)
+    assert news.of(MAPS["a"], team, SAID, last_ns + QUIET_NS - 1) is None
+    told = news.of(MAPS["a"], team, SAID, last_ns + QUIET_NS)
     assert told is not None and dict(told.map.tiles) == dict(MAPS["a"].map.tiles)
-    assert news.of(MAPS["a"], team, last_ns + QUIET_NS + 1) is None
+    assert news.of(MAPS["a"], team, SAID, last_ns + QUIET_NS + 1) is None
 
 
 @pytest.mark.parametrize("views", [1, 2])
@@ -68,7 +70,7 @@ def test_floor_that_a_teammate_knows_is_not_told_and_few_scans_are_where_enough_
     news: News, team: Team, views: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("mrslam.agent.news.VIEWS", views)
-    told = news.of(LONG, team, SETTLED_NS)
+    told = news.of(LONG, team, SAID, SETTLED_NS)
     assert told is not None and told.map.revision == 2
     new = LONG.map.tiles.keys() - MAPS["a"].map.tiles.keys()
     later = told.key_scans.shown[told.key_scans.shown >= FIRST]
@@ -94,7 +96,7 @@ def test_floor_that_a_teammate_knows_is_not_told_and_few_scans_are_where_enough_
 def test_floor_that_nobody_knows_is_told(news: News, team: Team) -> None:
     team.maps["b"] = KnownMap((1, 2), local_map(drive(20.0, 10.0, -1e-4, seed=2)))  # it saw no more than a
     team.layout.renew("b")
-    told = news.of(LONG, team, SETTLED_NS)
+    told = news.of(LONG, team, SAID, SETTLED_NS)
     assert told is not None
     new = {i: tile for i, tile in LONG.map.tiles.items() if i not in MAPS["a"].map.tiles}
     whole = [index for index, tile in new.items() if tile.known_cells > 800]
@@ -105,7 +107,7 @@ def test_floor_that_nobody_knows_is_told(news: News, team: Team) -> None:
 @pytest.mark.parametrize("cells", [8, 4])
 def test_what_stands_in_floor_that_was_free_is_told(news: News, team: Team, cells: int) -> None:
     changed, index = with_box(MAPS["a"], cells)
-    told = news.of(changed, team, SETTLED_NS)
+    told = news.of(changed, team, SAID, SETTLED_NS)
     if cells**2 < NEWS_CELLS:
         assert told is None
         return
@@ -116,12 +118,12 @@ def test_what_stands_in_floor_that_was_free_is_told(news: News, team: Team, cell
 def test_what_is_gone_from_the_map_is_told(news: News, team: Team) -> None:
     gone, *kept = sorted(MAPS["a"].map.tiles)
     tiles = {index: MAPS["a"].map.tiles[index] for index in kept}
-    told = news.of(replace(MAPS["a"], map=TiledMap(0.05, tiles, 2)), team, SETTLED_NS)
+    told = news.of(replace(MAPS["a"], map=TiledMap(0.05, tiles, 2)), team, SAID, SETTLED_NS)
     assert told is not None and gone not in told.map.tiles and len(told.map.tiles) == len(kept)
 
 
 def test_scans_are_told_where_no_tile_is_news(news: News, team: Team) -> None:
-    told = news.of(replace(LONG, map=MAPS["a"].map), team, SETTLED_NS)
+    told = news.of(replace(LONG, map=MAPS["a"].map), team, SAID, SETTLED_NS)
     assert told is not None and len(told.key_scans.shown) == len(LONG.key_scans)
 
 
@@ -133,13 +135,22 @@ def test_what_saved_maps_show_teammates_may_not_know(team: Team, monkeypatch: py
     assert asked == [{"b"}]
 
 
-def test_a_robot_that_stops_tells_its_way_in_the_end_and_knows_what_it_has_not_told(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def of_one_mind() -> tuple[Agent, Agent]:
+    """Return two robots at one place that have merged, said so, and told all they know."""
     one, two = (robot(name, 1, replace(SETTINGS, agent=AgentConfig(settled_s=1.0))) for name in ("r1", "r2"))
     live([one, two], 0, 60)
     merge(one, [0.0, 0.0, 0.0])
+    merge(two, [0.0, 0.0, 0.0])
+    for k in range(280, 300):
+        talk([one, two], k)
     one.publish(30 * S)
+    return one, two
+
+
+def test_a_robot_that_stops_tells_its_way_in_the_end_and_knows_what_it_has_not_told(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    one, _ = of_one_mind()
     monkeypatch.setattr("mrslam.rbpf.filter.history.is_known", lambda *_: True)
     monkeypatch.setattr("mrslam.agent.news._is_news", lambda *_: False)  # from here on it sees nothing new
     for k in range(60, 90):
@@ -162,9 +173,7 @@ def test_a_robot_that_stops_tells_its_way_in_the_end_and_knows_what_it_has_not_t
 
 
 def test_what_was_kept_back_is_told_as_soon_as_there_is_a_map_without_a_place() -> None:
-    one, two = (robot(name, 1, replace(SETTINGS, agent=AgentConfig(settled_s=1.0))) for name in ("r1", "r2"))
-    live([one, two], 0, 60)
-    merge(one, [0.0, 0.0, 0.0])
+    one, two = of_one_mind()
     versions = []
     for t_s in (30, 31, 32):
         one.publish(t_s * S)
@@ -179,26 +188,35 @@ def test_what_was_kept_back_is_told_as_soon_as_there_is_a_map_without_a_place() 
 
 
 def test_all_is_told_to_a_robot_that_nobody_has_placed_and_after_a_map_was_begun_anew(news: News, team: Team) -> None:
-    assert news.of(LONG, team, SETTLED_NS) is not LONG
+    assert news.of(LONG, team, SAID, SETTLED_NS) is not LONG
     team.take_map("c", KnownMap((1, 1), MAPS["b"]))
     for t_ns in (SETTLED_NS + 1, 3 * SETTLED_NS):  # however long it is there
-        assert news.of(LONG, team, t_ns) is LONG
+        assert news.of(LONG, team, SAID, t_ns) is LONG
     team._forget("c")
-    assert news.of(LONG, team, 4 * SETTLED_NS) is LONG
-    assert news.of(LONG, team, 5 * SETTLED_NS - 1) is LONG
-    assert news.of(LONG, team, 5 * SETTLED_NS) is None  # nothing is taken back
+    assert news.of(LONG, team, SAID, 4 * SETTLED_NS) is LONG
+    assert news.of(LONG, team, SAID, 5 * SETTLED_NS - 1) is LONG
+    assert news.of(LONG, team, SAID, 5 * SETTLED_NS) is None  # nothing is taken back
     team.maps["b"] = KnownMap((2, 1), MAPS["b"])
-    assert news.of(LONG, team, 6 * SETTLED_NS) is LONG
+    assert news.of(LONG, team, SAID, 6 * SETTLED_NS) is LONG
+
+
+@pytest.mark.parametrize("said", [{}, {"b": (0, 10**19)}, {"b": (1, 10**19)}, {"b": (2, -1)}])
+def test_all_is_told_while_a_teammate_has_not_said_that_it_has_placed_all(
+    news: News, team: Team, said: dict[str, tuple[int, int]]
+) -> None:
+    assert news.of(LONG, team, said, SETTLED_NS) is LONG
+    assert news.of(LONG, team, SAID, SETTLED_NS) is None
+    assert news.is_owed(team, said, SETTLED_NS) and not news.is_owed(team, SAID, SETTLED_NS)
 
 
 def test_a_robot_alone_and_one_with_saved_maps_only_tell_all() -> None:
     alone = team_of(maps={"a": MAPS["a"]})
     news = News(SETTLED_S)
     for t_ns in (0, SETTLED_NS):
-        assert news.of(MAPS["a"], alone, t_ns) is MAPS["a"]
+        assert news.of(MAPS["a"], alone, SAID, t_ns) is MAPS["a"]
     with_saved = team_of(maps={"a": MAPS["a"]})
     with_saved.take_saved_map("b@monday", KnownMap((1, 1), MAPS["b"]))
     with_saved.layout.placement.T_team_map["b@monday"] = np.zeros(3)
     news = News(SETTLED_S)
     for t_ns in (0, SETTLED_NS):
-        assert news.of(MAPS["a"], with_saved, t_ns) is MAPS["a"]
+        assert news.of(MAPS["a"], with_saved, SAID, t_ns) is MAPS["a"]
