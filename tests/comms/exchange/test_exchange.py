@@ -228,3 +228,17 @@ def test_an_exchange_ends_at_once_where_the_model_says_that_the_link_is_gone():
     assert team.run_until(lambda: bool(team.of(ExchangeStarted, "a")))
     effects = team.nodes["a"].set_link_quality("b", 0.0, team.now_ns)
     assert [(e.peer, e.reason) for e in effects if isinstance(e, ExchangeFailed)] == [("b", "link lost")]
+
+
+def test_robots_say_in_exchanges_how_many_maps_they_have_placed():
+    team = Team("ab")
+    for robot in "ab":
+        team.publish(robot)
+    team.nodes["a"].set_placed(2)
+    assert team.run_until_agreed(5)
+    first = dict(team.nodes["b"].placed_by), dict(team.nodes["a"].placed_by)
+    assert first[0]["a"][0] == 2 and first[1]["b"][0] == 0 and 0 < first[0]["a"][1] <= team.now_ns
+    team.nodes["a"].set_placed(0)
+    team.publish("a")
+    assert team.run_until_agreed(5)
+    assert team.nodes["b"].placed_by["a"][0] == 0 and team.nodes["b"].placed_by["a"][1] > first[0]["a"][1]
