@@ -155,8 +155,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/news.py",
-        "        self._keeps_back = self._is_settled(team, now_ns)\n        if not self._keeps_back:\n",
-        "        if not self._is_settled(team, now_ns):\n",
+        "        self._keeps_back = self._is_settled(team, placed_by, now_ns)\n        if not self._keeps_back:\n",
+        "        if not self._is_settled(team, placed_by, now_ns):\n",
         "a newcomer waits for a minute for the maps it is to be found in",
     ),
     Mutant(
