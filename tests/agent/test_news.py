@@ -189,7 +189,9 @@ def test_what_was_kept_back_is_told_as_soon_as_there_is_a_map_without_a_place() 
 
 def test_all_is_told_to_a_robot_that_nobody_has_placed_and_after_a_map_was_begun_anew(news: News, team: Team) -> None:
     assert news.of(LONG, team, SAID, SETTLED_NS) is not LONG
+    assert team.all_placed == 2
     team.take_map("c", KnownMap((1, 1), MAPS["b"]))
+    assert team.all_placed == 0
     for t_ns in (SETTLED_NS + 1, 3 * SETTLED_NS):  # however long it is there
         assert news.of(LONG, team, SAID, t_ns) is LONG
     team._forget("c")
@@ -207,6 +209,14 @@ def test_all_is_told_while_a_teammate_has_not_said_that_it_has_placed_all(
     assert news.of(LONG, team, said, SETTLED_NS) is LONG
     assert news.of(LONG, team, SAID, SETTLED_NS) is None
     assert news.is_owed(team, said, SETTLED_NS) and not news.is_owed(team, SAID, SETTLED_NS)
+
+
+def test_all_is_told_while_a_saved_map_has_no_place(news: News, team: Team) -> None:
+    """The own map is looked for in it as it is told."""
+    team.take_saved_map("c@monday", KnownMap((1, 1), MAPS["b"]))
+    assert team.all_placed == 0
+    for t_ns in (SETTLED_NS, 3 * SETTLED_NS):
+        assert news.of(LONG, team, SAID, t_ns) is LONG
 
 
 def test_a_robot_alone_and_one_with_saved_maps_only_tell_all() -> None:
