@@ -192,12 +192,13 @@ class Agent(Robot):
     def on_tick(self, now_ns: int) -> list[Effect]:
         """Handle beacons, rendezvous, exchanges and the places of maps; call it every ``agent.tick_s``."""
         is_look_due = now_ns - self._looked_ns >= LOOK_NS
-        is_due = self.has_news and self._publish_due(now_ns, AT_REST)
-        if is_look_due and self._news.is_owed(self.team, self.node.placed_by, now_ns):
-            self.mapper.skip_revisions(1)  # more of the same map is another version of it
-            is_due = True
-        if is_due and not self.self_doubt.doubtful:
-            self.publish(now_ns)
+        if not self.self_doubt.doubtful:
+            is_due = self.has_news and self._publish_due(now_ns, AT_REST)
+            if is_look_due and self._news.is_owed(self.team, self.node.placed_by, now_ns):
+                self.mapper.skip_revisions(1)  # more of the same map is another version of it
+                is_due = True
+            if is_due:
+                self.publish(now_ns)
         if is_look_due:
             self._looked_ns = now_ns
             self.node.set_placed(self.team.all_placed)

@@ -143,7 +143,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/core.py",
-        "            self.mapper.skip_revisions(1)  # more of the same map is another version of it\n",
+        "                self.mapper.skip_revisions(1)  # more of the same map is another version of it\n",
         "",
         "a robot that stopped keeps back what a newcomer needs to find its map",
     ),
