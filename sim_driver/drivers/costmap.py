@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -26,16 +27,33 @@ CROWD_PENALTY = 10.0
 """How much dearer a step through a teammate is: it may have gone by then."""
 
 
+class Pooled(NamedTuple):
+    """What the map has in its planning cells, ``(H, W)`` each; a cell may be none of the three."""
+
+    occupied: NDArray[np.bool_]
+    free: NDArray[np.bool_]
+    unknown: NDArray[np.bool_]
+
+
 @dataclass(frozen=True, eq=False)
 class Costmap:
     """Planning cells of one map."""
 
     weight: NDArray[np.float32]
     """``(H, W)``, cost of a step, >= 1; inf where the body does not fit or nothing is known."""
-    is_frontier: NDArray[np.bool_]
-    """``(H, W)``, free cells beside unknown ones, with room to pass."""
+    pooled: Pooled
+    room_m: float
+    """Free cells that are farther than this from what is occupied have room to pass, metres."""
     resolution_m: float
     origin_m: tuple[float, float]
+
+    @cached_property
+    def is_frontier(self) -> NDArray[np.bool_]:
+        """``(H, W)``, free cells beside unknown ones, with room to pass, as the map shows them."""
+        occupied, free, unknown = self.pooled
+        padded = np.pad(unknown, 1, constant_values=True)
+        beside = padded[:-2, 1:-1] | padded[2:, 1:-1] | padded[1:-1, :-2] | padded[1:-1, 2:]
+        return free & beside & (_gap_m(occupied, self.resolution_m) >= self.room_m)
 
     def cell(self, xy_m: NDArray[np.float64]) -> tuple[int, int]:
         """Return (row, col) of a point, moved inside the map."""
@@ -89,24 +107,20 @@ def make_costmap(
     ``through_unknown`` : paths may lead where nothing is known.
     """
     factor = coarseness(grid, config)
-    occupied, free, unknown = pool(grid.cells, factor, FREE_MAX, OCCUPIED_MIN)
+    pooled = Pooled(*pool(grid.cells, factor, FREE_MAX, OCCUPIED_MIN))
+    occupied, free, unknown = pooled
     resolution = grid.resolution_m * factor
     height, width = occupied.shape
     body = config.robot_radius_m + config.margin_m
-    padded = np.ones((height + 2, width + 2), dtype=np.bool_)
-    padded[1:-1, 1:-1] = unknown
-    beside = padded[:-2, 1:-1] | padded[2:, 1:-1] | padded[1:-1, :-2] | padded[1:-1, 2:]
-    gap_m = _gap_m(occupied, resolution)
-    is_frontier = free & beside & (gap_m >= min(body, 0.15))
     if hopeful:
         specks = _specks(occupied, 2.0 * (config.robot_radius_m + SPECK_MARGIN_M) / resolution)
         occupied, free = occupied & ~specks, free | specks
-        gap_m = _gap_m(occupied, resolution)
     if obstacles is not None and len(obstacles):
         cols, rows = np.floor((obstacles - np.asarray(grid.origin_m)) / resolution).astype(np.int64).T
         inside = (rows >= 0) & (rows < height) & (cols >= 0) & (cols < width)
+        occupied = occupied.copy()
         occupied[rows[inside], cols[inside]] = True
-        gap_m = _gap_m(occupied, resolution)
+    gap_m = _gap_m(occupied, resolution)
     crowding = np.clip(1.0 - (gap_m - body) / config.comfort_m, 0.0, 1.0)
     weight = (1.0 + WALL_PENALTY * crowding**2).astype(np.float32)
     if through_unknown:
@@ -117,7 +131,7 @@ def make_costmap(
         _add_disc(
             weight, (x - grid.origin_m[0]) / resolution, (y - grid.origin_m[1]) / resolution, 2.2 * body / resolution
         )
-    return Costmap(weight, is_frontier, resolution, grid.origin_m)
+    return Costmap(weight, pooled, min(body, 0.15), resolution, grid.origin_m)
 
 
 def coarseness(grid: OccupancyGrid, config: DriverConfig) -> int:
