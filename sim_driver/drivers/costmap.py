@@ -172,20 +172,23 @@ def pool(
 
     Occupied if any cell is, else free or unknown if half are; cells between free and occupied are none of the three.
     """
-    height, width = -(-cells.shape[0] // factor), -(-cells.shape[1] // factor)
+    rows, cols = cells.shape
+    height, width = -(-rows // factor), -(-cols // factor)
     occupied = np.zeros((height, width), dtype=np.bool_)
     free = np.zeros((height, width), dtype=np.bool_)
     unknown = np.zeros((height, width), dtype=np.bool_)
+    walls, count, unseen = np.zeros(cols, np.int16), np.zeros(cols, np.int16), np.zeros(cols, np.int16)
     for i in range(height):
+        walls[:], count[:], unseen[:] = 0, 0, 0
+        for r in range(i * factor, min((i + 1) * factor, rows)):  # along whole rows: eight cells at once
+            for c in range(cols):
+                value = cells[r, c]
+                walls[c] += value >= occupied_min
+                count[c] += (value >= 0) & (value <= free_max)
+                unseen[c] += value < 0
         for j in range(width):
-            count, walls, unseen = 0, 0, 0
-            for r in range(i * factor, min((i + 1) * factor, cells.shape[0])):
-                for c in range(j * factor, min((j + 1) * factor, cells.shape[1])):
-                    value = cells[r, c]
-                    walls += value >= occupied_min
-                    count += 0 <= value <= free_max
-                    unseen += value < 0
-            occupied[i, j] = walls > 0
-            free[i, j] = walls == 0 and 2 * count >= factor * factor
-            unknown[i, j] = walls == 0 and not free[i, j] and 2 * unseen >= factor * factor
+            here = slice(j * factor, min((j + 1) * factor, cols))
+            occupied[i, j] = walls[here].any()
+            free[i, j] = not occupied[i, j] and 2 * count[here].sum() >= factor * factor
+            unknown[i, j] = not occupied[i, j] and not free[i, j] and 2 * unseen[here].sum() >= factor * factor
     return occupied, free, unknown
