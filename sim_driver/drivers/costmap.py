@@ -187,8 +187,10 @@ def pool(
                 count[c] += (value >= 0) & (value <= free_max)
                 unseen[c] += value < 0
         for j in range(width):
-            here = slice(j * factor, min((j + 1) * factor, cols))
-            occupied[i, j] = walls[here].any()
-            free[i, j] = not occupied[i, j] and 2 * count[here].sum() >= factor * factor
-            unknown[i, j] = not occupied[i, j] and not free[i, j] and 2 * unseen[here].sum() >= factor * factor
+            in_walls, in_free, in_unknown = 0, 0, 0
+            for c in range(j * factor, min((j + 1) * factor, cols)):
+                in_walls, in_free, in_unknown = in_walls + walls[c], in_free + count[c], in_unknown + unseen[c]
+            occupied[i, j] = in_walls > 0
+            free[i, j] = in_walls == 0 and 2 * in_free >= factor * factor
+            unknown[i, j] = in_walls == 0 and not free[i, j] and 2 * in_unknown >= factor * factor
     return occupied, free, unknown
