@@ -37,14 +37,14 @@ MUTANTS = (
     ),
     Mutant(
         SOLVE,
-        "weight = 1.0 / (1.0 + float(residual @ info @ residual) / config.robust_sigmas**2)",
-        "weight = 1.0",
+        "information / (1.0 + squares / config.robust_sigmas**2)[:, None, None]",
+        "information",
         "one wrong alignment bends where all maps lie",
     ),
     Mutant(
         SOLVE,
-        "    if len(chosen) <= len(ids):\n        return poses",
-        "    if True:\n        return poses",
+        "    if len(chosen) <= len(free):\n",
+        "    if True:\n",
         "loops between maps correct nothing",
     ),
     Mutant(
@@ -115,8 +115,8 @@ MUTANTS = (
     ),
     Mutant(
         SOLVE,
-        "edge.covariance + FLOOR)",
-        "edge.covariance)",
+        "edge.covariance + FLOOR for",
+        "edge.covariance for",
         "an alignment that claims to be exact ends the program",
     ),
     Mutant(
@@ -145,7 +145,7 @@ MUTANTS = (
     ),
     Mutant(
         SOLVE,
-        "    residual[2] = se2.wrap(residual[2])\n",
+        "    residual[:, 2] = se2.wrap(residual[:, 2])\n",
         "",
         "where maps lie turned by half a turn the gap of a loop falls on one alignment",
     ),

@@ -92,7 +92,7 @@ def test_derivatives_are_those_of_the_residual(which):
     rng = np.random.default_rng(6)
     for _ in range(20):
         T = [se2.transform(*rng.uniform(-5, 5, 2), rng.uniform(-3, 3)) for _ in range(3)]
-        analytic = _residual(T[0], T[1], T[2])[1 + which]
+        analytic = _residual(T[0][None], T[1][None], T[2][None])[1 + which][0]
         for k in range(3):
             step = np.zeros(3)
             step[k] = 1e-6
@@ -100,7 +100,7 @@ def test_derivatives_are_those_of_the_residual(which):
             for sign in (1, -1):
                 moved = [T[0], T[1]]
                 moved[which] = moved[which] + sign * step
-                ends.append(_residual(*moved, T[2])[0])
+                ends.append(_residual(*(pose[None] for pose in moved), T[2][None])[0][0])
             np.testing.assert_allclose((ends[0] - ends[1]) / 2e-6, analytic[:, k], atol=1e-5)
 
 
