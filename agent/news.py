@@ -1,8 +1,8 @@
 """What of the own map teammates are told: all of it, until the team has long been of one mind; then what is news to it.
 
 Sixteen robots that drive about in one building would else tell each other sixteen maps of it, of which fifteen say
-nothing new. What is not told stays in the robot's own map, and is told at once when a robot joins that nobody has
-placed, when one begins a new map, or loses its place: to find a map, and to doubt it, all of it is needed.
+nothing new. What is not told stays in the robot's own map, and is told at once when a robot joins or begins a new map,
+when this one loses a place, or another one this map's: to find a map, and to doubt it, all of it is needed.
 """
 
 from __future__ import annotations
@@ -57,10 +57,12 @@ class News:
         self._known: frozenset[tuple[str, int]] = frozenset()
         self._known_ns = self._told_ns = 0
 
-    def of(self, local: LocalMap, team: Team, placed_by: Mapping[str, tuple[int, int]], now_ns: int) -> LocalMap | None:
+    def of(
+        self, local: LocalMap, team: Team, placed_by: Mapping[str, tuple[bool, int]], now_ns: int
+    ) -> LocalMap | None:
         """Return what is told of the own map now; None where there is nothing to tell yet.
 
-        ``placed_by`` : how many maps teammates have placed, and when they said so (``CommsNode.placed_by``).
+        ``placed_by`` : whether teammates have placed the own map, and when they said so (``CommsNode.placed_by``).
         """
         self.area_m2 = local.map.known_area_m2()
         self._keeps_back = self._is_settled(team, placed_by, now_ns)
@@ -78,19 +80,19 @@ class News:
         told = TiledMap(local.map.resolution_m, tiles, local.map.revision)
         return replace(local, map=told, key_scans=_without(local.key_scans, self._is_kept_back))
 
-    def is_owed(self, team: Team, placed_by: Mapping[str, tuple[int, int]], now_ns: int) -> bool:
+    def is_owed(self, team: Team, placed_by: Mapping[str, tuple[bool, int]], now_ns: int) -> bool:
         """Return whether something was kept back that is to be told now: the team is no longer of one mind."""
         return self._keeps_back and not self._is_settled(team, placed_by, now_ns)
 
-    def _is_settled(self, team: Team, placed_by: Mapping[str, tuple[int, int]], now_ns: int) -> bool:
-        """Return whether all have placed all maps, and no map has come or was begun anew for long."""
+    def _is_settled(self, team: Team, placed_by: Mapping[str, tuple[bool, int]], now_ns: int) -> bool:
+        """Return whether the robot has placed all maps, and each robot its own, and none has come or was begun anew."""
         known = frozenset((name, team.maps[name].epoch) for name in team.maps.keys() - team.saved)
-        if known != self._known or not team.all_placed:
+        if known != self._known or team.unplaced:
             self._known, self._known_ns = known, now_ns
         if len(known) < 2 or now_ns - self._known_ns < self._settled_ns:
             return False
-        said = [placed_by.get(name, (0, 0)) for name, _ in known if name != team.robot_id]
-        return all(maps >= len(known) and told_ns >= self._known_ns for maps, told_ns in said)
+        said = [placed_by.get(name, (False, 0)) for name, _ in known if name != team.robot_id]
+        return all(is_placed and told_ns >= self._known_ns for is_placed, told_ns in said)
 
     def _tiles(self, own: TiledMap, elsewhere: Elsewhere, asked: set[TileIndex]) -> tuple[dict[TileIndex, Tile], bool]:
         """Return the tiles to tell, each as it was told before unless it is news or ``asked``, and whether any is."""

@@ -286,9 +286,9 @@ class Team:
         return self.layout.place_and_measure(self._alignments())
 
     @property
-    def all_placed(self) -> int:
-        """How many robots' maps are placed, with the own one, where all that are known are, saved ones too; else 0."""
-        return len(self.maps.keys() - self.saved) if self.maps.keys() <= self.layout.T_team_map.keys() else 0
+    def unplaced(self) -> list[str]:
+        """Whose maps are known, and saved maps, that have no place."""
+        return sorted(self.maps.keys() - self.layout.T_team_map.keys())
 
     def elsewhere(self) -> Elsewhere:
         """Return what teammates' maps show of the floor that the own map lies on; not what was saved before."""

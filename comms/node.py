@@ -131,13 +131,13 @@ class CommsNode:
         """Let the next beacons say where maps of others were found in the own one: robot, ``T_own_robot (3,)``."""
         self._neighbourhood.beacons.add_hints(hints)
 
-    def set_placed(self, maps: int) -> None:
-        """Set how many robots' maps the robot has placed, where it has placed all that it knows, else 0."""
-        self._exchanges.placed = maps
+    def set_unplaced(self, robots: Sequence[str]) -> None:
+        """Set whose maps the robot holds and has not placed; it says so in exchanges."""
+        self._exchanges.unplaced = list(robots)
 
     @property
-    def placed_by(self) -> Mapping[str, tuple[int, int]]:
-        """By teammate: how many it has placed by its last exchange with this robot, and when that was, nanoseconds."""
+    def placed_by(self) -> Mapping[str, tuple[bool, int]]:
+        """By teammate: whether it has placed the own map, by its last exchange with this robot; when, nanoseconds."""
         return self._exchanges.placed_by
 
     @property

@@ -47,10 +47,10 @@ class Exchanges:
         self._sender, self._receiver = MapSender(context), MapReceiver(context)
         self.active: dict[str, Exchange] = {}
         """By peer."""
-        self.placed = 0
-        """How many robots' maps the own one is told to have placed, with all that it holds."""
-        self.placed_by: dict[str, tuple[int, int]] = {}
-        """By peer: how many it said so, and when, nanoseconds."""
+        self.unplaced: list[str] | None = None
+        """Robots whose maps are held and not placed, to say so; None: not known."""
+        self.placed_by: dict[str, tuple[bool, int]] = {}
+        """By peer: whether it has placed the own map, as it said last, and when, nanoseconds."""
         self._claims = OwnMapClaims(context)
         self._past = PastExchanges(context.own_id, context.out)
         self._whole = WholeSizes()
@@ -98,7 +98,9 @@ class Exchanges:
 
     def _on_digest(self, exchange: Exchange, message: Open | Accept, now_ns: int) -> None:
         """Both digests are known: send manifests of what the peer lacks, and Done if nothing is wanted from it."""
-        self.placed_by[exchange.peer] = message.placed, now_ns
+        held, unplaced = {robot for robot, *_ in message.digest}, message.unplaced
+        is_placed = unplaced is not None and self._context.own_id in held.difference(unplaced)
+        self.placed_by[exchange.peer] = is_placed, now_ns
         if not exchange.accepted:
             exchange.accepted = True
             exchange.useful_ns = now_ns
@@ -118,7 +120,7 @@ class Exchanges:
             saved = [(name, *version) for name, version in store.saved_digest().items()]
         if exchange.shown is None:
             exchange.shown = store.version(exchange.peer)
-        message = kind(self._context.own_id, self._context.boot, exchange.xid, held, staged, saved, self.placed)
+        message = kind(self._context.own_id, self._context.boot, exchange.xid, held, staged, saved, self.unplaced)
         exchange.bytes_sent += self._context.out.post(message, exchange.peer, "control")
 
     # -- in between ------------------------------------------------------------------------------------------------

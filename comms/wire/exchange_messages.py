@@ -6,7 +6,7 @@ from typing import Annotated
 
 import msgspec
 
-from mrslam.comms.wire.fields import MAX_LIST, U32, Count, Digest, MapName, Message, SavedDigest, TileCoordinate
+from mrslam.comms.wire.fields import MAX_LIST, U32, Count, Digest, MapName, Message, Name, SavedDigest, TileCoordinate
 
 
 class Open(Message, frozen=True, tag=2):
@@ -21,8 +21,8 @@ class Open(Message, frozen=True, tag=2):
     """Versions held in part."""
     saved: SavedDigest | None = None
     """Saved maps held; None, or left out by older programs: takes none."""
-    placed: Count = 0
-    """How many robots' maps the sender has placed, where it has placed all that it holds; else 0, as where left out."""
+    unplaced: Annotated[list[Name], msgspec.Meta(max_length=4096)] | None = None
+    """Robots whose maps the sender holds and has not placed; None, or left out by older programs: not said."""
 
 
 class Accept(Message, frozen=True, tag=3):
@@ -33,7 +33,7 @@ class Accept(Message, frozen=True, tag=3):
     digest: Digest
     staged: Digest
     saved: SavedDigest | None = None
-    placed: Count = 0
+    unplaced: Annotated[list[Name], msgspec.Meta(max_length=4096)] | None = None
 
 
 class Refuse(Message, frozen=True, tag=4):

@@ -18,8 +18,8 @@ from tests.merge.joint.blocks import drive, local_map
 
 SETTLED_S = 180.0
 SETTLED_NS = round(SETTLED_S * 1e9)
-SAID = {"b": (2, 10**19)}
-"""That b has placed both maps, and said so last."""
+SAID = {"b": (True, 10**19)}
+"""That b has placed a's map, and said so last."""
 A, B = drive(0.0, 40.0, 1e-4, seed=1), drive(20.0, 65.0, -1e-4, seed=2)
 MAPS = {"a": local_map(A), "b": local_map(B)}
 FIRST = len(A.trail)
@@ -189,9 +189,9 @@ def test_what_was_kept_back_is_told_as_soon_as_there_is_a_map_without_a_place() 
 
 def test_all_is_told_to_a_robot_that_nobody_has_placed_and_after_a_map_was_begun_anew(news: News, team: Team) -> None:
     assert news.of(LONG, team, SAID, SETTLED_NS) is not LONG
-    assert team.all_placed == 2
+    assert team.unplaced == []
     team.take_map("c", KnownMap((1, 1), MAPS["b"]))
-    assert team.all_placed == 0
+    assert team.unplaced == ["c"]
     for t_ns in (SETTLED_NS + 1, 3 * SETTLED_NS):  # however long it is there
         assert news.of(LONG, team, SAID, t_ns) is LONG
     team._forget("c")
@@ -202,9 +202,9 @@ def test_all_is_told_to_a_robot_that_nobody_has_placed_and_after_a_map_was_begun
     assert news.of(LONG, team, SAID, 6 * SETTLED_NS) is LONG
 
 
-@pytest.mark.parametrize("said", [{}, {"b": (0, 10**19)}, {"b": (1, 10**19)}, {"b": (2, -1)}])
-def test_all_is_told_while_a_teammate_has_not_said_that_it_has_placed_all(
-    news: News, team: Team, said: dict[str, tuple[int, int]]
+@pytest.mark.parametrize("said", [{}, {"b": (False, 10**19)}, {"b": (True, -1)}])
+def test_all_is_told_while_a_teammate_has_not_said_that_it_has_placed_the_map(
+    news: News, team: Team, said: dict[str, tuple[bool, int]]
 ) -> None:
     assert news.of(LONG, team, said, SETTLED_NS) is LONG
     assert news.of(LONG, team, SAID, SETTLED_NS) is None
@@ -214,7 +214,7 @@ def test_all_is_told_while_a_teammate_has_not_said_that_it_has_placed_all(
 def test_all_is_told_while_a_saved_map_has_no_place(news: News, team: Team) -> None:
     """The own map is looked for in it as it is told."""
     team.take_saved_map("c@monday", KnownMap((1, 1), MAPS["b"]))
-    assert team.all_placed == 0
+    assert team.unplaced == ["c@monday"]
     for t_ns in (SETTLED_NS, 3 * SETTLED_NS):
         assert news.of(LONG, team, SAID, t_ns) is LONG
 

@@ -230,15 +230,18 @@ def test_an_exchange_ends_at_once_where_the_model_says_that_the_link_is_gone():
     assert [(e.peer, e.reason) for e in effects if isinstance(e, ExchangeFailed)] == [("b", "link lost")]
 
 
-def test_robots_say_in_exchanges_how_many_maps_they_have_placed():
+def test_robots_say_in_exchanges_whose_maps_they_have_not_placed():
     team = Team("ab")
-    for robot in "ab":
-        team.publish(robot)
-    team.nodes["a"].set_placed(2)
+    team.publish("b")
+    team.nodes["b"].set_unplaced([])
     assert team.run_until_agreed(5)
-    first = dict(team.nodes["b"].placed_by), dict(team.nodes["a"].placed_by)
-    assert first[0]["a"][0] == 2 and first[1]["b"][0] == 0 and 0 < first[0]["a"][1] <= team.now_ns
-    team.nodes["a"].set_placed(0)
+    assert not team.nodes["b"].placed_by["a"][0]  # it has not said
+    assert not team.nodes["a"].placed_by["b"][0]  # it does not hold it
     team.publish("a")
-    assert team.run_until_agreed(5)
-    assert team.nodes["b"].placed_by["a"][0] == 0 and team.nodes["b"].placed_by["a"][1] > first[0]["a"][1]
+    for unplaced, is_placed in (([], True), (["b"], False), (["c"], True)):
+        before_ns = team.now_ns
+        team.nodes["a"].set_unplaced(unplaced)
+        team.publish("b")
+        assert team.run_until_agreed(5)
+        said, told_ns = team.nodes["b"].placed_by["a"]
+        assert said is is_placed and before_ns < told_ns <= team.now_ns
