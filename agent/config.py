@@ -48,8 +48,8 @@ class AgentConfig:
     """How often the own map is made ready for teammates, seconds, > 0; of more than 250 keyframes less often, in
     proportion. Shorter: fresher maps, more CPU."""
     settled_s: float = 180.0
-    """Once a robot has placed all maps for this time, seconds, > 0, and all others its own, it tells only what theirs do
-    not show; until then, and with 1e9 always, all of it. Shorter: fewer bytes, and less to find a wrong merge by."""
+    """Once a robot has placed all maps for this time, seconds, > 0, and all others its own, it tells only what theirs
+    do not show; until then, and with 1e9 always, all of it. Shorter: fewer bytes, less to find a wrong merge by."""
     align_method: str = "auto"
     """How maps are aligned: "auto", or one method by its name ("orb", "surf", "hough", "random-walk", ...)."""
     align_interval_s: float = 10.0
