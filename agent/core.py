@@ -201,7 +201,7 @@ class Agent(Robot):
                 self.publish(now_ns)
         if is_look_due:
             self._looked_ns = now_ns
-            self.node.set_unplaced([name for name in self.team.unplaced if name not in self.team.saved])
+            self.node.set_unplaced([name for name in self.team.unplaced if not comms.is_saved(name)])
             self.node.add_claims(self._witness.claims(self.team, now_ns))
             self.node.add_hints(self.team.hints.news(self.team.beliefs, now_ns, self.tracking.places))
         effects = self._follow(self.node.on_tick(now_ns), now_ns)

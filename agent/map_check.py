@@ -42,8 +42,8 @@ def contradicts_itself(local: LocalMap, before: LocalMap | None = None) -> str |
     seen = _seen(local)
     if not len(seen):
         return None
-    is_told = tiled.has_tile_at(seen)
-    shown = _on_walls(tiled, seen[is_told]) if is_told.any() else 0.0
+    seen = seen[tiled.values_at(seen) >= 0]  # what is not told, for teammates have told it, contradicts nothing
+    shown = _on_walls(tiled, seen) if len(seen) else 0.0
     is_known = before is not None and len(before.key_scans.shown) >= SCANS_MOST
     if shown < (ON_WALLS_KNOWN if is_known else ON_WALLS):
         return f"only {100 * shown:.0f} % of what its scans hit is wall in its own map"
@@ -53,11 +53,11 @@ def contradicts_itself(local: LocalMap, before: LocalMap | None = None) -> str |
 def _places(local: LocalMap, tiled: TiledGrid) -> tuple[int, float]:
     """Return at how many places a robot has been, and the share of them where a keyframe lies in a free cell.
 
-    Keyframes without scans count where the map is told: a robot does not tell what its teammates have told.
+    Where some have scans, those without count where the map is told: what its teammates have told it does not.
     """
-    way = local.keyframes.T_map_base[:, :2]
-    counts = tiled.has_tile_at(way)
-    counts[local.key_scans.shown] = True
+    way, shown = local.keyframes.T_map_base[:, :2], local.key_scans.shown
+    counts = (tiled.values_at(way) >= 0) | (not shown.size)
+    counts[shown] = True
     way = way[counts]
     place = np.unique(np.floor(way / PLACE_M), axis=0, return_inverse=True)[1].ravel()
     values = tiled.values_at(way)

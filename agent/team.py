@@ -287,8 +287,8 @@ class Team:
 
     @property
     def unplaced(self) -> list[str]:
-        """Whose maps are known, and saved maps, that have no place."""
-        return sorted(self.maps.keys() - self.layout.T_team_map.keys())
+        """Whose maps have no place, and which saved ones: those that are refused, too (:attr:`doubted`)."""
+        return sorted((self.maps.keys() | self.doubted.keys()) - self.layout.T_team_map.keys())
 
     def elsewhere(self) -> Elsewhere:
         """Return what teammates' maps show of the floor that the own map lies on; not what was saved before."""

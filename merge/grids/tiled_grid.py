@@ -96,11 +96,6 @@ class TiledGrid:
         """Return the centres ``(N, 2)``, x and y in metres, of lattice cells ``(N, 2)``, (row, column)."""
         return (cells[:, ::-1] + 0.5) * self.resolution_m + np.asarray(self.offset_m)
 
-    def has_tile_at(self, points_m: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return which of the points ``(N, 2)``, metres, lie in one of the tiles."""
-        tiles = np.floor((points_m - np.asarray(self.offset_m)) / (TILE_CELLS * self.resolution_m)).astype(np.int64)
-        return np.array([(row, col) in self.tiles for col, row in tiles.tolist()], dtype=np.bool_)
-
     def values_at(self, points_m: NDArray[np.float64]) -> NDArray[np.int8]:
         """Return the cells' values ``(N,)`` at points ``(N, 2)``, metres; unknown outside of all tiles."""
         tile0, pool, slots = TileTable.of(self.tiles)

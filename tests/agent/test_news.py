@@ -192,6 +192,9 @@ def test_all_is_told_to_a_robot_that_nobody_has_placed_and_after_a_map_was_begun
     assert team.unplaced == []
     team.take_map("c", KnownMap((1, 1), MAPS["b"]))
     assert team.unplaced == ["c"]
+    team.doubted["d"] = "its scans hit what its map does not show"
+    assert team.unplaced == ["c", "d"]
+    del team.doubted["d"]
     for t_ns in (SETTLED_NS + 1, 3 * SETTLED_NS):  # however long it is there
         assert news.of(LONG, team, SAID, t_ns) is LONG
     team._forget("c")

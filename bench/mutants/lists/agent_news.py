@@ -47,9 +47,15 @@ MUTANTS = (
     ),
     Mutant(
         "agent/team.py",
-        "return sorted(self.maps.keys() - self.layout.T_team_map.keys())",
+        "return sorted((self.maps.keys() | self.doubted.keys()) - self.layout.T_team_map.keys())",
         "return []",
         "robots say that they have placed maps that they have not",
+    ),
+    Mutant(
+        "agent/team.py",
+        "(self.maps.keys() | self.doubted.keys()) - self.layout",
+        "self.maps.keys() - self.layout",
+        "a robot whose map is refused never hears that it is to tell it whole",
     ),
     Mutant(
         "comms/exchange/exchanges.py",
@@ -179,20 +185,20 @@ MUTANTS = (
     ),
     Mutant(
         "agent/map_check.py",
-        "    counts = tiled.has_tile_at(way)\n",
+        "    counts = (tiled.values_at(way) >= 0) | (not shown.size)\n",
         "    counts = np.ones(len(way), dtype=np.bool_)\n",
         "the map of a robot that keeps back what is known is refused",
     ),
     Mutant(
         "agent/map_check.py",
-        "    counts[local.key_scans.shown] = True\n",
+        "    counts[shown] = True\n",
         "",
         "keyframes of another map are taken for those of this one",
     ),
     Mutant(
         "agent/map_check.py",
-        "_on_walls(tiled, seen[is_told])",
-        "_on_walls(tiled, seen)",
+        "    seen = seen[tiled.values_at(seen) >= 0]",
+        "    seen = seen[:]",
         "the map of a robot that keeps back what is known is refused",
     ),
     Mutant(
@@ -242,11 +248,5 @@ MUTANTS = (
         "(cells >= 0) & (cells <= FREE_MAX)",
         "cells <= FREE_MAX",
         "floor that nobody has seen counts as free",
-    ),
-    Mutant(
-        "merge/grids/tiled_grid.py",
-        "return np.array([(row, col) in self.tiles for col, row in",
-        "return np.array([(row, col) in self.tiles for row, col in",
-        "points are looked for in tiles with rows for columns",
     ),
 )

@@ -245,8 +245,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/map_check.py",
-        "local.key_scans.shown\n",
-        "np.arange(len(local.key_scans))\n",
+        "local.keyframes.T_map_base, local.key_scans.shown\n",
+        "local.keyframes.T_map_base, np.arange(len(local.key_scans))\n",
         "a turned map is believed of a robot that has seen all of its floor",
     ),
     Mutant(

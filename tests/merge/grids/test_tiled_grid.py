@@ -76,13 +76,3 @@ def test_values_at_points_are_those_of_the_cells_there_and_unknown_beyond(origin
     np.testing.assert_array_equal(tiled.values_at(points), grid.cells[tuple(inside.T)])
     assert (tiled.values_at(points + 40.0) == UNKNOWN).all() and (tiled.values_at(points - 40.0) == UNKNOWN).all()
     assert (TiledGrid({}, 0.05).values_at(points) == UNKNOWN).all()
-
-
-def test_points_are_in_a_tile_or_in_none():
-    tiled = TiledGrid.of(random_grid(150, 400, (-7.35, 3.1)))
-    points = np.stack([RNG.uniform(-14.0, 20.0, 300), RNG.uniform(-4.0, 17.0, 300)], axis=1)
-    has_tile = tiled.has_tile_at(points)
-    by_hand = [
-        (int((y - tiled.offset_m[1]) // 3.2), int((x - tiled.offset_m[0]) // 3.2)) in tiled.tiles for x, y in points
-    ]
-    assert has_tile.tolist() == by_hand and 0 < has_tile.sum() < 300
