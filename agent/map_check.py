@@ -56,11 +56,11 @@ def _places(local: LocalMap, tiled: TiledGrid) -> tuple[int, float]:
     Where some have scans, those without count where the map is told: what its teammates have told it does not.
     """
     way, shown = local.keyframes.T_map_base[:, :2], local.key_scans.shown
-    counts = (tiled.values_at(way) >= 0) | (not shown.size)
-    counts[shown] = True
-    way = way[counts]
-    place = np.unique(np.floor(way / PLACE_M), axis=0, return_inverse=True)[1].ravel()
     values = tiled.values_at(way)
+    counts = (values >= 0) | (not shown.size)
+    counts[shown] = True
+    way, values = way[counts], values[counts]
+    place = np.unique(np.floor(way / PLACE_M), axis=0, return_inverse=True)[1].ravel()
     is_free = np.unique(place[(values >= 0) & (values < 50)])
     count = int(place.max(initial=-1)) + 1
     return count, len(is_free) / max(count, 1)

@@ -185,7 +185,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/map_check.py",
-        "    counts = (tiled.values_at(way) >= 0) | (not shown.size)\n",
+        "    counts = (values >= 0) | (not shown.size)\n",
         "    counts = np.ones(len(way), dtype=np.bool_)\n",
         "the map of a robot that keeps back what is known is refused",
     ),
