@@ -1,15 +1,12 @@
-"""When the next joint solution of the placed maps is computed, and which alignments the last one confirms."""
+"""When the next joint solution of the placed maps is computed."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 
 from mrslam.agent.effects import JoinJob
 from mrslam.agent.known_map import KnownMap
-from mrslam.merge import Pair, Placement
-from mrslam.merge.joint.bent_team import is_the_same
-from mrslam.merge.joint.consistent import is_at
-from mrslam.merge.joint.ties import Tie
+from mrslam.merge import BentTeam, Pair, Placement
 from mrslam.spatial.se2 import Transform
 
 JOIN_NS = 10_000_000_000
@@ -44,6 +41,7 @@ class Joining:
     def next_job(
         self,
         placement: Placement,
+        bent: BentTeam,
         maps: Mapping[str, KnownMap],
         T_a_b: Mapping[Pair, Transform],
         seen: Collection[Pair],
@@ -51,8 +49,9 @@ class Joining:
     ) -> JoinJob | None:
         """Return the maps to join, where more than one is placed and something is new; else None.
 
-        A new alignment, or one that moved, does not wait for maps to grow: until then they are not compared for
-        contradictions. ``seen`` : the pairs of ``T_a_b`` whose robots saw each other there.
+        A new alignment, or one that moved, does not wait for maps to grow, unless ``bent``, the last solution, has the
+        maps there: until then they are not compared for contradictions. ``seen`` : the pairs of ``T_a_b`` whose robots
+        saw each other there.
         """
         frame = placement.anchor
         known = {name: maps[name] for name in placement.T_rigid if name in maps and len(maps[name].trail)}
@@ -62,7 +61,7 @@ class Joining:
         if keys != self._seen:
             self._seen, self._seen_ns = keys, now_ns
         pairs = self._T_a_b.keys() | T_a_b.keys()
-        is_changed = not all(is_the_same(self._T_a_b.get(pair), T_a_b.get(pair)) for pair in pairs)
+        is_changed = not all(bent.covers(pair, self._T_a_b.get(pair), T_a_b.get(pair)) for pair in pairs)
         if not self._is_due(keys, now_ns, is_changed=is_changed):
             return None
         self._keys, self._T_a_b, self._last_ns = keys, dict(T_a_b), now_ns
@@ -89,15 +88,3 @@ class Joining:
     @property
     def _epochs(self) -> dict[str, int]:
         return {name: epoch for name, (epoch, _) in self._keys.items()}
-
-
-def confirmed_pairs(ties: Iterable[Tie], job: JoinJob) -> frozenset[Pair]:
-    """Return the pairs of a job whose alignment agrees with a match that its solution believes.
-
-    Such a pair need not be aligned again as its maps are corrected: the next solutions start near enough, and follow.
-    """
-    trails, T_a_b = job.trails, job.T_a_b
-    believed = ((tie, (tie.a, tie.b)) for tie in ties if tie.believed)
-    return frozenset(
-        pair for tie, pair in believed if pair in T_a_b and is_at(trails[tie.a], trails[tie.b], tie.match, T_a_b[pair])
-    )

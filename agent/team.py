@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from mrslam.agent.config import Settings
 from mrslam.agent.effects import AlignJob, Effect, Event, Job, JoinJob, joined_fields
-from mrslam.agent.joining import Joining, confirmed_pairs
+from mrslam.agent.joining import Joining
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.layout import Layout
 from mrslam.agent.map_check import contradicts_itself
@@ -59,7 +59,6 @@ class Team:
         self._mutual_detection = settings.mutual_detection
         self.layout = Layout(robot_id, self.maps, settings.merge, has_own_map=has_own_map)
         """Where each map lies."""
-        self._confirmed: frozenset[Pair] = frozenset()
         self._is_own_frame_new = False
         """Whether the own map was given up, and the next one published has another frame."""
         self._map: TeamMap | None = None
@@ -146,7 +145,6 @@ class Team:
     def displace(self, robot_id: str) -> None:
         """Remove a robot's map and place at once; of the own robot, all places: its map frame was the team frame."""
         self._is_own_frame_new |= robot_id == self.robot_id
-        self._confirmed = frozenset(pair for pair in self._confirmed if robot_id not in pair)
         self.layout.displace(robot_id)
         self._map = None
 
@@ -171,15 +169,16 @@ class Team:
         alignments = self._alignments()
         T_a_b = {pair: found.T_a_b for pair, found in alignments.items()}
         seen = [pair for pair, found in alignments.items() if found.confidence >= SEEN_CONFIDENCE]
+        bent = self.layout.bent
         return (
-            self._joining.next_job(self.layout.placement, self.maps, T_a_b, seen, now_ns)
+            self._joining.next_job(self.layout.placement, bent, self.maps, T_a_b, seen, now_ns)
             or sighted_job(self.beliefs, self.maps, self.schedule.config.align_interval_s, now_ns)
             or self._hinted_job(now_ns)
             or self.schedule.next_job(
                 self.beliefs,
                 self.maps,
                 self.layout.T_team_map,
-                self._confirmed,
+                [pair for pair, found in T_a_b.items() if bent.confirms(pair, found)],
                 lambda pair, belief: self.hints.is_awaited(pair, belief, searching, now_ns),
                 now_ns,
             )
@@ -210,7 +209,6 @@ class Team:
         if any(current.get(name) != epoch for name, epoch in job.epochs.items()):
             return []  # a map was started anew while this was computed
         self.layout.bend(BentTeam.of(joint, job.frame, job.trails, job.T_a_b))
-        self._confirmed = confirmed_pairs(joint.ties, job)
         self._map = None
         self._place(now_ns)
         return [Event(now_ns, "joined", joined_fields(self.layout.bent)), *self.revoke(now_ns)]

@@ -11,6 +11,7 @@ from mrslam.alignment.aligners import ALIGNERS
 from mrslam.alignment.config import AlignmentConfig
 from mrslam.alignment.parts import in_parts, is_large
 from mrslam.alignment.prepared import PreparedMap, is_smaller, main_part, prepare, working_resolution
+from mrslam.alignment.proposals.lattice import PRIOR_SIGMAS
 from mrslam.alignment.proposals.search import exhaustive
 from mrslam.alignment.result import Alignment, Candidate, Prior, Rejection
 from mrslam.alignment.verification.decide import decide
@@ -22,8 +23,6 @@ MIN_WALL_M = 2.0
 """Least wall of a map, metres, for the same reason."""
 EXHAUSTIVE = "auto"
 """The method that proposes every distinct place, and so can tell how many fit."""
-PRIOR_SIGMAS = 4.0
-"""Candidates farther than this from the prior are dropped; a true one is so once in 900 (chi-square, 3 degrees)."""
 
 
 def align(
@@ -80,7 +79,7 @@ def _align(
         if prior is None:
             return found
         # Where nothing is proposed the prior's own place is examined: the answer then says what speaks against it.
-        return [c for c in found if _within(prior, c.T_a_b, a, b)] or [Candidate(prior.T_a_b)]
+        return _within(prior, found, a, b) or [Candidate(prior.T_a_b)]
 
     def rivals() -> list[Candidate]:
         return proposed(EXHAUSTIVE)
@@ -109,11 +108,15 @@ def _lacks(verb: str, unit: str, amounts: list[float], least: float) -> str | No
     return None
 
 
-def _within(prior: Prior, T_a_b: se2.Transform, a: PreparedMap, b: PreparedMap) -> bool:
-    """Whether a candidate lies within ``PRIOR_SIGMAS`` of the prior (and a cell, for priors that are too sure)."""
-    apart = np.append(T_a_b[:2] - prior.T_a_b[:2], se2.wrap(T_a_b[2] - prior.T_a_b[2]))
+def _within(prior: Prior, found: list[Candidate], a: PreparedMap, b: PreparedMap) -> list[Candidate]:
+    """Return the candidates within ``PRIOR_SIGMAS`` of the prior (and a cell, for priors that are too sure)."""
+    if not found:
+        return []
+    apart = np.array([candidate.T_a_b for candidate in found]) - prior.T_a_b
+    apart[:, 2] = se2.wrap(apart[:, 2])
     slack = np.diag([a.res, a.res, a.res / max(math.hypot(*np.ptp(b.points, axis=0)), a.res)]) ** 2
-    return bool(apart @ np.linalg.solve(prior.covariance + slack, apart) < PRIOR_SIGMAS**2)
+    away2 = np.einsum("ni,ni->n", apart, np.linalg.solve(prior.covariance + slack, apart.T).T)
+    return [candidate for candidate, is_near in zip(found, away2 < PRIOR_SIGMAS**2, strict=True) if is_near]
 
 
 def _adjoint(T_a_b: se2.Transform) -> np.ndarray:

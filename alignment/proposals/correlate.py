@@ -61,20 +61,21 @@ def correlate(
     for angle, (low_b, high_b) in zip(angles, boxes_b, strict=True):
         multiply(SA, sides[1].spectra(angle, cell_m, shape, cap, weight), product)
         scores = scipy.fft.irfft2(product, s=shape)
-        for score, turn, lowest in zip(scores, (0.0, math.pi), (low_a - high_b, low_a + low_b), strict=True):
+        for picture, turn, lowest in zip(scores, (0.0, math.pi), (low_a - high_b, low_a + low_b), strict=True):
             # Shifts are known modulo the picture; below the lowest the maps do not touch.
             first = np.floor(lowest / cell_m).astype(np.int64) - 1
             dx, dy = ((first[k] + (np.arange(shape[1 - k]) - first[k]) % shape[1 - k]) * cell_m for k in (0, 1))
             if near is not None:
                 x, y = a.centre[0] + dx - near[0][0], a.centre[1] + dy - near[0][1]
-                score[np.hypot(x[None, :], y[:, None]) > near[1] + cell_m] = 0.0
-            where, value = peaks(score, per_angle, max(2, round(0.5 / cell_m)))
+                picture[np.hypot(x[None, :], y[:, None]) > near[1] + cell_m] = 0.0
+            where, value = peaks(picture, per_angle, max(2, round(0.5 / cell_m)))
             theta = angle + turn
             back = se2.apply(np.array([0.0, 0.0, theta]), b.centre)
             wrapped = math.remainder(theta, 2 * math.pi)
             x, y = a.centre[0] + dx[where[:, 1]] - back[0], a.centre[1] + dy[where[:, 0]] - back[1]
             for k in range(len(value)):
-                found.append(Candidate(np.array([x[k], y[k], wrapped]), float(value[k]) * a.res**2 / cell_m))
+                score = float(value[k]) * a.res**2 / cell_m
+                found.append(Candidate(np.array([x[k], y[k], wrapped]), score, {"correlation_m": score}))
     found.sort(key=lambda candidate: -candidate.score)
     return found
 

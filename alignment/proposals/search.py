@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mrslam.alignment.config import AlignmentConfig
 from mrslam.alignment.prepared import PreparedMap
 from mrslam.alignment.proposals.correlate import correlate
+from mrslam.alignment.proposals.lattice import lattice
 from mrslam.alignment.proposals.rotations import rotations
 from mrslam.alignment.result import Candidate, Prior
 from mrslam.alignment.verification.verify import settled_cases
@@ -33,10 +34,13 @@ MOST_CELLS = 700
 def exhaustive(
     a: PreparedMap, b: PreparedMap, config: AlignmentConfig, prior: Prior | None, *, b_is_bent: bool = True
 ) -> list[Candidate]:
-    """Return the distinct fits of the walls' directed correlation, best first.
+    """Return the distinct fits of the walls' directed correlation, best first; of a prior that is sure, those near it.
 
     ``b_is_bent`` : False for a part too small for that; its rotations are tried as they are, in a third of the time.
     """
+    places = None if prior is None else lattice(b, prior)
+    if places is not None:
+        return distinct(b, settle(a, b, [Candidate(T) for T in places], config), SETTLED)
     offsets = [math.radians(offset) for offset in OFFSETS_DEG]
     near = None
     if prior is None:
@@ -99,8 +103,7 @@ def settle(a: PreparedMap, b: PreparedMap, proposals: list[Candidate], config: A
     T_a_b = np.stack([proposal.T_a_b for proposal in proposals])
     cases = settled_cases(a, b, T_a_b, SETTLING, QUICK_POINTS, 1.3 * config.tolerance_m)
     settled = [
-        Candidate(T, case.worth(), {"correlation_m": proposal.score})
-        for T, case, proposal in zip(T_a_b, cases, proposals, strict=True)
+        Candidate(T, case.worth(), proposal.evidence) for T, case, proposal in zip(T_a_b, cases, proposals, strict=True)
     ]
     settled.sort(key=lambda c: -c.score)
     return settled

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import combinations
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from mrslam.alignment import StabilityCheck
+from mrslam.alignment.stability import SAME_PLACE
 from mrslam.merge.graph.edges import Pair
 from mrslam.merge.graph.tree import components, path
 from mrslam.merge.grids.tiled_grid import TiledGrid
@@ -20,6 +21,7 @@ from mrslam.merge.joint.join import JointMap
 from mrslam.merge.joint.ties import Tie, tied_pairs
 from mrslam.merge.joint.trail import Trail
 from mrslam.merge.joint.ways import Ways, part_around
+from mrslam.spatial import se2
 from mrslam.spatial.matching.places import FAR_MOST_M
 from mrslam.spatial.se2 import Transform
 
@@ -49,6 +51,8 @@ class BentTeam:
     """The robots that were in the solution, tied or not."""
     T_a_b: Mapping[Pair, Transform] = field(default_factory=dict)
     """The alignments believed when the solution was begun."""
+    places: Mapping[Pair, Transform] = field(default_factory=dict)
+    """By pair: ``T_a_b (N, 3)`` by each match that the solution believes."""
     stamps_ns: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
     """By robot: ``(K,)``, stamps of the keyframes of its bend; none where they are not known."""
     ways: Ways | None = None
@@ -65,7 +69,7 @@ class BentTeam:
         return cls(
             bends=bends, ties=joint.ties, ambiguous=joint.ambiguous, joined=frozenset(joint.T_team_key), T_a_b=T_a_b,
             stamps_ns={name: trails[name].stamps_ns for name in bends},
-            ways=Ways({name: trails[name] for name in bends}, joint.ties),
+            ways=Ways({name: trails[name] for name in bends}, joint.ties), places=_places(joint.ties, trails),
         )  # fmt: skip
 
     def without(self, robot_id: str) -> BentTeam:
@@ -76,6 +80,7 @@ class BentTeam:
             self,
             ties=tuple(tie for tie in self.ties if robot_id not in (tie.a, tie.b)),
             joined=self.joined - {robot_id},
+            places={pair: T_a_b for pair, T_a_b in self.places.items() if robot_id not in pair},
         )
 
     def corrected(self, robot_id: str, trail: Trail) -> BentTeam:
@@ -136,7 +141,32 @@ class BentTeam:
         return part_around(bent, bend, self.ways.held(robot_id, other)[: len(bend.T_team_key)])
 
     def judges(self, a: str, b: str, alignments: Mapping[Pair, Transform]) -> bool:
-        """Return whether the solution included both robots, and started from the pair's present alignment, or none."""
-        if not {a, b} <= self.joined:
-            return False
-        return is_the_same(self.T_a_b.get((a, b)), alignments.get((a, b)))
+        """Return whether the solution included both robots, and covers what is known now of the pair's alignment."""
+        return {a, b} <= self.joined and self.covers((a, b), self.T_a_b.get((a, b)), alignments.get((a, b)))
+
+    def covers(self, pair: Pair, used: Transform | None, now: Transform | None) -> bool:
+        """Return whether another solution would come to the same though a pair's alignment, ``used`` then, is ``now``.
+
+        Where matches tie a pair, its alignment is but the first guess of where they are looked for.
+        """
+        return is_the_same(used, now) or (now is not None and self.confirms(pair, now))
+
+    def confirms(self, pair: Pair, T_a_b: Transform) -> bool:
+        """Return whether a believed match has a pair's maps where ``T_a_b (3,)`` has them.
+
+        Such a pair need not be aligned again as its maps are corrected: the next solutions start near enough.
+        """
+        return any(SAME_PLACE.is_near(place, T_a_b) for place in self.places.get(pair, ()))
+
+
+def _places(ties: Sequence[Tie], trails: Mapping[str, Trail]) -> dict[Pair, Transform]:
+    """Return by pair ``T_a_b (N, 3)`` of its believed matches."""
+    believed = [tie for tie in ties if tie.believed]
+    places: dict[Pair, Transform] = {}
+    for pair in tied_pairs(believed):
+        matches = [tie.match for tie in believed if (tie.a, tie.b) == pair]
+        T_a_i = trails[pair[0]].T_map_key[[match.i for match in matches]]
+        T_b_j = trails[pair[1]].T_map_key[[match.j for match in matches]]
+        T_a_j = se2.compose(T_a_i, np.array([match.T_i_j for match in matches]))
+        places[pair] = se2.compose(T_a_j, se2.inverse(T_b_j))
+    return places

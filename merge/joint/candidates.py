@@ -6,6 +6,7 @@ from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mrslam.merge.joint.candidate_kernels import nearest_keys
 from mrslam.merge.joint.consistent import KeyMatch
@@ -49,23 +50,30 @@ def candidates(
     shown = a.scans.shown, b.scans.shown
     if not _are_near(T_a[shown[0]], T_b[shown[1]]):
         return []
+    nearest, away_m = nearest_keys(T_a[shown[0]], T_b[shown[1]], TURN_COST_M)
+    i, j = shown[0][nearest], shown[1]
+    lost_m = np.full(j.size, first_lost_m)
     if believed:
         to_a = a.way_from(np.array([match.i for match in believed]))
         to_b = b.way_from(np.array([match.j for match in believed]))
-    nearest, away_m = nearest_keys(T_a[shown[0]], T_b[shown[1]], TURN_COST_M)
-    done_m = np.array([b.way_m[j] for _, j in found])
+        lost_m = (to_a[:, i] + to_b[:, j]).min(axis=0)
+    done_m = np.sort([b.way_m[j] for _, j in found])
     chosen: list[Candidate] = []
     last_m = -np.inf
-    for i, j, away in zip(shown[0][nearest].tolist(), shown[1].tolist(), away_m.tolist(), strict=True):
-        if b.way_m[j] - last_m < COMPARED_EVERY_M or away > FAR_MOST_M:
+    for k in np.flatnonzero(away_m <= within_m(lost_m)).tolist():
+        way_m = b.way_m[j[k]]
+        if way_m - last_m < COMPARED_EVERY_M:
             continue
-        lost_m = float((to_a[:, i] + to_b[:, j]).min()) if believed else first_lost_m
-        if away > within_m(lost_m):
-            continue
-        last_m = b.way_m[j]
-        if done_m.size == 0 or np.abs(done_m - last_m).min() >= 0.5 * COMPARED_EVERY_M:
-            chosen.append(Candidate(i, j, se2.between(T_a[i], T_b[j]), lost_m))
+        last_m = way_m
+        if _is_far(done_m, way_m, 0.5 * COMPARED_EVERY_M):
+            chosen.append(Candidate(int(i[k]), int(j[k]), se2.between(T_a[i[k]], T_b[j[k]]), float(lost_m[k])))
     return chosen
+
+
+def _is_far(done_m: NDArray[np.float64], way_m: float, least_m: float) -> bool:
+    """Return whether each of ``done_m``, in order, is at least so far from ``way_m``."""
+    k = int(np.searchsorted(done_m, way_m))
+    return all(abs(near_m - way_m) >= least_m for near_m in done_m[max(k - 1, 0) : k + 1])
 
 
 def _are_near(T_a: Transform, T_b: Transform) -> bool:

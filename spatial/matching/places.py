@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mrslam.spatial.hits.drawing import SKIP_M
 from mrslam.spatial.hits.store import TileStore
@@ -70,9 +70,9 @@ class Place(NamedTuple):
     """n arrays ``(N, 5)`` of points in their keyframes' base frames (:mod:`mrslam.spatial.matching.scan_points`)."""
 
 
-def within_m(lost_m: float) -> float:
+def within_m(lost_m: ArrayLike) -> NDArray[np.float64]:
     """Return how close two keyframes must be to be compared, when ``lost_m`` of path may have drifted, metres."""
-    return min(NEAR_M + DRIFT_M_PER_M * lost_m, FAR_MOST_M)
+    return np.minimum(NEAR_M + DRIFT_M_PER_M * np.asarray(lost_m, dtype=np.float64), FAR_MOST_M)
 
 
 def expected_sigmas(lost_m: float) -> NDArray[np.float64]:

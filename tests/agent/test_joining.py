@@ -9,7 +9,6 @@ import pytest
 
 from mrslam.agent.config import Settings
 from mrslam.agent.effects import AlignJob, Event, JoinJob
-from mrslam.agent.joining import confirmed_pairs
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.pairs.hypotheses import SUPPORTED_LLR
 from mrslam.agent.team import Team
@@ -254,20 +253,6 @@ def test_maps_that_did_not_change_are_not_placed_again(monkeypatch: pytest.Monke
     assert placed == [90 * S]
 
 
-def test_a_match_that_the_solution_does_not_believe_confirms_no_alignment() -> None:
-    team = team_of()
-    align(team)
-    job = team.next_job(12 * S)
-    assert isinstance(job, JoinJob)
-    ties = join(job.trails, job.T_team_map).ties
-    tie = next(tie for tie in ties if tie.believed)
-    T_a_j = se2.compose(job.trails["a"].T_map_key[tie.match.i], tie.match.T_i_j)
-    here = se2.compose(T_a_j, se2.inverse(job.trails["b"].T_map_key[tie.match.j]))
-    told = replace(job, T_a_b={("a", "b"): here})
-    assert confirmed_pairs([tie], told) == {("a", "b")}
-    assert confirmed_pairs([tie._replace(believed=False)], told) == frozenset()
-
-
 def test_of_a_robot_that_came_back_with_fewer_keyframes_those_that_stayed_are_shown_tied() -> None:
     team = team_of()
     align(team)
@@ -312,11 +297,12 @@ def test_nothing_of_a_map_that_was_given_up_goes_into_the_next_joint_solution() 
     align(team)
     joined(team)
     team.layout.place(team._alignments(), 16 * S)
-    team._confirmed = frozenset({("a", "b")})
+    there = team.layout.bent.places["a", "b"][0]
+    assert team.layout.bent.confirms(("a", "b"), there)
     team.take_map("b", KnownMap((2, 1), MAPS["b"]))
     layout = team.layout
     assert "b" not in layout.T_team_map | layout.placement.T_rigid | layout.bends
-    assert ("a", "b") not in team._confirmed
+    assert not layout.bent.confirms(("a", "b"), there)
     assert not any("b" in edge.pair for edge in layout.placement.edges)
     assert team.next_job(17 * S) is None or not isinstance(team.next_job(17 * S), JoinJob)
 

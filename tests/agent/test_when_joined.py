@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mrslam.agent.joining import Joining
-from mrslam.merge import Placement
+from mrslam.merge import BentTeam, Placement
 from tests.agent.duo import S
 
 T_A_B = np.array([1.0, 0.0, 0.0])
@@ -22,7 +22,15 @@ class Keyframes(list[int]):
         return SimpleNamespace(shown=self)
 
 
-def is_due(joining: Joining, t_s: float, *, epoch: int = 1, T_a_b: np.ndarray = T_A_B, **keyframes: int) -> bool:
+def is_due(
+    joining: Joining,
+    t_s: float,
+    *,
+    epoch: int = 1,
+    T_a_b: np.ndarray | None = T_A_B,
+    bent: BentTeam | None = None,
+    **keyframes: int,
+) -> bool:
     """Return whether maps of so many keyframes are joined at a time; that of b is of this epoch."""
     epochs = {"b": epoch}
     maps = {
@@ -30,7 +38,8 @@ def is_due(joining: Joining, t_s: float, *, epoch: int = 1, T_a_b: np.ndarray = 
         for name, count in keyframes.items()
     }
     placement = Placement(anchor="a", T_rigid=dict.fromkeys(keyframes, T_A_B))
-    job = joining.next_job(placement, maps, {("a", "b"): T_a_b}, (), round(t_s * S))  # type: ignore[arg-type]
+    alignments = {} if T_a_b is None else {("a", "b"): T_a_b}
+    job = joining.next_job(placement, bent or BentTeam(), maps, alignments, (), round(t_s * S))  # type: ignore[arg-type]
     assert job is None or {name: len(trail) for name, trail in job.trails.items()} == keyframes
     return job is not None
 
@@ -81,6 +90,15 @@ def test_a_third_map_and_one_begun_anew_are_joined_after_the_least_time() -> Non
 def test_another_alignment_waits_for_others_that_may_follow_but_not_for_keyframes() -> None:
     assert not is_due(begun(), 3.5, a=200, b=200, T_a_b=T_A_B + 0.2)
     assert is_due(begun(), 4.5, a=200, b=200, T_a_b=T_A_B + 0.2)
+
+
+def test_an_alignment_where_matches_have_the_maps_is_no_news_and_one_that_is_withdrawn_is() -> None:
+    tied = BentTeam(places={("a", "b"): np.array([T_A_B + 2.0, T_A_B])})
+    joining = Joining()
+    assert is_due(joining, 0.0, a=200, b=200, T_a_b=None, bent=tied)
+    assert not is_due(joining, 10.0, a=200, b=200, T_a_b=T_A_B + 0.09, bent=tied)
+    assert is_due(joining, 10.0, a=200, b=200, T_a_b=T_A_B + 0.7, bent=tied)
+    assert is_due(joining, 20.0, a=200, b=200, T_a_b=None, bent=tied)
 
 
 def test_of_many_keyframes_another_alignment_waits_as_their_number_grows() -> None:

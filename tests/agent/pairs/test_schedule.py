@@ -12,6 +12,7 @@ from mrslam.agent.pairs.belief import UNCONFIRMED, WEAK
 from mrslam.agent.pairs.schedule import LAST_LOOK_S, PATIENCE_S, PATIENT_AFTER
 from mrslam.alignment import Evidence, Rejection
 from mrslam.comms import TeammateHint
+from mrslam.merge import BentTeam
 from tests.agent.pairs.floors import Floors, S, found, merged, weak
 
 NOWHERE = Rejection("overlap 2 %", 0.1, None, "auto")
@@ -90,7 +91,7 @@ def test_a_merged_pair_whose_maps_have_grown_is_searched_for_everywhere_again() 
 
 def test_a_merged_pair_whose_scans_tie_it_is_searched_for_again_when_a_map_is_twice_as_large() -> None:
     tied, untied = merged(), merged()
-    tied._confirmed = frozenset({("r1", "r2")})
+    tied.layout.bend(BentTeam(places={("r1", "r2"): found().T_a_b[None]}))
     for team, side, is_due in ((untied, 80, True), (tied, 80, False), (tied, 88, False), (tied, 92, True)):
         team.grow("r1", side, side)  # 64 x 64 cells before: half as much again, 1.9 times, 2.07 times
         assert (team.due(100) is not None) == is_due

@@ -6,6 +6,7 @@ import numpy as np
 
 from mrslam.merge.joint.bend import Bend
 from mrslam.merge.joint.bent_team import BentTeam
+from mrslam.merge.joint.consistent import KeyMatch
 from mrslam.merge.joint.join import JointMap
 from mrslam.merge.joint.ties import Tie
 from mrslam.merge.joint.trail import Trail
@@ -22,7 +23,7 @@ def trail(keys: np.ndarray, stamps_ns: np.ndarray) -> Trail:
 
 
 def solution() -> BentTeam:
-    tie = Tie("a", "b", None, believed=True)  # type: ignore[arg-type]
+    tie = Tie("a", "b", KeyMatch(0, 0, T_A_B, np.eye(3)), believed=True)
     joint = JointMap(T_team_key={"a": KEYS, "b": se2.compose(T_A_B, KEYS)}, ties=(tie,))
     return BentTeam.of(joint, "a", dict.fromkeys("ab", trail(KEYS, STAMPS)), {})
 
@@ -54,12 +55,34 @@ def test_a_robot_without_any_of_its_keyframes_is_no_part_of_the_solution() -> No
     assert not bent.bends and not bent.joined  # what bent the others with it is gone
 
 
+def test_a_match_confirms_alignments_near_where_it_has_the_maps_if_it_is_believed() -> None:
+    right, wrong = (
+        Tie("a", "b", KeyMatch(2, 4, se2.compose(se2.transform(x_m, 0.0, 0.0), T_A_B), np.eye(3)), believed=is_right)
+        for x_m, is_right in ((3.0, True), (9.0, False))
+    )
+    joint = JointMap(T_team_key={"a": KEYS, "b": KEYS}, ties=(wrong, right))
+    bent = BentTeam.of(joint, "a", dict.fromkeys("ab", trail(KEYS, STAMPS)), {})
+    T_a_j = se2.compose(se2.transform(5.0, 0.0, 0.0), T_A_B)  # keyframe 2 of a stands at x = 2 m, 4 of b at 4 m
+    there = se2.compose(T_a_j, se2.transform(-4.0, 0.0, 0.0))
+    assert bent.confirms(("a", "b"), there + np.array([0.3, 0.0, 0.05]))
+    for off in ([0.7, 0.0, 0.0], [0.0, 0.0, 0.2], [6.0, 0.0, 0.0]):
+        assert not bent.confirms(("a", "b"), there + off)
+    assert not bent.confirms(("a", "c"), there) and not bent.without("a").confirms(("a", "b"), there)
+
+
+def test_it_judges_pairs_that_matches_tie_where_their_present_alignment_has_them() -> None:
+    tied = solution()
+    assert tied.judges("a", "b", {("a", "b"): T_A_B + 0.09})
+    assert not tied.judges("a", "b", {("a", "b"): T_A_B + 0.7})
+    assert not replace(tied, T_a_b={("a", "b"): T_A_B}).judges("a", "b", {})  # withdrawn
+
+
 def test_it_judges_pairs_that_were_joined_from_their_present_alignment_alone() -> None:
-    begun = replace(solution(), T_a_b={("a", "b"): T_A_B})
+    begun = replace(solution(), T_a_b={("a", "b"): T_A_B}, places={})
     assert begun.judges("a", "b", {("a", "b"): T_A_B + 0.004})  # refined
     assert not begun.judges("a", "b", {("a", "b"): T_A_B + 0.1})
     assert not begun.judges("a", "b", {("a", "b"): T_A_B + np.array([0.0, 0.0, 0.01])})  # 0.2 m off at 20 m
-    assert not begun.judges("a", "b", {}) and not solution().judges("a", "b", {("a", "b"): T_A_B})
+    assert not begun.judges("a", "b", {}) and not replace(begun, T_a_b={}).judges("a", "b", {("a", "b"): T_A_B})
     assert solution().judges("a", "b", {}) and not solution().judges("a", "c", {})
 
 
