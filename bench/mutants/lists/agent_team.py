@@ -160,18 +160,6 @@ MUTANTS = (
         "every keyframe costs a joint solution",
     ),
     Mutant(
-        "agent/joining.py",
-        "if pair in T_a_b and is_at(trails[tie.a], trails[tie.b], tie.match, T_a_b[pair])",
-        "if pair in T_a_b",
-        "an alignment that scans contradict is confirmed",
-    ),
-    Mutant(
-        "agent/joining.py",
-        "    believed = ((tie, (tie.a, tie.b)) for tie in ties if tie.believed)",
-        "    believed = ((tie, (tie.a, tie.b)) for tie in ties)",
-        "matches that the solution rejects confirm alignments",
-    ),
-    Mutant(
         "agent/team.py",
         "        seen = [pair for pair, found in alignments.items() if found.confidence >= SEEN_CONFIDENCE]",
         "        seen = list[Pair]()",

@@ -11,7 +11,7 @@ MUTANTS = (
     ),
     Mutant(
         "alignment/align.py",
-        "return [c for c in found if _within(prior, c.T_a_b, a, b)] or [Candidate(prior.T_a_b)]",
+        "return _within(prior, found, a, b) or [Candidate(prior.T_a_b)]",
         "return list(found)",
         "a known place does not keep maps from being merged elsewhere",
     ),
@@ -168,8 +168,8 @@ MUTANTS = (
     ),
     Mutant(
         "alignment/align.py",
-        "se2.wrap(T_a_b[2] - prior.T_a_b[2]))\n    slack",
-        "T_a_b[2] - prior.T_a_b[2])\n    slack",
+        "    apart[:, 2] = se2.wrap(apart[:, 2])\n",
+        "",
         "a prior told with another turn of its heading is passed over",
     ),
     Mutant(

@@ -4,6 +4,66 @@ from bench.mutants.mutant import Mutant
 
 MUTANTS = (
     Mutant(
+        "alignment/proposals/search.py",
+        "places = None if prior is None else lattice(b, prior)",
+        "places = None",
+        "where robots saw each other, all of both maps is correlated",
+    ),
+    Mutant(
+        "alignment/proposals/search.py",
+        "return distinct(b, settle(a, b, [Candidate(T) for T in places], config), SETTLED)",
+        "return settle(a, b, [Candidate(T) for T in places], config)",
+        "the hundreds of places that lead to one fit are each refined",
+    ),
+    Mutant(
+        "alignment/proposals/lattice.py",
+        "    off[:, :2] += off[:, 2:] * carried\n",
+        "",
+        "where two robots met far from where a map begins, it is looked for metres from there",
+    ),
+    Mutant(
+        "alignment/proposals/lattice.py",
+        "C[:2, :2] - np.outer(carried, C[:2, 2])",
+        "C[:2, :2]",
+        "where two robots met far from where a map begins, a place is looked for too widely",
+    ),
+    Mutant(
+        "alignment/proposals/lattice.py",
+        "min(APART_RAD, APART_M / max(lever_m, 1e-9))",
+        "APART_RAD",
+        "walls far from where a map begins lie between two places of the lattice",
+    ),
+    Mutant(
+        "alignment/proposals/lattice.py",
+        "carried + np.array([-y, x])",
+        "carried - np.array([-y, x])",
+        "headings are looked at finely where two robots met by a map's walls, and coarsely where not",
+    ),
+    Mutant(
+        "alignment/proposals/lattice.py",
+        "    off = off[away2 <= PRIOR_SIGMAS**2]\n",
+        "",
+        "places that a prior rules out are looked at",
+    ),
+    Mutant(
+        "alignment/proposals/lattice.py",
+        "away2 <= PRIOR_SIGMAS**2",
+        "away2 <= (0.5 * PRIOR_SIGMAS) ** 2",
+        "places that a prior allows are not looked at",
+    ),
+    Mutant(
+        "alignment/proposals/lattice.py",
+        "> 2 * MOST:",
+        "> 1e300:",
+        "a vague prior takes all memory",
+    ),
+    Mutant(
+        "alignment/proposals/lattice.py",
+        "    places[:, 2] = se2.wrap(places[:, 2])\n",
+        "",
+        "a heading told with another turn is answered with it",
+    ),
+    Mutant(
         "alignment/proposals/surf.py",
         "return candidates_of(at_a[i], at_b[j], config)",
         "return candidates_of(at_a[i], at_b[j], config)[:1]",
@@ -131,7 +191,7 @@ MUTANTS = (
     ),
     Mutant(
         "alignment/proposals/correlate.py",
-        "                score[np.hypot(x[None, :], y[:, None]) > near[1] + cell_m] = 0.0\n",
+        "                picture[np.hypot(x[None, :], y[:, None]) > near[1] + cell_m] = 0.0\n",
         "                pass\n",
         "places far from where a robot was told to be crowd out those near it",
     ),

@@ -269,6 +269,42 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/bent_team.py",
+        "any(SAME_PLACE.is_near(place, T_a_b) for place in self.places.get(pair, ()))",
+        "pair in self.places",
+        "an alignment that scans contradict is confirmed",
+    ),
+    Mutant(
+        "merge/joint/bent_team.py",
+        "    believed = [tie for tie in ties if tie.believed]\n",
+        "    believed = list(ties)\n",
+        "matches that the solution rejects confirm alignments",
+    ),
+    Mutant(
+        "merge/joint/bent_team.py",
+        "        return is_the_same(used, now) or (now is not None and self.confirms(pair, now))",
+        "        return is_the_same(used, now)",
+        "an alignment where matches have the maps already has all maps joined and drawn anew",
+    ),
+    Mutant(
+        "merge/joint/bent_team.py",
+        "(now is not None and self.confirms(pair, now))",
+        "(now is None or self.confirms(pair, now))",
+        "what an alignment that is withdrawn has bent stays so",
+    ),
+    Mutant(
+        "merge/joint/bent_team.py",
+        "T_map_key[[match.j for match in matches]]",
+        "T_map_key[[match.i for match in matches]]",
+        "where matches have two maps is told by other keyframes than those that match",
+    ),
+    Mutant(
+        "merge/joint/bent_team.py",
+        "            places={pair: T_a_b for pair, T_a_b in self.places.items() if robot_id not in pair},\n",
+        "",
+        "a robot that began a new map is confirmed where its old one was",
+    ),
+    Mutant(
+        "merge/joint/bent_team.py",
         "    return REFINED.is_near(used, now)",
         "    return True",
         "an alignment that moved is judged by a solution that began elsewhere",

@@ -5,26 +5,26 @@ from bench.mutants.mutant import Mutant
 MUTANTS = (
     Mutant(
         "merge/joint/candidates.py",
-        "        if away > within_m(lost_m):\n",
-        "        if False:\n",
+        "np.flatnonzero(away_m <= within_m(lost_m))",
+        "np.flatnonzero(away_m <= FAR_MOST_M)",
         "keyframes metres apart are compared, next to matches that say where they are",
     ),
     Mutant(
         "merge/joint/candidates.py",
-        "np.abs(done_m - last_m).min() >= 0.5 * COMPARED_EVERY_M",
-        "True",
+        "        if _is_far(done_m, way_m, 0.5 * COMPARED_EVERY_M):\n",
+        "        if True:\n",
         "what was matched is matched again in every round",
     ),
     Mutant(
         "merge/joint/candidates.py",
-        "float((to_a[:, i] + to_b[:, j]).min()) if believed else first_lost_m",
-        "first_lost_m",
+        "        lost_m = (to_a[:, i] + to_b[:, j]).min(axis=0)\n",
+        "",
         "far from any match as little is looked for as next to it",
     ),
     Mutant(
         "merge/joint/candidates.py",
-        "if b.way_m[j] - last_m < COMPARED_EVERY_M or away > FAR_MOST_M:",
-        "if away > FAR_MOST_M:",
+        "        if way_m - last_m < COMPARED_EVERY_M:\n            continue\n",
+        "",
         "joining takes five times as long",
     ),
     Mutant(
@@ -41,8 +41,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/candidates.py",
-        "(to_a[:, i] + to_b[:, j]).min()",
-        "(to_a[:, i] + to_b[:, j]).max()",
+        "(to_a[:, i] + to_b[:, j]).min(axis=0)",
+        "(to_a[:, i] + to_b[:, j]).max(axis=0)",
         "next to a match keyframes are looked for as far as the farthest one lets them drift",
     ),
     Mutant(
@@ -65,15 +65,28 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/candidates.py",
-        "se2.between(T_a[i], T_b[j])",
-        "T_b[j] - T_a[i]",
+        "se2.between(T_a[i[k]], T_b[j[k]])",
+        "T_b[j[k]] - T_a[i[k]]",
         "keyframes of a robot that does not look along +x are searched for in the wrong place",
     ),
     Mutant(
         "merge/joint/candidates.py",
-        "        if away > within_m(lost_m):\n            continue\n        last_m = b.way_m[j]\n",
-        "        last_m = b.way_m[j]\n        if away > within_m(lost_m):\n            continue\n",
+        "    for k in np.flatnonzero(away_m <= within_m(lost_m)).tolist():\n        way_m = b.way_m[j[k]]\n",
+        "    for k in range(j.size):\n        way_m = b.way_m[j[k]]\n        if away_m[k] > within_m(lost_m)[k]:\n"
+        "            last_m = way_m\n            continue\n",
         "a keyframe that is too far keeps the next ones from being compared",
+    ),
+    Mutant(
+        "merge/joint/candidates.py",
+        "done_m[max(k - 1, 0) : k + 1]",
+        "done_m[k : k + 1]",
+        "what was matched a little earlier on the way is matched again",
+    ),
+    Mutant(
+        "merge/joint/candidates.py",
+        "done_m[max(k - 1, 0) : k + 1]",
+        "done_m[max(k - 1, 0) : k]",
+        "what was matched a little later on the way is matched again",
     ),
     Mutant(
         "merge/joint/candidates.py",
