@@ -66,6 +66,13 @@ def test_the_farther_walls_lie_from_the_origin_the_finer_is_the_heading(sides: S
     assert steps_m.max() <= 1.05 * APART_M
 
 
+def test_where_robots_met_far_from_where_a_map_begins_there_are_no_more_places(sides: Sides) -> None:
+    b, T = sides[1], se2.transform(3.0, -2.0, 1.0)
+    far = PreparedMap(b.state, b.x0 + 80.0, b.y0, b.res)
+    here, there = (lattice(side, Prior(T, swung(T, side.centre, 0.2, 0.05))) for side in (b, far))
+    assert here is not None and there is not None and len(there) < 1.1 * len(here)
+
+
 @pytest.mark.parametrize("C", [np.diag([5.0, 5.0, 0.05]) ** 2, np.diag([0.5, 0.5, math.pi]) ** 2, 1e12 * np.eye(3)])
 def test_of_a_vague_prior_there_is_no_lattice(sides: Sides, C: np.ndarray) -> None:
     assert lattice(sides[1], Prior(se2.IDENTITY, C)) is None

@@ -95,9 +95,11 @@ def test_a_robot_whose_map_was_removed_bends_no_other_map_any_more() -> None:
 def test_a_robot_that_was_removed_is_tied_to_nobody_and_those_it_did_not_bend_stay_as_they_are() -> None:
     bent, (tie,) = solution(), solution().ties
     others = Tie("c", "d", None, believed=False)  # type: ignore[arg-type]
-    both = replace(bent, ties=(tie, others), joined=frozenset("abcd"))
+    places = {**bent.places, ("c", "d"): T_A_B[None]}
+    both = replace(bent, ties=(tie, others), joined=frozenset("abcd"), places=places)
     left = both.without("d")
     assert left.ties == (tie,) and left.joined == frozenset("abc") and left.bends == both.bends
+    assert left.confirms(("a", "b"), T_A_B) and not left.confirms(("c", "d"), T_A_B)
 
 
 def test_robots_met_that_came_as_near_as_keyframes_are_compared() -> None:
