@@ -32,12 +32,14 @@ def lattice(b: PreparedMap, prior: Prior) -> se2.Transform | None:
     lever_m = float(np.hypot(*(carried + np.array([-y, x]))))
     step_rad = min(APART_RAD, APART_M / max(lever_m, 1e-9))
     steps = np.floor(PRIOR_SIGMAS * np.sqrt([*np.diag(rest_m2), turn_rad2]) / [APART_M, APART_M, step_rad])
-    if np.prod(2.0 * steps + 1.0) > 2 * MOST:  # the box around an ellipsoid has twice its volume
+    if np.prod(2.0 * steps + 1.0) > 10 * MOST:
         return None
     off = np.stack(np.meshgrid(*(np.arange(-n, n + 1.0) for n in steps), indexing="ij"), axis=-1).reshape(-1, 3)
     off *= [APART_M, APART_M, step_rad]
     away2 = np.einsum("ni,ni->n", off[:, :2] @ np.linalg.inv(rest_m2), off[:, :2]) + off[:, 2] ** 2 / turn_rad2
     off = off[away2 <= PRIOR_SIGMAS**2]
+    if len(off) > MOST:
+        return None
     off[:, :2] += off[:, 2:] * carried
     places: se2.Transform = prior.T_a_b + off
     places[:, 2] = se2.wrap(places[:, 2])

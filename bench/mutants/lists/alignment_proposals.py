@@ -53,9 +53,15 @@ MUTANTS = (
     ),
     Mutant(
         "alignment/proposals/lattice.py",
-        "> 2 * MOST:",
+        "> 10 * MOST:",
         "> 1e300:",
         "a vague prior takes all memory",
+    ),
+    Mutant(
+        "alignment/proposals/lattice.py",
+        "    if len(off) > MOST:\n        return None\n",
+        "",
+        "thousands of places are settled where a correlation costs a fifth of that",
     ),
     Mutant(
         "alignment/proposals/lattice.py",

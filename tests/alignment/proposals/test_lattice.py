@@ -78,6 +78,13 @@ def test_of_a_vague_prior_there_is_no_lattice(sides: Sides, C: np.ndarray) -> No
     assert lattice(sides[1], Prior(se2.IDENTITY, C)) is None
 
 
+def test_as_many_places_as_cost_less_than_a_correlation_are_looked_at(sides: Sides) -> None:
+    for sigma_m, is_lattice in ((0.4, True), (0.5, False)):
+        places = lattice(sides[1], Prior(se2.IDENTITY, np.diag([sigma_m, sigma_m, 0.05]) ** 2))
+        assert (places is not None) == is_lattice
+        assert places is None or 0.5 * MOST < len(places) <= MOST
+
+
 def test_a_prior_without_any_doubt_is_its_place_alone(sides: Sides) -> None:
     (place,) = lattice(sides[1], Prior(np.array([1.0, 2.0, 7.0]), np.zeros((3, 3))))  # type: ignore[misc]
     np.testing.assert_allclose(place, [1.0, 2.0, 7.0 - 2.0 * math.pi])
