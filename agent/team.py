@@ -21,6 +21,7 @@ from mrslam.agent.map_check import contradicts_itself
 from mrslam.agent.pairs.belief import PairBelief, Verdict
 from mrslam.agent.pairs.hints import Hints
 from mrslam.agent.pairs.loops import loops_of
+from mrslam.agent.pairs.others import is_predicted, tied_enough
 from mrslam.agent.pairs.repeats import too_little, unless_repeated
 from mrslam.agent.pairs.schedule import Schedule
 from mrslam.agent.pairs.sighted import sighted_job
@@ -33,6 +34,7 @@ from mrslam.merge.graph.consistency import SEEN_CONFIDENCE
 from mrslam.merge.graph.edges import inverse_covariance, pair_of
 from mrslam.mutual_detection import clear_ghosts
 from mrslam.spatial import OccupancyGrid
+from mrslam.spatial.se2 import Transform
 
 
 class Team:
@@ -172,7 +174,7 @@ class Team:
         bent = self.layout.bent
         return (
             self._joining.next_job(self.layout.placement, bent, self.maps, T_a_b, seen, now_ns)
-            or sighted_job(self.beliefs, self.maps, self.schedule.config.align_interval_s, now_ns)
+            or self._sighted_job(now_ns)
             or self._hinted_job(now_ns)
             or self.schedule.next_job(
                 self.beliefs,
@@ -183,6 +185,15 @@ class Team:
                 now_ns,
             )
         )
+
+    def _sighted_job(self, now_ns: int) -> AlignJob | None:
+        T_team_map = self.layout.T_team_map
+        tied = tied_enough(self.robot_id, self.beliefs, T_team_map)
+
+        def is_known(pair: Pair, T_a_b: Transform) -> bool:
+            return tied.issuperset(pair) and is_predicted(pair, T_a_b, T_team_map)
+
+        return sighted_job(self.beliefs, self.maps, is_known, self.schedule.config.align_interval_s, now_ns)
 
     def _hinted_job(self, now_ns: int) -> AlignJob | None:
         return self.hints.next_job(self.beliefs, self.maps, self.layout.T_team_map, self.schedule.config, now_ns)

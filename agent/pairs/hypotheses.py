@@ -46,6 +46,8 @@ class Hypothesis:
     """The sightings that propose it, as ``T_a_b``."""
     tried_ns: int | None = None
     """When maps were laid together there because of these sightings."""
+    tries: int = 0
+    """How often they were, since the place was corrected."""
     tried: tuple[Version, Version] | None = None
     """The two maps that were."""
     own: Sightings | None = None
@@ -78,7 +80,7 @@ class Hypothesis:
     def correct(self, T_a_b: Transform) -> None:
         """Take a better estimate of the place."""
         if not MOVED.is_near(self.T_a_b, T_a_b):
-            self.T_a_b, self.own, self.tried = np.array(T_a_b, dtype=np.float64), None, None
+            self.T_a_b, self.own, self.tried, self.tries = np.array(T_a_b, dtype=np.float64), None, None, 0
 
     def row(self) -> dict[str, Any]:
         """Return it as plain JSON values."""

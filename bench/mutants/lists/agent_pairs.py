@@ -312,6 +312,36 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/sighted.py",
+        "interval_s if place.tries < PATIENT_AFTER else max(interval_s, PATIENCE_S)",
+        "interval_s",
+        "maps that contradict each other where their robots met are laid together every ten seconds for ever",
+    ),
+    Mutant(
+        "agent/pairs/sighted.py",
+        " and not is_known(pair, place.T_a_b):",
+        ":",
+        "each robot of a team lays all pairs together of which others tell that they met",
+    ),
+    Mutant(
+        "agent/pairs/hypotheses.py",
+        "np.array(T_a_b, dtype=np.float64), None, None, 0",
+        "np.array(T_a_b, dtype=np.float64), None, None, self.tries",
+        "a place that was corrected is tried after a minute and a half",
+    ),
+    Mutant(
+        "agent/team.py",
+        "            return tied.issuperset(pair) and is_predicted(pair, T_a_b, T_team_map)\n",
+        "            return tied.issuperset(pair)\n",
+        "two robots that met elsewhere than third ones have them are not laid together there",
+    ),
+    Mutant(
+        "agent/team.py",
+        "            return tied.issuperset(pair) and is_predicted(pair, T_a_b, T_team_map)\n",
+        "            return is_predicted(pair, T_a_b, T_team_map)\n",
+        "a robot that hangs on one alignment gets no second one from others who met it",
+    ),
+    Mutant(
+        "agent/pairs/sighted.py",
         "(map_a.trail, map_b.trail)",
         "(map_b.trail, map_a.trail)",
         "where robots saw each other their maps are bent by each other's keyframes",

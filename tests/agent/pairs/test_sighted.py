@@ -6,6 +6,7 @@ import numpy as np
 
 from mrslam.agent.effects import AlignJob
 from mrslam.agent.pairs.hypotheses import Hypothesis
+from mrslam.agent.pairs.schedule import PATIENCE_S, PATIENT_AFTER
 from mrslam.agent.pairs.sighted import sighted_job
 from mrslam.mutual_detection.mutual import MutualFix
 from tests.agent.pairs.floors import Floors, S, found
@@ -21,7 +22,7 @@ def met() -> tuple[Floors, Hypothesis]:
 
 
 def due(team: Floors, t_s: float) -> AlignJob | None:
-    return sighted_job(team.beliefs, team.maps, 5.0, round(t_s * S))
+    return sighted_job(team.beliefs, team.maps, lambda pair, T_a_b: False, 5.0, round(t_s * S))
 
 
 def test_the_same_maps_are_laid_there_once_and_changed_ones_after_the_interval() -> None:
@@ -38,6 +39,48 @@ def test_the_same_maps_are_laid_together_anew_where_the_place_is_corrected() -> 
     assert due(team, 1.0) is not None
     place.correct(np.array([2.5, 0.0, 0.0]))
     assert due(team, 7.0) is not None
+
+
+def test_after_some_tries_in_vain_maps_are_laid_there_seldom_until_the_place_is_corrected() -> None:
+    team, place = met()
+    for k in range(PATIENT_AFTER):
+        team.grow("r1", 66 + k, revision=2 + k)
+        assert due(team, 6.0 * k) is not None
+    last_s = 6.0 * (PATIENT_AFTER - 1)
+    team.grow("r1", 80, revision=50)
+    assert due(team, last_s + PATIENCE_S - 1.0) is None
+    assert due(team, last_s + PATIENCE_S) is not None
+    place.correct(np.array([2.5, 0.0, 0.0]))
+    assert due(team, last_s + PATIENCE_S + 6.0) is not None
+
+
+def merge(team: Floors, a: str, b: str) -> None:
+    """Have a pair found twice, with both maps in one frame."""
+    maps = team.maps[a], team.maps[b]
+    versions, areas = (maps[0].version, maps[1].version), (maps[0].area_m2, maps[1].area_m2)
+    for attempt in range(2):
+        team.end(AlignJob(a, b, maps[0].grid, maps[1].grid, None, versions, areas, attempt), found(0.0), attempt)
+
+
+def test_robots_that_two_alignments_each_tie_to_the_team_need_no_third_where_it_has_them() -> None:
+    team = Floors("r1", "r2", "r3", "r4")
+    for pair in (("r1", "r2"), ("r2", "r3"), ("r1", "r4")):
+        merge(team, *pair)
+    place = team.beliefs["r1", "r3"].places.add(np.array([0.3, 0.0, 0.0]), "sight", 0)
+    assert place is not None
+    place.told = {"r1": 9.0}
+    job = team._sighted_job(S)
+    assert job is not None and (job.a, job.b) == ("r1", "r3")  # r3 hangs on one alignment
+    merge(team, "r3", "r4")
+    place.correct(np.array([0.0, 0.3, 0.0]))
+    assert team._sighted_job(20 * S) is None
+    place.correct(np.array([0.0, 0.7, 0.0]))  # not where the team has them
+    assert team._sighted_job(20 * S) is not None
+    own = team.beliefs["r2", "r4"].places.add(np.array([0.0, 0.3, 0.0]), "sight", 0)
+    assert own is not None
+    own.told = {"r4": 9.0}
+    job = team._sighted_job(40 * S)
+    assert job is not None and (job.a, job.b) == ("r2", "r4")
 
 
 def test_where_a_place_is_seen_is_known_no_better_than_maps_are_corrected_meanwhile() -> None:
