@@ -19,7 +19,7 @@ from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.merge.joint.bend import Bend
 from mrslam.merge.joint.join import JointMap
 from mrslam.merge.joint.ties import Tie, tied_pairs
-from mrslam.merge.joint.trail import Trail
+from mrslam.merge.joint.trail import Trail, rigid
 from mrslam.merge.joint.ways import Ways, part_around
 from mrslam.spatial import se2
 from mrslam.spatial.matching.places import FAR_MOST_M
@@ -147,9 +147,17 @@ class BentTeam:
     def covers(self, pair: Pair, used: Transform | None, now: Transform | None) -> bool:
         """Return whether another solution would come to the same though a pair's alignment, ``used`` then, is ``now``.
 
-        Where matches tie a pair, its alignment is but the first guess of where they are looked for.
+        Where matches tie a pair, directly or by way of others, its alignment is but the first guess of where they are
+        looked for.
         """
-        return is_the_same(used, now) or (now is not None and self.confirms(pair, now))
+        return is_the_same(used, now) or (now is not None and (self.confirms(pair, now) or self._lays(pair, now)))
+
+    def _lays(self, pair: Pair, T_a_b: Transform) -> bool:
+        """Return whether a pair's maps, as they are bent, lie where ``T_a_b (3,)`` has them."""
+        if not self.compares(*pair):
+            return False
+        T_team_a, T_team_b = (rigid(bend.T_team_key, bend.T_map_key) for bend in map(self.bends.__getitem__, pair))
+        return SAME_PLACE.is_near(se2.between(T_team_a, T_team_b), T_a_b)
 
     def confirms(self, pair: Pair, T_a_b: Transform) -> bool:
         """Return whether a believed match has a pair's maps where ``T_a_b (3,)`` has them.

@@ -281,15 +281,27 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/bent_team.py",
-        "        return is_the_same(used, now) or (now is not None and self.confirms(pair, now))",
-        "        return is_the_same(used, now)",
+        "(self.confirms(pair, now) or self._lays(pair, now))",
+        "self._lays(pair, now)",
         "an alignment where matches have the maps already has all maps joined and drawn anew",
     ),
     Mutant(
         "merge/joint/bent_team.py",
-        "(now is not None and self.confirms(pair, now))",
-        "(now is None or self.confirms(pair, now))",
+        "(now is not None and (self.confirms(pair, now) or self._lays(pair, now)))",
+        "(now is None or self.confirms(pair, now) or self._lays(pair, now))",
         "what an alignment that is withdrawn has bent stays so",
+    ),
+    Mutant(
+        "merge/joint/bent_team.py",
+        "(self.confirms(pair, now) or self._lays(pair, now))",
+        "self.confirms(pair, now)",
+        "an alignment where third robots' matches have the maps already has all maps joined and drawn anew",
+    ),
+    Mutant(
+        "merge/joint/bent_team.py",
+        "        return SAME_PLACE.is_near(se2.between(T_team_a, T_team_b), T_a_b)\n",
+        "        return True\n",
+        "an alignment of bent maps that lie elsewhere is never joined",
     ),
     Mutant(
         "merge/joint/bent_team.py",

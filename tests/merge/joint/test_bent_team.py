@@ -77,8 +77,16 @@ def test_it_judges_pairs_that_matches_tie_where_their_present_alignment_has_them
     assert not replace(tied, T_a_b={("a", "b"): T_A_B}).judges("a", "b", {})  # withdrawn
 
 
+def test_it_judges_pairs_that_others_tie_where_their_present_alignment_has_them() -> None:
+    by_others = replace(solution(), places={})
+    assert by_others.judges("a", "b", {("a", "b"): T_A_B + 0.09})
+    assert not by_others.judges("a", "b", {("a", "b"): T_A_B + 0.7})
+    alone = {name: bend for name, bend in by_others.bends.items() if name == "a"}
+    assert not replace(by_others, bends=alone).judges("a", "b", {("a", "b"): T_A_B})
+
+
 def test_it_judges_pairs_that_were_joined_from_their_present_alignment_alone() -> None:
-    begun = replace(solution(), T_a_b={("a", "b"): T_A_B}, places={})
+    begun = replace(solution(), T_a_b={("a", "b"): T_A_B}, places={}, bends={})
     assert begun.judges("a", "b", {("a", "b"): T_A_B + 0.004})  # refined
     assert not begun.judges("a", "b", {("a", "b"): T_A_B + 0.1})
     assert not begun.judges("a", "b", {("a", "b"): T_A_B + np.array([0.0, 0.0, 0.01])})  # 0.2 m off at 20 m
