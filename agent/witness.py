@@ -150,10 +150,12 @@ class Witness:
     def _look_through(self, team: Team, now_ns: int) -> list[Effect]:
         """Unmerge the weakest alignment between two robots that are placed through others, but not where they are."""
         for pair, belief in team.beliefs.items():
-            T_a_b = None if belief.alignment is not None else team.layout.T_between(*pair)
-            if T_a_b is None:
+            is_own = self.robot_id in pair
+            if belief.alignment is not None or not (is_own or len(belief.places)):  # nobody saw anything
                 continue
-            if self.robot_id in pair:
+            if (T_a_b := team.layout.T_between(*pair)) is None:
+                continue
+            if is_own:
                 belief.places.add(T_a_b, "team", now_ns)
             reason = against_by_way(pair, belief, T_a_b)
             if reason is not None and (weakest := team.layout.weakest_between(*pair)) is not None:

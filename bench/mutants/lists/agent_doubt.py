@@ -11,8 +11,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/witness.py",
-        "if self.robot_id in pair:\n                belief.places",
-        "if False:\n                belief.places",
+        "            if is_own:\n                belief.places",
+        "            if False:\n                belief.places",
         "robots do not look where third robots place a teammate",
     ),
     Mutant(
