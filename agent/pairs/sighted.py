@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 import numpy as np
 
@@ -36,8 +37,8 @@ def sighted_job(
     for pair, belief in beliefs.items():
         (a, b), (map_a, map_b) = pair, (maps[pair[0]], maps[pair[1]])
         versions = (map_a.version, map_b.version)
-        place = _untried(belief, versions, interval_s, now_ns)
-        if place is not None and not is_known(pair, place.T_a_b):
+        place = _untried(belief, versions, partial(is_known, pair), interval_s, now_ns)
+        if place is not None:
             place.tried_ns, place.tried, place.tries = now_ns, versions, place.tries + 1
             prior = Prior(place.T_a_b, covariance_of(place) + MARGIN)
             areas, trails = (map_a.area_m2, map_b.area_m2), (map_a.trail, map_b.trail)
@@ -46,7 +47,11 @@ def sighted_job(
 
 
 def _untried(
-    belief: PairBelief, versions: tuple[Version, Version], interval_s: float, now_ns: int
+    belief: PairBelief,
+    versions: tuple[Version, Version],
+    is_known: Callable[[Transform], bool],
+    interval_s: float,
+    now_ns: int,
 ) -> Hypothesis | None:
     """Return a place where the robots saw each other and the pair is not merged, None where there is none to try now.
 
@@ -58,6 +63,6 @@ def _untried(
         waited = place.tried_ns is None or now_ns - place.tried_ns >= wait_s * 1e9
         is_due = waited and place.tried != versions
         is_seen = place.fix is not None or place.is_supported
-        if is_seen and is_elsewhere and is_due and not place.is_refuted:
+        if is_seen and is_elsewhere and is_due and not place.is_refuted and not is_known(place.T_a_b):
             return place
     return None

@@ -294,8 +294,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/sighted.py",
-        " and is_due and not place.is_refuted:",
-        " and is_due:",
+        " and is_due and not place.is_refuted and",
+        " and is_due and",
         "maps are laid together over and over where nobody was",
     ),
     Mutant(
@@ -318,7 +318,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/sighted.py",
-        " and not is_known(pair, place.T_a_b):",
+        " and not is_known(place.T_a_b):",
         ":",
         "each robot of a team lays all pairs together of which others tell that they met",
     ),
