@@ -33,9 +33,14 @@ class Bend:
     """``(K, 3)``, corrected by the joint solution."""
 
     @cached_property
+    def T_rigid(self) -> Transform:
+        """``(3,)``: the rigid transform from the map to the team frame that fits the corrected keyframes best."""
+        return rigid(self.T_team_key, self.T_map_key)
+
+    @cached_property
     def T_team_map(self) -> Transform:
         """``(3,)``: the rounded rigid transform with which the bent map (:meth:`bent`) is drawn into the team map."""
-        x, y, theta = rigid(self.T_team_key, self.T_map_key)
+        x, y, theta = self.T_rigid
         return se2.transform(
             PLACE_M * round(x / PLACE_M), PLACE_M * round(y / PLACE_M), PLACE_RAD * round(theta / PLACE_RAD)
         )

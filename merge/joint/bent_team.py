@@ -18,8 +18,8 @@ from mrslam.merge.graph.tree import components, path
 from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.merge.joint.bend import Bend
 from mrslam.merge.joint.join import JointMap
-from mrslam.merge.joint.ties import Tie, tied_pairs
-from mrslam.merge.joint.trail import Trail, rigid
+from mrslam.merge.joint.ties import Tie, believed_matches, tied_pairs
+from mrslam.merge.joint.trail import Trail
 from mrslam.merge.joint.ways import Ways, part_around
 from mrslam.spatial import se2
 from mrslam.spatial.matching.places import FAR_MOST_M
@@ -156,8 +156,8 @@ class BentTeam:
         """Return whether a pair's maps, as they are bent, lie where ``T_a_b (3,)`` has them."""
         if not self.compares(*pair):
             return False
-        T_team_a, T_team_b = (rigid(bend.T_team_key, bend.T_map_key) for bend in map(self.bends.__getitem__, pair))
-        return SAME_PLACE.is_near(se2.between(T_team_a, T_team_b), T_a_b)
+        a, b = pair
+        return SAME_PLACE.is_near(se2.between(self.bends[a].T_rigid, self.bends[b].T_rigid), T_a_b)
 
     def confirms(self, pair: Pair, T_a_b: Transform) -> bool:
         """Return whether a believed match has a pair's maps where ``T_a_b (3,)`` has them.
@@ -169,12 +169,10 @@ class BentTeam:
 
 def _places(ties: Sequence[Tie], trails: Mapping[str, Trail]) -> dict[Pair, Transform]:
     """Return by pair ``T_a_b (N, 3)`` of its believed matches."""
-    believed = [tie for tie in ties if tie.believed]
     places: dict[Pair, Transform] = {}
-    for pair in tied_pairs(believed):
-        matches = [tie.match for tie in believed if (tie.a, tie.b) == pair]
-        T_a_i = trails[pair[0]].T_map_key[[match.i for match in matches]]
-        T_b_j = trails[pair[1]].T_map_key[[match.j for match in matches]]
+    for (a, b), matches in believed_matches(ties).items():
+        T_a_i = trails[a].T_map_key[[match.i for match in matches]]
+        T_b_j = trails[b].T_map_key[[match.j for match in matches]]
         T_a_j = se2.compose(T_a_i, np.array([match.T_i_j for match in matches]))
-        places[pair] = se2.compose(T_a_j, se2.inverse(T_b_j))
+        places[a, b] = se2.compose(T_a_j, se2.inverse(T_b_j))
     return places

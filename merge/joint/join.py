@@ -18,7 +18,7 @@ from mrslam.merge.joint.believable import solve_believable
 from mrslam.merge.joint.candidates import candidates
 from mrslam.merge.joint.consistent import KeyMatch
 from mrslam.merge.joint.local_match import FIRST_LOST_M, LocalMatcher
-from mrslam.merge.joint.ties import Tie, tied_pairs
+from mrslam.merge.joint.ties import Tie, believed_matches, tied_pairs
 from mrslam.merge.joint.trail import Core, Trail, rigid
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
@@ -90,7 +90,10 @@ def join(
         found: dict[Pair, dict[tuple[int, int], KeyMatch]] = {pair: {} for pair in combinations(names, 2)}
         lost_m = FIRST_LOST_M
         for _ in range(ROUNDS):
-            if not sum(_compare(trails, poses, pair, found[pair], ties, matcher, lost_m) for pair in found):
+            believed = believed_matches(ties)
+            if not sum(
+                _compare(trails, poses, pair, found[pair], believed.get(pair, []), matcher, lost_m) for pair in found
+            ):
                 if lost_m == WIDE_LOST_M or len(components(names, tied_pairs(ties))) == 1:
                     break
                 lost_m = WIDE_LOST_M
@@ -113,16 +116,16 @@ def _compare(
     poses: Mapping[str, Transform],
     pair: Pair,
     found: dict[tuple[int, int], KeyMatch],
-    ties: Sequence[Tie],
+    believed: Sequence[KeyMatch],
     matcher: LocalMatcher,
     first_lost_m: float,
 ) -> int:
     """Match keyframes of two robots that may have seen the same place; add to ``found``, return the number added.
 
-    ``first_lost_m`` : path over which their poses may have drifted where no match is believed yet, metres.
+    ``believed`` : those that the last solution believes. ``first_lost_m`` : path over which their poses may have
+    drifted where there are none yet, metres.
     """
     a, b = (trails[name] for name in pair)
-    believed = [tie.match for tie in ties if tie.believed and (tie.a, tie.b) == pair]
     before = len(found)
     for near in candidates((a, b), (poses[pair[0]], poses[pair[1]]), found, believed, first_lost_m):
         fit = matcher.match(a, near.i, b, near.j, near.T_i_j, near.lost_m)

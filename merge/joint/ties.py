@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
@@ -36,6 +37,15 @@ class Tie(NamedTuple):
 def tied_pairs(ties: Sequence[Tie]) -> set[Pair]:
     """Return the pairs with a match that is believed."""
     return {(tie.a, tie.b) for tie in ties if tie.believed}
+
+
+def believed_matches(ties: Sequence[Tie]) -> dict[Pair, list[KeyMatch]]:
+    """Return by pair the matches that are believed, in their order."""
+    matches: defaultdict[Pair, list[KeyMatch]] = defaultdict(list)
+    for tie in ties:
+        if tie.believed:
+            matches[tie.a, tie.b].append(tie.match)
+    return dict(matches)
 
 
 def groups(names: Collection[str], pairs: Collection[Pair]) -> dict[str, str]:

@@ -274,9 +274,9 @@ MUTANTS = (
         "an alignment that scans contradict is confirmed",
     ),
     Mutant(
-        "merge/joint/bent_team.py",
-        "    believed = [tie for tie in ties if tie.believed]\n",
-        "    believed = list(ties)\n",
+        "merge/joint/ties.py",
+        "        if tie.believed:\n            matches",
+        "        if True:\n            matches",
         "matches that the solution rejects confirm alignments",
     ),
     Mutant(
@@ -299,7 +299,7 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/bent_team.py",
-        "        return SAME_PLACE.is_near(se2.between(T_team_a, T_team_b), T_a_b)\n",
+        "        return SAME_PLACE.is_near(se2.between(self.bends[a].T_rigid, self.bends[b].T_rigid), T_a_b)\n",
         "        return True\n",
         "an alignment of bent maps that lie elsewhere is never joined",
     ),
