@@ -15,7 +15,7 @@ from mrslam.merge.grids.warp import warp
 from mrslam.merge.joint.trail import Trail
 from mrslam.merge.sessions.changes import later_wins, on_one_lattice
 from mrslam.merge.sessions.repeated import check_sessions
-from mrslam.merge.sessions.thinning import last_visits
+from mrslam.merge.sessions.thinning import needed
 from mrslam.spatial import Keyframes, KeyScans, se2
 from mrslam.spatial.files.saved_map import SavedMap
 from mrslam.spatial.se2 import Transform
@@ -41,7 +41,7 @@ def one_map(
     """Return one saved map of all those, the oldest first, that find their place in the first one's frame.
 
     They are bent until what was seen agrees, and where they contradict each other the later one is right. Of keyframes
-    that saw the same place the last visit's are kept. Raises ``InputError`` where two of them hold the same session.
+    those are kept that walls need (:func:`needed`). Raises ``InputError`` where two of them hold the same session.
     """
     check_sessions(given)
     grids = {name: saved.grid for name, saved in given.items()}
@@ -94,9 +94,9 @@ def _continued(before: SavedMap, after: SavedMap) -> SavedMap:
 
 
 def thinned(saved: SavedMap) -> SavedMap:
-    """Return a saved map with the keyframes of the last visit to each place (:func:`last_visits`)."""
+    """Return a saved map with the keyframes that its walls need (:func:`needed`)."""
     numbers = np.repeat(np.arange(len(saved.sessions)), [session.keyframes for session in saved.sessions])
-    kept = np.flatnonzero(last_visits(saved.keyframes.T_map_base, saved.scans, numbers))
+    kept = np.flatnonzero(needed(saved.keyframes.T_map_base, saved.scans))
     counts = np.bincount(numbers[kept], minlength=len(saved.sessions))
     sessions = tuple(replace(one, keyframes=int(count)) for one, count in zip(saved.sessions, counts, strict=True))
     keyframes = Keyframes(saved.keyframes.stamps_ns[kept], saved.keyframes.T_map_base[kept])

@@ -1,37 +1,43 @@
-"""Which keyframes a saved map keeps: those of the last visit to each place, so that its size follows the floor."""
+"""Which keyframes a saved map keeps: as many as its walls need, so that its size follows the floor."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mrslam.spatial import KeyScans
-from mrslam.spatial.key_scans import SAME_M, VISIT_WAY_M, show
+from mrslam.spatial import KeyScans, se2
 from mrslam.spatial.se2 import Transform
 
+CELL_M = 0.3
+"""Side of the squares by which walls are counted, metres: points of one keyframe are up to so far apart on a wall 5 m
+away."""
+SHOWN_BY = 5
+"""A square that so many other keyframes show needs no further one. Measured: a log's second half continues its first
+half, thinned by this, with 0.98 to 1.03 times the error (mit-csail, intel, aces; with four 0.98 to 1.07 times)."""
+NEEDED = 0.2
+"""Share of a keyframe's squares that must need it for it to be kept: furniture and people that went are no wall."""
 
-def last_visits(T_map_key: Transform, scans: KeyScans, sessions: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return which keyframes ``(K, 3)`` to keep, ``(K,) bool``; ``sessions (K,)`` rises, and the last ones are newest.
 
-    From the newest backward a keyframe is left out where one that was kept of a later visit saw its place, in the same
-    directions: a visit of another session, or of the same one after ``VISIT_WAY_M`` of path. So is one without a scan
-    where others have some.
+def needed(T_map_key: Transform, scans: KeyScans) -> NDArray[np.bool_]:
+    """Return which keyframes ``(K, 3)`` to keep, ``(K,) bool``, the oldest of them first.
+
+    From the oldest on a keyframe is left out where ``SHOWN_BY`` others that are still there show what it shows. So no
+    square of wall has many, however often a robot comes by, and those that stay are the last visits'. One without a
+    scan is left out, unless none has any.
     """
-    count = len(T_map_key)
-    keep = np.zeros(count, dtype=np.bool_)
-    if not count:
-        return keep
-    places, seen = T_map_key[:, :2], scans.directions(T_map_key)
-    way_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(places, axis=0).T))])
-    by_cell: dict[tuple[int, int], list[int]] = {}
-    for k in scans.shown[::-1].tolist() or range(count - 1, -1, -1):
-        row, col = (int(value) for value in np.floor(places[k] / SAME_M))
-        near = [j for r in (-1, 0, 1) for c in (-1, 0, 1) for j in by_cell.get((row + r, col + c), ())]
-        others = np.array(near, dtype=np.int64)
-        covers = np.hypot(*(places[others] - places[k]).T) <= SAME_M
-        covers &= show(seen[others], seen[k])
-        covers &= (sessions[others] != sessions[k]) | (way_m[others] - way_m[k] >= VISIT_WAY_M)
-        if not covers.any():
-            keep[k] = True
-            by_cell.setdefault((row, col), []).append(k)
+    if not scans.shown.size:
+        return np.ones(len(T_map_key), dtype=np.bool_)
+    squares = [np.unique(part) for part in np.split(_squares(T_map_key, scans), scans.starts[1:-1])]
+    shown_by = np.bincount(np.concatenate(squares))
+    keep = np.zeros(len(T_map_key), dtype=np.bool_)
+    for k in scans.shown:
+        keep[k] = np.mean(shown_by[squares[k]] <= SHOWN_BY) > NEEDED
+        shown_by[squares[k]] -= not keep[k]
     return keep
+
+
+def _squares(T_map_key: Transform, scans: KeyScans) -> NDArray[np.int64]:
+    """Return the number of the square that each scan point ``(P,)`` lies in, from 0."""
+    points_m = se2.apply(np.repeat(T_map_key, np.diff(scans.starts), axis=0), scans.points)
+    squares = np.floor(points_m / CELL_M).astype(np.int64)
+    return np.unique(squares, axis=0, return_inverse=True)[1].reshape(-1)

@@ -31,14 +31,14 @@ def test_a_session_becomes_one_file_and_a_folder_again(tmp_path: Path, capsys: p
     robot_folder(tmp_path / "monday", drive(0.0, 60.0, seed=1))
     save(tmp_path / "monday", out=tmp_path / "office.mrslam")
     told = capsys.readouterr().err.replace("\n", " ")
-    assert "1 session" in told and "120 of 120 keyframes" in told and "kB" in told
+    assert "1 session" in told and "of 120 keyframes" in told and "kB" in told
     save(tmp_path / "office.mrslam", out=tmp_path / "again")
-    for name in ("map.pgm", "map.yaml", "keyframes.npz"):
+    for name in ("map.pgm", "map.yaml"):
         assert (tmp_path / "again" / name).read_bytes() == (tmp_path / "monday" / name).read_bytes()
     assert (tmp_path / "again" / "map.png").exists()
     (one,) = read_saved_maps(tmp_path / "office.mrslam").values()
     (other,) = read_saved_maps(tmp_path / "again").values()
-    assert one.epoch == other.epoch and len(one.trail) == 120
+    assert one.epoch == other.epoch and 40 <= len(one.trail) == len(other.trail) < 120
 
 
 def test_the_next_version_replaces_the_first_and_merge_reads_it(
@@ -49,9 +49,10 @@ def test_the_next_version_replaces_the_first_and_merge_reads_it(
     robot_folder(tmp_path / "tuesday", drive(30.0, 80.0, 0.0007, seed=2))
     save(tmp_path / "monday", out=office)
     capsys.readouterr()
+    given = len(read_saved_map(office).scans) + 160
     save(office, tmp_path / "tuesday", out=office, as_json=True)
     row = json.loads(capsys.readouterr().out)
-    assert row["version"] == 2 and row["left_out"] == {} and row["keyframes"] < row["keyframes_given"] == 270
+    assert row["version"] == 2 and row["left_out"] == {} and row["keyframes"] < row["keyframes_given"] == given
     held = read_saved_map(office)
     assert [one.name for one in held.sessions] == ["map@monday", "map@tuesday"]
     assert held.grid.known_area_m2() > 1.02 * read_map(tmp_path / "monday" / "map.yaml").known_area_m2()

@@ -50,15 +50,45 @@ MUTANTS = (
     ),
     Mutant(
         THINNING,
-        "        if not covers.any():\n",
-        "        if True:\n",
+        "    if not scans.shown.size:\n",
+        "    if not len(T_map_key):\n",
+        "a saved map without scans loses its way",
+    ),
+    Mutant(
+        THINNING,
+        "        shown_by[squares[k]] -= not keep[k]\n",
+        "",
+        "of many visits that show the same walls none is kept",
+    ),
+    Mutant(
+        THINNING,
+        "np.mean(shown_by[squares[k]] <= SHOWN_BY) > NEEDED",
+        "np.mean(shown_by[squares[k]] <= SHOWN_BY) > 0.0",
+        "keyframes that show furniture which went are kept for ever",
+    ),
+    Mutant(
+        THINNING,
+        "np.mean(shown_by[squares[k]] <= SHOWN_BY) > NEEDED",
+        "True",
         "a saved map grows with every visit",
     ),
     Mutant(
         THINNING,
-        "        covers &= show(seen[others], seen[k])\n",
-        "",
-        "what was seen driving the other way is left out",
+        "    for k in scans.shown:\n",
+        "    for k in scans.shown[::-1]:\n",
+        "the first visits' keyframes are kept, and not the last ones'",
+    ),
+    Mutant(
+        THINNING,
+        "<= SHOWN_BY) > NEEDED",
+        "<= 1) > NEEDED",
+        "a wall is shown by one keyframe, and a session that continues the map fits worse",
+    ),
+    Mutant(
+        THINNING,
+        "se2.apply(np.repeat(T_map_key, np.diff(scans.starts), axis=0), scans.points)",
+        "scans.points",
+        "keyframes of different places are taken to show the same walls",
     ),
     Mutant(
         ONE_MAP,
@@ -200,8 +230,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/sessions/thinning.py",
-        "for k in scans.shown[::-1].tolist() or range(count - 1, -1, -1):",
-        "for k in range(count - 1, -1, -1):",
+        "    keep = np.zeros(len(T_map_key), dtype=np.bool_)\n",
+        "    keep = np.diff(scans.starts) == 0\n",
         "saved maps keep keyframes that nothing can be matched with",
     ),
     Mutant(
