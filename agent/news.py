@@ -85,14 +85,18 @@ class News:
         return self._keeps_back and not self._is_settled(team, placed_by, now_ns)
 
     def _is_settled(self, team: Team, placed_by: Mapping[str, tuple[bool, int]], now_ns: int) -> bool:
-        """Return whether the robot has placed all maps, and each robot its own, and none has come or was begun anew."""
+        """Return whether the robot has placed all maps, none has come or was begun anew, and nobody lacks its own.
+
+        What a teammate says of that counts for as long. One that is not met says nothing: it would keep all others
+        telling all, and says so when it is met. It has what was told until then.
+        """
         known = frozenset((name, team.maps[name].epoch) for name in team.maps.keys() - team.saved)
         if known != self._known or team.unplaced:
             self._known, self._known_ns = known, now_ns
         if len(known) < 2 or now_ns - self._known_ns < self._settled_ns:
             return False
-        said = [placed_by.get(name, (False, 0)) for name, _ in known if name != team.robot_id]
-        return all(is_placed and told_ns >= self._known_ns for is_placed, told_ns in said)
+        said = [placed_by[name] for name, _ in known if name in placed_by]
+        return all(is_placed or now_ns - told_ns >= self._settled_ns for is_placed, told_ns in said)
 
     def _tiles(self, own: TiledMap, elsewhere: Elsewhere, asked: set[TileIndex]) -> tuple[dict[TileIndex, Tile], bool]:
         """Return the tiles to tell, each as it was told before unless it is news or ``asked``, and whether any is."""

@@ -19,8 +19,8 @@ Versions = tuple[tuple[str, bytes], ...]
 """Robot ids in order, with the hash of the tile each contributes."""
 Nodes = dict[tuple[str, ...], tuple[Versions, NDArray[np.int32]]]
 """By robot ids: what a node was made of, and its evidence."""
-MOST_NODES = 2048
-"""Most nodes that are kept, 32 MB: those of the tiles fused last. Of what sixteen robots know all nodes would take 0.25
+MOST_NODES = 1024
+"""Most nodes that are kept, 16 MB: those of the tiles fused last. Of what sixteen robots know all nodes would take 0.25
 MB a tile; those of another tile are made again when it changes, in a third of a millisecond."""
 
 

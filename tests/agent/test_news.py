@@ -205,13 +205,14 @@ def test_all_is_told_to_a_robot_that_nobody_has_placed_and_after_a_map_was_begun
     assert news.of(LONG, team, SAID, 6 * SETTLED_NS) is LONG
 
 
-@pytest.mark.parametrize("said", [{}, {"b": (False, 10**19)}, {"b": (True, -1)}])
-def test_all_is_told_while_a_teammate_has_not_said_that_it_has_placed_the_map(
-    news: News, team: Team, said: dict[str, tuple[bool, int]]
-) -> None:
-    assert news.of(LONG, team, said, SETTLED_NS) is LONG
+def test_all_is_told_while_a_teammate_that_is_met_has_not_placed_the_map(news: News, team: Team) -> None:
+    assert news.of(LONG, team, {"b": (False, 1)}, SETTLED_NS) is LONG
     assert news.of(LONG, team, SAID, SETTLED_NS) is None
+    said = {"b": (False, 2)}
     assert news.is_owed(team, said, SETTLED_NS) and not news.is_owed(team, SAID, SETTLED_NS)
+    for who_is_away in ({}, {"b": (False, 0)}, {"b": (True, 0)}, {"c": (False, SETTLED_NS)}):
+        assert not news.is_owed(team, who_is_away, SETTLED_NS)
+    assert not news.is_owed(team, said, SETTLED_NS + 2)
 
 
 def test_all_is_told_while_a_saved_map_has_no_place(news: News, team: Team) -> None:

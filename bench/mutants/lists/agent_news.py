@@ -29,15 +29,21 @@ MUTANTS = (
     ),
     Mutant(
         "agent/news.py",
-        "all(is_placed and told_ns",
-        "all(told_ns",
+        "all(is_placed or now_ns - told_ns >= self._settled_ns for",
+        "all(True for",
         "a robot that has not found a map is no longer told it",
     ),
     Mutant(
         "agent/news.py",
-        "all(is_placed and told_ns >= self._known_ns for",
+        "all(is_placed or now_ns - told_ns >= self._settled_ns for",
         "all(is_placed for",
-        "what robots said of a teammate's last map counts for its next one",
+        "a robot that is away, or dead, keeps all others telling all they see",
+    ),
+    Mutant(
+        "agent/news.py",
+        "for name, _ in known if name in placed_by]",
+        "for name in placed_by]",
+        "a robot whose map is held no longer keeps all others telling all they see",
     ),
     Mutant(
         "agent/core.py",
