@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mrslam.alignment.config import AlignmentConfig
 from mrslam.alignment.prepared import PreparedMap
 from mrslam.alignment.proposals.correlate import correlate
-from mrslam.alignment.proposals.lattice import lattice
+from mrslam.alignment.proposals.lattice import PRIOR_SIGMAS, lattice
 from mrslam.alignment.proposals.rotations import rotations
 from mrslam.alignment.result import Candidate, Prior
 from mrslam.alignment.verification.verify import settled_cases
@@ -49,7 +49,10 @@ def exhaustive(
     else:
         sigma = np.sqrt(np.diag(prior.covariance))
         lever = float(np.hypot(*b.centre)) * sigma[2]
-        near = (se2.apply(prior.T_a_b, b.centre), 4.0 * float(np.hypot(*sigma[:2])) + min(4.0 * lever, 1e6))
+        near = (
+            se2.apply(prior.T_a_b, b.centre),
+            PRIOR_SIGMAS * float(np.hypot(*sigma[:2])) + min(PRIOR_SIGMAS * lever, 1e6),
+        )
         steps = min(math.ceil(3.0 * sigma[2] / offsets[-1]), 120)
         angles = [
             prior.T_a_b[2] + 2.0 * k * offsets[-1] + offset for k in range(-steps, steps + 1) for offset in offsets[1:]
