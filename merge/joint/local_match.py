@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mrslam.merge.joint.stretch import Stretch
 from mrslam.merge.joint.trail import Trail
-from mrslam.spatial import se2
 from mrslam.spatial.matching.cloud import transformed
 from mrslam.spatial.matching.places import GROUP, Place, PlaceMatcher, edge_information, expected_sigmas, fits
 from mrslam.spatial.se2 import Transform
@@ -87,25 +87,20 @@ class LocalMatcher:
         lost_m = FIRST_LOST_M * 2.0 ** np.ceil(np.log2(max(lost_m / FIRST_LOST_M, 1.0)))
         step = ROUND_SIGMAS * expected_sigmas(lost_m)
         expected = np.round(T_i_j / step) * step + 0.0  # which makes 0 of -0: they have other bytes
-        group, tail = a.around(i, GROUP), b.around(j, TAIL)
-        question = hashlib.blake2b(expected.tobytes() + np.float64(lost_m).tobytes(), digest_size=16)
-        for trail, centre, keys in ((a, i, group), (b, j, tail)):
-            starts = trail.scans.starts[keys[0] : keys[-1] + 2]
-            question.update(_relative(trail, centre, keys).tobytes() + np.diff(starts).tobytes())
-            question.update(trail.scans.polar[starts[0] : starts[-1]].tobytes() + trail.scans.origins[keys].tobytes())
-        key = question.digest()
+        group, tail = a.stretch(i, GROUP), b.stretch(j, TAIL)
+        asked = expected.tobytes() + np.float64(lost_m).tobytes() + group.content + tail.content
+        key = hashlib.blake2b(asked, digest_size=16).digest()
         is_known, answer = self._answers.get(key)
         if not is_known:
             self.matched += 1
-            answer = self._search(a, i, group, _stretch(b, j, tail), expected, lost_m)
+            answer = self._search(a, group, _points(b, tail), expected, lost_m)
             self._answers.add(key, answer)
         return answer
 
     def _search(
         self,
         a: Trail,
-        i: int,
-        group: NDArray[np.int64],
+        group: Stretch,
         source: NDArray[np.float64],
         expected: Transform,
         lost_m: float,
@@ -113,21 +108,16 @@ class LocalMatcher:
         """Return how ``source (N, 5)``, points in the frame of b's keyframe, fits the place of a's ``group``."""
         if source.shape[0] < POINTS_LEAST:
             return None
-        origins = a.scans.origins[group].astype(np.float64)
-        place = Place(origins, _relative(a, i, group), [a.points(int(k)) for k in group])
+        origins = a.scans.origins[group.keys].astype(np.float64)
+        place = Place(origins, group.T_key_keys, [a.points(int(k)) for k in group.keys])
         found = self._matcher.match(place, source, expected, lost_m)
         return Fit(found.pose, edge_information(found)) if fits(found) else None
 
 
-def _relative(trail: Trail, centre: int, keys: NDArray[np.int64]) -> Transform:
-    """Return poses ``(len(keys), 3)`` in the frame of the keyframe ``centre``."""
-    return se2.between(trail.T_map_key[centre], trail.T_map_key[keys])
-
-
-def _stretch(trail: Trail, j: int, keys: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return the points ``(N, 5)`` of several keyframes in the frame of ``j``, without unsure ones (quality < 0)."""
+def _points(trail: Trail, stretch: Stretch) -> NDArray[np.float64]:
+    """Return the points ``(N, 5)`` of a stretch in the frame of its keyframe, without unsure ones (quality < 0)."""
     parts = []
-    for T, k in zip(_relative(trail, j, keys), keys, strict=True):
+    for T, k in zip(stretch.T_key_keys, stretch.keys, strict=True):
         points = trail.points(int(k))
         parts.append(transformed(points[points[:, 4] >= 0.0], T))
     return np.ascontiguousarray(np.concatenate(parts))

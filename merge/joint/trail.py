@@ -12,10 +12,10 @@ from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
+from mrslam.merge.joint.normals import with_normals
+from mrslam.merge.joint.stretch import Stretch
 from mrslam.merge.joint.trail_kernels import seen_again
 from mrslam.spatial import KeyScans, LocalMap, se2
-from mrslam.spatial.hits.cells import NORMAL_QUALITY
-from mrslam.spatial.matching.scan_points import POINT_COLUMNS, scan_points
 from mrslam.spatial.pose_graph import Edges
 from mrslam.spatial.se2 import Transform
 
@@ -99,6 +99,17 @@ class Trail:
             return near
         keys = self.part_of.keys
         return near[np.abs(keys[near] - keys[k]) <= count]
+
+    def stretch(self, k: int, count: int) -> Stretch:
+        """Return the keyframes :meth:`around` one; put together once, for many robots' are compared with them."""
+        held = self._stretches.get((k, count))
+        if held is None:
+            held = self._stretches[k, count] = Stretch.of(self.T_map_key, self.scans, k, self.around(k, count))
+        return held
+
+    @cached_property
+    def _stretches(self) -> dict[tuple[int, int], Stretch]:
+        return {}
 
     @cached_property
     def way_m(self) -> NDArray[np.float64]:
@@ -184,27 +195,6 @@ class Core(NamedTuple):
         """Return ``(K, 3)``, all keyframes of the whole trail, where the core has its own at ``T_team_core (C, 3)``."""
         T_core_key = se2.between(self.trail.T_map_key[self.follows], whole.T_map_key)
         return se2.compose(T_team_core[self.follows], T_core_key)
-
-
-def with_normals(points: NDArray[np.float32], origin: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Return points ``(n, 2)`` with normals: up to n rows (x, y, nx, ny, quality) as :func:`scan_points` makes them.
-
-    ``points`` and the laser's position ``origin (2,)`` are in the base frame, metres; normals point toward the laser.
-    """
-    laser = origin.astype(np.float64)
-    away = points.astype(np.float64) - laser
-    ranges = np.hypot(away[:, 0], away[:, 1])
-    cos, sin = (away / np.maximum(ranges, 1e-9)[:, None]).T
-    out = np.empty((len(points), POINT_COLUMNS))
-    T_base_laser = np.array([laser[0], laser[1], 0.0])
-    count = scan_points(
-        ranges.astype(np.float32), np.ascontiguousarray(cos), np.ascontiguousarray(sin), T_base_laser, np.inf, out
-    )
-    out = out[:count]
-    is_bare = (out[:, 4] >= 0.0) & (out[:, 4] <= NORMAL_QUALITY)
-    out[is_bare, 2:4] = (laser - out[is_bare, :2]) / np.maximum(ranges[is_bare], 1e-9)[:, None]
-    out[is_bare, 4] = 0.0
-    return out
 
 
 def rigid(T_a_key: Transform, T_b_key: Transform) -> Transform:

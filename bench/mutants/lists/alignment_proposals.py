@@ -113,8 +113,8 @@ MUTANTS = (
     ),
     Mutant(
         "alignment/proposals/search.py",
-        "+ min(4.0 * lever, 1e6))",
-        "+ 0.0)",
+        "+ min(PRIOR_SIGMAS * lever, 1e6),\n",
+        "+ 0.0,\n",
         "a known pose far from its map's content has no lever arm",
     ),
     Mutant(

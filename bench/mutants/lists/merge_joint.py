@@ -364,7 +364,37 @@ MUTANTS = (
         "a robot that stands still is turned about by centimetres",
     ),
     Mutant(
+        "merge/joint/stretch.py",
+        "hashlib.blake2b(T_key_keys.tobytes() + np.diff(starts).tobytes(), digest_size=16)",
+        "hashlib.blake2b(np.diff(starts).tobytes(), digest_size=16)",
+        "a stretch whose keyframes were corrected is matched as it lay before",
+    ),
+    Mutant(
+        "merge/joint/stretch.py",
+        "        content.update(scans.polar[starts[0] : starts[-1]].tobytes() + scans.origins[keys].tobytes())\n",
+        "",
+        "stretches with other scans are taken to match as those before did",
+    ),
+    Mutant(
+        "merge/joint/stretch.py",
+        ".tobytes() + scans.origins[keys].tobytes())",
+        ".tobytes())",
+        "stretches whose lasers sat elsewhere are taken to match as those before did",
+    ),
+    Mutant(
         "merge/joint/trail.py",
+        "self._stretches.get((k, count))",
+        "self._stretches.get((k, 0))",
+        "a stretch is put together anew for each robot it is compared with",
+    ),
+    Mutant(
+        "merge/joint/local_match.py",
+        "np.float64(lost_m).tobytes() + group.content + tail.content",
+        "np.float64(lost_m).tobytes() + group.content",
+        "a place of one robot matches every place of another one alike",
+    ),
+    Mutant(
+        "merge/joint/normals.py",
         "    out[is_bare, 2:4] = (laser - out[is_bare, :2]) / np.maximum(ranges[is_bare], 1e-9)[:, None]\n",
         "",
         "a thin wall seen from one side is matched with what another robot saw of its other side",

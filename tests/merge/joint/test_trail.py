@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mrslam.merge.joint.normals import with_normals
 from mrslam.merge.joint.trail import (
     NEAR_M,
     OLD_WAY_M,
@@ -13,7 +14,6 @@ from mrslam.merge.joint.trail import (
     STEP_RAD,
     Trail,
     rigid,
-    with_normals,
 )
 from mrslam.spatial import Keyframes, KeyScans, LocalMap, OccupancyGrid, TiledMap, se2
 
