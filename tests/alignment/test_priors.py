@@ -11,6 +11,7 @@ import pytest
 from mrslam import alignment
 from mrslam.alignment import Alignment, AlignmentConfig, Prior, Rejection, align
 from mrslam.alignment.prepared import prepare, working_resolution
+from mrslam.alignment.proposals.lattice import lattice
 from mrslam.spatial import InputError, OccupancyGrid, se2
 from tests.alignment.apart import apart
 
@@ -106,9 +107,12 @@ def test_a_heading_known_badly_moves_a_map_whose_content_is_far_from_its_origin_
         assert np.hypot(*(se2.apply(found.T_a_b, middle) - se2.apply(T, middle))) < 0.1
     resolution_m = working_resolution(a, b, AlignmentConfig())
     sides = prepare(a.cropped(), resolution_m), prepare(b.cropped(), resolution_m)
-    proposed = alignment.ALIGNERS["auto"](*sides, AlignmentConfig(), prior)
-    at = np.array([se2.apply(c.T_a_b, sides[1].centre) for c in proposed])
-    assert np.hypot(*(at - se2.apply(truth, sides[1].centre)).T).min() < 0.2
+    vague = Prior(truth + np.array([0.1, -0.1, 0.2]), np.diag([0.5, 0.5, 0.2]) ** 2)
+    for known, is_sure in ((prior, True), (vague, False)):
+        assert (lattice(sides[1], known) is not None) == is_sure
+        proposed = alignment.ALIGNERS["auto"](*sides, AlignmentConfig(), known)
+        at = np.array([se2.apply(c.T_a_b, sides[1].centre) for c in proposed])
+        assert np.hypot(*(at - se2.apply(truth, sides[1].centre)).T).min() < 0.2
 
 
 @pytest.mark.parametrize("turns", [-1.0, 1.0])
