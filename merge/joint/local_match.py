@@ -87,13 +87,12 @@ class LocalMatcher:
         lost_m = FIRST_LOST_M * 2.0 ** np.ceil(np.log2(max(lost_m / FIRST_LOST_M, 1.0)))
         step = ROUND_SIGMAS * expected_sigmas(lost_m)
         expected = np.round(T_i_j / step) * step + 0.0  # which makes 0 of -0: they have other bytes
-        group, tail = a.stretch(i, GROUP), b.stretch(j, TAIL)
-        asked = expected.tobytes() + np.float64(lost_m).tobytes() + group.content + tail.content
+        asked = expected.tobytes() + np.float64(lost_m).tobytes() + a.content(i, GROUP) + b.content(j, TAIL)
         key = hashlib.blake2b(asked, digest_size=16).digest()
         is_known, answer = self._answers.get(key)
         if not is_known:
             self.matched += 1
-            answer = self._search(a, group, _points(b, tail), expected, lost_m)
+            answer = self._search(a, a.stretch(i, GROUP), _points(b, b.stretch(j, TAIL)), expected, lost_m)
             self._answers.add(key, answer)
         return answer
 

@@ -19,14 +19,15 @@ class Stretch(NamedTuple):
     """``(n,)``, in order, without a gap."""
     T_key_keys: Transform
     """``(n, 3)``: where they are, in the frame of the keyframe."""
-    content: bytes
-    """A hash of their scans and of where they are: stretches that match alike have the same."""
 
     @classmethod
-    def of(cls, T_map_key: Transform, scans: KeyScans, k: int, keys: NDArray[np.int64]) -> Stretch:
+    def of(cls, T_map_key: Transform, k: int, keys: NDArray[np.int64]) -> Stretch:
         """Return the stretch of ``keys (n,)``, which are around keyframe ``k`` of all those ``(K, 3)``."""
-        T_key_keys = se2.between(T_map_key[k], T_map_key[keys])
-        starts = scans.starts[keys[0] : keys[-1] + 2]
-        content = hashlib.blake2b(T_key_keys.tobytes() + np.diff(starts).tobytes(), digest_size=16)
+        return cls(keys, se2.between(T_map_key[k], T_map_key[keys]))
+
+    def content(self, scans: KeyScans) -> bytes:
+        """Return a hash of where the keyframes are and of their scans: stretches that match alike have the same."""
+        keys, starts = self.keys, scans.starts[self.keys[0] : self.keys[-1] + 2]
+        content = hashlib.blake2b(self.T_key_keys.tobytes() + np.diff(starts).tobytes(), digest_size=16)
         content.update(scans.polar[starts[0] : starts[-1]].tobytes() + scans.origins[keys].tobytes())
-        return cls(keys, T_key_keys, content.digest())
+        return content.digest()

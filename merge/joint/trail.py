@@ -101,14 +101,18 @@ class Trail:
         return near[np.abs(keys[near] - keys[k]) <= count]
 
     def stretch(self, k: int, count: int) -> Stretch:
-        """Return the keyframes :meth:`around` one; put together once, for many robots' are compared with them."""
-        held = self._stretches.get((k, count))
+        """Return the keyframes :meth:`around` one."""
+        return Stretch.of(self.T_map_key, k, self.around(k, count))
+
+    def content(self, k: int, count: int) -> bytes:
+        """Return the hash of a stretch; made once, for many robots' stretches are compared with it."""
+        held = self._contents.get((k, count))
         if held is None:
-            held = self._stretches[k, count] = Stretch.of(self.T_map_key, self.scans, k, self.around(k, count))
+            held = self._contents[k, count] = self.stretch(k, count).content(self.scans)
         return held
 
     @cached_property
-    def _stretches(self) -> dict[tuple[int, int], Stretch]:
+    def _contents(self) -> dict[tuple[int, int], bytes]:
         return {}
 
     @cached_property

@@ -33,19 +33,21 @@ class Ways:
 
     def __init__(self, trails: Mapping[str, Trail], ties: Sequence[Tie]) -> None:
         """``ties`` : those between robots without a trail lead nowhere."""
-        self._cores = {name: trail.core for name, trail in sorted(trails.items())}
-        counts = [len(core.trail) for core in self._cores.values()]
-        self._starts = dict(zip(self._cores, np.cumsum([0, *counts]).tolist(), strict=False))
+        cores = {name: trail.core for name, trail in sorted(trails.items())}
+        self._lengths = {name: core.trail.lengths for name, core in cores.items()}  # not all of a core: it grows large
+        self._follows = {name: core.follows for name, core in cores.items()}
+        counts = [lengths.shape[0] for lengths in self._lengths.values()]
+        self._starts = dict(zip(cores, np.cumsum([0, *counts]).tolist(), strict=False))
         self._ties = tuple(tie for tie in ties if tie.believed and {tie.a, tie.b} <= trails.keys())
         self._to: dict[str, dict[str, NDArray[np.float64]]] = {}
 
     @cached_property
     def _net(self) -> csr_matrix:
         """Length of every step from keyframe to keyframe, metres, of all robots' cores one after the other."""
-        cores, starts = self._cores, self._starts
-        own = block_diag([core.trail.lengths for core in cores.values()], format="coo")
+        starts, follows = self._starts, self._follows
+        own = block_diag(list(self._lengths.values()), format="coo")
         ends = [
-            (starts[tie.a] + cores[tie.a].follows[tie.match.i], starts[tie.b] + cores[tie.b].follows[tie.match.j])
+            (starts[tie.a] + follows[tie.a][tie.match.i], starts[tie.b] + follows[tie.b][tie.match.j])
             for tie in self._ties
         ]
         first, second = np.array(ends, dtype=np.int64).reshape(-1, 2).T
@@ -56,9 +58,9 @@ class Ways:
     def to(self, robot_id: str) -> Mapping[str, NDArray[np.float64]]:
         """Return by robot: ``(K,)``, the shortest way from each keyframe to any of this robot's, metres."""
         if robot_id not in self._to:
-            sources = self._starts[robot_id] + np.arange(len(self._cores[robot_id].trail))
+            sources = self._starts[robot_id] + np.arange(self._lengths[robot_id].shape[0])
             away = dijkstra(self._net, directed=False, indices=sources, min_only=True)
-            self._to[robot_id] = {name: away[self._starts[name] + core.follows] for name, core in self._cores.items()}
+            self._to[robot_id] = {name: away[self._starts[name] + follows] for name, follows in self._follows.items()}
         return self._to[robot_id]
 
     def held(self, robot_id: str, other: str) -> NDArray[np.bool_]:

@@ -365,7 +365,7 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/stretch.py",
-        "hashlib.blake2b(T_key_keys.tobytes() + np.diff(starts).tobytes(), digest_size=16)",
+        "hashlib.blake2b(self.T_key_keys.tobytes() + np.diff(starts).tobytes(), digest_size=16)",
         "hashlib.blake2b(np.diff(starts).tobytes(), digest_size=16)",
         "a stretch whose keyframes were corrected is matched as it lay before",
     ),
@@ -383,14 +383,14 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/trail.py",
-        "self._stretches.get((k, count))",
-        "self._stretches.get((k, 0))",
+        "self._contents.get((k, count))",
+        "self._contents.get((k, 0))",
         "a stretch is put together anew for each robot it is compared with",
     ),
     Mutant(
         "merge/joint/local_match.py",
-        "np.float64(lost_m).tobytes() + group.content + tail.content",
-        "np.float64(lost_m).tobytes() + group.content",
+        "np.float64(lost_m).tobytes() + a.content(i, GROUP) + b.content(j, TAIL)",
+        "np.float64(lost_m).tobytes() + a.content(i, GROUP)",
         "a place of one robot matches every place of another one alike",
     ),
     Mutant(

@@ -54,8 +54,14 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/ways.py",
-        "starts[tie.b] + cores[tie.b].follows[tie.match.j]",
+        "starts[tie.b] + follows[tie.b][tie.match.j]",
         "starts[tie.b] + tie.match.j",
         "ties lead to another robot's way, and contradictions near them are overlooked",
+    ),
+    Mutant(
+        "merge/joint/ways.py",
+        "        self._follows = {name: core.follows for name, core in cores.items()}\n",
+        "        self._cores, self._follows = cores, {name: core.follows for name, core in cores.items()}\n",
+        "a solution keeps all that was computed for trails that are no more",
     ),
 )

@@ -15,19 +15,19 @@ KEYS = np.arange(28, 33)
 
 
 def content(trail: Trail) -> bytes:
-    return Stretch.of(trail.T_map_key, trail.scans, 30, KEYS).content
+    return Stretch.of(trail.T_map_key, 30, KEYS).content(trail.scans)
 
 
 def test_a_stretch_is_a_keyframe_and_those_around_it_in_its_frame() -> None:
     stretch = A.stretch(30, 2)
     np.testing.assert_array_equal(stretch.keys, KEYS)
     np.testing.assert_allclose(se2.compose(A.T_map_key[30], stretch.T_key_keys), A.T_map_key[28:33], atol=1e-12)
-    assert A.stretch(30, 2) is stretch
+    assert A.content(30, 2) is A.content(30, 2) and A.content(30, 2) != A.content(30, 3)
     assert A.stretch(30, 3).keys.size == 7 and A.stretch(31, 2).keys[0] == 29
 
 
 def test_stretches_that_match_alike_have_the_same_content() -> None:
-    assert content(A) == A.stretch(30, 2).content == content(Trail(A.T_map_key.copy(), A.scans.copy()))
+    assert content(A) == A.content(30, 2) == content(Trail(A.T_map_key.copy(), A.scans.copy()))
     far = A.T_map_key.copy()
     far[20] += 0.1
     assert content(Trail(far, A.scans)) == content(A)

@@ -1,5 +1,8 @@
 """How far along their ways robots are from each other, and what of their bent maps must agree."""
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 
@@ -35,6 +38,16 @@ def test_the_way_to_another_robot_leads_along_both_ways_and_over_ties() -> None:
     assert ways.to("c")["a"] == pytest.approx(np.abs(k - 10.0) + 30.0, abs=1e-3)  # through b
     assert ways.to("c")["c"] == pytest.approx(0.0)
     assert np.isinf(ways.to("d")["a"]).all()  # nothing that is believed leads there
+
+
+def test_what_was_computed_for_a_trail_goes_with_it() -> None:
+    trails = {"a": straight(), "b": straight()}
+    cores = [weakref.ref(trail.core.trail) for trail in trails.values()]
+    ways = Ways(trails, [tie("a", 0, "b", 0)])
+    del trails
+    gc.collect()
+    assert [core() for core in cores] == [None, None]
+    assert ways.to("a")["b"][1] == pytest.approx(1.0, abs=1e-3)
 
 
 def test_a_map_is_held_as_far_from_another_robot_as_maps_bend_by_less_than_walls_are_compared_by() -> None:
