@@ -87,8 +87,8 @@ class News:
     def _is_settled(self, team: Team, placed_by: Mapping[str, tuple[bool, int]], now_ns: int) -> bool:
         """Return whether the robot has placed all maps, none has come or was begun anew, and nobody lacks its own.
 
-        What a teammate says of that counts for as long. One that is not met says nothing: it would keep all others
-        telling all, and says so when it is met. It has what was told until then.
+        What a teammate says of that counts for as long. Who is not met is not waited for: it has what was told until
+        then, and says what it lacks when it is met.
         """
         known = frozenset((name, team.maps[name].epoch) for name in team.maps.keys() - team.saved)
         if known != self._known or team.unplaced:

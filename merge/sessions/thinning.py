@@ -13,7 +13,7 @@ CELL_M = 0.3
 away."""
 SHOWN_BY = 5
 """A square that so many other keyframes show needs no further one. Measured: a log's second half continues its first
-half, thinned by this, with 0.98 to 1.03 times the error (mit-csail, intel, aces; with four 0.98 to 1.07 times)."""
+half, thinned by this, with 0.99 to 1.05 times the error (mit-csail, intel, aces; with four 0.99 to 1.07 times)."""
 NEEDED = 0.2
 """Share of a keyframe's squares that must need it for it to be kept: furniture and people that went are no wall."""
 
@@ -21,9 +21,9 @@ NEEDED = 0.2
 def needed(T_map_key: Transform, scans: KeyScans) -> NDArray[np.bool_]:
     """Return which keyframes ``(K, 3)`` to keep, ``(K,) bool``, the oldest of them first.
 
-    From the oldest on a keyframe is left out where ``SHOWN_BY`` others that are still there show what it shows. So no
-    square of wall has many, however often a robot comes by, and those that stay are the last visits'. One without a
-    scan is left out, unless none has any.
+    From the oldest on a keyframe is left out where ``SHOWN_BY`` others that are still there show what it shows. So few
+    are kept for any square of wall, however often a robot comes by, and they are the last visits'. One without a scan
+    is left out, unless none has any.
     """
     if not scans.shown.size:
         return np.ones(len(T_map_key), dtype=np.bool_)
