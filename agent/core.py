@@ -236,6 +236,8 @@ class Agent(Robot):
                 case comms.PeerSeen():
                     self.team.hints.meet()
                     self._witness.meet()
+                case comms.ExchangeStarted():
+                    self.team.hints.meet(effect.unplaced)
                 case comms.MapUpdated():
                     self._take_map(effect)
                 case comms.ExchangeDone():

@@ -64,6 +64,8 @@ class ExchangeStarted:
 
     peer: str
     opened_by_me: bool
+    unplaced: tuple[str, ...] = ()
+    """Robots whose maps the peer holds and has not placed, as it says."""
 
 
 @dataclass(frozen=True)

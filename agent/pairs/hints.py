@@ -99,10 +99,11 @@ class Hints:
             if found is not None and self.own_id in (a, b):
                 yield (b, found.T_a_b) if a == self.own_id else (a, se2.inverse(found.T_a_b))
 
-    def meet(self) -> None:
-        """Tell everything again, for somebody came into reach."""
-        for told in self._told.values():
-            told.times = 0
+    def meet(self, sought: Collection[str] | None = None) -> None:
+        """Tell everything again, for somebody came into reach; of ``sought``, whom it has not placed, where it says."""
+        for robot, told in self._told.items():
+            if sought is None or robot in sought:
+                told.times = 0
 
     # -- hearing -------------------------------------------------------------------------------------------------------
 

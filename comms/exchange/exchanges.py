@@ -104,7 +104,7 @@ class Exchanges:
         if not exchange.accepted:
             exchange.accepted = True
             exchange.useful_ns = now_ns
-            self._context.out.emit(ExchangeStarted(exchange.peer, exchange.opened_by_me))
+            self._context.out.emit(ExchangeStarted(exchange.peer, exchange.opened_by_me, tuple(unplaced or ())))
             theirs = (*message.digest, *(message.saved or ()))
             exchange.theirs = {name: (epoch, revision) for name, epoch, revision in theirs}
             self._sender.begin(exchange)

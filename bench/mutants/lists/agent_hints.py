@@ -77,9 +77,33 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/hints.py",
-        "            told.times = 0\n",
-        "            pass\n",
+        "                told.times = 0\n",
+        "                pass\n",
         "who comes later is not told",
+    ),
+    Mutant(
+        "agent/pairs/hints.py",
+        "            if sought is None or robot in sought:\n",
+        "            if sought is None:\n",
+        "a robot that was out of reach when a map was found never hears where it lies",
+    ),
+    Mutant(
+        "agent/pairs/hints.py",
+        "            if sought is None or robot in sought:\n",
+        "            if True:\n",
+        "everything that was found is told again in every exchange",
+    ),
+    Mutant(
+        "agent/core.py",
+        "                    self.team.hints.meet(effect.unplaced)\n",
+        "                    pass\n",
+        "a robot that says whose map it has not placed is not told where others found it",
+    ),
+    Mutant(
+        "comms/exchange/exchanges.py",
+        "exchange.opened_by_me, tuple(unplaced or ())))",
+        "exchange.opened_by_me))",
+        "nobody hears whose maps a robot has not placed",
     ),
     Mutant(
         "agent/pairs/hints.py",

@@ -116,7 +116,11 @@ def test_what_is_found_is_told_a_few_times_and_again_to_who_comes() -> None:
     assert robot_id == "r1" and T_r2_r1 == pytest.approx([-1.0, 0.0, 0.0])
     assert Hints("r3").news(team.beliefs, 0) == []  # another's pair
     team.hints.meet()
-    assert len(team.hints.news(team.beliefs, 100 * REPEAT_NS)) == 1
+    assert [len(team.hints.news(team.beliefs, k * REPEAT_NS)) for k in range(100, 103)] == [1, 1, 0]
+    for first, sought, told_again in ((200, [], 0), (300, ["r3"], 0), (400, ["r1", "r2"], TIMES)):
+        team.hints.meet(sought)
+        told = [team.hints.news(team.beliefs, k * REPEAT_NS) for k in range(first, first + 4)]
+        assert sum(map(bool, told)) == told_again
 
 
 def test_hints_kept_of_one_teammate_are_bounded() -> None:
@@ -144,6 +148,10 @@ def test_a_robot_tells_in_its_beacons_where_it_found_a_map() -> None:
     for k in range(500, 520):  # whoever comes later is told as well
         talk([one, two, three], k)
     assert "r2" in three.team.hints._heard["r1"]
+    live([one, two, three], 520, 740)
+    three.team.hints._heard.clear()  # as if it had been out of reach so long
+    live([one, two, three], 740, 960)
+    assert "r2" in three.team.unplaced and "r2" in three.team.hints._heard["r1"]
 
 
 @pytest.mark.parametrize("x", [2.0, 5.0])

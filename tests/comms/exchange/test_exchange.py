@@ -245,3 +245,4 @@ def test_robots_say_in_exchanges_whose_maps_they_have_not_placed():
         assert team.run_until_agreed(5)
         said, told_ns = team.nodes["b"].placed_by["a"]
         assert said is is_placed and before_ns < told_ns <= team.now_ns
+        assert team.of(ExchangeStarted, "b")[-1].unplaced == tuple(unplaced)
