@@ -129,3 +129,10 @@ def test_points_in_another_order_are_the_same_scan() -> None:
 def test_a_laser_a_hair_left_or_right_of_the_middle_has_the_same_bytes() -> None:
     left, right = (KeyScans.of_points([np.ones((1, 2))], [[0.0, y]]) for y in (1e-4, -1e-4))
     assert left.origins.tobytes() == right.origins.tobytes()
+
+
+def test_directions_are_of_the_map() -> None:
+    one = KeyScans.of_points([np.array([[2.0, 0.2]])] * 3, np.zeros((3, 2)))
+    poses = np.array([[0.0, 0.0, 0.0], [5.0, 5.0, np.pi / 2], [0.0, 0.0, -np.pi / 4]])
+    assert [list(np.flatnonzero(row)) for row in one.directions(poses)] == [[0], [2], [7]]
+    assert not KeyScans.blank(3).directions(poses).any()
