@@ -159,11 +159,12 @@ class Trail:
         """
         new = np.array(sorted(set(keys.tolist()) - self._ways.keys()), dtype=np.int64)
         if new.size:
-            self._ways.update(zip(new.tolist(), dijkstra(self.lengths, directed=False, indices=new), strict=True))
-        return np.array([self._ways[key] for key in keys.tolist()]).reshape(-1, len(self))
+            ways = dijkstra(self.lengths, directed=False, indices=new).astype(np.float32)  # there are many of them
+            self._ways.update(zip(new.tolist(), ways, strict=True))
+        return np.array([self._ways[key] for key in keys.tolist()], dtype=np.float64).reshape(-1, len(self))
 
     @cached_property
-    def _ways(self) -> dict[int, NDArray[np.float64]]:
+    def _ways(self) -> dict[int, NDArray[np.float32]]:
         return {}
 
     @cached_property
