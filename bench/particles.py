@@ -31,6 +31,7 @@ from mrslam.sim_driver.evaluate.trajectories import absolute_errors
 from mrslam.sim_driver.kernels import load_kernels
 from mrslam.sim_driver.robots.config import OdometryConfig
 from mrslam.sim_driver.worlds.canvas import Canvas
+from mrslam.sim_driver.worlds.hotel import hotel as worlds_hotel
 from mrslam.sim_driver.worlds.office import office
 from mrslam.spatial import OccupancyGrid, se2
 
@@ -155,14 +156,23 @@ def wings_carried(data: Path, seed: int) -> Drive:
 
 def office_carried(number: int, data: Path, seed: int) -> Drive:
     """Drive through an office floor, be carried to another place of it, and drive on."""
+    return carried_through(office(number, 30.0), (170.0, 50.0), seed)
+
+
+def inn_carried(number: int, data: Path, seed: int) -> Drive:
+    """Drive through a hotel of the product's worlds (``hotel:NUMBER``), be carried within it, and drive on."""
+    return carried_through(worlds_hotel(number), (300.0, 60.0), seed)
+
+
+def carried_through(plan: OccupancyGrid, lengths_m: tuple[float, float], seed: int) -> Drive:
+    """Drive about a floor between random places for so many metres, be carried, and drive about again."""
     from surveys import free_inside, way_through  # imported here: it brings OpenCV
 
-    plan = office(number, 30.0)
     rng = np.random.default_rng(seed)
     ways = []
     inside, room = free_inside(plan.cells != 0)
     while len(ways) < 2:
-        length = (170.0, 50.0)[len(ways)]
+        length = lengths_m[len(ways)]
         rough = way_through(inside, room, length, rng)
         way = _first([(float(x), float(y)) for x, y, _ in rough], length, seed)
         cells = np.floor((way[:, :2] - np.asarray(plan.origin_m)) / plan.resolution_m).astype(np.int64)
@@ -189,6 +199,8 @@ def dead(begin: float, make: Callable[[Path, int], Drive]) -> Callable[[Path, in
     return lambda data, seed: make(data, seed).dead_wheels(begin)
 
 
+INNS = 2, 3, 4, 7, 10, 12, 13
+"""Hotels through whose doors ways of rounded corners lead (:func:`carried_through`), up to 13."""
 INTEL, ACES, CSAIL = "slam/intel.clf.gz", "slam/aces.clf.gz", "slam/mit-csail.clf.gz"
 WEAN1, WEAN3 = "wean/wean1.clf.gz", "wean/wean3.clf.gz"
 CASES = {
@@ -204,6 +216,7 @@ CASES = {
     "office-carried": Case("carried", partial(office_carried, 11)),
     "office-carried-2": Case("carried", partial(office_carried, 7)),
     "hotel-carried": Case("carried", hotel_carried),
+    **{f"inn-{number}-carried": Case("carried", partial(inn_carried, number)) for number in INNS},
     "intel-carried": Case("carried", partial(logs_carried, (INTEL, 0.0, 0.3), (INTEL, 0.62, 0.7))),
     "intel-carried-2": Case("carried", partial(logs_carried, (INTEL, 0.3, 0.55), (INTEL, 0.1, 0.2))),
     "wean-carried": Case("carried", partial(logs_carried, (WEAN1, 0.0, 0.8), (WEAN3, 0.1, 0.4))),

@@ -55,6 +55,8 @@ class Guess:
     """Relative to the history in which the place is new."""
     T_map_newest: Transform = field(default_factory=lambda: np.zeros(3))
     """``(3,)``, where it has the newest keyframe that was asked."""
+    agrees: bool = True
+    """Whether what that saw fits there; along a corridor it may fit elsewhere, too."""
 
     @property
     def is_refuted(self) -> bool:
@@ -68,12 +70,17 @@ class Guess:
     def state(self) -> list[Any]:
         """Return everything that a resumed search needs."""
         fits = [[fit.old, fit.new, list(fit.found)] for fit in self.fits]
-        return [fits, self.disagreed, self.log_weight, self.T_map_newest]
+        return [fits, self.disagreed, self.log_weight, self.T_map_newest, self.agrees]
 
     @classmethod
     def of(cls, state: list[Any]) -> Guess:
         """Return the guess whose :meth:`state` this is."""
         return cls([Fit(old, new, Match(*found)) for old, new, found in state[0]], *state[1:])
+
+
+def score_of_known(found: Match) -> float:
+    """Return the mean log-likelihood of a beam where those that end in what the map does not know say nothing."""
+    return found.score - NEW * (1.0 - found.inliers - found.conflicts)
 
 
 def shares(guesses: Sequence[Guess]) -> NDArray[np.float64]:

@@ -115,6 +115,20 @@ def test_a_place_is_believed_on_five_fits_over_five_metres_that_leave_no_doubt(
     assert len(believed) == (fits if is_believed else 0)
 
 
+@pytest.mark.parametrize("agrees", [False, True])
+def test_a_place_is_believed_along_a_corridor_where_what_is_seen_agrees(
+    monkeypatch: pytest.MonkeyPatch, agrees: bool
+) -> None:
+    monkeypatch.setattr(FarSearch, "_is_ambiguous", lambda *_: False)
+    far = LoopCloser(MapperConfig(threads=1))._far
+    T_map_key = np.zeros((9, 3))
+    T_map_key[:, 0] = np.arange(9.0)
+    match = Match(np.zeros(3), -0.3, 1.0, 0.0, np.eye(3), 0.0, np.array([1.0, 0.0]))
+    far.guesses = [Guess([Fit(0, k, match) for k in range(6)], 0, 9.0, agrees=agrees)]  # three were along a corridor
+    believed = far._believed(T_map_key, np.array([0]), Drift(10.0, 0.3))
+    assert [fit.new for fit in believed] == (list(range(6)) if agrees else [])
+
+
 def test_two_histories_that_come_to_one_place_are_followed_as_one(monkeypatch: pytest.MonkeyPatch) -> None:
     loops, trajectory, _ = tour([np.zeros(3), np.array([9.0, -6.0, 0.3])], 20, (BLIND_M,))
     far, newest = loops._far, len(trajectory) - 1

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from mrslam.rbpf.loops.guesses import LIGHT, NEW, Fit, Guess, distinct, shares, surviving
+from mrslam.rbpf.loops.guesses import LIGHT, NEW, Fit, Guess, distinct, score_of_known, shares, surviving
 from mrslam.spatial.matching.gauss_newton import Match
 
 BEAMS, CELLS, EVIDENCE = 12, 20, 6.0
@@ -67,8 +67,17 @@ def test_a_place_that_is_new_takes_its_share() -> None:
     assert shares([one]) == pytest.approx([0.5]) and shares([]).size == 0
     one.explain(match(NEW + 0.5), 10.0)
     assert shares([one]) == pytest.approx([1.0 / (1.0 + np.exp(-5.0))])
+    one.agrees = False
     again = Guess.of(one.state())
-    assert again.log_weight == one.log_weight and again.fits[0].new == 9
+    assert again.log_weight == one.log_weight and again.fits[0].new == 9 and not again.agrees
+
+
+def test_what_the_map_does_not_know_says_nothing_of_a_place() -> None:
+    clear, half_known = match(-0.1), match(0.5 * (-0.1 + NEW))
+    clear, half_known = (one._replace(inliers=share, conflicts=0.0) for one, share in ((clear, 1.0), (half_known, 0.5)))
+    assert score_of_known(clear) == pytest.approx(-0.1) and score_of_known(half_known) == pytest.approx(-0.05)
+    contradicted = clear._replace(score=-0.4, inliers=0.9, conflicts=0.1)
+    assert score_of_known(contradicted) == pytest.approx(-0.4)
 
 
 def test_histories_that_lead_to_one_place_are_one_decision() -> None:

@@ -15,15 +15,13 @@ from mrslam.rbpf.loops.far_search import (
     BEGUN_MOST,
     CARRIED_EVERY_M,
     EVERY_M,
-    LOOKS_UNKNOWN,
+    LEAD,
     NEAR_M,
-    POINTS_LEAST,
     QUIET_MOST_M,
-    SHARE_LEAST,
-    STRETCH,
     FarSearch,
 )
 from mrslam.rbpf.loops.guesses import DISAGREE_MOST, NEW, Fit, Guess
+from mrslam.rbpf.loops.stretch_search import LOOKS_UNKNOWN, POINTS_LEAST, SHARE_LEAST, STRETCH, places_of
 from mrslam.spatial.matching.gauss_newton import Match
 from mrslam.spatial.matching.global_search import LOOKS_MOST, Search, Spot
 
@@ -56,22 +54,31 @@ def searching(answer: Match, way_m: float, keys: int = 2) -> tuple[FarSearch, As
 
 
 @pytest.mark.parametrize(
-    ("answer", "fits", "disagreed"),
+    ("answer", "fits", "disagreed", "agrees"),
     [
-        (match(), 2, 0),
-        (match(ELSEWHERE), 1, 1),
-        (match(inliers=0.1), 1, 1),
-        (match(blind=0.5), 1, 0),  # along a corridor nothing is said
+        (match(), 2, 0, True),
+        (match(ELSEWHERE), 1, 1, False),
+        (match(inliers=0.1), 1, 1, False),
+        (match(blind=0.5), 1, 0, True),  # along a corridor nothing is said
+        (match(inliers=0.1, blind=0.5), 1, 0, False),
     ],
 )
 def test_a_stretch_that_fits_where_it_is_expected_speaks_for_a_history_and_any_other_against_it(
-    answer: Match, fits: int, disagreed: int
+    answer: Match, fits: int, disagreed: int, agrees: bool
 ) -> None:
     far, _ = searching(answer, 2.0)
     guess = Guess([Fit(0, 0, match())])
     far._follow(guess, np.zeros((2, 3)), np.array([0]))
-    assert (len(guess.fits), guess.disagreed) == (fits, disagreed)
+    assert (len(guess.fits), guess.disagreed, guess.agrees) == (fits, disagreed, agrees)
     assert guess.log_weight == pytest.approx(EVIDENCE * 0.1)
+
+
+def test_a_history_has_the_robot_where_its_newest_stretch_fits() -> None:
+    found = np.array([0.2, -0.1, 0.02])
+    far, _ = searching(match(found), 2.0)
+    guess = Guess([Fit(0, 0, match())])
+    far._follow(guess, np.zeros((2, 3)), np.array([0]))
+    assert guess.T_map_newest == pytest.approx(found)
 
 
 def test_where_nothing_old_is_near_nothing_is_said_of_a_history() -> None:
@@ -80,6 +87,7 @@ def test_where_nothing_old_is_near_nothing_is_said_of_a_history() -> None:
     T_map_key = np.array([[0.0, 0.0, 0.0], [NEAR_M + 0.5, 0.0, 0.0]])
     far._follow(guess, T_map_key, np.array([0]))
     assert (len(guess.fits), guess.disagreed, guess.log_weight, asked.about) == (1, 0, 0.0, [])
+    assert not guess.agrees
 
 
 @pytest.mark.parametrize(("way_m", "is_over"), [(QUIET_MOST_M - 1.0, False), (QUIET_MOST_M + 1.0, True)])
@@ -140,7 +148,7 @@ def test_a_history_begins_at_each_place_that_fits_as_many_as_may_be(
         asked.append((most, len(args[5])))
         return Search([Spot(THERE, 0.9 - 0.01 * k) for k in range(most)], True)
 
-    monkeypatch.setattr(FarSearch, "_search", search)
+    monkeypatch.setattr("mrslam.rbpf.loops.far_search.places_of", search)
     far, _ = searching(match(), 10.0)
     far.most, far.guesses = histories, [Guess([Fit(0, 1, match())], T_map_newest=ELSEWHERE)]
     far._guess(np.zeros((2, 3)), np.array([0]), Drift(10.0, turn_rad))
@@ -157,14 +165,54 @@ def test_places_are_looked_for_that_fit_well_enough_and_not_at_those_followed(
         asked.append(args[3:])
         return Search([], True)
 
-    monkeypatch.setattr("mrslam.rbpf.loops.far_search.find", find)
-    monkeypatch.setattr(FarSearch, "_walls", lambda *_: "walls")
+    monkeypatch.setattr("mrslam.rbpf.loops.stretch_search.find", find)
+    monkeypatch.setattr("mrslam.rbpf.loops.stretch_search._walls", lambda *_: "walls")
     far, _ = searching(match(), 10.0)
     far._scans.uncarried = lambda *_: range(2)  # type: ignore[method-assign]
     far._scans.joined = lambda *_: np.ones((POINTS_LEAST, 5))  # type: ignore[method-assign]
     known = [ELSEWHERE]
-    assert not far._search(np.zeros((2, 3)), np.array([0]), Drift(10.0, turn_rad), STRETCH, known, most=3).spots
+    drift = Drift(10.0, turn_rad)
+    assert not places_of(far._scans, np.zeros((2, 3)), np.array([0]), drift, STRETCH, known, most=3).spots
     assert asked == [(10.0, turn_rad, SHARE_LEAST, known, looks_most, 3)]
+
+
+@pytest.mark.parametrize(
+    ("histories", "turn_rad", "others", "is_complete", "lead", "is_ambiguous"),
+    [
+        (30, np.pi, 2, True, LEAD + 0.1, False),
+        (30, np.pi, 2, True, LEAD - 0.1, True),  # what was asked does not tell them apart
+        (30, np.pi, 0, True, 0.0, False),
+        (30, np.pi, 0, False, 0.0, True),  # there may be other places
+        (30, 0.3, 0, False, 0.0, False),
+        (30, np.pi, BEGUN_MOST, True, 99.0, True),  # and more, of which nothing is known
+        (30, 0.3, 1, True, 99.0, True),  # of a robot that is not lost one place is looked for
+        (1, np.pi, 1, True, 99.0, True),  # no second history may be followed
+    ],
+)
+def test_a_place_is_ambiguous_where_another_one_explains_what_was_asked_about_as_well(
+    monkeypatch: pytest.MonkeyPatch,
+    histories: int,
+    turn_rad: float,
+    others: int,
+    is_complete: bool,
+    lead: float,
+    is_ambiguous: bool,
+) -> None:
+    def search(*args: Any, most: int = 1, **_: object) -> Search:
+        spots = [Spot(np.array([5.0 + k, 0.0, 0.0]), 0.8) for k in range(min(others, most))]
+        return Search(spots if args[5] else [Spot(THERE, 0.8)], is_complete)
+
+    def seen_then(_: object, T_map_newest: NDArray[np.float64], *__: object) -> Match:
+        score = -0.1 if T_map_newest[0] < 1.0 else -0.1 - lead / (3 * EVIDENCE)
+        return match()._replace(score=score)
+
+    monkeypatch.setattr("mrslam.rbpf.loops.far_search.places_of", search)
+    monkeypatch.setattr(FarSearch, "_seen_then", seen_then)
+    keys = 4
+    far, _ = searching(match(), 6.0, keys)
+    far.most, far._asked = histories, [1, 2, 3, 99]  # the last one's scan is not kept
+    guess = Guess([Fit(0, k, match()) for k in range(keys)], T_map_newest=THERE)
+    assert far._is_ambiguous(guess, np.zeros((keys, 3)), np.array([0]), Drift(10.0, turn_rad)) == is_ambiguous
 
 
 def test_a_new_history_is_not_weighed_by_scans_that_were_forgotten() -> None:
