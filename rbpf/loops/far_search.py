@@ -157,6 +157,7 @@ class FarSearch:
         guess.explain(fit.found, self._evidence_beams)
         guess.agrees = places.fits(fit.found)
         if fit.found.blind > 0.0:
+            guess.disagreed += places.is_contradicted(fit.found)
             return
         T_map_found = se2.compose(T_map_key[fit.old], fit.found.pose)
         away_m, turned = se2.difference(T_map_found, expected)

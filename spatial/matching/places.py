@@ -86,8 +86,12 @@ def fits(found: Match, more: float = 0.0) -> bool:
 
     ``more`` : share of beams by which it must be better than just enough.
     """
-    seen = found.inliers + found.conflicts
-    return found.inliers >= OVERLAP_LEAST + more and found.inliers >= (AGREEING_LEAST + 0.5 * more) * seen
+    return found.inliers >= OVERLAP_LEAST + more and not is_contradicted(found, AGREEING_LEAST + 0.5 * more)
+
+
+def is_contradicted(found: Match, agreeing_least: float = AGREEING_LEAST) -> bool:
+    """Return whether less than this share of the beams on known ground matches the place."""
+    return found.inliers < agreeing_least * (found.inliers + found.conflicts)
 
 
 def is_seen_all_round(found: Match) -> bool:

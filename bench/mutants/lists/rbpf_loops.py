@@ -262,6 +262,12 @@ MUTANTS = (
         "a lost robot that turned on the spot stops mapping with an error when two places look alike",
     ),
     Mutant(
+        "rbpf/loops/far_search.py",
+        "            guess.disagreed += places.is_contradicted(fit.found)\n",
+        "",
+        "a carried robot is taken to be in a corridor that shows something else all along",
+    ),
+    Mutant(
         "rbpf/loops/guesses.py",
         "    return found.score - NEW * (1.0 - found.inliers - found.conflicts)",
         "    return found.score",

@@ -11,7 +11,7 @@ MUTANTS = (
     ),
     Mutant(
         "spatial/matching/places.py",
-        " and found.inliers >= (AGREEING_LEAST + 0.5 * more) * seen",
+        " and not is_contradicted(found, AGREEING_LEAST + 0.5 * more)",
         "",
         "a loop is closed where walls contradict",
     ),

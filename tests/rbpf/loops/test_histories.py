@@ -61,6 +61,7 @@ def searching(answer: Match, way_m: float, keys: int = 2) -> tuple[FarSearch, As
         (match(inliers=0.1), 1, 1, False),
         (match(blind=0.5), 1, 0, True),  # along a corridor nothing is said
         (match(inliers=0.1, blind=0.5), 1, 0, False),
+        (match(inliers=0.6, blind=0.5)._replace(conflicts=0.3), 1, 1, False),  # but it is another corridor
     ],
 )
 def test_a_stretch_that_fits_where_it_is_expected_speaks_for_a_history_and_any_other_against_it(
