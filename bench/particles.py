@@ -42,7 +42,7 @@ FAR_OFF_M = 1.0
 BEGUN = 0.2
 """The first share of a drive, by which its map's frame is laid on the truth's."""
 CLEAR_M = 0.2
-"""No wall is nearer to a robot on its way through an office, metres."""
+"""No wall is nearer to a robot on its way through a building, metres."""
 DRAWN_MOST = 200
 """Ways that are drawn for a drive through a building at most."""
 CARRIED_M = 2.0
@@ -174,15 +174,15 @@ def carried_through(plan: OccupancyGrid, lengths_m: tuple[float, float], seed: i
     ways: list[NDArray[np.float64]] = []
     inside, room = free_inside(plan.cells != 0)
     for _ in range(DRAWN_MOST):
-        if len(ways) == len(lengths_m):
-            break
         length = lengths_m[len(ways)]
         rough = way_through(inside, room, length, rng)
         way = _first([(float(x), float(y)) for x, y, _ in rough], length, seed)
         cells = np.floor((way[:, :2] - np.asarray(plan.origin_m)) / plan.resolution_m).astype(np.int64)
         if room[cells[:, 1], cells[:, 0]].min() > CLEAR_M:  # rounded corners may lead through walls
             ways.append(way)
-    if len(ways) < len(lengths_m):
+        if len(ways) == len(lengths_m):
+            break
+    else:
         raise SystemExit(f"none of {DRAWN_MOST} ways keeps {CLEAR_M} m off the walls: another seed or building may do")
     legs = [simulated(plan, way, seed + k, 8.0) for k, way in enumerate(ways)]
     return carried_between(legs[0], legs[1])
