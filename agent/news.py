@@ -107,10 +107,26 @@ class News:
             index: tile
             for index, tile in own.tiles.items()
             if index in first
-            or (self._judged.get(index) is not tile and _is_news(index, tile, own.resolution_m, shown, elsewhere))
+            or (self._judged.get(index) is not tile and self._is_news(index, tile, own.resolution_m, shown, elsewhere))
         }
         self._judged = dict(own.tiles)
         return {**told, **news}, bool(news) or len(told) < len(self._told)
+
+    def _is_news(self, index: TileIndex, tile: Tile, edge_m: float, told: Shown, elsewhere: Elsewhere) -> bool:
+        """Return whether a tile shows more than was told, of the own map or of others."""
+        is_wall, is_free = _walls_and_free(tile)
+        if index in self._told:
+            was_wall, was_free = _walls_and_free(self._told[index])
+            is_wall, is_free = is_wall & ~was_wall, is_free & ~was_free
+        inside = np.argwhere(is_wall | is_free)
+        if len(inside) < NEWS_CELLS:
+            return False
+        is_wall, cells = is_wall[tuple(inside.T)], inside + TILE_CELLS * np.array(index)
+        is_new = told.count(cells, is_wall) == 0
+        if is_new.sum() < NEWS_CELLS:
+            return False
+        is_new[is_new] = elsewhere.count((cells[is_new, ::-1] + 0.5) * edge_m, is_wall[is_new]) == 0
+        return bool(is_new.sum() >= NEWS_CELLS)
 
     def _look_at_scans(self, local: LocalMap, elsewhere: Elsewhere) -> NDArray[np.int64]:
         """Decide of new keyframes whether their scans are told, and return those whose scans are."""
@@ -136,16 +152,8 @@ def _around(T_map_key: Transform, own: TiledMap) -> set[TileIndex]:
     return {(row, col) for col, row in x_y.tolist() if (row, col) in own.tiles}
 
 
-def _is_news(index: TileIndex, tile: Tile, edge_m: float, told: Shown, elsewhere: Elsewhere) -> bool:
-    """Return whether a tile shows more than was told, of the own map or of others."""
-    is_wall = tile.cells >= OCCUPIED_MIN
-    inside = np.argwhere(is_wall | ((tile.cells >= 0) & (tile.cells <= FREE_MAX)))
-    is_wall, cells = is_wall[tuple(inside.T)], inside + TILE_CELLS * np.array(index)
-    is_new = told.count(cells, is_wall) == 0
-    if is_new.sum() < NEWS_CELLS:
-        return False
-    is_new[is_new] = elsewhere.count((cells[is_new, ::-1] + 0.5) * edge_m, is_wall[is_new]) == 0
-    return bool(is_new.sum() >= NEWS_CELLS)
+def _walls_and_free(tile: Tile) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    return tile.cells >= OCCUPIED_MIN, (tile.cells >= 0) & (tile.cells <= FREE_MAX)
 
 
 def _without(scans: KeyScans, is_left_out: NDArray[np.bool_]) -> KeyScans:

@@ -11,6 +11,7 @@ from mrslam.merge.grids.shown import Shown
 from mrslam.merge.joint.bend import Bend
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
+from mrslam.spatial.tiles import distinct
 
 COARSE_M = 0.4
 """Edge of the squares of which one displacement is asked, metres: a map that is bent by a hundredth errs by 2 mm."""
@@ -43,5 +44,6 @@ class Elsewhere:
     def _displacement(self, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the displacement of points, asked once for all of them in one square of ``COARSE_M``."""
         assert self.bend is not None
-        squares, which = np.unique(np.floor(points_m / COARSE_M), axis=0, return_inverse=True)
-        return self.bend.displacement((squares + 0.5) * COARSE_M)[which.ravel()]
+        squares = np.floor(points_m / COARSE_M)
+        first, which = distinct(squares.astype(np.int64))
+        return self.bend.displacement((squares[first] + 0.5) * COARSE_M)[which]

@@ -139,8 +139,9 @@ class TeamMapper:
 
     def elsewhere(self, robot_id: str, others: Collection[str], alignments: Mapping[Pair, AlignmentLike]) -> Elsewhere:
         """Return what the maps of ``others`` show of the floor that a placed robot's map lies on."""
-        placement, resolution_m = self._fused(alignments)
-        maps = [self._layers[other].tiles for other in sorted(others) if other in self._layers]
+        placement = self.placement(alignments)
+        resolution_m = self._resolution(placement)
+        maps = [self._layer(x, placement, resolution_m).tiles for x in sorted(others) if x in placement.T_team_map]
         T_team_map, bend = placement.T_team_map[robot_id], placement.bends.get(robot_id)
         return Elsewhere(Shown(maps, ELSEWHERE_CELLS), resolution_m, T_team_map, bend)
 
@@ -151,13 +152,16 @@ class TeamMapper:
         """
         placement = self.placement(alignments)
         resolution_m = self._resolution(placement)
-        self._layers = {x: self._layers.get(x, Layer()) for x in placement.T_team_map}
-        for robot_id, layer in self._layers.items():
-            bend = placement.bends.get(robot_id)
-            T_team_map = placement.T_team_map[robot_id] if bend is None else bend.T_team_map
-            layer.update(self._drawn(robot_id, bend), T_team_map, resolution_m)
+        self._layers = {x: self._layer(x, placement, resolution_m) for x in placement.T_team_map}
         self._tree.update(self._layers)
         return placement, resolution_m
+
+    def _layer(self, robot_id: str, placement: Placement, resolution_m: float) -> Layer:
+        """Return the map of a placed robot in the team map's lattice, brought up to date."""
+        layer, bend = self._layers.setdefault(robot_id, Layer()), placement.bends.get(robot_id)
+        T_team_map = placement.T_team_map[robot_id] if bend is None else bend.T_team_map
+        layer.update(self._drawn(robot_id, bend), T_team_map, resolution_m)
+        return layer
 
     def _resolution(self, placement: Placement) -> float:
         if self.config.resolution_m is not None:

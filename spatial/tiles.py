@@ -44,6 +44,16 @@ class Tile:
         return int(np.count_nonzero(self.cells != UNKNOWN))
 
 
+def distinct(places: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return rows that hold the distinct ones of places ``(N, 2)``, and ``(N,)`` which of these each place is.
+
+    ``places`` : (row, column) within +-2^31, as of a lattice's squares. Many times faster than ``np.unique`` is
+    with rows.
+    """
+    _, first, which = np.unique((places[:, 0] << 32) + places[:, 1], return_index=True, return_inverse=True)
+    return first, which
+
+
 def box_cells(indices: Collection[TileIndex]) -> int:
     """Return how many cells the smallest grid has that holds these tiles."""
     rows, cols = zip(*indices, strict=True) if indices else ((0,), (0,))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mrslam.merge.grids.tiled_grid import Tiles
 from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, TILE_CELLS
-from mrslam.spatial.tiles import TileIndex, window
+from mrslam.spatial.tiles import TileIndex, distinct, window
 
 
 class Shown:
@@ -22,13 +22,11 @@ class Shown:
 
     def count(self, cells: NDArray[np.int64], is_wall: NDArray[np.bool_]) -> NDArray[np.int64]:
         """Return ``(N,)`` how many maps show the same near cells ``(N, 2)`` (row, column): a wall, or free ``(N,)``."""
-        shown = np.zeros(len(cells), dtype=np.int64)
         tiles, inside = np.divmod(cells, TILE_CELLS)
-        kind = is_wall.astype(np.int64)
-        for row, col in np.unique(tiles, axis=0).tolist():
-            here = (tiles == (row, col)).all(axis=1)
-            shown[here] = self._near_of((row, col))[kind[here], inside[here, 0], inside[here, 1]]
-        return shown
+        first, which = distinct(tiles)
+        near = np.array([self._near_of((row, col)) for row, col in tiles[first].tolist()], dtype=np.int64)
+        near = near.reshape(-1, 2, TILE_CELLS, TILE_CELLS)
+        return near[which, is_wall.astype(np.int64), inside[:, 0], inside[:, 1]]
 
     def _near_of(self, index: TileIndex) -> NDArray[np.int64]:
         """Return ``(2, 64, 64)``: how many maps have something free near each cell of a tile, and how many a wall."""

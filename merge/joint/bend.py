@@ -66,15 +66,19 @@ class Bend:
         away, near = self._tree.query(points, count)
         away, near = np.reshape(away, (-1, count)), np.reshape(near, (-1, count))
         weight = np.exp(-0.5 * (away**2 - away[:, :1] ** 2) / SPREAD_M**2)
-        T_map_corrected = se2.compose(se2.inverse(self.T_team_map), self.T_team_key)
-        T = se2.compose(T_map_corrected, se2.inverse(self.T_map_key))[near]
-        moved = se2.apply(T, points[:, None, :]) - points[:, None, :]
+        moved = se2.apply(self._T_bent[near], points[:, None, :]) - points[:, None, :]
         return np.asarray((weight[..., None] * moved).sum(axis=1) / weight.sum(axis=1)[:, None])
 
     def unbent(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return points ``(N, 2)`` of the team frame in the map as published: followed back at the nearest keyframe."""
         _, k = cKDTree(self.T_team_key[:, :2]).query(points)
         return se2.apply(se2.compose(self.T_map_key[k], se2.inverse(self.T_team_key[k])), points)
+
+    @cached_property
+    def _T_bent(self) -> Transform:
+        """``(K, 3)``: what each keyframe moves about it, in the map's frame."""
+        T_map_corrected = se2.compose(se2.inverse(self.T_team_map), self.T_team_key)
+        return se2.compose(T_map_corrected, se2.inverse(self.T_map_key))
 
     @cached_property
     def _tree(self) -> cKDTree:

@@ -115,6 +115,23 @@ def test_what_stands_in_floor_that_was_free_is_told(news: News, team: Team, cell
     assert [i for i, tile in told.map.tiles.items() if MAPS["a"].map.tiles[i] is not tile] == [index]
 
 
+def test_what_grows_little_by_little_is_told_once_it_is_enough(news: News, team: Team) -> None:
+    for cells in (3, 4):
+        assert news.of(with_box(MAPS["a"], cells)[0], team, SAID, SETTLED_NS) is None
+    assert news.of(with_box(MAPS["a"], 5)[0], team, SAID, SETTLED_NS) is not None
+
+
+@pytest.mark.parametrize(("cells", "is_told"), [(1, False), (3, True)])
+def test_a_map_that_is_corrected_is_told_again_where_that_is_more_than_a_cell(
+    news: News, team: Team, cells: int, is_told: bool
+) -> None:
+    grid = MAPS["a"].map.to_grid()
+    row, col = grid.cell0
+    moved = TiledMap.from_grid(OccupancyGrid.at_cell(grid.cells, grid.resolution_m, row + cells, col + cells))
+    told = news.of(replace(MAPS["a"], map=moved), team, SAID, SETTLED_NS)
+    assert (told is not None) == is_told
+
+
 def test_what_is_gone_from_the_map_is_told(news: News, team: Team) -> None:
     gone, *kept = sorted(MAPS["a"].map.tiles)
     tiles = {index: MAPS["a"].map.tiles[index] for index in kept}
@@ -152,7 +169,7 @@ def test_a_robot_that_stops_tells_its_way_in_the_end_and_knows_what_it_has_not_t
 ) -> None:
     one, _ = of_one_mind()
     monkeypatch.setattr("mrslam.rbpf.filter.history.is_known", lambda *_: True)
-    monkeypatch.setattr("mrslam.agent.news._is_news", lambda *_: False)  # from here on it sees nothing new
+    monkeypatch.setattr("mrslam.agent.news.News._is_news", lambda *_: False)  # from here on it sees nothing new
     for k in range(60, 90):
         one.on_scan(scan(k), odometry(k), 31 * S)
     version = one.node.store.version("r1")

@@ -163,6 +163,18 @@ def test_only_what_changed_is_done_again():
     assert 0 < mapper.fusions - fusions < fusions / 2
 
 
+def test_what_others_show_is_asked_without_drawing_the_own_map() -> None:
+    mapper = mapper_of(anchor="r1")
+    shown = mapper.elsewhere("r1", ["r2"], EDGES).shown
+    drawn = mapper.tiles_warped
+    layers = mapper.team_map().layers
+    cells = np.array(
+        [[64 * i + r, 64 * j + c] for (i, j), tile in layers["r2"].items() for r, c in np.argwhere(tile == 100)]
+    )
+    assert shown.count(cells, np.ones(len(cells), dtype=np.bool_)).all() and len(cells) > 100
+    assert 0 < drawn < mapper.tiles_warped and mapper.fusions > 0
+
+
 def test_a_map_of_the_same_content_changes_nothing():
     mapper = mapper_of(anchor="r1")
     mapper.team_map()

@@ -14,7 +14,7 @@ from mrslam.spatial import (
     Tile,
     TiledMap,
 )
-from mrslam.spatial.tiles import window
+from mrslam.spatial.tiles import distinct, window
 
 
 def random_grid(seed: int, row0: int, col0: int, height: int, width: int) -> OccupancyGrid:
@@ -50,6 +50,17 @@ def test_a_window_of_tiles_holds_what_the_grid_does_there(seed, row0, col0, row,
         for c in range(max(col, col0), min(col + width, col0 + 90)):
             expected[r - row, c - col] = grid.cells[r - row0, c - col0]
     np.testing.assert_array_equal(window(tiles, row, col, height, width), expected)
+
+
+FAR = st.sampled_from([0, 1, -1, 2**31 - 1, -(2**31) + 1, 2**16])
+
+
+@given(st.lists(st.tuples(FAR, FAR), max_size=12))
+def test_equal_places_are_one(places: list[tuple[int, int]]) -> None:
+    rows = np.array(places, dtype=np.int64).reshape(-1, 2)
+    first, which = distinct(rows)
+    np.testing.assert_array_equal(rows[first][which], rows)
+    assert len(first) == len(set(places))
 
 
 def test_tiles_lie_where_their_index_says_also_below_zero():

@@ -131,15 +131,21 @@ MUTANTS = (
     ),
     Mutant(
         "agent/news.py",
-        "    if is_new.sum() < NEWS_CELLS:\n        return False\n",
-        "    return bool(is_new.sum() >= NEWS_CELLS)\n",
+        "        if is_new.sum() < NEWS_CELLS:\n            return False\n",
+        "        return bool(is_new.sum() >= NEWS_CELLS)\n",
         "every robot tells all of the building",
     ),
     Mutant(
         "agent/news.py",
-        "    return bool(is_new.sum() >= NEWS_CELLS)\n",
-        "    return False\n",
+        "        return bool(is_new.sum() >= NEWS_CELLS)\n",
+        "        return False\n",
         "nothing is news",
+    ),
+    Mutant(
+        "agent/news.py",
+        "was_wall, was_free = _walls_and_free(self._told[index])",
+        "was_wall, was_free = _walls_and_free(self._judged[index])",
+        "what comes little by little is never told",
     ),
     Mutant(
         "agent/news.py",
@@ -227,8 +233,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/elsewhere.py",
-        "(squares + 0.5) * COARSE_M",
-        "squares + 0.5",
+        "(squares[first] + 0.5) * COARSE_M",
+        "squares[first] + 0.5",
         "what others show is looked up where a far part of the map is bent to",
     ),
     Mutant(
@@ -236,6 +242,12 @@ MUTANTS = (
         "x_y[:, ::-1]",
         "x_y",
         "what others show is looked up with rows for columns",
+    ),
+    Mutant(
+        "merge/grids/shown.py",
+        "near[which, is_wall.astype(np.int64)",
+        "near[which, is_wall.astype(np.int64) * 0",
+        "a wall that others have where floor was counts as known",
     ),
     Mutant(
         "merge/grids/shown.py",

@@ -61,6 +61,12 @@ MUTANTS = (
     ),
     Mutant(
         "merge/team.py",
+        "        maps = [self._layer(x,",
+        "        self._fused(alignments)\n        maps = [self._layer(x,",
+        "the whole team is drawn to ask what teammates show",
+    ),
+    Mutant(
+        "merge/team.py",
         "            self._tiled_maps.pop(robot_id, None)\n",
         "",
         "the team map shows maps as they were first",

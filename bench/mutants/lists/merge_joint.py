@@ -71,7 +71,7 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/bend.py",
-        "        moved = se2.apply(T, points[:, None, :]) - points[:, None, :]",
+        "        moved = se2.apply(self._T_bent[near], points[:, None, :]) - points[:, None, :]",
         "        moved = 0.0 * points[:, None, :] + np.zeros_like(near)[..., None]",
         "maps are not bent where keyframes were corrected",
     ),

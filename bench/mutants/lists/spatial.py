@@ -232,6 +232,18 @@ MUTANTS = (
         "a sure wrong loop drives out the way the robot drove, and is believed",
     ),
     Mutant(
+        "spatial/tiles.py",
+        "(places[:, 0] << 32) + places[:, 1]",
+        "(places[:, 0] << 16) + places[:, 1]",
+        "places far apart are taken for one",
+    ),
+    Mutant(
+        "spatial/tiles.py",
+        "(places[:, 0] << 32) + places[:, 1]",
+        "places[:, 0]",
+        "places in one row are taken for one",
+    ),
+    Mutant(
         "spatial/key_scans.py",
         "not 0 < starts.size <= KEYFRAMES_MOST + 1",
         "not 0 < starts.size",

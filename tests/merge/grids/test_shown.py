@@ -49,6 +49,13 @@ def test_a_cell_is_shown_where_a_map_has_the_same_near_it(seed: int, near: int) 
     assert Shown(maps, near).count(cells, is_wall).tolist() == wanted
 
 
+def test_a_wall_is_shown_beyond_the_edge_of_its_tile() -> None:
+    cells = np.full((TILE_CELLS, TILE_CELLS), -1, dtype=np.int8)
+    cells[TILE_CELLS - 1, 0] = 100
+    asked = np.array([[TILE_CELLS, -1], [TILE_CELLS + 1, -2], [TILE_CELLS + 2, -1], [TILE_CELLS, -3]])
+    assert Shown([{(0, 0): cells}], 2).count(asked, np.ones(4, dtype=np.bool_)).tolist() == [1, 1, 0, 0]
+
+
 def test_no_maps_show_nothing() -> None:
     shown = Shown([], 2).count(np.array([[0, 0], [-70, 3]]), np.array([True, False]))
     assert shown.tolist() == [0, 0]
