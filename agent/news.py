@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from mrslam.agent.team import Team
 from mrslam.merge.elsewhere import Elsewhere
 from mrslam.merge.grids.shown import Shown
-from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, TILE_CELLS, KeyScans, LocalMap, Tile, TiledMap, se2
+from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, TILE_CELLS, UNKNOWN, KeyScans, LocalMap, Tile, TiledMap, se2
 from mrslam.spatial.se2 import Transform
 from mrslam.spatial.tiles import TileIndex
 
@@ -34,6 +34,8 @@ SCAN_EVERY_M = 2.0
 """Path after which a scan is told all the same, metres: by these the own map is tied to those that know the place."""
 QUIET_NS = 300_000_000_000
 """Time after which keyframes are told that saw nothing new, nanoseconds."""
+BLANK = Tile(0, np.full((TILE_CELLS, TILE_CELLS), UNKNOWN, dtype=np.int8))
+"""What others know of a tile that was not told."""
 
 
 class News:
@@ -103,30 +105,30 @@ class News:
         told = {index: self._told[index] for index in own.tiles if index in self._told}
         shown = Shown([{index: tile.cells for index, tile in self._told.items()}], OWN_CELLS)
         first = asked - told.keys()
-        news = {
-            index: tile
-            for index, tile in own.tiles.items()
-            if index in first
-            or (self._judged.get(index) is not tile and self._is_news(index, tile, own.resolution_m, shown, elsewhere))
-        }
+        changed = [i for i, tile in own.tiles.items() if i not in first and self._judged.get(i) is not tile]
+        new = first.union(self._news_among(changed, own, shown, elsewhere))
+        news = {index: tile for index, tile in own.tiles.items() if index in new}
         self._judged = dict(own.tiles)
         return {**told, **news}, bool(news) or len(told) < len(self._told)
 
-    def _is_news(self, index: TileIndex, tile: Tile, edge_m: float, told: Shown, elsewhere: Elsewhere) -> bool:
-        """Return whether a tile shows more than was told, of the own map or of others."""
-        is_wall, is_free = _walls_and_free(tile)
-        if index in self._told:
-            was_wall, was_free = _walls_and_free(self._told[index])
-            is_wall, is_free = is_wall & ~was_wall, is_free & ~was_free
-        inside = np.argwhere(is_wall | is_free)
-        if len(inside) < NEWS_CELLS:
-            return False
-        is_wall, cells = is_wall[tuple(inside.T)], inside + TILE_CELLS * np.array(index)
-        is_new = told.count(cells, is_wall) == 0
-        if is_new.sum() < NEWS_CELLS:
-            return False
-        is_new[is_new] = elsewhere.count((cells[is_new, ::-1] + 0.5) * edge_m, is_wall[is_new]) == 0
-        return bool(is_new.sum() >= NEWS_CELLS)
+    def _news_among(
+        self, indices: list[TileIndex], own: TiledMap, told: Shown, elsewhere: Elsewhere
+    ) -> list[TileIndex]:
+        """Return the tiles of the own map that show more than was told, of it or of others."""
+        is_wall, is_free = _walls_and_free([own.tiles[i] for i in indices])
+        was_wall, was_free = _walls_and_free([self._told.get(i, BLANK) for i in indices])
+        is_new = (is_wall & ~was_wall) | (is_free & ~was_free)
+        first = TILE_CELLS * np.array(indices, dtype=np.int64).reshape(-1, 2)
+
+        def count_elsewhere(cells: NDArray[np.int64], is_wall: NDArray[np.bool_]) -> NDArray[np.int16]:
+            return elsewhere.count((cells[:, ::-1].astype(np.float64) + 0.5) * own.resolution_m, is_wall)
+
+        for count in (told.count, count_elsewhere):
+            is_new &= _has_news(is_new)[:, None, None]
+            tile, row, col = np.nonzero(is_new)
+            cells = first[tile] + np.stack([row, col], axis=1)
+            is_new[tile, row, col] = count(cells, is_wall[tile, row, col]) == 0
+        return [index for index, is_news in zip(indices, _has_news(is_new), strict=True) if is_news]
 
     def _look_at_scans(self, local: LocalMap, elsewhere: Elsewhere) -> NDArray[np.int64]:
         """Decide of new keyframes whether their scans are told, and return those whose scans are."""
@@ -152,8 +154,15 @@ def _around(T_map_key: Transform, own: TiledMap) -> set[TileIndex]:
     return {(row, col) for col, row in x_y.tolist() if (row, col) in own.tiles}
 
 
-def _walls_and_free(tile: Tile) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    return tile.cells >= OCCUPIED_MIN, (tile.cells >= 0) & (tile.cells <= FREE_MAX)
+def _walls_and_free(tiles: list[Tile]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return which cells ``(N, 64, 64)`` of some tiles are walls, and which are free."""
+    cells = np.array([tile.cells for tile in tiles], dtype=np.int8).reshape(-1, TILE_CELLS, TILE_CELLS)
+    return cells >= OCCUPIED_MIN, (cells >= 0) & (cells <= FREE_MAX)
+
+
+def _has_news(is_new: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which tiles ``(N,)`` have enough cells that are new ``(N, 64, 64)``."""
+    return np.count_nonzero(is_new, axis=(1, 2)) >= NEWS_CELLS
 
 
 def _without(scans: KeyScans, is_left_out: NDArray[np.bool_]) -> KeyScans:

@@ -30,7 +30,7 @@ class Elsewhere:
     bend: Bend | None
     """How it is bent to fit; None where it is not, or no joint solution has come yet."""
 
-    def count(self, points_m: NDArray[np.float64], is_wall: NDArray[np.bool_]) -> NDArray[np.int64]:
+    def count(self, points_m: NDArray[np.float64], is_wall: NDArray[np.bool_]) -> NDArray[np.int16]:
         """Return ``(N,)`` how many of the others show the same at points ``(N, 2)`` of the one map, metres.
 
         ``is_wall (N,)`` : whether the one map has a wall there, else it is free.

@@ -18,23 +18,23 @@ class Shown:
     def __init__(self, maps: Sequence[Tiles], near_cells: int) -> None:
         """Look into these maps: what one of them has within ``near_cells`` of a cell, by row and column, it shows."""
         self._maps, self._near_cells = maps, near_cells
-        self._near: dict[TileIndex, NDArray[np.int64]] = {}
+        self._near: dict[TileIndex, NDArray[np.int16]] = {}
 
-    def count(self, cells: NDArray[np.int64], is_wall: NDArray[np.bool_]) -> NDArray[np.int64]:
+    def count(self, cells: NDArray[np.int64], is_wall: NDArray[np.bool_]) -> NDArray[np.int16]:
         """Return ``(N,)`` how many maps show the same near cells ``(N, 2)`` (row, column): a wall, or free ``(N,)``."""
         tiles, inside = np.divmod(cells, TILE_CELLS)
         first, which = distinct(tiles)
-        near = np.array([self._near_of((row, col)) for row, col in tiles[first].tolist()], dtype=np.int64)
+        near = np.array([self._near_of((row, col)) for row, col in tiles[first].tolist()], dtype=np.int16)
         near = near.reshape(-1, 2, TILE_CELLS, TILE_CELLS)
         return near[which, is_wall.astype(np.int64), inside[:, 0], inside[:, 1]]
 
-    def _near_of(self, index: TileIndex) -> NDArray[np.int64]:
+    def _near_of(self, index: TileIndex) -> NDArray[np.int16]:
         """Return ``(2, 64, 64)``: how many maps have something free near each cell of a tile, and how many a wall."""
         held = self._near.get(index)
         if held is None:
             rim = self._near_cells
             row, col, size = index[0] * TILE_CELLS - rim, index[1] * TILE_CELLS - rim, TILE_CELLS + 2 * rim
-            steps, held = range(2 * rim + 1), np.zeros((2, TILE_CELLS, TILE_CELLS), dtype=np.int64)
+            steps, held = range(2 * rim + 1), np.zeros((2, TILE_CELLS, TILE_CELLS), dtype=np.int16)
             for tiles in self._maps:
                 if any((index[0] + i, index[1] + j) in tiles for i in (-1, 0, 1) for j in (-1, 0, 1)):
                     cells = window(tiles, row, col, size, size)

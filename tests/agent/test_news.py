@@ -169,7 +169,7 @@ def test_a_robot_that_stops_tells_its_way_in_the_end_and_knows_what_it_has_not_t
 ) -> None:
     one, _ = of_one_mind()
     monkeypatch.setattr("mrslam.rbpf.filter.history.is_known", lambda *_: True)
-    monkeypatch.setattr("mrslam.agent.news.News._is_news", lambda *_: False)  # from here on it sees nothing new
+    monkeypatch.setattr("mrslam.agent.news.News._news_among", lambda *_: [])  # from here on it sees nothing new
     for k in range(60, 90):
         one.on_scan(scan(k), odometry(k), 31 * S)
     version = one.node.store.version("r1")

@@ -107,8 +107,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/news.py",
-        "if index in first\n            or (",
-        "if (",
+        "new = first.union(self",
+        "new = set().union(self",
         "teammates refuse the map of a robot that stands where it tells none",
     ),
     Mutant(
@@ -131,26 +131,32 @@ MUTANTS = (
     ),
     Mutant(
         "agent/news.py",
-        "        if is_new.sum() < NEWS_CELLS:\n            return False\n",
-        "        return bool(is_new.sum() >= NEWS_CELLS)\n",
+        "in (told.count, count_elsewhere):",
+        "in (told.count,):",
         "every robot tells all of the building",
     ),
     Mutant(
         "agent/news.py",
-        "        return bool(is_new.sum() >= NEWS_CELLS)\n",
-        "        return False\n",
+        "in (told.count, count_elsewhere):",
+        "in (count_elsewhere,):",
+        "a map that was told is told again wherever it is drawn a cell beside",
+    ),
+    Mutant(
+        "agent/news.py",
+        "first.union(self._news_among(changed, own, shown, elsewhere))",
+        "first",
         "nothing is news",
     ),
     Mutant(
         "agent/news.py",
-        "was_wall, was_free = _walls_and_free(self._told[index])",
-        "was_wall, was_free = _walls_and_free(self._judged[index])",
+        "self._told.get(i, BLANK)",
+        "self._judged.get(i, BLANK)",
         "what comes little by little is never told",
     ),
     Mutant(
         "agent/news.py",
-        "told.count(cells, is_wall) == 0",
-        "told.count(cells, is_wall) >= 0",
+        "count(cells, is_wall[tile, row, col]) == 0",
+        "count(cells, is_wall[tile, row, col]) >= 0",
         "a map that was told is told again and again",
     ),
     Mutant(
