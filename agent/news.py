@@ -20,6 +20,9 @@ from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, TILE_CELLS, UNKNOWN, KeyScans
 from mrslam.spatial.se2 import Transform
 from mrslam.spatial.tiles import TileIndex
 
+TEAM_LEAST = 3
+"""Robots in a team, from which on not all is told. Of two that patrol an office that both know each then tells 1.3 kB a
+minute in place of 0.4; to ask what is news took an eighth of the CPU of two on a long corridor."""
 NEWS_CELLS = 20
 """Cells of a tile that nobody has told like this, from which on it is news: 0.05 m2, less than a chair's."""
 OWN_CELLS = 1
@@ -95,7 +98,7 @@ class News:
         known = frozenset((name, team.maps[name].epoch) for name in team.maps.keys() - team.saved)
         if known != self._known or team.unplaced:
             self._known, self._known_ns = known, now_ns
-        if len(known) < 2 or now_ns - self._known_ns < self._settled_ns:
+        if len(known) < TEAM_LEAST or now_ns - self._known_ns < self._settled_ns:
             return False
         said = [placed_by[name] for name, _ in known if name in placed_by]
         return all(is_placed or now_ns - told_ns >= self._settled_ns for is_placed, told_ns in said)

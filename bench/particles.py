@@ -205,8 +205,8 @@ def dead(begin: float, make: Callable[[Path, int], Drive]) -> Callable[[Path, in
     return lambda data, seed: make(data, seed).dead_wheels(begin)
 
 
-INNS = 2, 3, 4, 7, 12, 13
-"""Hotels through whose doors ways of rounded corners lead (:func:`carried_through`), up to 13."""
+INNS = 2, 3, 4, 7, 12, 13, *range(15, 24), *range(25, 34), 36, *range(38, 41)
+"""Hotels through whose doors ways of rounded corners lead (:func:`carried_through`), up to 40."""
 INTEL, ACES, CSAIL = "slam/intel.clf.gz", "slam/aces.clf.gz", "slam/mit-csail.clf.gz"
 WEAN1, WEAN3 = "wean/wean1.clf.gz", "wean/wean3.clf.gz"
 CASES = {

@@ -9,7 +9,7 @@ import pytest
 
 from mrslam.agent import Agent, AgentConfig
 from mrslam.agent.known_map import KnownMap
-from mrslam.agent.news import NEWS_CELLS, QUIET_NS, SCAN_EVERY_M, News
+from mrslam.agent.news import NEWS_CELLS, QUIET_NS, SCAN_EVERY_M, TEAM_LEAST, News
 from mrslam.agent.team import Team
 from mrslam.spatial import LocalMap, OccupancyGrid, Tile, TiledMap, se2
 from tests.agent.duo import SETTINGS, S, live, merge, odometry, robot, scan, talk
@@ -25,6 +25,11 @@ MAPS = {"a": local_map(A), "b": local_map(B)}
 FIRST = len(A.trail)
 LONG = local_map(drive(0.0, 70.0, 1e-4, seed=1), revision=2)
 """The map of a, who drove on where b has been."""
+
+
+@pytest.fixture(autouse=True)
+def _two_are_a_team(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mrslam.agent.news.TEAM_LEAST", 2)
 
 
 @pytest.fixture
@@ -63,6 +68,13 @@ def test_a_map_that_was_told_is_not_told_again_but_after_a_while(news: News, tea
     told = news.of(MAPS["a"], team, SAID, last_ns + QUIET_NS)
     assert told is not None and dict(told.map.tiles) == dict(MAPS["a"].map.tiles)
     assert news.of(MAPS["a"], team, SAID, last_ns + QUIET_NS + 1) is None
+
+
+def test_robots_that_are_but_two_tell_each_other_all(team: Team, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mrslam.agent.news.TEAM_LEAST", TEAM_LEAST)
+    news = News(SETTLED_S)
+    for now_ns in (0, 2 * SETTLED_NS, 4 * SETTLED_NS):
+        assert news.of(LONG, team, SAID, now_ns) is LONG
 
 
 @pytest.mark.parametrize("views", [1, 2])

@@ -5,15 +5,15 @@ from bench.mutants.mutant import Mutant
 MUTANTS = (
     Mutant(
         "agent/news.py",
-        "if len(known) < 2 or now_ns - self._known_ns < self._settled_ns:",
-        "if len(known) < 2:",
+        "if len(known) < TEAM_LEAST or now_ns - self._known_ns < self._settled_ns:",
+        "if len(known) < TEAM_LEAST:",
         "maps are no longer told whole from the first merge on, and a wrong one is found out later",
     ),
     Mutant(
         "agent/news.py",
-        "if len(known) < 2 or now_ns",
+        "if len(known) < TEAM_LEAST or now_ns",
         "if now_ns",
-        "a robot alone keeps its map back",
+        "robots that are but two keep back what the other does not know",
     ),
     Mutant(
         "agent/news.py",
