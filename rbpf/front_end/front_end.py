@@ -253,8 +253,8 @@ class FrontEnd:
             # The others are ways to move, not places far off: they need not fit as usual. Nor need they fit much better
             # where walls do not show the odometry's: it may have jumped.
             return found.score + (0.0 if found.blind > 0.0 else BETTER)
-        if stands and (found.blind > 0.0 or found.inliers < GOOD_INLIERS or self.predictor.was_moving):
-            return found.score + MOVED  # a robot that stands sees the same as before
+        if stands:  # it sees the same as before, whoever walks past; but if it was moving, its wheels may have died
+            return found.score + MOVED if self.predictor.was_moving else None
         if found.blind > 0.0:  # odometry may have jumped: where walls do not show it, the motion before is better
             return found.score - BETTER
         return None

@@ -130,6 +130,18 @@ MUTANTS = (
         "a resumed robot takes the first step of its wheels for a jump",
     ),
     Mutant(
+        "rbpf/front_end/front_end.py",
+        "return found.score + MOVED if self.predictor.was_moving else None",
+        "return found.score + MOVED",
+        "a robot that stands in a corridor is carried off by who walks past",
+    ),
+    Mutant(
+        "rbpf/front_end/front_end.py",
+        "return found.score + MOVED if self.predictor.was_moving else None",
+        "return None",
+        "a robot whose wheels die in a corridor stays where they did",
+    ),
+    Mutant(
         "rbpf/front_end/odometry.py",
         " and self._reported[2] * self._matched[2] > 0.0:",
         ":",
