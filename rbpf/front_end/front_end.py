@@ -23,8 +23,9 @@ from mrslam.spatial.poses import between, compose
 from mrslam.spatial.runtime.crew import Crew
 from mrslam.spatial.se2 import Transform
 
-MOVED = 0.02
-"""A robot whose wheels stand has moved if the score elsewhere is better by this."""
+MOVED = 0.12
+"""A robot whose wheels stand has moved if the score elsewhere is better by this. Of 84 robots that stopped in a bare
+corridor beside somebody who walked on, 28 went on with him by 0.02, six by 0.08, none by this."""
 STOOD_M, STOOD_RAD = 0.3, 0.3
 """A robot that moved less than this in a pause sees most of what it saw before, metres and radians."""
 CARRIED_S = 5.0

@@ -137,6 +137,12 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/front_end/front_end.py",
+        "MOVED = 0.12",
+        "MOVED = 0.02",
+        "a robot that stops in a corridor drives on with who walked beside it",
+    ),
+    Mutant(
+        "rbpf/front_end/front_end.py",
         "return found.score + MOVED if self.predictor.was_moving else None",
         "return None",
         "a robot whose wheels die in a corridor stays where they did",

@@ -11,17 +11,18 @@ from numpy.typing import NDArray
 from mrslam.rbpf import Mapper, MapperConfig
 from mrslam.spatial import Scan
 
-HALF_M, REACH_M, BODY_M = 1.2, 8.0, 0.3
-"""Half the corridor's width, the laser's range, and the radius of a person with a bag, metres."""
+HALF_M, REACH_M = 1.2, 8.0
+"""Half the corridor's width, and the laser's range, metres."""
 ANGLES = np.linspace(-np.pi, np.pi, 360, endpoint=False)
 
 
 def scan(
-    k: int, rng: np.random.Generator, people: Sequence[tuple[float, float]] = (), niches: Sequence[float] = ()
+    k: int, rng: np.random.Generator, people: Sequence[tuple[float, float, float]] = (), niches: Sequence[float] = ()
 ) -> Scan:
     """Return what a laser in the middle of a corridor sees of its walls, of people, and of niches half a metre deep.
 
-    People ``(x, y)`` and niches ``x``, where they begin, are metres from it; niches are a metre long, in the left wall.
+    People ``(x, y, radius)`` and niches, by the ``x`` where they begin, are metres from it; niches are a metre long, in
+    the left wall.
     """
     along, aside = np.cos(ANGLES), np.sin(ANGLES)
     ranges_m = HALF_M / np.maximum(np.abs(aside), 1e-9)
@@ -31,10 +32,10 @@ def scan(
         enters = (aside > 0) & (ranges_m * along > x) & (ranges_m * along < x + 1.0)
         beyond = np.where(side > ranges_m, side, np.inf)
         ranges_m = np.where(enters, np.minimum(deep, beyond), ranges_m)
-    for x, y in people:
+    for x, y, radius in people:
         nearest = x * along + y * aside
         off = np.abs(x * aside - y * along)
-        hit = np.where((off < BODY_M) & (nearest > 0), nearest - np.sqrt(np.maximum(BODY_M**2 - off**2, 0.0)), np.inf)
+        hit = np.where((off < radius) & (nearest > 0), nearest - np.sqrt(np.maximum(radius**2 - off**2, 0.0)), np.inf)
         ranges_m = np.minimum(ranges_m, hit)
     ranges_m = np.where(ranges_m > REACH_M, np.inf, ranges_m + rng.normal(0.0, 0.01, ranges_m.size))
     return Scan(
@@ -50,12 +51,20 @@ def driven(mapper: Mapper, odometry_m: NDArray[np.float64], scans: list[Scan]) -
     return float(mapper.T_map_base[0])
 
 
-@pytest.mark.parametrize("side_m", [0.4, 0.6])
-def test_a_robot_that_stands_in_a_corridor_is_not_moved_by_who_walks_past(side_m: float) -> None:
-    rng = np.random.default_rng(1)
-    scans = [scan(k, rng, [(1.2 - 0.12 * k, side_m)]) for k in range(60)]
+@pytest.mark.parametrize(("side_m", "radius_m"), [(0.4, 0.3), (0.6, 0.7)], ids=["a person", "a bed"])
+def test_a_robot_that_stands_in_a_corridor_is_not_moved_by_what_passes(side_m: float, radius_m: float) -> None:
+    rng = np.random.default_rng(0)
+    scans = [scan(k, rng, [(1.2 - 0.12 * k, side_m, radius_m)] if k < 20 else []) for k in range(60)]
     mapper = Mapper(MapperConfig(particles=1, threads=1))
     assert abs(driven(mapper, np.zeros(60), scans)) < 0.05 and mapper.stats.processed == 1
+
+
+@pytest.mark.parametrize(("ahead_m", "side_m"), [(1.0, 0.5), (1.6, 0.5), (1.6, 0.8)])
+def test_a_robot_that_stops_does_not_drive_on_with_who_walked_beside_it(ahead_m: float, side_m: float) -> None:
+    rng, wheels_m = np.random.default_rng(2), 0.1 * np.minimum(np.arange(110), 50)
+    walker = ahead_m + 0.13 * np.maximum(np.arange(110) - 50, 0)
+    scans = [scan(k, rng, [(walker[k], side_m, 0.35)], [3.0 - wheels_m[k]]) for k in range(110)]
+    assert abs(driven(Mapper(MapperConfig(particles=1, threads=1)), wheels_m, scans) - 5.0) < 0.15
 
 
 def test_a_robot_whose_wheels_die_in_a_corridor_drives_on() -> None:
