@@ -137,7 +137,7 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/front_end/front_end.py",
-        "better = MOVED if found.blind == 0.0 else MOVED_UNSEEN",
+        "better = MOVED if has_moved(between(self.T_local_base, found.pose)) else MOVED_UNSEEN",
         "better = MOVED",
         "a robot that stops in a corridor drives on with who walked beside it",
     ),
