@@ -25,9 +25,9 @@ from mrslam.spatial.runtime.crew import Crew
 from mrslam.spatial.se2 import Transform
 
 MOVED, MOVED_UNSEEN = 0.02, 0.12
-"""A robot whose wheels stand has moved if the score elsewhere is better by the first, or by the second where a match from
-there does not move: of 84 robots that stopped in a bare corridor beside somebody who walked on, 28 went on with him by
-0.02, six by 0.08, none by this."""
+"""A robot whose wheels stand has moved if the score elsewhere is better by the first, or by the second where the match
+from there does not move: of 84 robots that stopped in a bare corridor beside somebody who walked on, 28 went on with
+him by 0.02, six by 0.08, none by this."""
 STOOD_M, STOOD_RAD = 0.3, 0.3
 """A robot that moved less than this in a pause sees most of what it saw before, metres and radians."""
 CARRIED_S = 5.0
