@@ -131,19 +131,13 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/front_end/front_end.py",
-        "return found.score + better if self.predictor.was_moving else None",
-        "return found.score + better",
+        "return found.score + MOVED if self.predictor.was_moving else None",
+        "return found.score + MOVED",
         "a robot that stands in a corridor is carried off by who walks past",
     ),
     Mutant(
         "rbpf/front_end/front_end.py",
-        "better = MOVED if has_moved(between(self.T_local_base, found.pose)) else MOVED_UNSEEN",
-        "better = MOVED",
-        "a robot that stops in a corridor drives on with who walked beside it",
-    ),
-    Mutant(
-        "rbpf/front_end/front_end.py",
-        "return found.score + better if self.predictor.was_moving else None",
+        "return found.score + MOVED if self.predictor.was_moving else None",
         "return None",
         "a robot whose wheels die in a corridor stays where they did",
     ),

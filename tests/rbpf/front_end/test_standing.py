@@ -59,14 +59,6 @@ def test_a_robot_that_stands_in_a_corridor_is_not_moved_by_what_passes(side_m: f
     assert abs(driven(mapper, np.zeros(60), scans)) < 0.05 and mapper.stats.processed == 1
 
 
-@pytest.mark.parametrize(("ahead_m", "side_m"), [(1.0, 0.5), (1.6, 0.5), (1.6, 0.8)])
-def test_a_robot_that_stops_does_not_drive_on_with_who_walked_beside_it(ahead_m: float, side_m: float) -> None:
-    rng, wheels_m = np.random.default_rng(2), 0.1 * np.minimum(np.arange(110), 50)
-    walker = ahead_m + 0.13 * np.maximum(np.arange(110) - 50, 0)
-    scans = [scan(k, rng, [(walker[k], side_m, 0.35)], [3.0 - wheels_m[k]]) for k in range(110)]
-    assert abs(driven(Mapper(MapperConfig(particles=1, threads=1)), wheels_m, scans) - 5.0) < 0.15
-
-
 def test_a_robot_whose_wheels_die_in_a_corridor_drives_on() -> None:
     rng, niches = np.random.default_rng(1), [3.0, 7.2, 10.5, 15.0, 18.1]
     scans = [scan(k, rng, niches=[x - 0.1 * k for x in niches]) for k in range(100)]
