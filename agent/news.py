@@ -121,7 +121,7 @@ class News:
         is_wall, is_free = _walls_and_free([own.tiles[i] for i in indices])
         was_wall, was_free = _walls_and_free([self._told.get(i, BLANK) for i in indices])
         is_new = (is_wall & ~was_wall) | (is_free & ~was_free)
-        first = TILE_CELLS * np.array(indices, dtype=np.int64).reshape(-1, 2)
+        corners = TILE_CELLS * np.array(indices, dtype=np.int64).reshape(-1, 2)
 
         def count_elsewhere(cells: NDArray[np.int64], is_wall: NDArray[np.bool_]) -> NDArray[np.int16]:
             return elsewhere.count((cells[:, ::-1].astype(np.float64) + 0.5) * own.resolution_m, is_wall)
@@ -129,7 +129,7 @@ class News:
         for count in (told.count, count_elsewhere):
             is_new &= _has_news(is_new)[:, None, None]
             tile, row, col = np.nonzero(is_new)
-            cells = first[tile] + np.stack([row, col], axis=1)
+            cells = corners[tile] + np.stack([row, col], axis=1)
             is_new[tile, row, col] = count(cells, is_wall[tile, row, col]) == 0
         return [index for index, is_news in zip(indices, _has_news(is_new), strict=True) if is_news]
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from mrslam.spatial import KeyScans, se2
 from mrslam.spatial.se2 import Transform
+from mrslam.spatial.tiles import distinct
 
 CELL_M = 0.3
 """Side of the squares by which walls are counted, metres: points of one keyframe are up to so far apart on a wall 5 m
@@ -40,4 +41,4 @@ def _squares(T_map_key: Transform, scans: KeyScans) -> NDArray[np.int64]:
     """Return the number of the square that each scan point ``(P,)`` lies in, from 0."""
     points_m = se2.apply(np.repeat(T_map_key, np.diff(scans.starts), axis=0), scans.points)
     squares = np.floor(points_m / CELL_M).astype(np.int64)
-    return np.unique(squares, axis=0, return_inverse=True)[1].reshape(-1)
+    return distinct(squares)[1]

@@ -277,3 +277,25 @@ def test_a_robot_that_stops_is_not_carried_on(monkeypatch: pytest.MonkeyPatch) -
     mapper = Mapper(SMALL, seed=1)
     feed(mapper, poses, poses)
     assert errors(mapper, poses)[0] < 0.1
+
+
+def body(x: float, y: float, radius: float) -> np.ndarray:
+    """Walls ``x0, y0, x1, y1`` round somebody."""
+    angles = np.linspace(0.0, 2.0 * np.pi, 17)
+    corners = np.stack([x + radius * np.cos(angles), y + radius * np.sin(angles)], axis=1)
+    return np.concatenate([corners[:-1], corners[1:]], axis=1)
+
+
+@pytest.mark.parametrize(("side_m", "radius_m"), [(0.4, 0.3), (0.6, 0.7)], ids=["a person", "a bed"])
+def test_a_robot_that_stands_in_a_corridor_is_not_moved_by_what_passes(
+    side_m: float, radius_m: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bare = np.array([[0.3, -40.0, 0.3, 40.0], [2.7, -40.0, 2.7, 40.0]])
+    mapper, rng = Mapper(MapperConfig(particles=1, threads=1)), np.random.default_rng(0)
+    for k in range(60):
+        passer = body(1.5 + side_m, 4.2 - 0.12 * k, radius_m)
+        monkeypatch.setattr("tests.rbpf.rooms.WALLS", np.concatenate([bare, passer]) if k < 20 else bare)
+        seen = make_scan(np.zeros(3), k * 10**8, beams=360, fov=2.0 * np.pi, rng=rng)
+        near = np.where(seen.ranges_m > 8.0, np.float32(np.inf), seen.ranges_m)
+        mapper.update(replace(seen, ranges_m=near, range_max_m=8.0), np.zeros(3))
+    assert abs(mapper.T_map_base[0]) < 0.05 and mapper.stats.processed == 1
