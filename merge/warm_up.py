@@ -16,6 +16,7 @@ from mrslam.merge.joint.trail import Trail
 from mrslam.merge.joint.trail_kernels import seen_again
 from mrslam.merge.team import TeamMap
 from mrslam.spatial import KeyScans, OccupancyGrid, se2
+from mrslam.spatial.pose_graph import relax
 
 
 def warm_up() -> None:
@@ -44,6 +45,7 @@ def _join_and_bend() -> None:
     seen_again(keys, trail.way_m, 1.0, 1.0, 1.0)
     for off_m in (0.0, 1.0):
         matcher.match(trail, 2, trail, 2, se2.transform(off_m, 0.0, 0.0), 20.0)
+    relax(keys, trail.edges, np.zeros(trail.edges.first.size, dtype=np.bool_))
     cells = np.zeros((64, 64), dtype=np.int8)
     cells[40, :] = 100
     Bend(keys, keys * np.array([1.2, 1.0, 1.0])).bent(OccupancyGrid(cells, 0.05))

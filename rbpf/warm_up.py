@@ -14,6 +14,7 @@ from mrslam.spatial.hits.store import TileStore
 from mrslam.spatial.matching.cloud import find_normals
 from mrslam.spatial.matching.correlative import Lattice, search
 from mrslam.spatial.matching.global_search import find, wall_grid
+from mrslam.spatial.pose_graph import Edges, relax
 
 
 def warm_up() -> None:
@@ -38,6 +39,9 @@ def warm_up() -> None:
     find_normals(points, np.zeros(2), points.copy())
     contradicted(points, points, np.zeros(3), scan.T_base_laser[:2])
     find(wall_grid(points[:, :2]), points, np.zeros(3), 0.1, 0.01, 0.0)
+    chain = np.arange(3)
+    edges = Edges(chain[:2], chain[1:], np.ones((2, 3)), np.ones((2, 3, 3)))
+    relax(np.zeros((3, 3)), edges, np.zeros(2, dtype=np.bool_))
     cells = np.zeros((40, 40), dtype=np.int8)
     cells[20] = 100
     FixedMap(OccupancyGrid(cells, 0.05), 0.05)

@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
-from scipy.sparse.linalg import SuperLU
 
 from mrslam.spatial import se2
-from mrslam.spatial.normal_equations import NormalEquations
+from mrslam.spatial.normal_equations import Factors, NormalEquations
 from mrslam.spatial.se2 import Transform
 
 ITERATIONS = 4
@@ -162,10 +161,9 @@ def marginal(poses: Transform, edges: Edges, node: int) -> NDArray[np.float64]:
     if node == 0 or edges.first.size == 0:
         return np.zeros((3, 3))
     factors, _ = _factorised(poses, edges, _equations(edges, poses), np.ones(edges.first.size))
-    columns = np.zeros((3 * poses.shape[0] - 3, 3))
-    own = slice(3 * node - 3, 3 * node)
-    columns[own] = np.eye(3)
-    cov = factors.solve(columns)[own]
+    columns = np.zeros((3, poses.shape[0] - 1, 3))
+    columns[:, node - 1] = np.eye(3)
+    cov = np.array([factors.solve(column)[node - 1] for column in columns])
     return np.asarray(0.5 * (cov + cov.T))
 
 
@@ -205,7 +203,7 @@ def _settle(poses: Transform, edges: Edges, equations: NormalEquations, weight: 
 def _step(poses: Transform, edges: Edges, equations: NormalEquations, weight: NDArray[np.float64]) -> float:
     """Take one Gauss-Newton step in place, and return the largest change, metres or radians; the first pose stays."""
     factors, rhs = _factorised(poses, edges, equations, weight)
-    step = factors.solve(rhs).reshape(-1, 3)
+    step = factors.solve(rhs)
     poses[1:] += step
     poses[:, 2] = se2.wrap(poses[:, 2])
     return float(np.abs(step).max())
@@ -213,8 +211,8 @@ def _step(poses: Transform, edges: Edges, equations: NormalEquations, weight: ND
 
 def _factorised(
     poses: Transform, edges: Edges, equations: NormalEquations, weight: NDArray[np.float64]
-) -> tuple[SuperLU, NDArray[np.float64]]:
-    return equations.factorised(poses, edges.residuals(poses), edges.information * weight[:, None, None])
+) -> tuple[Factors, Transform]:
+    return equations.factorised(poses, edges.residuals(poses), edges.information, weight)
 
 
 def _equations(edges: Edges, poses: Transform) -> NormalEquations:

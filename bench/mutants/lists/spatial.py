@@ -197,9 +197,45 @@ MUTANTS = (
     ),
     Mutant(
         "spatial/normal_equations.py",
-        "np.full(self._size, LOOSE)",
-        "np.full(self._size, 0.0)",
-        "a keyframe that nothing holds ends the relaxation with an error",
+        "np.tile(LOOSE * np.eye(3), (size, 1, 1))",
+        "np.zeros((size, 3, 3))",
+        "robots that no match ties are carried about by rounding",
+    ),
+    Mutant(
+        "spatial/normal_equations.py",
+        "*self._fill, LOOSE)",
+        "*self._fill, 0.0)",
+        "a keyframe that nothing holds is nowhere after a relaxation",
+    ),
+    Mutant(
+        "spatial/normal_equations.py",
+        "pull[self._place[1:]]",
+        "pull",
+        "corrections of a pose graph go to other poses than those that are pulled",
+    ),
+    Mutant(
+        "spatial/normal_blocks.py",
+        "if block[e] >= 0 and row > column:",
+        "if block[e] >= 0:",
+        "the parts of edges whose second pose is eliminated later are added transposed",
+    ),
+    Mutant(
+        "spatial/normal_blocks.py",
+        "cos * dy - sin * dx",
+        "cos * dy + sin * dx",
+        "large loops are closed in more steps, or not at all, for how a turn moves what is far off is wrong",
+    ),
+    Mutant(
+        "spatial/block_cholesky.py",
+        "for p in range(starts[i], block):",
+        "for p in range(starts[i] + 1, block):",
+        "a factor's blocks are not those of the matrix less what was eliminated before",
+    ),
+    Mutant(
+        "spatial/block_cholesky.py",
+        "now[a, 0] = now[a, 1] = now[a, 2] = 0.0",
+        "pass",
+        "what one row of a factor was made of is in the next ones, too",
     ),
     Mutant(
         "spatial/tiles.py",
