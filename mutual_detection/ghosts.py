@@ -36,16 +36,20 @@ def clear_ghosts(
     """
     if grid.cells.size == 0 or not len(paths_m):
         return grid, 0
-    marks = np.zeros(grid.shape, dtype=np.uint8)
+    marks, found = np.zeros(grid.shape, dtype=np.uint8), np.empty(grid.cells.size, dtype=np.int64)
+    count = 0
     disc = _disc(radius_m, grid.resolution_m)
     fresh = _fresh(*disc)
     for path in paths_m:
         path = np.asarray(path, dtype=np.float64).reshape(-1, 2)
         path = path[np.isfinite(path).all(axis=1)]
         cells = (path - np.asarray(grid.origin_m)) / grid.resolution_m
-        mark(marks, cells, LONGEST_STEP_M / grid.resolution_m, *disc, *fresh)
+        longest = LONGEST_STEP_M / grid.resolution_m
+        count = mark(marks, cells, longest, *disc, *fresh, grid.cells, OCCUPIED_MIN, found, count)
+    if not count:
+        return grid, 0
     cells = grid.cells.copy()
-    cleared = free(cells, marks, OCCUPIED_MIN, GAP_CELLS)
+    cleared = free(cells, marks, OCCUPIED_MIN, GAP_CELLS, found[:count])
     return (OccupancyGrid(cells, grid.resolution_m, grid.origin_m), cleared) if cleared else (grid, 0)
 
 
@@ -84,10 +88,16 @@ def mark(
     disc: NDArray[np.uint8],
     fresh: NDArray[np.int64],
     ends: NDArray[np.int64],
-) -> None:  # pragma: no cover - compiled
+    cells: NDArray[np.int8],
+    occupied_min: int,
+    found: NDArray[np.int64],
+    count: int,
+) -> int:  # pragma: no cover - compiled
     """Raise ``marks`` ``(H, W)`` to ``disc`` around every cell that a path ``(K, 2)`` (x, y in cells) passes.
 
-    ``fresh``, ``ends`` : the cells of the disc that a step raises (:func:`_fresh`); a path is many small steps.
+    ``fresh``, ``ends`` : the cells of the disc that a step raises (:func:`_fresh`); a path is many small steps. Marked
+    cells that are occupied in ``cells (H, W)`` are added to the ``count`` in ``found (H W,)``; how many there are then
+    is returned.
     """
     height, width = marks.shape
     reach = rows.max()  # a body beside the map may reach into it
@@ -115,42 +125,49 @@ def mark(
                 j = fresh[n] if is_step else n
                 r, c = row + rows[j], col + cols[j]
                 if 0 <= r < height and 0 <= c < width and marks[r, c] < disc[j]:
+                    if marks[r, c] == 0 and cells[r, c] >= occupied_min:
+                        found[count] = r * width + c
+                        count += 1
                     marks[r, c] = disc[j]
+    return count
 
 
 @njit(cache=True, nogil=True)
 def free(
-    cells: NDArray[np.int8], marks: NDArray[np.uint8], occupied_min: int, gap: int
+    cells: NDArray[np.int8], marks: NDArray[np.uint8], occupied_min: int, gap: int, found: NDArray[np.int64]
 ) -> int:  # pragma: no cover - compiled
     """Free the ghosts in ``cells`` ``(H, W)`` by their marks; return how many cells that were.
 
-    A group of occupied cells, each at most ``gap`` rows and columns from another, goes where all of it is marked; of
-    other groups only the cells marked ``INSIDE`` do.
+    ``found`` : the occupied cells that are marked. A group of occupied cells, each at most ``gap`` rows and columns
+    from another, goes where all of it is marked; of other groups only the cells marked ``INSIDE`` do. Only marked cells
+    are followed: one beside them that is not says all that the rest of the group could.
     """
     height, width = cells.shape
     seen = np.zeros((height, width), dtype=np.bool_)
-    group = np.empty(height * width, dtype=np.int32)
+    group = np.empty(found.size, dtype=np.int64)
     cleared = 0
-    for r0 in range(height):
-        for c0 in range(width):
-            if seen[r0, c0] or marks[r0, c0] == 0 or cells[r0, c0] < occupied_min:
-                continue
-            seen[r0, c0] = True
-            group[0] = r0 * width + c0
-            size, i, all_near = 1, 0, True
-            while i < size:
-                r, c = group[i] // width, group[i] % width
-                i += 1
-                all_near &= marks[r, c] > 0
-                for nr in range(max(r - gap, 0), min(r + gap + 1, height)):
-                    for nc in range(max(c - gap, 0), min(c + gap + 1, width)):
-                        if not seen[nr, nc] and cells[nr, nc] >= occupied_min:
-                            seen[nr, nc] = True
-                            group[size] = nr * width + nc
-                            size += 1
-            for i in range(size):
-                r, c = group[i] // width, group[i] % width
-                if all_near or marks[r, c] == 2:
-                    cells[r, c] = 0
-                    cleared += 1
+    for first in found:
+        if seen[first // width, first % width]:
+            continue
+        seen[first // width, first % width] = True
+        group[0] = first
+        size, i, all_near = 1, 0, True
+        while i < size:
+            r, c = group[i] // width, group[i] % width
+            i += 1
+            for nr in range(max(r - gap, 0), min(r + gap + 1, height)):
+                for nc in range(max(c - gap, 0), min(c + gap + 1, width)):
+                    if seen[nr, nc] or cells[nr, nc] < occupied_min:
+                        continue
+                    if marks[nr, nc] == 0:
+                        all_near = False
+                        continue
+                    seen[nr, nc] = True
+                    group[size] = nr * width + nc
+                    size += 1
+        for i in range(size):
+            r, c = group[i] // width, group[i] % width
+            if all_near or marks[r, c] == INSIDE:
+                cells[r, c] = 0
+                cleared += 1
     return cleared

@@ -29,8 +29,11 @@ def _along_columns(mask: NDArray[np.bool_]) -> NDArray[np.float32]:  # pragma: n
 
 
 @njit(cache=True, nogil=True)
-def euclidean(mask: NDArray[np.bool_]) -> NDArray[np.float32]:  # pragma: no cover - compiled
-    """Return the distance of every cell to the nearest true cell, in cells (Felzenszwalb and Huttenlocher 2012)."""
+def euclidean(mask: NDArray[np.bool_], most: float = FAR) -> NDArray[np.float32]:  # pragma: no cover - compiled
+    """Return the distance of every cell to the nearest true cell, in cells (Felzenszwalb and Huttenlocher 2012).
+
+    Those that are farther than ``most`` from any are ``FAR``, for which less is to do.
+    """
     height, width = mask.shape
     column = _along_columns(mask)
     out = np.empty((height, width), dtype=np.float32)
@@ -39,7 +42,7 @@ def euclidean(mask: NDArray[np.bool_]) -> NDArray[np.float32]:  # pragma: no cov
     for r in range(height):
         k = -1
         for c in range(width):
-            if column[r, c] >= FAR:
+            if column[r, c] > most or column[r, c] >= FAR:
                 continue
             f = float(column[r, c]) ** 2 + float(c) ** 2
             cut = -math.inf
@@ -60,7 +63,8 @@ def euclidean(mask: NDArray[np.bool_]) -> NDArray[np.float32]:  # pragma: no cov
         for c in range(width):
             while bound[j + 1] < c:
                 j += 1
-            out[r, c] = math.sqrt(float(column[r, apex[j]]) ** 2 + float(c - apex[j]) ** 2)
+            away = math.sqrt(float(column[r, apex[j]]) ** 2 + float(c - apex[j]) ** 2)
+            out[r, c] = away if away <= most else FAR
     return out
 
 

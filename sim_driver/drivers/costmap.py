@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from mrslam.sim_driver.drivers.config import DriverConfig
+from mrslam.sim_driver.drivers.search import hang_together
 from mrslam.spatial import FREE_MAX, OCCUPIED_MIN, OccupancyGrid
 from mrslam.spatial.distance import euclidean
 
@@ -53,7 +55,7 @@ class Costmap:
         occupied, free, unknown = self.pooled
         padded = np.pad(unknown, 1, constant_values=True)
         beside = padded[:-2, 1:-1] | padded[2:, 1:-1] | padded[1:-1, :-2] | padded[1:-1, 2:]
-        return free & beside & (_gap_m(occupied, self.resolution_m) >= self.room_m)
+        return free & beside & (_gap_m(occupied, self.resolution_m, self.room_m) >= self.room_m)
 
     def cell(self, xy_m: NDArray[np.float64]) -> tuple[int, int]:
         """Return (row, col) of a point, moved inside the map."""
@@ -78,18 +80,10 @@ class Costmap:
         rows, cols = np.nonzero(np.isfinite(self.weight[r0 : row + reach + 1, c0 : col + reach + 1]))
         centres = self.point(np.stack([rows + r0, cols + c0], axis=-1).astype(np.int32))
         gap = np.hypot(centres[:, 0] - xy_m[0], centres[:, 1] - xy_m[1])
-        is_near = gap <= within_m
-        if not is_near.any():
-            return None
-        is_pocket = self._patch_cells[rows + r0, cols + c0] * self.resolution_m**2 < ROOM_M2
-        best = int(np.lexsort((gap, is_pocket, ~is_near))[0])
-        return int(rows[best]) + r0, int(cols[best]) + c0
-
-    @cached_property
-    def _patch_cells(self) -> NDArray[np.int64]:
-        """``(H, W)``, how many open cells hang together at each; steps past a blocked corner are none."""
-        labels, _ = ndimage.label(np.isfinite(self.weight))
-        return np.bincount(labels.ravel())[labels]
+        near = np.flatnonzero(gap <= within_m)
+        cells = [(int(rows[k]) + r0, int(cols[k]) + c0) for k in near[np.argsort(gap[near], kind="stable")]]
+        least = math.ceil(ROOM_M2 / self.resolution_m**2)
+        return next((cell for cell in cells if hang_together(self.weight, *cell, least)), cells[0] if cells else None)
 
 
 def make_costmap(
@@ -120,7 +114,7 @@ def make_costmap(
         inside = (rows >= 0) & (rows < height) & (cols >= 0) & (cols < width)
         occupied = occupied.copy()
         occupied[rows[inside], cols[inside]] = True
-    gap_m = _gap_m(occupied, resolution)
+    gap_m = _gap_m(occupied, resolution, body + config.comfort_m)
     crowding = np.clip(1.0 - (gap_m - body) / config.comfort_m, 0.0, 1.0)
     weight = (1.0 + WALL_PENALTY * crowding**2).astype(np.float32)
     if through_unknown:
@@ -151,8 +145,10 @@ def _specks(occupied: NDArray[np.bool_], largest: float) -> NDArray[np.bool_]:
     return np.array([False, *small])[labels]
 
 
-def _gap_m(occupied: NDArray[np.bool_], resolution_m: float) -> NDArray[np.float32]:
-    return np.maximum(euclidean(occupied) - np.float32(0.5), 0.0) * np.float32(resolution_m)
+def _gap_m(occupied: NDArray[np.bool_], resolution_m: float, most_m: float) -> NDArray[np.float32]:
+    """Return the room from each cell to the rim of the nearest occupied one, metres; far where above ``most_m``."""
+    cells = euclidean(occupied, math.ceil(most_m / resolution_m) + 1.0)
+    return np.maximum(cells - np.float32(0.5), 0.0) * np.float32(resolution_m)
 
 
 def _add_disc(weight: NDArray[np.float32], col: float, row: float, radius: float) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mrslam.sim_driver.drivers.config import DriverConfig
 from mrslam.sim_driver.drivers.costmap import Costmap
 from mrslam.sim_driver.drivers.plan import SNAP_M
-from mrslam.sim_driver.drivers.search import frontiers, trace, travel
+from mrslam.sim_driver.drivers.search import frontiers, nearer, trace, travel
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
 
@@ -53,7 +53,7 @@ def find_goals(
     starts = [start] + [cell for xy in mates_m if (cell := costmap.nearest_open(xy, SNAP_M)) is not None]
     rows, cols = np.array(starts, dtype=np.int32).T.copy()
     cost, before, _ = travel(costmap.weight, rows[:1], cols[:1], -1, -1)
-    nearest = travel(costmap.weight, rows, cols, -1, -1)[2] if len(starts) > 1 else None
+    is_others = nearer(costmap.weight, rows[1:], cols[1:], cost)
     window = int(np.ceil((config.robot_radius_m + config.margin_m) / resolution)) + 1
     sizes, cells = frontiers(costmap.is_frontier, cost, window)
     goals = []
@@ -71,5 +71,5 @@ def find_goals(
         kept = going_to_m is not None and np.hypot(*(xy - going_to_m)) < 1.0
         score = config.path_scale * way - config.gain_scale * min(size_m, BIGGEST_GAIN_M)
         score += config.turn_scale * turn - config.keep_goal_m * kept
-        goals.append(Goal(xy, path, nearest is None or int(nearest[row, col]) == 0, score))
+        goals.append(Goal(xy, path, not is_others[row, col], score))
     return start, goals

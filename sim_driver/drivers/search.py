@@ -44,19 +44,6 @@ def _pop(keys: NDArray[np.float32], cells: NDArray[np.int32], size: int) -> None
 
 
 @njit(cache=True, nogil=True)
-def _step_cost(weight: NDArray[np.float32], r: int, c: int, nr: int, nc: int) -> float:  # pragma: no cover - compiled
-    """Return the cost of a step between neighbours; inf where that leads out, or past a blocked cell."""
-    if nr < 0 or nc < 0 or nr >= weight.shape[0] or nc >= weight.shape[1] or not math.isfinite(weight[nr, nc]):
-        return math.inf
-    length = 1.0
-    if nr != r and nc != c:
-        if not (math.isfinite(weight[r, nc]) and math.isfinite(weight[nr, c])):
-            return math.inf
-        length = DIAGONAL
-    return length * 0.5 * (weight[r, c] + weight[nr, nc])
-
-
-@njit(cache=True, nogil=True)
 def _least_rest(r: int, c: int, goal_row: int, goal_col: int) -> float:  # pragma: no cover - compiled
     """Return the least cost from a cell to the goal; 0 without one."""
     if goal_row < 0:
@@ -75,8 +62,32 @@ def travel(
     With a goal (row >= 0) this is A* (Hart, Nilsson, Raphael 1968) and ends there; without one it is Dijkstra's.
     Costs are inf, the others -1, where nothing was reached. Eight neighbours; no cutting of blocked corners.
     """
+    return _spread(weight, rows, cols, goal_row, goal_col, np.full(weight.shape, np.float32(np.inf), dtype=np.float32))
+
+
+@njit(cache=True, nogil=True)
+def nearer(
+    weight: NDArray[np.float32], rows: NDArray[np.int32], cols: NDArray[np.int32], cost: NDArray[np.float32]
+) -> NDArray[np.bool_]:  # pragma: no cover - compiled
+    """Return ``(H, W)``, the cells that these sources reach at less than ``cost (H, W)``, which another one has.
+
+    Only they are looked at: a way through a cell that is nearer to the other one leads nowhere where that is not so.
+    """
+    return _spread(weight, rows, cols, -1, -1, cost.copy())[2] >= 0
+
+
+@njit(cache=True, nogil=True)
+def _spread(
+    weight: NDArray[np.float32],
+    rows: NDArray[np.int32],
+    cols: NDArray[np.int32],
+    goal_row: int,
+    goal_col: int,
+    cost: NDArray[np.float32],
+) -> tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.int32]]:  # pragma: no cover - compiled
+    """Do what :func:`travel` does, to cells that cost less than ``cost (H, W)`` has; that is changed, and returned."""
     height, width = weight.shape
-    cost = np.full((height, width), np.float32(np.inf), dtype=np.float32)
+    blocked = np.float32(np.inf)
     before = np.full((height, width), -1, dtype=np.int32)
     source = np.full((height, width), -1, dtype=np.int32)
     done = np.zeros((height, width), dtype=np.bool_)
@@ -84,7 +95,7 @@ def travel(
     keys, cells, size = np.empty(capacity, dtype=np.float32), np.empty(capacity, dtype=np.int32), 0
     for i in range(rows.size):
         r, c = rows[i], cols[i]
-        if math.isfinite(weight[r, c]) and cost[r, c] > 0.0:
+        if weight[r, c] < blocked and cost[r, c] > 0.0:
             cost[r, c], source[r, c] = 0.0, i
             _push(keys, cells, size, 0.0, r * width + c)
             size += 1
@@ -98,16 +109,22 @@ def travel(
         done[r, c] = True
         if r == goal_row and c == goal_col:
             break
-        for k in range(9):
-            nr, nc = r + k // 3 - 1, c + k % 3 - 1
-            step = _step_cost(weight, r, c, nr, nc)
-            if k == 4 or not math.isfinite(step) or done[nr, nc]:
-                continue
-            new = np.float32(cost[r, c] + step)
-            if new < cost[nr, nc]:
-                cost[nr, nc], before[nr, nc], source[nr, nc] = new, cell, source[r, c]
-                _push(keys, cells, size, float(new) + _least_rest(nr, nc, goal_row, goal_col), nr * width + nc)
-                size += 1
+        own, so_far, whose = weight[r, c], cost[r, c], source[r, c]
+        for nr in range(max(r - 1, 0), min(r + 2, height)):
+            for nc in range(max(c - 1, 0), min(c + 2, width)):
+                there = weight[nr, nc]
+                if done[nr, nc] or not there < blocked:
+                    continue
+                length = 1.0
+                if nr != r and nc != c:
+                    if not (weight[r, nc] < blocked and weight[nr, c] < blocked):
+                        continue
+                    length = DIAGONAL
+                new = np.float32(so_far + length * 0.5 * (own + there))
+                if new < cost[nr, nc]:
+                    cost[nr, nc], before[nr, nc], source[nr, nc] = new, cell, whose
+                    _push(keys, cells, size, float(new) + _least_rest(nr, nc, goal_row, goal_col), nr * width + nc)
+                    size += 1
     return cost, before, source
 
 
@@ -125,6 +142,28 @@ def trace(before: NDArray[np.int32], row: int, col: int) -> NDArray[np.int32]:  
         path[i, 0], path[i, 1] = cell // width, cell % width
         cell = before[cell // width, cell % width]
     return path
+
+
+@njit(cache=True, nogil=True)
+def hang_together(weight: NDArray[np.float32], row: int, col: int, least: int) -> bool:  # pragma: no cover - compiled
+    """Return whether at least so many open cells hang together at one; steps past a blocked corner are none.
+
+    ``weight`` : as of :func:`travel`; the cell is open.
+    """
+    height, width = weight.shape
+    seen = np.zeros((height, width), dtype=np.bool_)
+    group = np.empty(least + 4, dtype=np.int64)
+    seen[row, col] = True
+    group[0], size, i = row * width + col, 1, 0
+    while i < size < least:
+        r, c = group[i] // width, group[i] % width
+        i += 1
+        for nr, nc in ((r - 1, c), (r + 1, c), (r, c - 1), (r, c + 1)):
+            if 0 <= nr < height and 0 <= nc < width and not seen[nr, nc] and math.isfinite(weight[nr, nc]):
+                seen[nr, nc] = True
+                group[size] = nr * width + nc
+                size += 1
+    return size >= least
 
 
 @njit(cache=True, nogil=True)

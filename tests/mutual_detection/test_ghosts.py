@@ -141,7 +141,12 @@ def test_marks_the_whole_body_at_every_cell_it_passes(step_m):
     rows, cols, disc = ghosts._disc(0.18, 0.05)
     longest = ghosts.LONGEST_STEP_M / 0.05
     marks = np.zeros((60, 70), dtype=np.uint8)
-    ghosts.mark(marks, path, longest, rows, cols, disc, *ghosts._fresh(rows, cols, disc))
+    cells = np.where(rng.random((60, 70)) < 0.2, 100, 0).astype(np.int8)
+    found = np.empty(cells.size, dtype=np.int64)
+    fresh = ghosts._fresh(rows, cols, disc)
+    count = 0
+    for part in (path[:40], path[39:]):
+        count = ghosts.mark(marks, part, longest, rows, cols, disc, *fresh, cells, 65, found, count)
     expected = np.zeros_like(marks)
     for a, b in zip(path, [*path[1:], path[-1]], strict=True):
         length = float(np.hypot(*(b - a)))
@@ -152,3 +157,4 @@ def test_marks_the_whole_body_at_every_cell_it_passes(step_m):
             inside = (r >= 0) & (c >= 0) & (r < 60) & (c < 70)
             np.maximum.at(expected, (r[inside], c[inside]), disc[inside])
     np.testing.assert_array_equal(marks, expected)
+    assert sorted(found[:count]) == np.flatnonzero((expected > 0) & (cells > 65)).tolist()

@@ -27,6 +27,15 @@ def test_euclidean_is_the_distance_to_the_nearest(mask):
 
 
 @settings(deadline=None)
+@given(masks, st.floats(0.0, 9.0))
+def test_distances_are_looked_for_as_far_as_asked(mask, most):
+    far = euclidean(mask)
+    near = euclidean(mask, most)
+    assert np.array_equal(near[near < FAR], far[near < FAR])
+    assert (near[far < most - 1e-3] < FAR).all() and (near[far > most + 1e-3] == FAR).all()
+
+
+@settings(deadline=None)
 @given(masks)
 def test_manhattan_is_the_distance_to_the_nearest(mask):
     wanted = naive(mask, lambda dr, dc: abs(dr) + abs(dc))

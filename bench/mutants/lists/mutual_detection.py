@@ -66,14 +66,14 @@ MUTANTS = (
     ),
     Mutant(
         GHOSTS,
-        "                if all_near or marks[r, c] == 2:",
-        "                if marks[r, c] == 2:",
+        "            if all_near or marks[r, c] == INSIDE:",
+        "            if marks[r, c] == INSIDE:",
         "specks beside a path stay in the map",
     ),
     Mutant(
         GHOSTS,
-        "                if all_near or marks[r, c] == 2:",
-        "                if True:",
+        "            if all_near or marks[r, c] == INSIDE:",
+        "            if True:",
         "walls beside a path vanish",
     ),
     Mutant(
@@ -159,6 +159,18 @@ MUTANTS = (
         "            if row < -reach or col < -reach or row >= height + reach or col >= width + reach:",
         "            if row < 0 or col < 0 or row >= height or col >= width:",
         "a path point just outside a map frees no ghost inside",
+    ),
+    Mutant(
+        "mutual_detection/ghosts.py",
+        "if marks[r, c] == 0 and cells[r, c] >= occupied_min:",
+        "if cells[r, c] >= occupied_min:",
+        "ghosts in a body's way are looked for twice",
+    ),
+    Mutant(
+        "mutual_detection/ghosts.py",
+        "                        all_near = False\n",
+        "",
+        "the part of a wall beside a path vanishes, whatever it is part of",
     ),
     Mutant(
         "mutual_detection/ghosts.py",

@@ -7,7 +7,7 @@ GOALS, EXPLORE, COSTMAP = (f"sim_driver/drivers/{name}.py" for name in ("goals",
 MUTANTS = (
     Mutant(
         GOALS,
-        "goals.append(Goal(xy, path, nearest is None or int(nearest[row, col]) == 0, score))",
+        "goals.append(Goal(xy, path, not is_others[row, col], score))",
         "goals.append(Goal(xy, path, True, score))",
         "robots drive to the frontier that a teammate is nearer to",
     ),
@@ -37,15 +37,27 @@ MUTANTS = (
     ),
     Mutant(
         COSTMAP,
-        "np.lexsort((gap, is_pocket, ~is_near))",
-        "np.lexsort((gap, ~is_near))",
+        "next((cell for cell in cells if hang_together(self.weight, *cell, least)), cells[0] if cells else None)",
+        "cells[0] if cells else None",
         "a robot that stands beside a pocket between obstacles believes that all is explored",
     ),
     Mutant(
         COSTMAP,
-        "np.lexsort((gap, is_pocket, ~is_near))",
-        "np.lexsort((gap, is_pocket))",
+        "np.flatnonzero(gap <= within_m)",
+        "np.arange(gap.size)",
         "paths begin farther from the robot than they may",
+    ),
+    Mutant(
+        COSTMAP,
+        "_gap_m(occupied, resolution, body + config.comfort_m)",
+        "_gap_m(occupied, resolution, body)",
+        "paths lead right along walls",
+    ),
+    Mutant(
+        "sim_driver/drivers/search.py",
+        "_spread(weight, rows, cols, -1, -1, cost.copy())[2] >= 0",
+        "travel(weight, rows, cols, -1, -1)[2] >= 0",
+        "a robot with a teammate explores nothing that the teammate can reach",
     ),
     Mutant(
         COSTMAP,

@@ -131,6 +131,12 @@ MUTANTS = (
     ),
     Mutant(
         "spatial/distance.py",
+        "out[r, c] = away if away <= most else FAR",
+        "out[r, c] = away",
+        "distances that were not looked for are told, and are wrong",
+    ),
+    Mutant(
+        "spatial/distance.py",
         "column[r, c] = min(column[r, c], column[r + 1, c] + one)",
         "column[r, c] = column[r, c]",
         "distances to walls below are not seen",

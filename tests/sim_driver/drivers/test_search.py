@@ -8,7 +8,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from mrslam.sim_driver.drivers.config import DriverConfig
 from mrslam.sim_driver.drivers.costmap import make_costmap, pool
-from mrslam.sim_driver.drivers.search import frontiers, trace, travel
+from mrslam.sim_driver.drivers.search import frontiers, nearer, trace, travel
 from mrslam.spatial import OccupancyGrid
 
 
@@ -58,6 +58,21 @@ def test_costs_and_nearest_sources_are_dijkstras(seed):
         assert steps.max(initial=0) <= 1
         way = sum(np.hypot(*(a - b)) * 0.5 * (weight[tuple(a)] + weight[tuple(b)]) for a, b in pairwise(path))
         assert way == pytest.approx(cost[r, c], rel=1e-4)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_cells_nearer_to_others_are_those_that_they_reach_at_less_cost(seed):
+    weight, rng = random_weight(seed)
+    sources = rng.permutation(np.argwhere(np.isfinite(weight)))[:4].astype(np.int32)
+    own, *others = naive_costs(weight, sources)
+    rows, cols = sources.T.copy()
+    cost = travel(weight, rows[:1], cols[:1], -1, -1)[0]
+    before = cost.tobytes()
+    found = nearer(weight, rows[1:], cols[1:], cost)
+    least = np.min(others, axis=0)
+    is_clear = ~np.isclose(least, own, atol=1e-3)
+    assert np.array_equal(found[is_clear], (least < own)[is_clear]) and found.any() and not found.all()
+    assert cost.tobytes() == before and not nearer(weight, rows[:0], cols[:0], cost).any()
 
 
 @pytest.mark.parametrize("seed", range(6))
