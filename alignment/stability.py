@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from mrslam.alignment.result import Alignment
 from mrslam.spatial.errors import require
-from mrslam.spatial.se2 import Transform, wrap
+from mrslam.spatial.se2 import Transform, wrap_one
 
 
 @dataclass
@@ -36,7 +36,7 @@ class StabilityCheck:
         """Return whether two transforms ``(3,)`` differ by less than the limits."""
         (x_1, y_1, theta_1), (x_2, y_2, theta_2) = T_1.tolist(), T_2.tolist()  # asked for all pairs at every tick
         is_here = abs(x_1 - x_2) < self.max_dx_m and abs(y_1 - y_2) < self.max_dy_m
-        return is_here and abs(float(wrap(theta_1 - theta_2))) < self.max_dtheta_rad
+        return is_here and abs(wrap_one(theta_1 - theta_2)) < self.max_dtheta_rad
 
     def update(self, estimate: Alignment) -> Alignment | None:
         """Take in one more estimate; return the believed transform, or None.

@@ -120,7 +120,9 @@ class Hypotheses:
     def at(self, T_a_b: Transform) -> Hypothesis | None:
         """Return the one nearest to this transform, None where none is near."""
         near = [one for one in self._places if one.is_at(T_a_b)]
-        return min(near, key=lambda one: se2.difference(one.T_a_b, T_a_b)[0], default=None)
+        if len(near) < 2:  # asked for all pairs at every tick
+            return near[0] if near else None
+        return min(near, key=lambda one: se2.difference(one.T_a_b, T_a_b)[0])
 
     def add(self, T_a_b: Transform, by: str, now_ns: int) -> Hypothesis | None:
         """Return the one at this transform, made where there is none; None where others say more than nothing."""

@@ -45,7 +45,7 @@ class Bend:
             PLACE_M * round(x / PLACE_M), PLACE_M * round(y / PLACE_M), PLACE_RAD * round(theta / PLACE_RAD)
         )
 
-    @property
+    @cached_property
     def T_team_map_now(self) -> Transform:
         """``(3,)``: the rigid transform that is right at the newest corrected keyframe; elsewhere the map is bent."""
         return se2.compose(self.T_team_key[-1], se2.inverse(self.T_map_key[-1]))

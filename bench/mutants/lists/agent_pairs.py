@@ -306,8 +306,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/hypotheses.py",
-        "        return min(near, key=lambda one: se2.difference(one.T_a_b, T_a_b)[0], default=None)",
-        "        return next(iter(near), None)",
+        "        return min(near, key=lambda one: se2.difference(one.T_a_b, T_a_b)[0])",
+        "        return near[0]",
         "of two places near each other what is seen of one counts for the other",
     ),
     Mutant(
