@@ -180,7 +180,7 @@ class Team:
                 self.beliefs,
                 self.maps,
                 self.layout.T_team_map,
-                [pair for pair, found in T_a_b.items() if bent.confirms(pair, found)],
+                [pair for pair, found in T_a_b.items() if bent.follows(pair, found)],
                 lambda pair, belief: self.hints.is_awaited(pair, belief, searching, now_ns),
                 now_ns,
             )

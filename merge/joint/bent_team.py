@@ -150,7 +150,14 @@ class BentTeam:
         Where matches tie a pair, directly or by way of others, its alignment is but the first guess of where they are
         looked for.
         """
-        return is_the_same(used, now) or (now is not None and (self.confirms(pair, now) or self._lays(pair, now)))
+        return is_the_same(used, now) or (now is not None and self.follows(pair, now))
+
+    def follows(self, pair: Pair, T_a_b: Transform) -> bool:
+        """Return whether matches, also by way of others, have a pair's maps where its alignment ``T_a_b (3,)`` has.
+
+        Then the solutions follow its maps as they are corrected; aligning the two again would say nothing new.
+        """
+        return self.confirms(pair, T_a_b) or self._lays(pair, T_a_b)
 
     def _lays(self, pair: Pair, T_a_b: Transform) -> bool:
         """Return whether a pair's maps, as they are bent, lie where ``T_a_b (3,)`` has them."""

@@ -112,6 +112,12 @@ MUTANTS = (
         "a place found where it was told is searched for again without news",
     ),
     Mutant(
+        "agent/team.py",
+        "if bent.follows(pair, found)],",
+        "if bent.confirms(pair, found)],",
+        "pairs that third robots' matches hold where they were aligned are aligned again and again",
+    ),
+    Mutant(
         "agent/pairs/schedule.py",
         "is_old = waited_ns / 1e9 >= self.config.realign_interval_s and not is_confirmed",
         "is_old = waited_ns / 1e9 >= self.config.realign_interval_s",

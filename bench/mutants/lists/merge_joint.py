@@ -281,20 +281,20 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/bent_team.py",
-        "(self.confirms(pair, now) or self._lays(pair, now))",
-        "self._lays(pair, now)",
+        "return self.confirms(pair, T_a_b) or self._lays(pair, T_a_b)",
+        "return self._lays(pair, T_a_b)",
         "an alignment where matches have the maps already has all maps joined and drawn anew",
     ),
     Mutant(
         "merge/joint/bent_team.py",
-        "(now is not None and (self.confirms(pair, now) or self._lays(pair, now)))",
-        "(now is None or self.confirms(pair, now) or self._lays(pair, now))",
+        "(now is not None and self.follows(pair, now))",
+        "(now is None or self.follows(pair, now))",
         "what an alignment that is withdrawn has bent stays so",
     ),
     Mutant(
         "merge/joint/bent_team.py",
-        "(self.confirms(pair, now) or self._lays(pair, now))",
-        "self.confirms(pair, now)",
+        "return self.confirms(pair, T_a_b) or self._lays(pair, T_a_b)",
+        "return self.confirms(pair, T_a_b)",
         "an alignment where third robots' matches have the maps already has all maps joined and drawn anew",
     ),
     Mutant(

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mrslam.agent.effects import AlignJob, Event, JoinJob
+from mrslam.agent.effects import Event, JoinJob
 from mrslam.agent.known_map import KnownMap
 from mrslam.agent.pairs.belief import UNCONFIRMED, WEAK
 from mrslam.alignment import Alignment, Evidence, Rejection
 from mrslam.merge import BentTeam
 from mrslam.merge.joint.bend import Bend
-from mrslam.spatial import Keyframes, KeyScans, LocalMap, OccupancyGrid, TiledMap
+from mrslam.spatial import Keyframes, KeyScans, LocalMap, OccupancyGrid, TiledMap, se2
 from mrslam.spatial.se2 import Transform
 from tests.agent.pairs.floors import Floors, S, found, merged, walls, weak
 
@@ -176,25 +176,28 @@ def test_a_merged_pair_is_unmerged_where_its_maps_come_to_contradict(x: float, a
     assert ("r1" not in team.layout.T_team_map) is is_over
 
 
-def scanned(bent: tuple[str, ...]) -> tuple[Floors, AlignJob]:
-    """Return a merged team whose maps came with scans, and a look at the pair; some are bent to fit each other."""
-    team, keys, stamps = merged(), np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), np.arange(2)
+KEYS, STAMPS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), np.arange(2)
+
+
+def scanned(T_team_map: dict[str, Transform]) -> Floors:
+    """Return a merged team whose maps came with scans; some are bent, to where they are given."""
+    team = merged()
     scans = KeyScans.of_points([np.empty((0, 2))] * 2, np.zeros((2, 2)))
     for name in ("r1", "r2"):
         tiles = TiledMap.from_grid(OccupancyGrid(np.zeros((90, 90), dtype=np.int8), 0.05), 2)
-        team.take_map(name, KnownMap((1, 2), LocalMap(tiles, Keyframes(stamps, keys), scans)))
-    bends = {name: Bend(keys, keys) for name in bent}
-    team.layout.bend(BentTeam(bends=bends, stamps_ns=dict.fromkeys(bent, stamps)))
+        team.take_map(name, KnownMap((1, 2), LocalMap(tiles, Keyframes(STAMPS, KEYS), scans)))
+    bends = {name: Bend(KEYS, se2.compose(T, KEYS)) for name, T in T_team_map.items()}
+    team.layout.bend(BentTeam(bends=bends, stamps_ns=dict.fromkeys(bends, STAMPS)))
     assert isinstance(team.next_job(45 * S), JoinJob)  # which did not end yet
-    job = team.job(45)
-    return team, job
+    return team
 
 
 @pytest.mark.parametrize(("bent", "is_over"), [(("r1", "r2"), False), (("r1", "r3"), True), ((), True)])
 def test_bent_maps_of_a_merged_pair_are_not_unmerged_because_they_do_not_fit_rigidly(
     bent: tuple[str, ...], is_over: bool
 ) -> None:
-    team, job = scanned(bent)
+    team = scanned(dict.fromkeys(bent, se2.IDENTITY))
+    job = team.job(45)
     outcome = Rejection("no", 0.1, stained(14.0, 6.0).evidence, "auto", np.array([1.1, 0.0, 0.0]))
     assert (team.end(job, outcome, 45)["status"] == "revoked") is is_over
 
@@ -276,7 +279,8 @@ def test_scraps_that_fit_anywhere_are_no_other_place_of_maps_merged_by_much_wall
 def test_places_of_which_each_is_as_bad_as_the_other_do_not_make_bent_maps_ambiguous(
     bent: tuple[str, ...], rivals: tuple[Transform, ...], is_over: bool
 ) -> None:
-    team, job = scanned(bent)
+    team = scanned(dict.fromkeys(bent, se2.IDENTITY))
+    job = team.job(45)
     outcome = Rejection("ambiguous", 0.0, Evidence(margin=0.1), "auto", np.array([1.0, 0.0, 0.0]), rivals=rivals)
     assert (team.end(replace(job, prior=None), outcome, 60)["status"] == "revoked") is is_over
 
@@ -295,3 +299,10 @@ def test_a_pair_that_was_unmerged_has_no_time_of_its_merge() -> None:
     assert team.beliefs["r1", "r2"].row("r1", "r2")["accepted_at_s"] == 10.0
     team.unmerge(("r1", "r2"), "nobody was there", 20 * S)
     assert team.beliefs["r1", "r2"].row("r1", "r2")["accepted_at_s"] is None
+
+
+@pytest.mark.parametrize(("off_m", "is_again"), [(0.0, False), (0.4, False), (0.7, True)])
+def test_a_pair_that_third_robots_hold_where_it_was_aligned_is_not_aligned_again(off_m: float, is_again: bool) -> None:
+    T_a_b = found().T_a_b
+    team = scanned({"r1": se2.IDENTITY, "r2": T_a_b + np.array([off_m, 0.0, 0.0])})
+    assert (team.due(45) == ("r1", "r2")) is is_again
