@@ -21,7 +21,7 @@ KEYFRAMES, SHARE = 8, 0.15
 all they have, so that the cost of all solutions grows with the path and the robots, and not with their squares."""
 AT_LAST_NS = 300_000_000_000
 """Time after which fewer new keyframes are joined, too, nanoseconds: a robot that drives little is not waited for. With
-60 s the solutions of a long run cost with the square of its length, for the same errors (docs/performance.md)."""
+60 s the solutions of a long run cost with the square of its length, for the same errors (docs/experiments.md)."""
 STILL_NS = 60_000_000_000
 """Time without a new scan of anybody after which the last few are joined, nanoseconds: robots stand still, see what
 they know, or are done. Twice the default time between two exchanges, so that nobody is taken to stand because it is not

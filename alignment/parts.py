@@ -33,7 +33,7 @@ LEAST_WALL_M = 20.0
 """Wall below which a part is not looked for, metres."""
 APART_M, STRAIN, TURN_RAD = 0.5, 0.03, 0.1
 """Two parts agree where each lays the middle between them within ``APART_M`` and ``STRAIN`` times their distance of
-where the other lays it, turned by less than ``TURN_RAD``: usual bending (docs/performance.md)."""
+where the other lays it, turned by less than ``TURN_RAD``: usual bending (docs/experiments.md)."""
 
 
 @dataclass(frozen=True, eq=False)

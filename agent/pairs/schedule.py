@@ -35,7 +35,7 @@ Measured over 114 merges of missions with faults: half came with the 3rd try, ni
 FEW = 5
 """Maps not found in the own one that are all searched for again when it has grown by ``agent.align_growth``. Where more
 are not, it must have grown by as much more, or ``PATIENCE_S`` have passed: what searches cost follows what robots map,
-not how many they are (docs/performance.md)."""
+not how many they are (docs/experiments.md)."""
 CONFIRMED_GROWTH = 1.0
 """Growth of a map that the joint solution ties to another, by its own scans, after which both are searched for another
 place, where that is more than ``agent.realign_growth``: twice what it was. Walls that come to contradict the place are

@@ -20,7 +20,7 @@ from mrslam.agent.shells.runner import Runner
 from mrslam.comms import Incoming, PeerJoined, PeerLeft, Send, Transport
 
 ALIGN_NS = 500_000_000
-"""Virtual time an alignment takes, nanoseconds: the order of what it takes on a processor (docs/performance.md)."""
+"""Virtual time an alignment takes, nanoseconds: the order of what it takes on a processor (docs/alignment.md)."""
 
 
 class Network(Protocol):

@@ -27,7 +27,7 @@ from mrslam.spatial.se2 import Transform
 
 REFINED = StabilityCheck(max_dx_m=0.1, max_dy_m=0.1, max_dtheta_rad=0.005)
 """Limits within which an alignment found again is the one that a joint solution began with: that matches scans around
-it, and comes out the same. Half of the solutions of sixteen robots were begun for less (docs/performance.md)."""
+it, and comes out the same. Half of the solutions of sixteen robots were begun for less (docs/experiments.md)."""
 
 
 def is_the_same(used: Transform | None, now: Transform | None) -> bool:
