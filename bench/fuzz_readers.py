@@ -1,4 +1,4 @@
-"""Coverage-guided fuzzing of all that is read from disk (atheris): ``python bench/fuzz_readers.py [--seconds 60]``.
+"""Coverage-guided fuzzing of all that is read from disk (atheris): ``python -m bench.fuzz_readers [--seconds 60]``.
 
 Needs ``pip install atheris``. Every reader of tests/fuzz/readers.py is given valid files, broken ones, and what
 atheris makes of them, in a process of its own for so many seconds. A reader must return or raise ``InputError`` in one
@@ -27,14 +27,18 @@ ROOMS = ("sim_driver", "spatial", "comms", "agent", "rbpf")
 def kernels() -> list[str]:
     """Return the modules that numba compiles: it cannot read what atheris makes of them."""
     files = [path.relative_to(HERE.parent) for room in ROOMS for path in (HERE.parent / room).rglob("*.py")]
-    return [".".join(path.with_suffix("").parts) for path in files if "njit" in (HERE.parent / path).read_text()]
+    return [
+        ".".join(("mrslam", *path.with_suffix("").parts))
+        for path in files
+        if "njit" in (HERE.parent / path).read_text()
+    ]
 
 
 def fuzz(name: str, seconds: int, out: Path) -> None:
     """Fuzz one reader in this process, which atheris ends."""
     import atheris
 
-    with atheris.instrument_imports(include=list(ROOMS), exclude=kernels()):
+    with atheris.instrument_imports(include=[f"mrslam.{room}" for room in ROOMS], exclude=kernels()):
         from mrslam.spatial import InputError
         from tests.fuzz.readers import READERS, broken
     import numpy as np
@@ -84,7 +88,17 @@ def main() -> int:
         if options.readers and reader.name not in options.readers:
             continue
         out = options.out / re.sub(r"\W+", "-", reader.name)
-        command = [sys.executable, __file__, "--one", reader.name, "--seconds", str(options.seconds), "--out", str(out)]
+        command = [
+            sys.executable,
+            "-m",
+            "bench.fuzz_readers",
+            "--one",
+            reader.name,
+            "--seconds",
+            str(options.seconds),
+            "--out",
+            str(out),
+        ]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         runs = re.search(r"number_of_executed_units: (\d+)", done.stderr)
         found = sorted(path.name for path in out.glob("*-*") if path.is_file())
