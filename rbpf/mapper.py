@@ -32,7 +32,7 @@ from mrslam.spatial.poses import compose
 from mrslam.spatial.runtime.crew import Crew, Pending
 from mrslam.spatial.se2 import Transform
 
-LAYOUT = 26
+LAYOUT = 27
 """Version of what :meth:`Mapper.state` returns; raised whenever its content changes."""
 STALE = "after a pause it fits nothing where odometry leads"
 """Why the first scan after a pause may be left out: drivers that stood still deliver old odometry with a new scan."""

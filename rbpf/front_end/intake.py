@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mrslam.rbpf.config import MapperConfig
 from mrslam.rbpf.front_end.front_end import FrontEnd
 from mrslam.rbpf.front_end.gathering import Gathering
+from mrslam.rbpf.front_end.leaps import Steps
 from mrslam.rbpf.front_end.odometry import has_been_set_back
 from mrslam.rbpf.front_end.scan_gate import PART_LEAST, POINTS_LEAST, ScanGate, too_few
 from mrslam.rbpf.front_end.sight import Sight
@@ -32,7 +33,8 @@ class Reading:
     sample: NDArray[np.float64]
     """``(n, 5)``, those to match; empty where the scan is of no use."""
     odom_motion: Transform | None
-    """``(3,)``, ``T_before_base`` by odometry since the newest scan that was used; None where there is no odometry."""
+    """``(3,)``, ``T_before_base`` by odometry since the newest scan that was used; None where there is no odometry.
+    Leaps of odometry at scans that were refused are left out."""
     elapsed_s: float
     """Seconds since that scan; 0 at the first."""
     reason: str | None
@@ -66,13 +68,18 @@ class Intake:
         self._sight = Sight(config)
         self._gathering = Gathering()
         self._stamp_ns: int | None = None  # of the newest scan that was used
-        self._T_odom_base: Transform | None = None  # at that scan
+        self._T_odom_base: Transform | None = None  # at that scan; moved by what odometry has leapt since
+        self._steps = Steps()
+        self._was_refused = False
         self._before: tuple[int | None, Transform | None] = (None, None)  # both, of the scan used before it
         self._has_put_back = False  # since the last scan that was matched
 
     def take(self, scan: Scan, T_odom_base: Transform | None) -> Reading:
         """Return a scan as points, with the motion that odometry ``(3,)``, if there is some, says led to it."""
         T_odom_base = self._valid(T_odom_base)
+        self._steps.take(scan.stamp_ns, T_odom_base)
+        if self._was_refused:
+            self._leave_out_leap()
         odom_motion, is_set_back = None, False
         if T_odom_base is not None and self._T_odom_base is not None:
             odom_motion = between(self._T_odom_base, T_odom_base)
@@ -101,10 +108,18 @@ class Intake:
             if scan.beam_interval_s > 0.0:
                 self._sight.straighten(points, scan, self._front.predictor.speed(odom_motion, elapsed_s))
             sample = self._sight.sample(points, scan.T_base_laser)
+        if reason is not None and not self._was_refused:
+            self._leave_out_leap()
+        self._was_refused = reason is not None
         return Reading(
             scan=scan, returns=returns, points=points, sample=sample, odom_motion=odom_motion, elapsed_s=elapsed_s,
             reason=reason, waits=waits, is_set_back=is_set_back,
         )  # fmt: skip
+
+    def _leave_out_leap(self) -> None:
+        """Leave out what odometry has leapt at the newest scan: one of the last two is refused, so no match tells."""
+        if self._T_odom_base is not None:
+            self._T_odom_base = self._steps.without_leap(self._T_odom_base)
 
     def put_back(self) -> bool:
         """Leave the newest scan out, once: the motion to the next is told from the one used before.
@@ -164,6 +179,8 @@ class Intake:
             "stamp_ns": self._stamp_ns,
             "T_odom_base": self._T_odom_base,
             "has_put_back": self._has_put_back,
+            "steps": self._steps.state(),
+            "was_refused": self._was_refused,
         }
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -172,3 +189,5 @@ class Intake:
         self._gathering.restore(state["gathering"])
         self._stamp_ns, self._T_odom_base = state["stamp_ns"], state["T_odom_base"]
         self._has_put_back = state["has_put_back"]
+        self._steps.restore(state["steps"])
+        self._was_refused = state["was_refused"]
