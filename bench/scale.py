@@ -188,7 +188,9 @@ def run(robots: int, minutes: float, world: str, seed: int, is_patrol: bool, pro
         "pairs": len(metrics["pairs"]), "pairs_merged": len(merged),
         "pairs_met": sum(pair["reason"] != NEVER_MET for pair in metrics["pairs"]),
         "pairs_placed": sum(bool(pair["placed_together_by"]) for pair in metrics["pairs"]),
+        "false_merges": sum(pair["is_false"] for pair in merged),
         "worst_error_m": max((pair["error_m"] for pair in merged), default=0.0),
+        "worst_alignment_m": max((pair["alignment_m"] for pair in merged), default=0.0),
         "most_placed": max(len(robot["placed"]) for robot in metrics["robots"]), "by_minute": meter.minutes,
     }  # fmt: skip
 

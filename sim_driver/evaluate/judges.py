@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -32,8 +33,26 @@ class Judgement:
 
     @property
     def is_false(self) -> bool:
-        """Whether this is a wrong merge, not only an inaccurate one."""
+        """Whether this is a wrong merge, not only an inaccurate one: by the alignment's own error where that is known.
+
+        A map whose first stretch is bent by a decimetre or a tenth of a degree puts its origin, or another robot's at
+        the far end of a campus, off by as much as the width of a door, however well the two maps are aligned.
+        """
+        if self.alignment_m is not None and self.alignment_deg is not None:
+            return is_false_merge(self.alignment_m, self.alignment_deg)
         return is_false_merge(self.error_m, self.error_deg)
+
+
+def judged_row(judged: Judgement | str | None) -> dict[str, Any]:
+    """Return what is told of how far off a pair is, or why that is not known (a string, or nothing)."""
+    known = judged if isinstance(judged, Judgement) else None
+    names = ("error_m", "error_deg", "alignment_m", "alignment_deg")
+    values = [None if known is None else getattr(known, name) for name in names]
+    return {
+        **{name: None if value is None else round(value, 4) for name, value in zip(names, values, strict=True)},
+        "judged_by": judged if known is None else known.judged_by,
+        "is_false": None if known is None else known.is_false,
+    }
 
 
 @dataclass(frozen=True)
@@ -68,12 +87,8 @@ class PairJudge:
     def judge(self, a: str, b: str, T_a_b: Transform) -> Judgement | str:
         """Return the error of ``T_a_b``, or why it is not known."""
         *known, in_true_map = self.places
-        found = by_place(known, a, b, T_a_b)
-        if found is not None and a in self.run.T_world_way and b in self.run.T_world_way:
-            off_m, off_deg = pair_error(T_a_b, self.run.T_world_way[a], self.run.T_world_way[b])
-            found = replace(found, alignment_m=off_m, alignment_deg=off_deg)
         return (
-            found
+            with_alignment(self.run, by_place(known, a, b, T_a_b), a, b, T_a_b)
             or by_relations(self.run, self.relations, a, b, T_a_b)
             or by_place([in_true_map], a, b, T_a_b)
             or "no truth, reference, relation or true map links the two"
@@ -119,6 +134,14 @@ def relations_of(run: RunResults, references: References) -> Relations | None:
 
 def _named(mission: Mission, path: Path) -> Relations | None:
     return read_relations(mission.find(str(path)))
+
+
+def with_alignment(run: RunResults, found: Judgement | None, a: str, b: str, T_a_b: Transform) -> Judgement | None:
+    """Return a judgement with the alignment's own error, where the simulator knows the whole ways of both robots."""
+    if found is None or not {a, b} <= run.T_world_way.keys():
+        return found
+    off_m, off_deg = pair_error(T_a_b, run.T_world_way[a], run.T_world_way[b])
+    return replace(found, alignment_m=off_m, alignment_deg=off_deg)
 
 
 def by_relations(run: RunResults, relations: Relations | None, a: str, b: str, T_a_b: Transform) -> Judgement | None:

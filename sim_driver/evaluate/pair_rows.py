@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from mrslam.sim_driver.evaluate.judges import Judgement, PairJudge
+from mrslam.sim_driver.evaluate.judges import Judgement, PairJudge, judged_row
 from mrslam.sim_driver.evaluate.network import exchanges
 from mrslam.sim_driver.evaluate.results import RunResults
 from mrslam.sim_driver.evaluate.robot_rows import rounded
@@ -48,18 +48,12 @@ def _views(run: RunResults, judge: PairJudge, a: str, b: str) -> dict[str, Row]:
 
 
 def _view(view: Row, judged: Judgement | str | None) -> Row:
-    known = judged if isinstance(judged, Judgement) else None
     return {
         "status": "rejected" if view["status"] == "untried" else view["status"],
         "accepted_at_s": view["accepted_at_s"],
         "reason": view["reason"],
         "attempts": view.get("attempts", 0),
-        "error_m": None if known is None else round(known.error_m, 4),
-        "error_deg": None if known is None else round(known.error_deg, 4),
-        "alignment_m": None if known is None else rounded(known.alignment_m),
-        "alignment_deg": None if known is None else rounded(known.alignment_deg),
-        "judged_by": judged if known is None else known.judged_by,
-        "is_false": None if known is None else known.is_false,
+        **judged_row(judged),
     }
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from mrslam.sim_driver.evaluate.events import first_merge_s
 from mrslam.sim_driver.evaluate.results import RunResults
-from mrslam.sim_driver.evaluate.truth import MUST_MERGE, Judge, is_false_merge, overlap
+from mrslam.sim_driver.evaluate.truth import MUST_MERGE, Judge, overlap
 from mrslam.sim_driver.simulation.simulation import make_world
 
 Pair = dict[str, Any]
@@ -25,7 +25,7 @@ def team_figures(run: RunResults, pairs: Sequence[Pair]) -> dict[str, Any] | Non
         "coverage": round(max(coverage for coverage, _ in worth.values()), 4),
         "occupied_precision": round(min(precision for _, precision in worth.values()), 4),
         "coverage_by_robot": {robot: round(coverage, 4) for robot, (coverage, _) in worth.items()},
-        "false_merges": sum(map(_is_false, accepted)),
+        "false_merges": sum(bool(pair["is_false"]) for pair in accepted),
         "missed_merges": _missed(run, {(pair["a"], pair["b"]) for pair in accepted}),
         "one_sided_merges": sum(pair["both_at_s"] is None for pair in accepted),
         "first_merge_s": first_merge_s(run.events[robot] for robot in run.robots),
@@ -45,11 +45,6 @@ def _team_maps(run: RunResults) -> dict[str, tuple[float, float]]:
         if team is not None:
             worth[robot_id] = judge.coverage(team, T_world_team), judge.occupied_precision(team, T_world_team)
     return worth
-
-
-def _is_false(pair: Pair) -> bool:
-    off_m, off_deg = pair["error_m"], pair["error_deg"]
-    return off_m is not None and is_false_merge(off_m, off_deg)
 
 
 def _missed(run: RunResults, done: set[tuple[str, str]]) -> int:

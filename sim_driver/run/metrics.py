@@ -13,7 +13,15 @@ from typing import Any
 import numpy as np
 
 from mrslam.sim_driver.evaluate.in_saved_maps import in_saved_maps
-from mrslam.sim_driver.evaluate.judges import References, by_place, by_relations, relations_of
+from mrslam.sim_driver.evaluate.judges import (
+    Judgement,
+    References,
+    by_place,
+    by_relations,
+    judged_row,
+    relations_of,
+    with_alignment,
+)
 from mrslam.sim_driver.evaluate.relations import Relations
 from mrslam.sim_driver.evaluate.results import RunResults, link_totals
 from mrslam.sim_driver.evaluate.sides import givers_of, pairs_of, placed_together, sides_of, speaker_of
@@ -72,18 +80,15 @@ def _pair(run: RunResults, a: str, b: str, relations: Callable[[], Relations | N
     row = {**(unknown if speaker is None else views[speaker]), **sides_of(views, a, b, givers_of(run.beliefs))}
     row["placed_together_by"] = placed_together(run.beliefs, a, b)
     row["status"] = "accepted" if row["status"] == "accepted" else "rejected"
-    row["error_m"], row["error_deg"], row["judged_by"] = _error(run, a, b, row["T_a_b"], relations)
-    return row
+    return {**row, **judged_row(_judged(run, a, b, row["T_a_b"], relations))}
 
 
-def _error(
+def _judged(
     run: RunResults, a: str, b: str, T_a_b: list[float] | None, relations: Callable[[], Relations | None]
-) -> tuple[float | None, float | None, str]:
-    """Return the pair's mean error (m, deg) and what it was judged by."""
+) -> Judgement | str:
+    """Return how far off the pair's transform is, or why that is not known."""
     if T_a_b is None:
-        return None, None, "not merged"
+        return "not merged"
     found = by_place([(run.T_world_map, "simulated truth")], a, b, np.array(T_a_b))
-    found = found or by_relations(run, relations(), a, b, np.array(T_a_b))
-    if found is None:
-        return None, None, "no truth" if relations() is None else "no relation links the two robots"
-    return round(found.error_m, 4), round(found.error_deg, 4), found.judged_by
+    found = with_alignment(run, found, a, b, np.array(T_a_b)) or by_relations(run, relations(), a, b, np.array(T_a_b))
+    return found or ("no truth" if relations() is None else "no relation links the two robots")

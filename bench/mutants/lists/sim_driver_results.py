@@ -35,15 +35,27 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/evaluate/judges.py",
-        "            found = replace(found, alignment_m=off_m, alignment_deg=off_deg)",
-        "            pass",
+        "    return replace(found, alignment_m=off_m, alignment_deg=off_deg)",
+        "    return found",
         "the alignment's own error is not told",
     ),
     Mutant(
         "sim_driver/evaluate/judges.py",
-        "found = by_place(known, a, b, T_a_b)",
-        "found = by_place(known[::-1], a, b, T_a_b)",
+        "by_place(known, a, b, T_a_b), a, b",
+        "by_place(known[::-1], a, b, T_a_b), a, b",
         "a reference is preferred to the truth",
+    ),
+    Mutant(
+        "sim_driver/evaluate/judges.py",
+        "            return is_false_merge(self.alignment_m, self.alignment_deg)",
+        "            return is_false_merge(self.error_m, self.error_deg)",
+        "a right alignment of maps whose first stretch is bent is a false merge",
+    ),
+    Mutant(
+        "sim_driver/run/metrics.py",
+        "    found = with_alignment(run, found, a, b, np.array(T_a_b)) or",
+        "    found = found or",
+        "metrics.json does not say the alignment's own error",
     ),
     Mutant(
         "sim_driver/evaluate/results.py",
@@ -233,7 +245,7 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/evaluate/team.py",
-        "sum(map(_is_false, accepted))",
+        'sum(bool(pair["is_false"]) for pair in accepted)',
         "0",
         "metrics.json counts no false merge",
     ),

@@ -46,6 +46,14 @@ def test_a_merge_is_false_half_a_metre_or_five_degrees_off(off_m: float, off_deg
     assert Judgement(off_m, off_deg, "truth").is_false is is_false
 
 
+@pytest.mark.parametrize(("off_m", "off_deg"), [(0.6, 0.0), (0.0, 6.0)])
+def test_a_merge_of_maps_whose_first_stretch_is_bent_is_judged_by_their_whole_ways(
+    off_m: float, off_deg: float
+) -> None:
+    assert not Judgement(0.6, 6.0, "truth", alignment_m=0.1, alignment_deg=0.1).is_false
+    assert Judgement(0.1, 0.1, "truth", alignment_m=off_m, alignment_deg=off_deg).is_false
+
+
 def test_truth_is_preferred_to_a_reference_and_that_to_a_true_map() -> None:
     off = {"r1": np.zeros(3), "r2": se2.compose(T_A_B, se2.transform(1.0, 0.0, 0.0))}
     true = {"r1": np.zeros(3), "r2": T_A_B}

@@ -22,7 +22,8 @@ TABLES: dict[str, Any] = {
 
 
 def pair(a: str, b: str, error_m: float | None, both_at_s: float | None, status: str = "accepted") -> dict[str, Any]:
-    return {"a": a, "b": b, "status": status, "error_m": error_m, "error_deg": error_m, "both_at_s": both_at_s}
+    is_false = None if error_m is None else error_m > 0.5
+    return {"a": a, "b": b, "status": status, "is_false": is_false, "both_at_s": both_at_s}
 
 
 @pytest.mark.parametrize(("r3_m", "missed"), [(2.0, 1), (4.7, 0)])  # of its 4 m by 4 m r2's map shows 75 %, and 8 %

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from mrslam.sim_driver.evaluate.judges import Judgement
 from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.sim_driver.missions.run_folder import read_metrics
-from mrslam.sim_driver.run.metrics import NEVER_MET, _error, write_metrics
+from mrslam.sim_driver.run.metrics import NEVER_MET, _judged, write_metrics
 from mrslam.spatial import se2
 from tests.sim_driver.evaluate.test_judges import T_A_B, relations
 from tests.sim_driver.evaluate.test_judges import run as recorded_run
@@ -79,15 +80,21 @@ def test_a_merge_by_one_of_two_is_judged_by_the_simulator(run: Path, tmp_path: P
 
 def test_robots_of_a_log_are_judged_by_its_relations_or_it_is_said_why_not() -> None:
     recorded, merge = recorded_run(("a", "a")), T_A_B.tolist()
-    assert _error(recorded, "r1", "r2", merge, relations) == (
-        pytest.approx(0.0),
-        pytest.approx(0.0),
-        "20 of 20 relations",
-    )
+    by_relations = _judged(recorded, "r1", "r2", merge, relations)
+    assert by_relations == Judgement(pytest.approx(0.0), pytest.approx(0.0), "20 of 20 relations")
     first, second, T_first_second = relations()
     elsewhere = (first + 10**9, second + 10**9, T_first_second)  # of times at which neither was on its way
-    assert _error(recorded, "r1", "r2", merge, lambda: elsewhere) == (None, None, "no relation links the two robots")
-    assert _error(recorded, "r1", "r2", merge, lambda: None) == (None, None, "no truth")
+    assert _judged(recorded, "r1", "r2", merge, lambda: elsewhere) == "no relation links the two robots"
+    assert _judged(recorded, "r1", "r2", merge, lambda: None) == "no truth"
+
+
+def test_a_simulated_pair_is_judged_by_its_first_scans_and_by_its_whole_ways() -> None:
+    places = {"r1": np.zeros(3), "r2": T_A_B}
+    bent = {"r1": np.zeros(3), "r2": se2.compose(T_A_B, se2.transform(0.3, 0.0, 0.0))}
+    run = recorded_run(T_world_map=places, T_world_way=bent)
+    judged = _judged(run, "r1", "r2", T_A_B.tolist(), lambda: None)
+    assert isinstance(judged, Judgement) and judged.judged_by == "simulated truth"
+    assert (judged.error_m, judged.alignment_m) == (pytest.approx(0.0), pytest.approx(0.3))
 
 
 def test_what_is_damaged_is_said(run: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
