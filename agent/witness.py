@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mrslam.agent.early_claims import EarlyClaims
 from mrslam.agent.effects import Effect
 from mrslam.agent.encounters import Encounters
 from mrslam.agent.own_sightings import OwnSightings
@@ -56,6 +57,7 @@ class Witness:
         self._heard: dict[str, tuple[int, int]] = {}
         """By teammate: when its last report came, nanoseconds, and the epoch of the map it was about."""
         self._told: dict[tuple[str, bytes], _Told] = {}
+        self._early = EarlyClaims()
 
     def on_scan(self, scan: Scan, T_map_base: Transform, now_ns: int) -> None:
         """Take a scan with the beams that end at teammates, and where it was taken in the own map."""
@@ -114,6 +116,7 @@ class Witness:
         pair = pair_of(claim.peer, claim.robot)
         belief = team.beliefs.get(pair)
         if belief is None or not claim.is_of(team.maps[claim.peer].epoch, team.maps[claim.robot].epoch):
+            self._early.keep(claim)
             return
         place = belief.places.add(seen_from(pair, claim.peer, claim.T_peer_robot), claim.peer, now_ns)
         if place is not None:
@@ -138,6 +141,8 @@ class Witness:
     def look(self, team: Team, now_ns: int) -> list[Effect]:
         """Weigh new places by what was seen before, and unmerge pairs of which that speaks against their place."""
         effects: list[Effect] = []
+        for claim in self._early.take({name: known.epoch for name, known in team.maps.items()}):
+            self.on_claim(claim, team, now_ns)
         self._sightings.weigh(team)
         for pair, belief in team.beliefs.items():
             if belief.alignment is None:

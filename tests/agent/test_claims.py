@@ -7,9 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mrslam.agent.early_claims import MOST, EarlyClaims
+from mrslam.agent.pairs import hypotheses
 from mrslam.agent.pairs.belief import PairBelief
 from mrslam.agent.witness import CHANGED_LLR, REPEAT_NS, Witness
-from mrslam.comms import PeerSeen, TeammatePose
+from mrslam.comms import PeerSeen, TeammateClaim, TeammatePose
+from mrslam.comms.effects import EPOCHS
 from mrslam.merge.graph.edges import pair_of
 from mrslam.mutual_detection import MutualDetectionConfig
 from mrslam.mutual_detection.encounters import MOST_SEEN_LLR, MOST_UNSEEN_LLR
@@ -132,3 +135,54 @@ def test_a_claim_counts_for_no_more_than_sightings_can_say(claimed: float, count
     Witness("r1", MutualDetectionConfig()).on_claim(claim(one, RIGHT, claimed), one.team, BEGIN)
     (place,) = one.team.beliefs["r1", "r2"].places
     assert place.told == {"r2": counted}
+
+
+def test_a_claim_about_a_map_that_has_not_come_counts_when_it_has() -> None:
+    one = met()
+    witness = Witness("r1", MutualDetectionConfig())
+    epoch = one.team.maps["r2"].epoch
+    early = TeammateClaim("r2", epoch, "r3", se2.inverse(RIGHT), 4.0, epoch % EPOCHS)
+    witness.on_claim(early, one.team, BEGIN)
+    witness.look(one.team, BEGIN)
+    assert ("r2", "r3") not in one.team.beliefs
+    one.team.take_map("r3", one.team.maps["r2"])  # of the same epoch
+    witness.look(one.team, BEGIN + S)
+    (place,) = one.team.beliefs["r2", "r3"].places
+    assert place.told == {"r2": 4.0}
+    np.testing.assert_allclose(place.T_a_b, se2.inverse(RIGHT))
+    place.told.clear()
+    witness.look(one.team, BEGIN + 2 * S)
+    assert not place.told  # it was taken once
+
+
+def early(k: int = 0, *, epoch: int = 5, of_robot: int = 6, peer: str = "r2", llr: float = 1.0) -> TeammateClaim:
+    """Return a claim of a place ``k`` times 10 m away."""
+    return TeammateClaim(peer, epoch, "r3", np.array([10.0 * k, 0.0, 0.0]), llr, of_robot)
+
+
+def test_of_claims_about_maps_that_are_not_here_the_newest_of_each_place_is_kept() -> None:
+    claims = EarlyClaims()
+    for made in (early(0), early(1), early(0, llr=2.0)):
+        claims.keep(made)
+    assert claims.take({"r2": 5}) == [] and claims.take({"r2": 5, "r3": 7}) == []
+    assert [(one.T_peer_robot[0], one.llr) for one in claims.take({"r2": 5, "r3": 6})] == [(10.0, 1.0), (0.0, 2.0)]
+    assert claims.take({"r2": 5, "r3": 6}) == []
+
+
+@pytest.mark.parametrize("newer", [{"epoch": 8}, {"of_robot": 8}])
+def test_claims_about_a_map_that_was_given_up_are_kept_no_longer(newer: dict[str, int]) -> None:
+    claims = EarlyClaims()
+    claims.keep(early(0))
+    claims.keep(early(1, **newer))
+    assert claims.take({"r2": 5, "r3": 6}) == []
+    assert len(claims.take({"r2": newer.get("epoch", 5), "r3": newer.get("of_robot", 6)})) == 1
+
+
+def test_claims_that_are_kept_are_bounded() -> None:
+    claims = EarlyClaims()
+    for k in range(2 * MOST):
+        for place in range(2 * hypotheses.MOST):
+            claims.keep(early(place, peer=f"p{k}"))
+    taken = [claims.take({f"p{k}": 5, "r3": 6}) for k in range(2 * MOST)]
+    assert [len(one) for one in taken] == [0] * MOST + [hypotheses.MOST] * MOST
+    assert taken[-1][-1].T_peer_robot[0] == 10.0 * (2 * hypotheses.MOST - 1)

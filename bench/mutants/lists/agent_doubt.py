@@ -171,4 +171,40 @@ MUTANTS = (
         "else now_ns - self._looked_ns",
         "a robot whose clock was set back doubts for as long as it went back",
     ),
+    Mutant(
+        "agent/witness.py",
+        "            self._early.keep(claim)\n",
+        "",
+        "claims about maps that are not here yet are lost",
+    ),
+    Mutant(
+        "agent/early_claims.py",
+        "taken += self._kept.pop(names)",
+        "taken += self._kept[names]",
+        "claims that came early count anew at every tick",
+    ),
+    Mutant(
+        "agent/early_claims.py",
+        "            and not SAME_PLACE.is_near(one.T_peer_robot, claim.T_peer_robot)\n",
+        "",
+        "an early claim about a place stands beside the newer one",
+    ),
+    Mutant(
+        "agent/early_claims.py",
+        "            if (one.epoch, one.of_robot) == (claim.epoch, claim.of_robot)\n            and",
+        "            if",
+        "early claims about a map that was given up hold up those about the next",
+    ),
+    Mutant(
+        "agent/early_claims.py",
+        "[*others, claim][-hypotheses.MOST :]",
+        "[*others, claim]",
+        "a teammate may claim any number of places of maps that never come",
+    ),
+    Mutant(
+        "agent/early_claims.py",
+        "            del self._kept[next(iter(self._kept))]\n",
+        "            pass\n",
+        "early claims of any number of names are kept",
+    ),
 )

@@ -123,4 +123,52 @@ MUTANTS = (
         "now if now.shape == (3,) else None",
         "odometry that is no number is taken for the motion to the next scan",
     ),
+    Mutant(
+        "rbpf/front_end/intake.py",
+        "        if self._was_refused:\n            self._leave_out_leap()\n",
+        "",
+        "odometry that leaps from a refused scan to the next costs what it told at the others",
+    ),
+    Mutant(
+        "rbpf/front_end/intake.py",
+        "        if reason is not None and not self._was_refused:\n            self._leave_out_leap()\n",
+        "",
+        "odometry that leaps at the first scan that is refused costs what it tells at the others",
+    ),
+    Mutant(
+        "rbpf/front_end/intake.py",
+        "        if self._was_refused:\n            self._leave_out_leap()\n        odom_motion",
+        "        self._leave_out_leap()\n        odom_motion",
+        "a leap of odometry between two scans that are used is no longer left to the match",
+    ),
+    Mutant(
+        "rbpf/front_end/intake.py",
+        '            "steps": self._steps.state(),\n',
+        '            "steps": Steps().state(),\n',
+        "a robot that is resumed among refused scans takes a leap of odometry for motion",
+    ),
+    Mutant(
+        "rbpf/front_end/intake.py",
+        '        self._was_refused = state["was_refused"]\n',
+        "",
+        "a robot that is resumed after a refused scan takes a leap of odometry for motion",
+    ),
+    Mutant(
+        "rbpf/front_end/leaps.py",
+        "self._velocity * min(max(elapsed_s, 0.0), STEADY_S)",
+        "0.0 * self._velocity",
+        "while odometry leaps a robot stands",
+    ),
+    Mutant(
+        "rbpf/front_end/leaps.py",
+        "        if not can_move(step, elapsed_s):\n",
+        "        if True:\n",
+        "every step of odometry at a refused scan is a leap",
+    ),
+    Mutant(
+        "rbpf/front_end/leaps.py",
+        "        elif elapsed_s > 0.0:\n            self._velocity = step / elapsed_s\n",
+        "",
+        "what a robot did before odometry leapt is not known",
+    ),
 )
