@@ -104,7 +104,7 @@ class FrontEnd:
         self.adrift = 0.0
         """0..1: moving average of how far motion was neither seen nor reported by odometry that proved right."""
         self._doubted = 0.0  # 0..1: moving average of scans that fitted much worse than usual
-        self._view: View | None = None  # of the scan before, where that fitted
+        self._view: View | None = None  # of the scan before, where most of that fitted
         self._elsewhere: Elsewhere | None = None  # where the robot may have been carried to
 
     def step(
@@ -183,7 +183,7 @@ class FrontEnd:
     ) -> bool:
         """Return whether it turned out that the robot was carried off while its laser saw, a few scans ago."""
         is_doubtful = self._matcher.is_doubtful(found)
-        seen, self._view = self._view, None if is_doubtful else view
+        seen, self._view = self._view, None if found.inliers < BAD_INLIERS else view
         if self._elsewhere is not None:
             is_there = self._elsewhere.follow(points, view.points, guess, elapsed_s)
             if is_there is False:

@@ -189,3 +189,18 @@ def test_particles_follow_all_places_that_look_alike(monkeypatch: pytest.MonkeyP
     seen(mapper, np.arange(0.0, 24.0, 0.15), 0, 0.0)
     guesses = seen(mapper, np.arange(2.5, 8.0, 0.15), 1000, 24.0)
     assert (guesses > 1) == (particles > 1)
+
+
+@pytest.mark.parametrize("noise_m", [0.03, 0.05])
+def test_a_robot_that_is_carried_after_scans_that_were_noisier_than_usual_notices(noise_m: float) -> None:
+    mapper, rng, told = Mapper(MapperConfig(particles=4, threads=1), seed=1), np.random.default_rng(1), np.zeros(3)
+    poses = np.concatenate([drive(200)[:90], drive(200)[150:175]])
+    steps = np.vstack([np.zeros(3), se2.between(poses[:-1], poses[1:])])
+    steps[90] = steps[89]  # the wheels do not tell
+    health = []
+    for k, (pose, step) in enumerate(zip(poses, steps, strict=True)):
+        told = se2.compose(told, step)
+        scan = make_scan(pose, k * 10**8, fov=2 * np.pi, rng=rng)
+        noise = rng.normal(0.0, noise_m if 86 <= k < 90 else 0.0, scan.ranges_m.size)
+        health.append(mapper.update(replace(scan, ranges_m=(scan.ranges_m + noise).astype(np.float32)), told).health)
+    assert min(health[:90]) > 0.8 and max(health[90:]) < 0.5

@@ -375,4 +375,10 @@ MUTANTS = (
         "",
         "a robot that was put down near by is not looked for in its map until it drives on",
     ),
+    Mutant(
+        "rbpf/front_end/front_end.py",
+        "None if found.inliers < BAD_INLIERS else view",
+        "None if is_doubtful else view",
+        "a robot that is carried after scans that were noisier than usual does not notice",
+    ),
 )
