@@ -42,6 +42,8 @@ RIVAL = 0.9
 """Another place that this share of the beams that fit the best one fit may as well be where the robot is."""
 SHOWN_LEAST = 0.4
 """Least share of a scan's beams that must end where the map shows anything."""
+LED_TO = (-0.2, 0.0, 0.2)
+"""Where descents begin along either axis, metres from where odometry leads."""
 CLEARLY = 0.15
 """Of the beams on known floor so many fewer end at walls than fit well, or fit usually where that is less, as before
 trees, where the map contradicts: a share of 0..1."""
@@ -75,16 +77,17 @@ def look_around(
     """
     found = match(tiles, points, T_map_base, T_map_base, FAR_PRIOR, sigma_m, ITERATIONS)
     least = min(GOOD_INLIERS, usual_fit) - CLEARLY
-    is_unknown = _shown(found) < SHOWN_LEAST
     if _fit(found) >= least:
-        return Looked(found.pose if _is_sure(found) else None, False, is_unknown)
+        return Looked(found.pose if _is_sure(found) else None, False, _is_unknown(found))
     best, is_only = _best_place(tiles, points, T_map_base, sigma_m, crew)
-    # Nothing says that odometry is wrong, and half of what is seen may be as new there as where odometry leads.
-    is_leap = is_unknown and best.inliers < GOOD_INLIERS and is_beyond(T_map_base, best.pose)
+    led_to = _led_to(tiles, points, T_map_base, sigma_m)
+    is_unknown = _is_unknown(led_to)
+    # Nothing says that odometry is wrong, and what is seen may be as new there as where odometry leads.
+    is_leap = is_unknown and is_beyond(T_map_base, best.pose)
     if is_only and _is_sure(best) and not is_leap:
         return Looked(best.pose, False)
     is_near = _are_within(T_map_base, best.pose, FAR_M, FAR_TURN_RAD)  # wheels may well have come there
-    if is_near and _shown(best) >= SHOWN_LEAST and _fit(best) >= least:
+    if is_near and not _is_unknown(best) and _fit(best) >= least:
         return Looked(None, False)
     return Looked(None, not is_unknown, is_unknown)
 
@@ -146,9 +149,23 @@ def _best_place(
     return best, all(rival.inliers < RIVAL * best.inliers for rival in rivals)
 
 
+def _led_to(tiles: Tiles, points: NDArray[np.float64], T_map_base: Transform, sigma_m: float) -> Match:
+    """Return where a scan fits best within reach of where wheels lead: one descent may end behind the right wall."""
+    starts = (T_map_base + np.array([x_m, y_m, 0.0]) for x_m in LED_TO for y_m in LED_TO)
+    return max(
+        (match(tiles, points, start, start, FAR_PRIOR, sigma_m, ITERATIONS) for start in starts),
+        key=lambda place: place.score,
+    )
+
+
 def _is_sure(found: Match) -> bool:
     """Return whether a scan fits a place of which the map shows enough."""
     return _shown(found) >= SHOWN_LEAST and _fit(found) >= GOOD_INLIERS
+
+
+def _is_unknown(found: Match) -> bool:
+    """Return whether the map shows too little of what is to be seen from a place."""
+    return _shown(found) < SHOWN_LEAST
 
 
 def _shown(found: Match) -> float:
