@@ -47,6 +47,9 @@ LED_TO = (-0.2, 0.0, 0.2)
 CLEARLY = 0.15
 """Of the beams on known floor so many fewer end at walls than fit well, or fit usually where that is less, as before
 trees, where the map contradicts: a share of 0..1."""
+SLIGHTLY = 0.05
+"""Where the map does not show where wheels lead, a place far off must be fitted by as many beams as usual, but for this
+share of 0..1: a room like another has something else in it."""
 
 
 class Looked(NamedTuple):
@@ -70,8 +73,8 @@ def look_around(
 ) -> Looked:
     """Return whether a scan fits its robot's map at ``T_map_base (3,)``, where odometry leads, or near by.
 
-    A place farther off than ``LEAP_M`` is taken only where most of the scan fits it, or where the map shows that the
-    robot is not where odometry leads.
+    A place farther off than ``LEAP_M`` is taken only where as much of the scan fits it as usual, or where the map shows
+    that the robot is not where odometry leads.
     ``points (N, 5)`` : those of the scan to match; ``sigma_m`` : their deviation from walls, metres. Threads of the
     ``crew`` that have nothing to do help. ``usual_fit`` : share of the beams on known floor that fitted of late, 0..1.
     """
@@ -83,7 +86,8 @@ def look_around(
     led_to = _led_to(tiles, points, T_map_base, sigma_m)
     is_unknown = _is_unknown(led_to)
     # Nothing says that odometry is wrong, and what is seen may be as new there as where odometry leads.
-    is_leap = is_unknown and is_beyond(T_map_base, best.pose)
+    fits_little = best.inliers < max(GOOD_INLIERS, usual_fit - SLIGHTLY)
+    is_leap = is_unknown and fits_little and is_beyond(T_map_base, best.pose)
     if is_only and _is_sure(best) and not is_leap:
         return Looked(best.pose, False)
     is_near = _are_within(T_map_base, best.pose, FAR_M, FAR_TURN_RAD)  # wheels may well have come there
