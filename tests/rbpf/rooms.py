@@ -105,11 +105,17 @@ def errors(mapper: Mapper, truth: np.ndarray) -> tuple[float, float]:
 
 def seen_room(noise: float = 0.0) -> tuple[TileStore, np.ndarray]:
     """A map with one scan of the room in it, and the scan's points ``(N, 5)``."""
-    scan = make_scan(np.zeros(3), 0, beams=360, fov=2 * np.pi, rng=np.random.default_rng(1) if noise else None)
+    points = seen_from(np.zeros(3), noise)
+    return drawn(points, np.zeros(3)), points
+
+
+def seen_from(T_map_base: NDArray[np.float64], noise: float = 0.0) -> np.ndarray:
+    """Points ``(N, 5)`` of a scan all round from a pose relative to the start."""
+    scan = make_scan(T_map_base, 0, beams=360, fov=2 * np.pi, rng=np.random.default_rng(1) if noise else None)
     buffer = np.zeros((360, 5))
     angles = scan.angles_rad
     n = scan_points(scan.ranges_m, np.cos(angles), np.sin(angles), scan.T_base_laser, 40.0, buffer)
-    return drawn(buffer[:n], np.zeros(3)), buffer[:n].copy()
+    return buffer[:n]
 
 
 def drawn(points: np.ndarray, *T_map_base: np.ndarray) -> TileStore:

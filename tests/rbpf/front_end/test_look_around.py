@@ -10,6 +10,7 @@ from mrslam.rbpf.front_end.look_around import found_near, look_around, shown_at
 from mrslam.spatial import se2
 from mrslam.spatial.hits.store import TileStore
 from mrslam.spatial.runtime.crew import Crew
+from tests.rbpf import rooms
 from tests.rbpf.rooms import drawn, seen_room
 
 SIGMA_M = 0.05
@@ -118,6 +119,48 @@ def test_half_a_scan_shows_no_place_far_from_where_the_wheels_lead_unless_the_ma
     looked = look_around(store.tiles(0), points, np.array([0.0, y_m, 0.0]), SIGMA_M, Crew(1))
     assert (looked.place is not None) == is_believed and looked.is_unknown != is_believed
     assert not looked.is_contradicted and (looked.place is None or np.abs(looked.place).max() < 0.03)
+
+
+@pytest.mark.parametrize(("usual_fit", "is_believed"), [(1.0, False), (0.9, True)])
+def test_a_place_far_from_where_the_wheels_lead_is_fitted_as_usual_unless_the_map_contradicts_them(
+    usual_fit: float, is_believed: bool
+) -> None:
+    store, points = seen_room()
+    points[np.random.default_rng(1).random(len(points)) < 0.1, :2] *= 2.0  # a room like another
+    looked = look_around(store.tiles(0), points, np.array([0.0, 2.2, 0.0]), SIGMA_M, Crew(1), usual_fit)
+    assert (looked.place is not None) == is_believed and looked.is_unknown != is_believed
+
+
+def two_rooms() -> NDArray[np.float64]:
+    """Walls ``(n, 4)`` of two rooms 3.2 m apart that differ by a box, with a door between them."""
+    room = [[0.0, 0.0, 3.0, 0.0], [0.0, 3.0, 3.0, 3.0], *box(0.8, 1.9, 0.4), *box(1.9, 0.5, 0.1)]
+    other = [[x0 + 3.2, y0, x1 + 3.2, y1] for x0, y0, x1, y1 in room]
+    outer = [[0.0, 0.0, 0.0, 3.0], [6.2, 0.0, 6.2, 3.0], *box(5.4, 2.2, 0.4)]
+    between = [[x, y0, x, y1] for x in (3.0, 3.2) for y0, y1 in ((0.0, 0.2), (0.6, 3.0))]
+    return np.array([*room, *other, *outer, *between, [3.0, 0.2, 3.2, 0.2], [3.0, 0.6, 3.2, 0.6]])
+
+
+def box(x: float, y: float, side: float) -> list[list[float]]:
+    corners = [(x, y), (x + side, y), (x + side, y + side), (x, y + side)]
+    return [[*corners[k - 1], *corners[k]] for k in range(4)]
+
+
+@pytest.mark.parametrize("error_m", [(-0.15, -0.1), (-0.15, 0.1), (-0.1, 0.15)])
+def test_in_the_next_room_a_robot_is_not_where_it_was_though_that_looks_alike(
+    error_m: tuple[float, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The map shows a little of it through the door; one descent draws the wall between onto its other side."""
+    monkeypatch.setattr(rooms, "WALLS", two_rooms())
+
+    def seen(x_m: float, y_m: float) -> NDArray[np.float64]:
+        return rooms.seen_from(se2.between(rooms.T_WORLD_START, np.array([x_m, y_m, 0.0])))
+
+    store = drawn(seen(1.5, 1.5), np.array([1.5, 1.5, 0.0]))
+    for x_m, y_m in [(0.5, 2.6), (0.5, 0.5)]:
+        store.draw(0, np.zeros((1, 2)), np.array([[x_m, y_m, 0.0]]), [seen(x_m, y_m)], 0.1)
+    led_to = np.array([4.2 + error_m[0], 0.9 + error_m[1], 0.0])
+    looked = look_around(store.tiles(0), seen(4.2, 0.9), led_to, SIGMA_M, Crew(1))
+    assert looked.place is None and looked.is_unknown and not looked.is_contradicted
 
 
 @pytest.mark.parametrize(("beyond_share", "is_found"), [(0.0, True), (0.45, False)])
