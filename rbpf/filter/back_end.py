@@ -95,16 +95,16 @@ class BackEnd:
         closed = self._is_contradicted and self._relax()
         self._is_carried &= self.loops.is_carried
         if self.loops.edges > edges and not self._is_carried:
-            self._anchor(self.loops.found.keys[edges:, 0])
+            self._anchor(self.loops.anchors(edges))
         self._watch.lap("loops")
         return KeyframeResult(
             T_map_key=self.filter.ends[self.filter.best].copy(), neff=self.filter.neff, health=self._health.value,
             is_lost=self._health.is_lost, resampled=self.filter.resamplings > resamplings, loop_closed=closed,
         )  # fmt: skip
 
-    def _anchor(self, old: NDArray[np.int32]) -> None:
-        """Trust the pose again where the newest loop edges lead to keyframes ``old (n,)`` from before it was lost."""
-        if self._lost_from is None or old.min() < self._lost_from:
+    def _anchor(self, old: NDArray[np.int64]) -> None:
+        """Trust the pose again where new loop edges lead surely to keyframes ``old (n,)`` from before it was lost."""
+        if old.size and (self._lost_from is None or old.min() < self._lost_from):
             self._health.anchor()
             self._lost_from = None
 

@@ -91,6 +91,14 @@ class LoopCloser:
         """Number of :attr:`found` loop edges."""
         return self._edges.size
 
+    def anchors(self, since: int) -> NDArray[np.int64]:
+        """Return the old keyframes ``(n,)`` of edges from this number on that say where the robot is, not just along.
+
+        Along a corridor an edge may lead metres beside the place.
+        """
+        information = self._edge_values.rows[since:, 3:].reshape(-1, 3, 3)
+        return self._edges.rows[since:, 0][places.is_seen_all_round(information)]
+
     def add_key(self, beams: Beams, way_m: float, is_carried: bool = False) -> None:
         """Take a keyframe's scan, taken ``way_m`` after the keyframe before; the robot may have been carried there."""
         self.scans.add(beams, way_m, is_carried)
@@ -192,11 +200,12 @@ class LoopCloser:
     def _add_edge(self, old: int, found: Match, new: int | None = None) -> None:
         """Believe a fit of a keyframe, the newest if it is None."""
         self._last_fit_m = float(self.scans.way_m[-1])
-        if places.is_seen_all_round(found):
+        information = edge_information(found)
+        if places.is_seen_all_round(information):
             self._anchored_m = self._last_fit_m
         self._waiting = None
         self._edges.add((old, self.scans.way_m.size - 1 if new is None else new))
-        self._edge_values.add((*found.pose, *edge_information(found).flat))
+        self._edge_values.add((*found.pose, *information.flat))
 
     def relaxed(self, T_map_key: Transform, chain: NDArray[np.float64], headings: Headings = NO_HEADINGS) -> Transform:
         """Return the trajectory ``(K, 3)`` that fits all edges.

@@ -94,10 +94,9 @@ def is_contradicted(found: Match, agreeing_least: float = AGREEING_LEAST) -> boo
     return found.inliers < agreeing_least * (found.inliers + found.conflicts)
 
 
-def is_seen_all_round(found: Match) -> bool:
-    """Return whether a match says where the scans are in every direction, to ``SEEN_M``."""
-    least, _ = np.linalg.eigvalsh(edge_information(found)[:2, :2])
-    return bool(least > SEEN_M**-2)
+def is_seen_all_round(information: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return whether edges of ``information (..., 3, 3)`` say where scans are in every direction, to ``SEEN_M``."""
+    return np.asarray(np.linalg.eigvalsh(information[..., :2, :2])[..., 0] > SEEN_M**-2)
 
 
 def edge_information(found: Match) -> NDArray[np.float64]:

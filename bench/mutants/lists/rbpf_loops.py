@@ -190,6 +190,18 @@ MUTANTS = (
         "after a long way without loops every heading is searched",
     ),
     Mutant(
+        "rbpf/loops/loop_closer.py",
+        "return self._edges.rows[since:, 0][places.is_seen_all_round(information)]",
+        "return self._edges.rows[since:, 0]",
+        "a loop along a corridor ends the doubt of a robot that is metres beside the place",
+    ),
+    Mutant(
+        "rbpf/filter/back_end.py",
+        "self._anchor(self.loops.anchors(edges))",
+        "self._anchor(self.loops.anchors(0))",
+        "a robot that loses itself anew trusts its pose by a loop that closed before",
+    ),
+    Mutant(
         "rbpf/loops/kept_scans.py",
         '        self._starts = list(state["starts"])\n',
         "",
@@ -197,7 +209,7 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/loops/loop_closer.py",
-        "        if places.is_seen_all_round(found):\n",
+        "        if places.is_seen_all_round(information):\n",
         "        if True:\n",
         "after a loop in a corridor a robot looks for old places too near to where it thinks it is",
     ),

@@ -107,6 +107,30 @@ def test_a_robot_that_lost_itself_trusts_only_places_seen_before_that(monkeypatc
     assert not back._health.is_adrift  # as before it was lost
 
 
+def test_a_loop_along_a_corridor_does_away_with_no_doubt(monkeypatch: pytest.MonkeyPatch) -> None:
+    back = BackEnd(MapperConfig(particles=1, threads=1), 1, Crew(1), Stopwatch())
+
+    def add(*along: float) -> None:
+        def look(trajectory: np.ndarray, _: np.ndarray) -> bool:
+            for information in along:
+                seen = np.diag([information, 1e4, 1e4])
+                back.loops._add_edge(0, Match(np.zeros(3), 0.0, 1.0, 0.0, seen, 0.0, np.array([1.0, 0.0])))
+            return False  # nothing to put right
+
+        monkeypatch.setattr(back.loops, "look", look)
+        back.add(keyframe(np.array([0.5, 0.0, 0.0]), np.zeros(3), np.random.default_rng(1), 0.5))
+
+    add(), add(), add(), add()
+    assert back._health.is_adrift
+    add(0.0)
+    assert back._health.is_adrift and not back.loops.anchors(0).size
+    add(0.0, 1e4)
+    assert not back._health.is_adrift and back.loops.anchors(0).tolist() == [0]
+    add(), add(), add(), add()
+    add(0.0)
+    assert back._health.is_adrift and not back.loops.anchors(3).size
+
+
 def test_walls_are_believed_less_in_relaxation_for_their_errors_repeat(monkeypatch: pytest.MonkeyPatch) -> None:
     back, _, _ = there_and_back(close_loops=True)
     asked = []

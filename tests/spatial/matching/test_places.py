@@ -61,7 +61,9 @@ def test_an_edge_is_loose_where_no_wall_was_seen_and_never_surer_than_the_laser(
 
 @pytest.mark.parametrize(("along", "is_seen"), [(0.0, False), (100.0, False), (1e5, True)])
 def test_a_corridor_does_not_show_how_far_the_robot_has_drifted_along_it(along: float, is_seen: bool) -> None:
-    assert is_seen_all_round(found(0.9, 0.0, np.diag([1e6, along, 1e6]))) == is_seen
+    edge = edge_information(found(0.9, 0.0, np.diag([1e6, along, 1e6])))
+    assert is_seen_all_round(edge) == is_seen
+    assert is_seen_all_round(np.array([edge, 1e6 * np.eye(3)])).tolist() == [is_seen, True]
 
 
 def compared(off: tuple[float, float, float], lost_m: float) -> tuple[Match, NDArray[np.float64]]:
