@@ -13,7 +13,7 @@ from mrslam.alignment import Alignment, align
 from mrslam.sim_driver.evaluate.relations import Relations, cross_errors, read_relations
 from mrslam.sim_driver.evaluate.results import RunResults
 from mrslam.sim_driver.evaluate.trajectories import Trajectory, fit
-from mrslam.sim_driver.evaluate.truth import Judge, is_false_merge, overlap, pair_error
+from mrslam.sim_driver.evaluate.truth import Judge, is_false_merge, overlap, pair_error, shared_middle
 from mrslam.sim_driver.missions.mission import Mission
 from mrslam.sim_driver.simulation.simulation import make_world
 from mrslam.spatial import OccupancyGrid
@@ -28,7 +28,8 @@ class Judgement:
     error_deg: float
     judged_by: str
     alignment_m: float | None = None
-    """Error with each map placed by its robot's whole trajectory, not by its first scan: the alignment's own error."""
+    """The alignment's own error: with each map placed by its robot's whole trajectory, not by its first scan, in the
+    middle of what the two maps share, not at a start pose."""
     alignment_deg: float | None = None
 
     @property
@@ -36,7 +37,8 @@ class Judgement:
         """Whether this is a wrong merge, not only an inaccurate one: by the alignment's own error where that is known.
 
         A map whose first stretch is bent by a decimetre or a tenth of a degree puts its origin, or another robot's at
-        the far end of a campus, off by as much as the width of a door, however well the two maps are aligned.
+        the far end of a campus, off by as much as the width of a door, however well the two maps are aligned; and a
+        tenth of a degree between two maps is half a metre at a start pose 300 m from where they meet.
         """
         if self.alignment_m is not None and self.alignment_deg is not None:
             return is_false_merge(self.alignment_m, self.alignment_deg)
@@ -140,7 +142,9 @@ def with_alignment(run: RunResults, found: Judgement | None, a: str, b: str, T_a
     """Return a judgement with the alignment's own error, where the simulator knows the whole ways of both robots."""
     if found is None or not {a, b} <= run.T_world_way.keys():
         return found
-    off_m, off_deg = pair_error(T_a_b, run.T_world_way[a], run.T_world_way[b])
+    maps, ways = (run.map(a), run.map(b)), (run.T_world_way[a], run.T_world_way[b])
+    middle = None if maps[0] is None or maps[1] is None else shared_middle(maps[0], maps[1], *ways)
+    off_m, off_deg = pair_error(T_a_b, *ways, middle)
     return replace(found, alignment_m=off_m, alignment_deg=off_deg)
 
 

@@ -31,9 +31,13 @@ def is_false_merge(off_m: float, off_deg: float) -> bool:
     return off_m > FALSE_MERGE_M or off_deg > FALSE_MERGE_DEG
 
 
-def pair_error(T_a_b: Transform, T_world_a: Transform, T_world_b: Transform) -> tuple[float, float]:
-    """Return how far ``T_a_b`` is from the truth: metres at map b's origin, and degrees."""
-    distance_m, angle_rad = se2.difference(T_a_b, se2.between(T_world_a, T_world_b))
+def pair_error(
+    T_a_b: Transform, T_world_a: Transform, T_world_b: Transform, point: NDArray[np.float64] | None = None
+) -> tuple[float, float]:
+    """Return how far ``T_a_b`` is from the truth: metres at a ``point (2,)`` of map b, its origin if None, and degrees."""
+    T_point = np.zeros(3) if point is None else np.array([*point, 0.0])
+    true = se2.compose(se2.between(T_world_a, T_world_b), T_point)
+    distance_m, angle_rad = se2.difference(se2.compose(T_a_b, T_point), true)
     return distance_m, float(np.degrees(angle_rad))
 
 
@@ -143,6 +147,16 @@ def overlap(a: OccupancyGrid, b: OccupancyGrid, T_world_a: Transform, T_world_b:
         a, b, T_world_a, T_world_b = b, a, T_world_b, T_world_a
     points = se2.apply(se2.between(T_world_a, T_world_b), b.centres(b.is_known))
     return float(np.mean(values_at(a, points) >= 0)) if len(points) else 0.0
+
+
+def shared_middle(
+    a: OccupancyGrid, b: OccupancyGrid, T_world_a: Transform, T_world_b: Transform
+) -> NDArray[np.float64]:
+    """Return the middle ``(2,)`` of what both maps know, in map b's frame; of what b knows where they share nothing."""
+    points = b.centres(b.is_known)
+    is_shared = values_at(a, se2.apply(se2.between(T_world_a, T_world_b), points)) >= 0
+    points = points[is_shared] if is_shared.any() else points
+    return np.asarray(points.mean(axis=0)) if len(points) else np.zeros(2)
 
 
 def _near_m(grid: OccupancyGrid) -> float:

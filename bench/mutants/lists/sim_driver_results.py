@@ -41,6 +41,18 @@ MUTANTS = (
     ),
     Mutant(
         "sim_driver/evaluate/judges.py",
+        "pair_error(T_a_b, *ways, middle)",
+        "pair_error(T_a_b, *ways)",
+        "a tenth of a degree between maps of a campus that share its rim is a false merge",
+    ),
+    Mutant(
+        "sim_driver/evaluate/truth.py",
+        "    points = points[is_shared] if is_shared.any() else points\n",
+        "",
+        "an alignment is judged in the middle of a map, wherever the other one meets it",
+    ),
+    Mutant(
+        "sim_driver/evaluate/judges.py",
         "by_place(known, a, b, T_a_b), a, b",
         "by_place(known[::-1], a, b, T_a_b), a, b",
         "a reference is preferred to the truth",

@@ -107,7 +107,7 @@ def _print_pairs(pairs: list[dict[str, Any]], console: Console) -> None:
         if pair["error_m"] is not None:
             text += f", {pair['error_m']:.3f} m / {pair['error_deg']:.2f} deg off by {pair['judged_by']}"
             if pair["alignment_m"] is not None:
-                text += f" (by the maps' whole ways {pair['alignment_m']:.3f} m / {pair['alignment_deg']:.2f} deg)"
+                text += f" (where the maps meet {pair['alignment_m']:.3f} m / {pair['alignment_deg']:.2f} deg)"
         elif pair["status"] != "accepted" and pair["reason"]:
             text += f" ({pair['reason']})"
         if pair["true_overlap"] is not None:

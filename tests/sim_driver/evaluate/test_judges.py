@@ -73,6 +73,15 @@ def test_the_alignments_own_error_is_that_by_the_robots_whole_ways() -> None:
     assert (found.error_m, found.alignment_m) == (pytest.approx(0.3), pytest.approx(0.0))
 
 
+def test_the_alignments_own_error_is_that_in_the_middle_of_what_the_maps_share() -> None:
+    places = {"r1": np.zeros(3), "r2": np.zeros(3)}
+    maps = {name: OccupancyGrid(np.zeros((10, 10), dtype=np.int8), 0.1, (50.0, 0.0)) for name in places}
+    simulated = run(T_world_map=places, T_world_way=places, map=maps.get)
+    found = pair_judge(simulated, References()).judge("r1", "r2", se2.transform(0.0, -0.505, 0.01))
+    assert isinstance(found, Judgement) and not found.is_false
+    assert found.error_m == pytest.approx(0.505) and found.alignment_m == pytest.approx(0.0, abs=0.01)
+
+
 def test_one_reference_may_hold_for_all_robots() -> None:
     T_reference_b = se2.compose(T_A_B, WAY)
     together = np.concatenate([STAMPS, STAMPS + 10**10]), np.concatenate([WAY, T_reference_b])

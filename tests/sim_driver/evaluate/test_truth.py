@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from mrslam.sim_driver.evaluate.results import RunResults
-from mrslam.sim_driver.evaluate.truth import Judge, overlap
+from mrslam.sim_driver.evaluate.truth import Judge, overlap, pair_error, shared_middle
 from mrslam.sim_driver.missions.mission import make_mission
-from mrslam.spatial import OccupancyGrid
+from mrslam.spatial import OccupancyGrid, se2
 from mrslam.spatial.files.tum import write_tum
 
 
@@ -16,6 +16,28 @@ def room(wall_col: int) -> OccupancyGrid:
     cells = np.zeros((20, 20), dtype=np.int8)
     cells[:, wall_col] = 100
     return OccupancyGrid(cells, 0.05)
+
+
+def test_a_transform_that_turns_about_a_point_is_right_there_and_wrong_elsewhere() -> None:
+    T_world_a, T_world_b = se2.transform(3.0, -1.0, 0.7), se2.transform(-2.0, 5.0, -1.1)
+    middle, turn_rad = np.array([40.0, 30.0]), np.deg2rad(1.0)
+    turned = se2.compose(se2.compose(np.array([*middle, 0.0]), np.array([0.0, 0.0, turn_rad])), [-40.0, -30.0, 0.0])
+    T_a_b = se2.compose(se2.between(T_world_a, T_world_b), turned)
+    assert pair_error(T_a_b, T_world_a, T_world_b, middle) == pytest.approx((0.0, 1.0))
+    assert pair_error(T_a_b, T_world_a, T_world_b) == pytest.approx((2.0 * 50.0 * np.sin(turn_rad / 2.0), 1.0))
+
+
+def test_what_two_maps_share_has_its_middle_in_the_second_ones_frame() -> None:
+    cells = np.zeros((20, 40), dtype=np.int8)
+    a, b = OccupancyGrid(cells, 0.05), OccupancyGrid(cells, 0.05, (10.0, 0.0))
+    T_world_b = se2.transform(-9.0, 0.0, 0.0)  # its second metre on is beyond the first map's end
+    assert shared_middle(a, b, np.zeros(3), T_world_b) == pytest.approx([10.5, 0.5])
+    cells_seen = cells.copy()
+    cells_seen[:, 10:] = -1
+    assert shared_middle(a, OccupancyGrid(cells_seen, 0.05, (10.0, 0.0)), np.zeros(3), T_world_b)[0] == 10.25
+    assert shared_middle(a, b, np.zeros(3), np.zeros(3)) == pytest.approx([11.0, 0.5])  # nothing
+    unseen = OccupancyGrid(np.full_like(cells, -1), 0.05)
+    assert shared_middle(a, unseen, np.zeros(3), np.zeros(3)).tolist() == [0.0, 0.0]
 
 
 def test_two_cells_away_is_near_a_wall_and_three_are_not() -> None:
