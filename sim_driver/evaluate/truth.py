@@ -34,7 +34,7 @@ def is_false_merge(off_m: float, off_deg: float) -> bool:
 def pair_error(
     T_a_b: Transform, T_world_a: Transform, T_world_b: Transform, point: NDArray[np.float64] | None = None
 ) -> tuple[float, float]:
-    """Return how far ``T_a_b`` is from the truth: metres at a ``point (2,)`` of map b, its origin if None, and degrees."""
+    """Return how far ``T_a_b`` is from the truth: metres at a ``point (2,)`` of b, its origin if None, and degrees."""
     T_point = np.zeros(3) if point is None else np.array([*point, 0.0])
     true = se2.compose(se2.between(T_world_a, T_world_b), T_point)
     distance_m, angle_rad = se2.difference(se2.compose(T_a_b, T_point), true)
