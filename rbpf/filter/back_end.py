@@ -17,11 +17,13 @@ from mrslam.rbpf.front_end.motion import ARRIVAL_COLUMNS, WAY, Keyframe, chain_c
 from mrslam.rbpf.loops.loop_closer import LoopCloser
 from mrslam.rbpf.outcome import Stopwatch
 from mrslam.rbpf.rows import Rows
+from mrslam.spatial import se2
 from mrslam.spatial.runtime.crew import Crew
 from mrslam.spatial.se2 import Transform
 
 MOVED_M = 0.05
-"""Maps are drawn again when relaxation moves a keyframe by more than this, metres: a cell of the usual size."""
+"""Maps are drawn again when relaxation moves a keyframe against the others by more than this, metres: a cell of the
+usual size. What turns the map as a whole about its first keyframe changes nothing in it, but all of its tiles."""
 HEADING_SHARE = 0.5
 """Share of the motion's deviation in heading by which relaxation bends: 0.14 degrees in the first metre, as maps that
 walls keep straight drift (:mod:`.wall_directions`); the motion alone has 0.27. With all of it corridors are bent."""
@@ -145,7 +147,9 @@ class BackEnd:
         headings = self.filter.headings
         headings = headings._replace(variance=WALLS_APART * headings.variance)
         relaxed = self.loops.relaxed(trajectory, np.asarray(np.linalg.inv(cov)), headings)
-        if np.hypot(*(relaxed - trajectory)[:, :2].T).max() < MOVED_M or not self.filter.has_room(relaxed):
+        T_map_relaxed = se2.fit_rigid(trajectory[:, :2], relaxed[:, :2])
+        moved = se2.compose(T_map_relaxed, relaxed) - trajectory
+        if np.hypot(*moved[:, :2].T).max() < MOVED_M or not self.filter.has_room(relaxed):
             return False
         self.filter.adopt(relaxed, self.loops.scans.points, self.loops.scans.origins)
         return True
