@@ -197,6 +197,18 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/filter/back_end.py",
+        "moved = se2.compose(T_map_relaxed, relaxed) - trajectory",
+        "moved = relaxed - trajectory",
+        "a loop that turns a map about its first keyframe sends all of it to the team again",
+    ),
+    Mutant(
+        "rbpf/filter/back_end.py",
+        "if np.hypot(*moved[:, :2].T).max() < MOVED_M or",
+        "if np.hypot(*moved[:, :2].T).min() < MOVED_M or",
+        "a loop that bends a part of the map does not",
+    ),
+    Mutant(
+        "rbpf/filter/back_end.py",
         "self._anchor(self.loops.anchors(edges))",
         "self._anchor(self.loops.anchors(0))",
         "a robot that loses itself anew trusts its pose by a loop that closed before",

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mrslam.rbpf import MapperConfig
-from mrslam.rbpf.filter.back_end import WALLS_APART, BackEnd
+from mrslam.rbpf.filter.back_end import MOVED_M, WALLS_APART, BackEnd
 from mrslam.rbpf.front_end.health import LOST
 from mrslam.rbpf.outcome import Stopwatch
 from mrslam.spatial import se2
@@ -129,6 +129,23 @@ def test_a_loop_along_a_corridor_does_away_with_no_doubt(monkeypatch: pytest.Mon
     add(), add(), add(), add()
     add(0.0)
     assert back._health.is_adrift and not back.loops.anchors(3).size
+
+
+@pytest.mark.parametrize(
+    ("bent_m", "is_drawn"),
+    [(0.0, False), (0.5 * MOVED_M, False), (4.0 * MOVED_M, True)],
+    ids=["turned", "hardly", "bent"],
+)
+def test_relaxation_that_turns_the_map_as_a_whole_draws_it_no_other_way(
+    bent_m: float, is_drawn: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    back, _, _ = there_and_back(close_loops=True)
+    before = back.filter.trajectory.copy()
+    turned = se2.compose(np.array([0.3, -0.2, 0.1]), before)
+    turned[len(turned) // 2, 1] += bent_m
+    monkeypatch.setattr(back.loops, "relaxed", lambda *_: turned)
+    assert back._relax() == is_drawn
+    assert np.array_equal(back.filter.trajectory, turned if is_drawn else before)
 
 
 def test_walls_are_believed_less_in_relaxation_for_their_errors_repeat(monkeypatch: pytest.MonkeyPatch) -> None:
