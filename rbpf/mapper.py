@@ -32,7 +32,7 @@ from mrslam.spatial.poses import compose
 from mrslam.spatial.runtime.crew import Crew, Pending
 from mrslam.spatial.se2 import Transform
 
-LAYOUT = 27
+LAYOUT = 28
 """Version of what :meth:`Mapper.state` returns; raised whenever its content changes."""
 STALE = "after a pause it fits nothing where odometry leads"
 """Why the first scan after a pause may be left out: drivers that stood still deliver old odometry with a new scan."""
@@ -241,12 +241,11 @@ class Mapper:
         return self._history.online_trajectory()
 
     def snapshot(self) -> LocalMap:
-        """Return the best particle's map as tiles with revisions, its keyframes with their scans, and loops."""
+        """Return the best particle's map as tiles with revisions, and its keyframes with their scans."""
         back = self._back
-        keyframes, loops = self._history.keyframes(back), back.loops.found
-        news = keyframes.stamps_ns.size, len(loops.keys)
-        tiles = self._publisher.publish(back.filter.store, back.filter.best, news)
-        return LocalMap(tiles, keyframes, self._history.key_scans, loops)
+        keyframes = self._history.keyframes(back)
+        tiles = self._publisher.publish(back.filter.store, back.filter.best, keyframes.stamps_ns.size)
+        return LocalMap(tiles, keyframes, self._history.key_scans)
 
     def use_particles(self, count: int) -> None:
         """Continue with at most this number of particles: there are as many where the way was not seen, else one.

@@ -5,7 +5,6 @@ from mrslam.spatial.files.map_files import read_map, write_map
 from mrslam.spatial.files.tum import read_tum, write_tum
 from mrslam.spatial.grid import FREE_MAX, OCCUPIED_MIN, UNKNOWN, OccupancyGrid
 from mrslam.spatial.key_scans import KeyScans
-from mrslam.spatial.loop_edges import LoopEdges
 from mrslam.spatial.scan import Scan
 from mrslam.spatial.tiles import TILE_CELLS, Keyframes, LocalMap, Tile, TiledMap
 
@@ -18,7 +17,6 @@ __all__ = [
     "KeyScans",
     "Keyframes",
     "LocalMap",
-    "LoopEdges",
     "OccupancyGrid",
     "Scan",
     "Tile",

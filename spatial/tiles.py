@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from mrslam.spatial.errors import InputError
 from mrslam.spatial.grid import UNKNOWN, OccupancyGrid
 from mrslam.spatial.key_scans import KeyScans
-from mrslam.spatial.loop_edges import LoopEdges
 
 TILE_CELLS = 64
 """Edge of a tile, cells."""
@@ -181,19 +180,15 @@ class Keyframes:
 class LocalMap:
     """One robot's own map and keyframes at one revision: what the mapper returns and robots exchange.
 
-    Raises ``InputError`` where there are scans of some keyframes only, or loops of keyframes that are not there.
+    Raises ``InputError`` where there are scans of some keyframes only.
     """
 
     map: TiledMap
     keyframes: Keyframes = field(default_factory=Keyframes.empty)
     key_scans: KeyScans = field(default_factory=KeyScans.empty)
     """What was seen at each keyframe; empty where the map's maker keeps no scans."""
-    loops: LoopEdges = field(default_factory=LoopEdges.empty)
-    """Keyframes that saw the places of older ones again, as the map's maker found them."""
 
     def __post_init__(self) -> None:
         keyframes, scans = self.keyframes.stamps_ns.size, len(self.key_scans)
         if scans not in (0, keyframes):
             raise InputError(f"{keyframes} keyframes need as many scans or none, got {scans}")
-        if len(self.loops) and self.loops.keys.max() >= keyframes:
-            raise InputError(f"a loop leads to keyframe {self.loops.keys.max()} of {keyframes}")

@@ -64,7 +64,7 @@ def open_chunk(
     for k in positions:
         i = manifest.blocks[k]
         old = base.blocks[i] if chunk.is_delta and i < len(base.blocks) else None
-        blocks[i], used = unpack_block(raw, old, manifest.target - manifest.block_ages[k], i)
+        blocks[i], used = unpack_block(raw, old, manifest.target - manifest.block_ages[k])
         raw = raw[used:]
     indices = [(manifest.rows[k], manifest.cols[k]) for k in tile_positions]
     cells = np.empty((0, TILE_CELLS, TILE_CELLS), dtype=np.int8)

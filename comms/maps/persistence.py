@@ -9,9 +9,8 @@ import numpy as np
 
 from mrslam.comms.maps.snapshots import Proof, Snapshot
 from mrslam.comms.maps.store import MapStore
-from mrslam.comms.wire.edge_codec import COLUMNS
-from mrslam.comms.wire.keyframe_codec import BLOCK, SCALE, to_blocks, to_key_scans
-from mrslam.spatial import TILE_CELLS, Keyframes, KeyScans, LoopEdges, Tile, TiledMap
+from mrslam.comms.wire.keyframe_codec import SCALE, to_blocks, to_key_scans
+from mrslam.spatial import TILE_CELLS, Keyframes, KeyScans, Tile, TiledMap
 from mrslam.spatial.tiles import MOST_CELLS, box_cells
 
 
@@ -52,7 +51,7 @@ def _snapshot_state(snapshot: Snapshot) -> dict[str, Any]:
     """Return a snapshot of N tiles and K keyframes in B blocks as arrays of its own, read-only.
 
     ``places (N, 2)``, ``revisions (N,)``, ``cells (N, 64, 64) int8``; ``block_revisions (B,)``, ``stamps_ns (K,)``,
-    ``poses (K, 3) int32`` (mm, mm, 0.1 mrad), ``edges (E, 11)`` as ``wire.edge_codec`` has them; ``proof`` in hex.
+    ``poses (K, 3) int32`` (mm, mm, 0.1 mrad); ``proof`` in hex.
     """
     tiles = snapshot.map.tiles
     cells = (
@@ -70,7 +69,6 @@ def _snapshot_state(snapshot: Snapshot) -> dict[str, Any]:
         "stamps_ns": np.concatenate([block.stamps_ns for block in blocks]) if blocks else np.empty(0, np.int64),
         "proof": None if snapshot.proof is None else [part.hex() for part in vars(snapshot.proof).values()],
         "poses": np.concatenate([block.poses for block in blocks]) if blocks else np.empty((0, 3), np.int32),
-        "edges": np.concatenate([np.empty((0, COLUMNS), np.int64), *(block.edges for block in blocks)]),
         "scans": {"starts": scans.starts, "polar": scans.polar, "origins": scans.origins},
     }
     for array in (*state.values(), *state["scans"].values()):
@@ -90,10 +88,8 @@ def _snapshot(state: dict[str, Any]) -> Snapshot:
         raise ValueError("a map is too wide")
     keyframes, scans = Keyframes(state["stamps_ns"], state["poses"] / SCALE), KeyScans(**state["scans"])
     blocks = tuple(
-        replace(block, revision=revision, edges=state["edges"][state["edges"][:, 0] // BLOCK == i])
-        for i, (block, revision) in enumerate(
-            zip(to_blocks(keyframes, scans, LoopEdges.empty(), (), 0), state["block_revisions"].tolist(), strict=True)
-        )
+        replace(block, revision=revision)
+        for block, revision in zip(to_blocks(keyframes, scans, (), 0), state["block_revisions"].tolist(), strict=True)
     )
     proof = None if state.get("proof") is None else Proof(*(bytes.fromhex(part) for part in state["proof"]))
     tiled = TiledMap(float(state["resolution_m"]), tiles, int(state["revision"]))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mrslam.comms.wire.keyframe_codec import KeyframeBlock, to_blocks, to_key_scans, to_keyframes, to_loops
+from mrslam.comms.wire.keyframe_codec import KeyframeBlock, to_blocks, to_key_scans, to_keyframes
 from mrslam.comms.wire.messages import Version
 from mrslam.comms.wire.tile_codec import unknown_tile
 from mrslam.spatial import LocalMap, Tile, TiledMap
@@ -42,7 +42,7 @@ class Snapshot:
     @property
     def local_map(self) -> LocalMap:
         """The same as a :class:`LocalMap`."""
-        return LocalMap(self.map, to_keyframes(self.blocks), to_key_scans(self.blocks), to_loops(self.blocks))
+        return LocalMap(self.map, to_keyframes(self.blocks), to_key_scans(self.blocks))
 
     @property
     def keyframes(self) -> int:
@@ -68,7 +68,7 @@ def published(local_map: LocalMap, before: Snapshot | None, epoch: int) -> Snaps
         is_gone = bool((old[index].cells == -1).all())
         tiles[index] = old[index] if is_gone else Tile(new.revision, unknown_tile())
     held = before.blocks if before else ()
-    blocks = to_blocks(local_map.keyframes, local_map.key_scans, local_map.loops, held, new.revision)
+    blocks = to_blocks(local_map.keyframes, local_map.key_scans, held, new.revision)
     return Snapshot(epoch, TiledMap(new.resolution_m, tiles, new.revision), blocks)
 
 

@@ -10,8 +10,8 @@ from hashlib import blake2b
 from mrslam.spatial.errors import InputError
 
 MAGIC = b"MR"
-PROTOCOL_VERSION = 3
-"""2 carries keyframes' scans and loop edges, see docs/protocol.md. A robot drops messages of any other version."""
+PROTOCOL_VERSION = 4
+"""4 carries keyframes' scans, see docs/protocol.md. A robot drops messages of any other version."""
 HEADER = struct.Struct("<2sBII")
 """Magic, protocol version, team tag, CRC-32 of the body; little endian."""
 NAME = re.compile(r"(?!\.)[A-Za-z0-9_.-]{1,64}")

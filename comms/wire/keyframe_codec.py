@@ -1,4 +1,4 @@
-"""Keyframes as bytes: blocks of 64 with poses (mm, 0.1 mrad), scans, and the loop edges that lead to them."""
+"""Keyframes as bytes: blocks of 64 with poses (mm, 0.1 mrad) and scans."""
 
 from __future__ import annotations
 
@@ -10,16 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.comms.wire.binary_coder import READ_AHEAD
-from mrslam.comms.wire.edge_codec import COLUMNS, are_edges, from_rows, to_rows
 from mrslam.comms.wire.frames import WireError
 from mrslam.comms.wire.scan_codec import pack_scans, scan_content, unpack_scans
 from mrslam.comms.wire.step_coder import code_steps
-from mrslam.spatial import Keyframes, KeyScans, LoopEdges
+from mrslam.spatial import Keyframes, KeyScans
 
 BLOCK = 64
 """Keyframes in a block."""
-EDGES_MOST = 64
-"""Most loops that lead to the keyframes of a block: one a keyframe; further ones do not travel."""
 UNITS = (1e3, 1e3, 1e4)
 SCALE = np.array(UNITS)
 """Units per metre, metre, radian."""
@@ -44,15 +41,13 @@ class KeyframeBlock:
     """``(k, 3)``: x (mm), y (mm), theta (0.1 mrad)."""
     scans: KeyScans = field(default_factory=KeyScans.empty)
     """Of the k keyframes; empty where the map has no scans."""
-    edges: NDArray[np.int64] = field(default_factory=lambda: np.empty((0, COLUMNS), dtype=np.int64))
-    """``(e, 11)``, at most 64: loops that lead to these keyframes, as ``mrslam.comms.wire.edge_codec`` writes them."""
 
     @property
     def content(self) -> bytes:
         """The bytes that hashes of the block are taken over; its revision is not among them."""
-        sizes = np.array([self.stamps_ns.size, len(self.scans), len(self.edges)], dtype="<i8").tobytes()
+        sizes = np.array([self.stamps_ns.size, len(self.scans)], dtype="<i8").tobytes()
         poses = self.stamps_ns.astype("<i8").tobytes() + self.poses.astype("<i4").tobytes()
-        return sizes + poses + self.edges.astype("<i4").tobytes() + scan_content(self.scans)
+        return sizes + poses + scan_content(self.scans)
 
     @cached_property
     def packed_scans(self) -> bytes:
@@ -62,7 +57,7 @@ class KeyframeBlock:
     def equals(self, other: KeyframeBlock) -> bool:
         """Return whether the content is the same."""
         same_poses = np.array_equal(self.stamps_ns, other.stamps_ns) and np.array_equal(self.poses, other.poses)
-        return same_poses and np.array_equal(self.edges, other.edges) and self.scans.equals(other.scans)
+        return same_poses and self.scans.equals(other.scans)
 
 
 def quantise(T_map_base: NDArray[np.float64]) -> NDArray[np.int32]:
@@ -79,18 +74,15 @@ def quantise_pose(T_map_base: NDArray[np.float64]) -> tuple[int, int, int]:
 
 
 def to_blocks(
-    keyframes: Keyframes, scans: KeyScans, loops: LoopEdges, before: tuple[KeyframeBlock, ...], revision: int
+    keyframes: Keyframes, scans: KeyScans, before: tuple[KeyframeBlock, ...], revision: int
 ) -> tuple[KeyframeBlock, ...]:
     """Return the keyframes in blocks; one that equals that of ``before`` is the same object, with its revision."""
     stamps, poses = np.asarray(keyframes.stamps_ns, dtype=np.int64), quantise(keyframes.T_map_base)
-    edges, blocks = to_rows(loops), []
-    if len(scans):  # nothing is matched with a keyframe without a scan
-        edges = edges[np.isin(edges[:, 0], scans.shown)]
+    blocks = []
     for i, start in enumerate(range(0, stamps.size, BLOCK)):
         end = min(start + BLOCK, stamps.size)
         seen = scans.part(start, end) if len(scans) else scans
-        here = edges[(edges[:, 0] >= start) & (edges[:, 0] < end)][:EDGES_MOST]
-        block, old = KeyframeBlock(revision, stamps[start:end], poses[start:end], seen, here), None
+        block, old = KeyframeBlock(revision, stamps[start:end], poses[start:end], seen), None
         if i < len(before):
             old = before[i]
         blocks.append(old if old is not None and old.equals(block) else _owned(block, old))
@@ -100,7 +92,7 @@ def to_blocks(
 def _owned(block: KeyframeBlock, old: KeyframeBlock | None) -> KeyframeBlock:
     """Return the block in memory of its own, or of the one before it where the scans are the same."""
     kept = old.scans if old is not None and old.scans.equals(block.scans) else block.scans.copy()
-    return KeyframeBlock(block.revision, block.stamps_ns.copy(), block.poses.copy(), kept, block.edges)
+    return KeyframeBlock(block.revision, block.stamps_ns.copy(), block.poses.copy(), kept)
 
 
 def to_keyframes(blocks: tuple[KeyframeBlock, ...]) -> Keyframes:
@@ -122,11 +114,6 @@ def to_key_scans(blocks: tuple[KeyframeBlock, ...]) -> KeyScans:
     )
 
 
-def to_loops(blocks: tuple[KeyframeBlock, ...]) -> LoopEdges:
-    """Return the loops that lead to the keyframes of all blocks."""
-    return from_rows(np.concatenate([np.empty((0, COLUMNS), dtype=np.int64), *(block.edges for block in blocks)]))
-
-
 def _columns(block: KeyframeBlock | None, count: int) -> NDArray[np.int64]:
     """Return stamps and poses as ``(count, 4) int64``, cut or padded by repeating the last row."""
     if block is None or block.stamps_ns.size == 0:
@@ -136,14 +123,14 @@ def _columns(block: KeyframeBlock | None, count: int) -> NDArray[np.int64]:
 
 
 def pack_block(block: KeyframeBlock, base: KeyframeBlock | None) -> bytes:
-    """Return the block coded against the asker's: steps of differences from its poses, and new edges and scans."""
+    """Return the block coded against the asker's: steps of differences from its poses, and new scans."""
     count = block.stamps_ns.size
     known = 0 if base is None else _common(block.scans, base.scans)
     new, body = len(block.scans) - known, b""
     if new:
         body = pack_scans(block.scans, known) if known else block.packed_scans
     sizes = np.array([known, new, len(body)], dtype=np.int64)
-    return bytes([count]) + _pack_steps(block, base) + _pack_edges(block, base) + varints(sizes) + body
+    return bytes([count]) + _pack_steps(block, base) + varints(sizes) + body
 
 
 def _pack_steps(block: KeyframeBlock, base: KeyframeBlock | None) -> bytes:
@@ -189,22 +176,13 @@ def _trained(base: KeyframeBlock | None, unit: int) -> NDArray[np.int64]:
     return steps
 
 
-def _pack_edges(block: KeyframeBlock, base: KeyframeBlock | None) -> bytes:
-    """Return the edges that the asker lacks: how many it keeps, how many follow, then their numbers."""
-    held = 0 if base is None else len(base.edges)
-    if held and not np.array_equal(block.edges[:held], base.edges):  # type: ignore[union-attr]
-        held = 0
-    new = block.edges[held:]
-    return varints(np.concatenate([[held, len(new)], new.reshape(-1)]))
-
-
 def _common(scans: KeyScans, held: KeyScans) -> int:
     """Return how many scans an asker holds already: a keyframe's scan is fixed for an epoch; 0 where they differ."""
     return len(held) if len(held) <= len(scans) and scans.part(0, len(held)).equals(held) else 0
 
 
-def unpack_block(raw: bytes, base: KeyframeBlock | None, revision: int, index: int = 0) -> tuple[KeyframeBlock, int]:
-    """Return a map's keyframe block number ``index``, and how many bytes it took; ``base``: the block held, if any.
+def unpack_block(raw: bytes, base: KeyframeBlock | None, revision: int) -> tuple[KeyframeBlock, int]:
+    """Return a map's keyframe block, and how many bytes it took; ``base``: the block held, if any.
 
     Raises :class:`WireError` where it is cut off or out of range.
     """
@@ -214,9 +192,6 @@ def unpack_block(raw: bytes, base: KeyframeBlock | None, revision: int, index: i
     rows, at = _unpack_steps(raw, 1, base, count)
     if not (_within(rows[:, 1:], POSE_LIMIT) and _within(rows[:, 0], STAMP_LIMIT_NS)):
         raise WireError("bad keyframes", "out of range")
-    edges, at = _unpack_edges(raw, at, base)
-    if not are_edges(edges, index * BLOCK, index * BLOCK + count):
-        raise WireError("bad keyframes", "edges")
     (known, new, size), at = _sizes(raw, at, 3)
     held = KeyScans.empty() if base is None else base.scans
     if not 0 <= known <= len(held) or new < 0 or known + new not in (0, count) or not 0 <= size <= len(raw) - at:
@@ -224,21 +199,12 @@ def unpack_block(raw: bytes, base: KeyframeBlock | None, revision: int, index: i
     scans = held if known == len(held) else held.part(0, known)
     if new:
         scans = scans.append(unpack_scans(raw[at : at + size], scans, new))
-    return KeyframeBlock(revision, rows[:, 0].copy(), rows[:, 1:].astype(np.int32), scans, edges), at + size
+    return KeyframeBlock(revision, rows[:, 0].copy(), rows[:, 1:].astype(np.int32), scans), at + size
 
 
 def _within(values: NDArray[np.int64], limit: int) -> bool:
     """Return whether no value is beyond the limit; the least integer has no absolute value."""
     return bool(((-limit <= values) & (values <= limit)).all())
-
-
-def _unpack_edges(raw: bytes, at: int, base: KeyframeBlock | None) -> tuple[NDArray[np.int64], int]:
-    held = np.empty((0, COLUMNS), dtype=np.int64) if base is None else base.edges
-    (known, new), at = _sizes(raw, at, 2)
-    if not 0 <= known <= len(held) or new < 0 or known + new > EDGES_MOST:
-        raise WireError("bad keyframes", "number of edges")
-    values, at = read_varints(raw, at, new * COLUMNS)
-    return np.concatenate([held[:known], values.reshape(new, COLUMNS)]), at
 
 
 def _sizes(raw: bytes, at: int, count: int) -> tuple[list[int], int]:

@@ -146,8 +146,8 @@ class Trail:
     def _seen_again(self) -> NDArray[np.int64]:
         """``(E, 2)``: keyframes, the earlier first, between which the robot went far and came back.
 
-        Measured on parts of recorded logs: the loops that the mapper closed (``LocalMap.loops``), in place of these or
-        beside them, change the errors between robots by 5 % at most, either way, so they are not used here.
+        Measured on parts of recorded logs: the loops that the mapper closed, in place of these or
+        beside them, change the errors between robots by 5 % at most, either way, so they do not travel with maps.
         """
         keys = np.array(self.T_map_key, order="C")  # of a map that came by radio they are read-only
         return seen_again(keys, self.way_m, OLD_WAY_M, NEAR_M, SEEN_AGAIN_EVERY_M)

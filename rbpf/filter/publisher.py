@@ -6,7 +6,6 @@ something was seen, and only that has to be sent.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -108,16 +107,16 @@ class Publisher:
     def __init__(self) -> None:
         self.tiles: dict[tuple[int, int], Tile] = {}
         self.revision = 0
-        self._seen, self._news = NO_STAMPS, [0, 0]
+        self._seen, self._keyframes = NO_STAMPS, 0
 
-    def publish(self, store: TileStore, index: int, news: Sequence[int]) -> TiledMap:
+    def publish(self, store: TileStore, index: int, keyframes: int) -> TiledMap:
         """Return map ``index`` of the store; what did not change keeps its revision.
 
-        ``news`` : how many keyframes and loops there are; more of them are a new revision, whether walls moved or not.
+        ``keyframes`` : how many there are; more of them are a new revision, whether walls moved or not.
         """
         now, seen = Stamps(store.row0, store.col0, store.stamps_of(index)), self._seen
         self._seen, revision = now, self.revision + 1
-        changed, self._news = self._news != list(news), list(news)
+        changed, self._keyframes = self._keyframes != keyframes, keyframes
         for place in now.places(seen):
             old = self.tiles.get(place)
             cells = np.full((TILE_CELLS, TILE_CELLS), -1, dtype=np.int8) if old is None else old.cells.copy()
@@ -139,7 +138,7 @@ class Publisher:
         """Return everything that a resumed publisher needs."""
         return {
             "revision": self.revision,
-            "news": self._news,
+            "keyframes": self._keyframes,
             "tiles": [[*place, tile.revision, tile.cells] for place, tile in self.tiles.items()],
             "seen": [
                 [*place, *(self._seen.at(*part) for part in _parts(place))] for place in self._seen.places(NO_STAMPS)
@@ -148,7 +147,7 @@ class Publisher:
 
     def restore(self, state: dict[str, Any]) -> None:
         """Become the publisher that was saved."""
-        self.revision, self._news = state["revision"], state["news"]
+        self.revision, self._keyframes = state["revision"], state["keyframes"]
         self.tiles = {(r, c): Tile(revision, cells) for r, c, revision, cells in state["tiles"]}
         self._seen = _stamps_of(state["seen"])
 

@@ -20,7 +20,7 @@ from mrslam.rbpf.loops.guesses import Guess
 from mrslam.rbpf.loops.headings import NO_HEADINGS, Headings
 from mrslam.rbpf.loops.kept_scans import KeptScans
 from mrslam.rbpf.rows import Rows
-from mrslam.spatial import LoopEdges, se2
+from mrslam.spatial import se2
 from mrslam.spatial.hits.views import Beams
 from mrslam.spatial.matching import places
 from mrslam.spatial.matching.gauss_newton import Match
@@ -66,13 +66,6 @@ class LoopCloser:
         self._last_fit_m, self._anchored_m = -1e9, 0.0
 
     @property
-    def found(self) -> LoopEdges:
-        """All loop edges so far."""
-        values = self._edge_values.rows
-        keys = self._edges.rows.astype(np.int32)
-        return LoopEdges(keys, values[:, :3].copy(), values[:, 3:].reshape(-1, 3, 3).copy())
-
-    @property
     def histories_most(self) -> int:
         """Bound on their number."""
         return self._far.most
@@ -88,7 +81,7 @@ class LoopCloser:
 
     @property
     def edges(self) -> int:
-        """Number of :attr:`found` loop edges."""
+        """Number of loop edges so far."""
         return self._edges.size
 
     def anchors(self, since: int) -> NDArray[np.int64]:

@@ -21,7 +21,7 @@ from mrslam.comms import (
     Send,
 )
 from mrslam.comms.transport.memory import PERFECT
-from mrslam.spatial import Keyframes, KeyScans, LocalMap, LoopEdges, OccupancyGrid, Tile, TiledMap
+from mrslam.spatial import Keyframes, KeyScans, LocalMap, OccupancyGrid, Tile, TiledMap
 from tests.comms.scans import noise_scans
 
 SECOND = 1_000_000_000
@@ -45,7 +45,6 @@ def fingerprint(local: LocalMap) -> bytes:
         digest.update(repr((index, local.map.tiles[index].revision)).encode() + local.map.tiles[index].cells.tobytes())
     digest.update(local.keyframes.stamps_ns.tobytes() + local.keyframes.T_map_base.tobytes())
     digest.update(local.key_scans.starts.tobytes() + local.key_scans.points.tobytes())
-    digest.update(local.loops.keys.tobytes() + local.loops.T_first_second.tobytes() + local.loops.information.tobytes())
     return digest.digest()
 
 
@@ -91,14 +90,7 @@ class GrowingMap:
         if self.rng.random() < 0.2:
             poses = poses + 0.01
         tiled = TiledMap(0.05, dict(self.tiles), self.revision)
-        return LocalMap(tiled, Keyframes(np.array(self.stamps, dtype=np.int64), poses), self.scans, self._loops())
-
-    def _loops(self) -> LoopEdges:
-        """A loop at every tenth keyframe, to one of the first ten."""
-        newer = np.arange(10, len(self.stamps), 10, dtype=np.int32)
-        keys = np.stack([newer * 37 % 10, newer], axis=-1).astype(np.int32)
-        poses = np.stack([newer, keys[:, 0], np.zeros(newer.size)], axis=-1) / 100.0
-        return LoopEdges(keys, poses, np.tile(np.diag([1e4, 1.0, 1e5]), (newer.size, 1, 1)))
+        return LocalMap(tiled, Keyframes(np.array(self.stamps, dtype=np.int64), poses), self.scans)
 
 
 class Team:

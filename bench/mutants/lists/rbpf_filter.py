@@ -149,8 +149,8 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/filter/publisher.py",
-        "changed, self._news = self._news != list(news), list(news)",
-        "changed, self._news = False, list(news)",
+        "changed, self._keyframes = self._keyframes != keyframes, keyframes",
+        "changed, self._keyframes = False, keyframes",
         "keyframes of a robot that sees nothing new are never published",
     ),
     Mutant(

@@ -9,13 +9,10 @@ from mrslam.comms.maps.manifests import make_manifest
 from mrslam.comms.maps.snapshots import Snapshot
 from mrslam.comms.maps.staged_maps import StagedMaps
 from mrslam.comms.maps.store import NOTHING, MapStore
-from mrslam.comms.wire.edge_codec import to_rows
 from mrslam.comms.wire.frames import WireError
 from mrslam.comms.wire.keyframe_codec import BLOCK, KeyframeBlock
-from mrslam.spatial import LocalMap, LoopEdges, TiledMap
+from mrslam.spatial import KeyScans, LocalMap, TiledMap, key_scans
 from tests.comms.team import QUICK
-
-EYES = 100.0 * np.eye(3)[None]
 
 
 def test_an_older_snapshot_that_is_whole_replaces_nothing():
@@ -31,22 +28,22 @@ def test_an_older_snapshot_that_is_whole_replaces_nothing():
     assert mine.version("a") == (1, 2)
 
 
-def block(count: int, first: int, edge: tuple[int, int] | None = None) -> KeyframeBlock:
-    loops = {} if edge is None else {"edges": to_rows(LoopEdges(np.array([edge], np.int32), np.zeros((1, 3)), EYES))}
+def block(count: int, first: int) -> KeyframeBlock:
     stamps = np.arange(first, first + count, dtype=np.int64)
-    return KeyframeBlock(1, stamps, np.zeros((count, 3), np.int32), **loops)
+    return KeyframeBlock(1, stamps, np.zeros((count, 3), np.int32), KeyScans.blank(count))
 
 
 @pytest.mark.parametrize(
     "blocks",
     [
-        (block(10, 0), block(BLOCK, 10, (0, BLOCK + 9))),  # keyframes of the second would be numbered from 64 on
-        (block(BLOCK, 0), block(2, BLOCK, (0, BLOCK + 5))),  # a loop that leads to none
+        (block(10, 0), block(BLOCK, 10)),  # keyframes of the second would be numbered from 64 on
+        (block(BLOCK, 0), block(2, BLOCK)),  # more than any map has
     ],
 )
 def test_a_map_whose_keyframes_do_not_fit_together_is_a_bad_message_and_changes_nothing(
-    blocks: tuple[KeyframeBlock, ...],
+    blocks: tuple[KeyframeBlock, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(key_scans, "KEYFRAMES_MOST", BLOCK + 1)
     theirs, mine = MapStore("a", 1, QUICK), MapStore("b", 1, QUICK)
     theirs._newest["a"] = Snapshot(1, TiledMap(0.05, {}, 1), blocks)
     manifest = make_manifest(theirs, "a", 7, "a", NOTHING, None)

@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from mrslam.comms.wire.edge_codec import are_edges, from_rows, to_rows
 from mrslam.comms.wire.frames import WireError
 from mrslam.comms.wire.keyframe_codec import (
     BLOCK,
@@ -20,26 +19,12 @@ from mrslam.comms.wire.keyframe_codec import (
     to_blocks,
     to_key_scans,
     to_keyframes,
-    to_loops,
     unpack_block,
     varints,
 )
 from mrslam.comms.wire.step_coder import code_steps
-from mrslam.spatial import Keyframes, KeyScans, LoopEdges
+from mrslam.spatial import Keyframes, KeyScans
 from tests.comms.scans import noise_scans, room_scans
-
-NONE = LoopEdges.empty()
-
-
-def some_edges(keyframes: int, seed: int) -> NDArray[np.int64]:
-    """Loops within a map's first block."""
-    rng = np.random.default_rng(seed)
-    newer = np.sort(rng.integers(1, BLOCK, 6))
-    newer = newer[newer < keyframes]
-    factor = np.tril(rng.uniform(-300.0, 300.0, (newer.size, 3, 3)), -1) + 50.0 * np.eye(3)
-    keys = np.stack([newer - 1 - rng.integers(newer), newer], axis=-1).astype(np.int32)
-    return to_rows(LoopEdges(keys, rng.normal(size=(newer.size, 3)), factor @ factor.transpose(0, 2, 1)))
-
 
 blocks = st.integers(1, BLOCK).flatmap(
     lambda n: st.builds(
@@ -48,7 +33,6 @@ blocks = st.integers(1, BLOCK).flatmap(
             np.array(s, dtype=np.int64),
             np.array(p, dtype=np.int32).reshape(-1, 3),
             KeyScans.empty() if seed is None else noise_scans(n, seed),
-            some_edges(n, seed or 0),
         ),
         st.lists(st.integers(-(2**62), 2**62), min_size=n, max_size=n),
         st.lists(st.integers(-(2**30), 2**30), min_size=3 * n, max_size=3 * n),
@@ -83,8 +67,7 @@ def coded(steps: NDArray[np.int64], unit: int = 0) -> bytes:
 
 
 NOTHING = np.zeros((1, 4), dtype=np.int64)
-ONE = b"\x01" + coded(NOTHING) + b"\0\0"  # one keyframe at stamp 0 and the origin, no edges; then the three of scans
-EDGE = b"\x02\0\0\0\0\x14\0\x14\0\0\x14"  # from the keyframe before, identity
+ONE = b"\x01" + coded(NOTHING)  # one keyframe at stamp 0 and the origin; then the three numbers of scans
 
 
 @pytest.mark.parametrize(
@@ -109,22 +92,20 @@ def test_a_pose_out_of_range_is_refused():
 def test_only_blocks_that_changed_get_a_new_revision():
     stamps = np.arange(200, dtype=np.int64)
     poses = np.zeros((200, 3))
-    first = to_blocks(Keyframes(stamps, poses), KeyScans.empty(), NONE, (), 1)
+    first = to_blocks(Keyframes(stamps, poses), KeyScans.empty(), (), 1)
     moved = poses.copy()
     moved[70, 0] = 0.01
-    second = to_blocks(
-        Keyframes(np.arange(210), np.concatenate([moved, np.ones((10, 3))])), KeyScans.empty(), NONE, first, 2
-    )
+    second = to_blocks(Keyframes(np.arange(210), np.concatenate([moved, np.ones((10, 3))])), KeyScans.empty(), first, 2)
     assert [block.revision for block in second] == [1, 2, 1, 2]
     assert second[0] is first[0]
-    below = to_blocks(Keyframes(stamps, poses + 1e-5), KeyScans.empty(), NONE, first, 3)
+    below = to_blocks(Keyframes(stamps, poses + 1e-5), KeyScans.empty(), first, 3)
     assert [block.revision for block in below] == [1, 1, 1, 1]
 
 
 def test_poses_are_kept_to_half_a_millimetre_and_a_twentieth_of_a_milliradian():
     rng = np.random.default_rng(0)
     poses = rng.normal(size=(100, 3)) * 30
-    back = to_keyframes(to_blocks(Keyframes(np.arange(100), poses), KeyScans.empty(), NONE, (), 1)).T_map_base
+    back = to_keyframes(to_blocks(Keyframes(np.arange(100), poses), KeyScans.empty(), (), 1)).T_map_base
     assert np.abs(back[:, :2] - poses[:, :2]).max() <= 0.00051
     assert np.abs(back[:, 2] - poses[:, 2]).max() <= 0.000051
 
@@ -169,105 +150,34 @@ def test_scans_of_a_map_begun_again_replace_those_before():
 
 def test_maps_with_and_without_scans_are_told_apart():
     poses = Keyframes(np.arange(100), np.zeros((100, 3)))
-    without = to_blocks(poses, KeyScans.empty(), NONE, (), 1)
+    without = to_blocks(poses, KeyScans.empty(), (), 1)
     scans = room_scans(100)
-    seen = to_blocks(poses, scans, NONE, without, 2)
+    seen = to_blocks(poses, scans, without, 2)
     assert [block.revision for block in seen] == [2, 2]
     assert len(to_key_scans(without)) == len(to_key_scans(())) == 0
     assert to_key_scans(seen).equals(scans)
     half = to_key_scans((without[0], seen[1]))
     assert half.equals(KeyScans.blank(BLOCK).append(scans.part(BLOCK, 100)))
-    assert [block.scans for block in to_blocks(poses, scans.copy(), NONE, seen, 3)] == [block.scans for block in seen]
-
-
-def test_loops_that_lead_to_keyframes_without_scans_do_not_travel():
-    poses, keys = Keyframes(np.arange(40), np.zeros((40, 3))), np.array([[0, 10], [2, 30], [30, 39]], dtype=np.int32)
-    loops = LoopEdges(keys, np.zeros((3, 3)), np.stack([1e4 * np.eye(3)] * 3))
-    scans = KeyScans.concatenate([room_scans(20), KeyScans.blank(19), room_scans(1)])
-    assert to_loops(to_blocks(poses, scans, loops, (), 1)).keys.tolist() == [[0, 10], [30, 39]]
-    assert to_loops(to_blocks(poses, KeyScans.empty(), loops, (), 1)).keys.tolist() == keys.tolist()
+    assert [block.scans for block in to_blocks(poses, scans.copy(), seen, 3)] == [block.scans for block in seen]
 
 
 def test_blocks_do_not_keep_the_arrays_they_were_made_of():
     scans = room_scans(3)
     polar = scans.polar.copy()
     scans = KeyScans(scans.starts, polar, scans.origins)
-    block = to_blocks(Keyframes(np.arange(3), np.zeros((3, 3))), scans, NONE, (), 1)[0]
+    block = to_blocks(Keyframes(np.arange(3), np.zeros((3, 3))), scans, (), 1)[0]
     before = block.content
     polar[0, 1] += 1
     assert block.content == before
 
 
-@pytest.mark.parametrize("change", ["stamps_ns", "poses", "scans", "edges"])
+@pytest.mark.parametrize("change", ["stamps_ns", "poses", "scans"])
 def test_everything_in_a_block_counts_in_its_hash(change):
     block = block_of(room_scans(3))
     others = {"stamps_ns": block.stamps_ns + 1, "poses": block.poses + 1, "scans": room_scans(3, seed=1)}
-    others["edges"] = some_edges(64, 1)
     changed = replace(block, **{change: others[change]})
     assert changed.content != block.content
     assert not changed.equals(block)
-
-
-def test_loops_come_back_to_within_their_steps():
-    rng = np.random.default_rng(0)
-    keys = np.array([[3, 70], [0, 5], [64, 70], [2, 130]], np.int32)
-    factor = np.tril(rng.uniform(-100.0, 100.0, (4, 3, 3)), -1) + 80.0 * np.eye(3)
-    loops = LoopEdges(keys, rng.normal(size=(4, 3)), factor @ factor.transpose(0, 2, 1))
-    poses = Keyframes(np.arange(140), np.zeros((140, 3)))
-    made = to_blocks(poses, KeyScans.empty(), loops, (), 1)
-    assert [len(block.edges) for block in made] == [1, 2, 1]
-    read = tuple(unpack_block(pack_block(block, None), None, 1, i)[0] for i, block in enumerate(made))
-    back, order = to_loops(read), [1, 0, 2, 3]
-    np.testing.assert_array_equal(back.keys, keys[order])
-    np.testing.assert_allclose(back.T_first_second, loops.T_first_second[order], atol=6e-4)
-    np.testing.assert_allclose(back.information, loops.information[order], atol=2.0)
-    with pytest.raises(WireError, match="edges"):
-        unpack_block(pack_block(made[1], None), None, 1, 0)  # not this block's keyframes
-
-
-def test_only_loops_that_the_asker_lacks_are_sent():
-    base = block_of(room_scans(40))
-    base = replace(base, edges=some_edges(40, 1)[:2])
-    more = replace(base, edges=some_edges(40, 1)[:4])
-    raw = pack_block(more, base)
-    assert len(pack_block(more, None)) - len(pack_block(replace(base, edges=base.edges[:0]), None)) > 40
-    assert len(raw) - len(pack_block(base, base)) < 60
-    assert unpack_block(raw, base, 1)[0].equals(more)
-    other = replace(base, edges=some_edges(40, 2))
-    assert unpack_block(pack_block(other, base), base, 1)[0].equals(other)
-
-
-@pytest.mark.parametrize("column", range(11))
-def test_loops_out_of_range_are_refused(column):
-    good = to_rows(LoopEdges(np.array([[0, 1]], np.int32), np.zeros((1, 3)), np.eye(3)[None]))
-    block = replace(block_of(room_scans(3)), edges=good)
-    assert unpack_block(pack_block(block, None), None, 1)[0].equals(block)
-    for value in (-(2**40), 2**40, 2**63 - 1, -(2**63)):
-        bad = good.copy()
-        bad[0, column] = value
-        with pytest.raises(WireError, match="edges"):
-            unpack_block(pack_block(replace(block, edges=bad), None), None, 1)
-
-
-def test_loops_before_the_first_keyframe_or_out_of_order_are_refused():
-    good = some_edges(64, 3)
-    block = replace(block_of(room_scans(64)), edges=good)
-    early = good.copy()
-    early[0, 1] = early[0, 0] + 1
-    for bad in (early, good[::-1], np.tile(good[:1], (65, 1))):
-        with pytest.raises(WireError, match="edges"):
-            unpack_block(pack_block(replace(block, edges=bad), None), None, 1)
-
-
-@given(st.integers(0, 2**32 - 1))
-def test_any_factor_in_range_makes_information(seed):
-    rng = np.random.default_rng(seed)
-    rows = rng.choice(np.array([-(2**17), -1, 0, 1, 2**17]), (20, 11))
-    rows[:, 0], rows[:, 1] = 5, 1
-    rows[:, [5, 7, 10]] = rng.choice(np.array([1, 11, 2**17]), (20, 3))
-    assert are_edges(rows, 0, 6)
-    assert len(from_rows(rows)) == 20
-    assert are_edges(to_rows(from_rows(rows)), 0, 6)
 
 
 @pytest.mark.parametrize("column", range(4))
@@ -275,7 +185,7 @@ def test_any_factor_in_range_makes_information(seed):
 def test_the_least_integers_are_no_stamp_and_no_pose(column: int, least: int) -> None:
     steps = np.zeros(4, dtype=np.int64)
     steps[column] = least
-    raw = b"\x01" + coded(steps[None]) + b"\0\0" + b"\0\0\0"
+    raw = b"\x01" + coded(steps[None]) + b"\0\0\0"
     with pytest.raises(WireError, match="out of range"):
         unpack_block(raw, None, 1)
 
@@ -283,7 +193,7 @@ def test_the_least_integers_are_no_stamp_and_no_pose(column: int, least: int) ->
 def test_steps_that_are_cut_off_longer_or_of_no_unit_are_refused() -> None:
     assert unpack_block(ONE + b"\0\0\0", None, 1)[0].stamps_ns.tolist() == [0]
     three = coded(np.array([[0, 1, 2, 3], [5, 5, 5, 5], [7, -800, 9, 2000]]), 9)
-    block, _ = unpack_block(b"\x03" + three + b"\0\0\0\0\0", None, 1)
+    block, _ = unpack_block(b"\x03" + three + b"\0\0\0", None, 1)
     assert block.stamps_ns.tolist() == [0, 5 * 10**9, 12 * 10**9] and block.poses[2].tolist() == [-794, 16, 2008]
     body = three[2:]
     for bad in (
@@ -326,7 +236,7 @@ def test_a_keyframe_costs_five_bytes_and_what_the_asker_holds_trains_the_code() 
     base = replace(whole, stamps_ns=whole.stamps_ns[:40], poses=whole.poses[:40])
     alone = KeyframeBlock(1, whole.stamps_ns[40:], whole.poses[40:])
     assert len(pack_block(whole, None)) < 5.6 * 64
-    assert len(pack_block(whole, base)) < 5.6 * 24 + 12 < len(pack_block(alone, None))
+    assert len(pack_block(whole, base)) < 5.6 * 24 + 10 < len(pack_block(alone, None))
     corrected = replace(whole, poses=whole.poses + np.array([3, -2, 1], dtype=np.int32))
     assert len(pack_block(corrected, whole)) < 64
     for one in (whole, corrected):
@@ -366,9 +276,9 @@ def test_numbers_beyond_64_bits_are_refused(raw: bytes) -> None:
         unpack_block(b"\x01\0" + raw, None, 1)
 
 
-def test_keyframes_and_loops_do_not_pass_for_each_other_in_the_hash() -> None:
-    zeros = KeyframeBlock(1, np.zeros(12, dtype=np.int64), np.zeros((12, 3), dtype=np.int32))
-    looped = KeyframeBlock(
-        1, np.zeros(1, dtype=np.int64), np.zeros((1, 3), dtype=np.int32), edges=np.zeros((5, 11), dtype=np.int64)
-    )
-    assert zeros.content != looped.content
+def test_keyframes_and_scans_do_not_pass_for_each_other_in_the_hash() -> None:
+    zeros = KeyframeBlock(1, np.zeros(3, dtype=np.int64), np.zeros((3, 3), dtype=np.int32))
+    seen = KeyframeBlock(1, np.zeros(1, dtype=np.int64), np.zeros((1, 3), dtype=np.int32))
+    blank = [replace(seen, scans=KeyScans.blank(count)) for count in range(12)]
+    assert zeros.content not in [one.content for one in blank]
+    assert len({one.content for one in blank}) == len(blank)

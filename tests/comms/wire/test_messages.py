@@ -143,7 +143,7 @@ def test_each_reason_has_its_name():
         "oversized": payload + b"\0" * 2000,
         "truncated": payload[:5],
         "foreign protocol": b"XX" + payload[2:],
-        "protocol version 2, not 3": payload[:2] + b"\x02" + payload[3:],
+        "protocol version 3, not 4": payload[:2] + b"\x03" + payload[3:],
         "foreign team": m.encode(m.Bye("a", 1), team_tag("other")),
         "corrupt": payload[:-1] + bytes([payload[-1] ^ 1]),
         "malformed": frame(b"\x91\x63", TAG),
@@ -196,7 +196,7 @@ def test_a_length_that_is_not_there_allocates_nothing():
 
 def test_the_frame_is_as_documented():
     payload = m.encode(m.Bye("a", 1), TAG)
-    assert payload[:3] == b"MR\x03"
+    assert payload[:3] == b"MR\x04"
     assert payload[3:7] == TAG.to_bytes(4, "little")
     assert payload[HEADER.size :] == b"\x93\x0a\xa1a\x01"
 
