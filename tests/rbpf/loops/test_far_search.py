@@ -75,7 +75,7 @@ def test_of_two_rooms_that_look_the_same_neither_is_believed() -> None:
     rooms = [np.zeros(3), np.array([0.0, 16.0, 0.0]), np.array([9.0, 7.0, 0.2])]
     loops, _, contradicted = tour(rooms, 72, (0.0, BLIND_M))
     third = 2 * (len(ROUND) + OUTSIDE)
-    old, new = loops.found.keys.T
+    old, new = loops.as_edges()[:2]
     assert contradicted == [] and not ((old < third) & (new >= third)).any()
 
 
