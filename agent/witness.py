@@ -12,7 +12,7 @@ from mrslam.agent.effects import Effect
 from mrslam.agent.encounters import Encounters
 from mrslam.agent.own_sightings import OwnSightings
 from mrslam.agent.pairs.belief import PairBelief
-from mrslam.agent.pairs.through import against_by_way
+from mrslam.agent.pairs.through import against_by_way, is_surer
 from mrslam.agent.pairs.weighing import against
 from mrslam.agent.team import Team
 from mrslam.comms import TeammateClaim, TeammatePose
@@ -163,7 +163,10 @@ class Witness:
             if is_own:
                 belief.places.add(T_a_b, "team", now_ns)
             reason = against_by_way(pair, belief, T_a_b)
-            if reason is not None and (weakest := team.layout.weakest_between(*pair)) is not None:
+            if reason is None or (weakest := team.layout.weakest_between(*pair)) is None:
+                continue
+            held = team.beliefs[weakest]
+            if held.alignment is None or not is_surer(held, held.alignment.T_a_b, belief, T_a_b):
                 return team.unmerge(weakest, reason, now_ns)
         return []
 

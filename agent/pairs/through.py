@@ -1,7 +1,8 @@
 """Alignments that would put two other robots where they looked for each other and nobody was, or not where they met.
 
-One of the alignments between such two is wrong. The weakest goes (:class:`mrslam.agent.witness.Witness`); what would be
-the weakest is not believed in the first place, or it would be found and unmerged by turns.
+One of the alignments between such two is wrong, or the two are: one that was carried tells others for a while that it
+is where it was. The weakest goes (:class:`mrslam.agent.witness.Witness`), unless its own robots saw each other there
+more surely; what would go is not believed in the first place, or it would be found and unmerged by turns.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from mrslam.agent.pairs.belief import PairBelief
-from mrslam.agent.pairs.weighing import against, refused
+from mrslam.agent.pairs.weighing import against, refused, weight_against
 from mrslam.alignment import Alignment, Rejection
 from mrslam.merge import Pair
 from mrslam.merge.graph.edges import make_edge, pair_of
@@ -38,8 +39,11 @@ def unless_refuted(
             if names == pair or belief is None:
                 continue
             T = se2.compose(se2.inverse(T_a[one]), se2.compose(outcome.T_a_b, T_b[other]))
-            why = against_by_way(names, belief, T if names[0] == one else se2.inverse(T))
-            if why is not None and weakest(joined, path(joined, one, other)) == pair:
+            T_names = T if names[0] == one else se2.inverse(T)
+            why = against_by_way(names, belief, T_names)
+            if why is None or weakest(joined, path(joined, one, other)) != pair:
+                continue
+            if not is_surer(beliefs[pair], outcome.T_a_b, belief, T_names):
                 return refused(outcome, why)
     return outcome
 
@@ -48,3 +52,9 @@ def against_by_way(names: Pair, belief: PairBelief, T_a_b: Transform) -> str | N
     """Return what was seen that speaks against a place to which third robots lead, in words, or None."""
     reason = against(belief.places, T_a_b, " and ".join(names))
     return None if reason is None else f"placed through it, {reason}"
+
+
+def is_surer(belief: PairBelief, T_a_b: Transform, by_way: PairBelief, T_by_way: Transform) -> bool:
+    """Return whether robots saw each other at a place more surely than two others speak against where it leads them."""
+    place = belief.places.at(T_a_b)
+    return place is not None and place.llr > weight_against(by_way.places, T_by_way)

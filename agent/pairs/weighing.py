@@ -61,6 +61,13 @@ def against(places: Hypotheses, T_a_b: Transform, robots: str = "the robots") ->
     return f"{robots} saw each other with the maps {x:.1f}, {y:.1f} m apart, which is not here"
 
 
+def weight_against(places: Hypotheses, T_a_b: Transform) -> float:
+    """Return how much speaks against a place, nats, 0 or more; :func:`against` says it in words."""
+    here, ahead = places.at(T_a_b), places.ahead_of(T_a_b)
+    missed = 0.0 if here is None or not here.is_doubted else -here.llr
+    return max(missed, 0.0 if ahead is None else ahead.llr)
+
+
 def _decided(places: Hypotheses, outcome: Rejection, loops: Sequence[Loop]) -> Alignment | Rejection:
     """Return the place of those that fit alike where the robots saw each other, by sightings and loops if need be.
 

@@ -57,6 +57,22 @@ def test_a_place_where_each_of_two_robots_looked_once_is_given_up() -> None:
     assert len(witness.look(one.team, BEGIN + 20 * S)) == 1 and "r2" not in one.T_team_map
 
 
+@pytest.mark.parametrize(("seen_llr", "stays"), [(1.5, False), (6.0, True)])
+def test_a_place_through_others_where_nobody_is_ends_no_alignment_that_robots_saw_more_surely(
+    seen_llr: float, stays: bool
+) -> None:
+    one = met()
+    through_r3(one, NEARER)
+    for pair, belief in one.team.beliefs.items():
+        if "r3" in pair:
+            assert belief.alignment is not None
+            seen = belief.places.add(belief.alignment.T_a_b, "r3", BEGIN)
+            assert seen is not None
+            seen.told["r3"] = seen_llr
+    _, effects = watch(one)
+    assert (effects == []) == stays == ("r2" in one.T_team_map)
+
+
 def test_a_place_through_others_where_nobody_is_ends_the_weakest_alignment_between() -> None:
     one = met()
     through_r3(one, NEARER)

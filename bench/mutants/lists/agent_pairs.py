@@ -5,15 +5,39 @@ from bench.mutants.mutant import Mutant
 MUTANTS = (
     Mutant(
         "agent/pairs/through.py",
-        "why is not None and weakest(joined, path(joined, one, other)) == pair:",
-        "False:",
+        "            if not is_surer(beliefs[pair], outcome.T_a_b, belief, T_names):",
+        "            if False:",
         "a map whose place third robots refute is merged and unmerged by turns",
     ),
     Mutant(
         "agent/pairs/through.py",
-        "why is not None and weakest(joined, path(joined, one, other)) == pair:",
-        "why is not None:",
+        "if why is None or weakest(joined, path(joined, one, other)) != pair:",
+        "if why is None:",
         "a wrong alignment keeps a better one out",
+    ),
+    Mutant(
+        "agent/pairs/through.py",
+        "            if not is_surer(beliefs[pair], outcome.T_a_b, belief, T_names):",
+        "            if True:",
+        "a robot that was carried keeps two others apart that saw each other",
+    ),
+    Mutant(
+        "agent/pairs/through.py",
+        "place.llr > weight_against(by_way.places, T_by_way)",
+        "place.llr > 0.0",
+        "one sighting outweighs all that speaks against where an alignment leads others",
+    ),
+    Mutant(
+        "agent/pairs/weighing.py",
+        "return max(missed, 0.0 if ahead is None else ahead.llr)",
+        "return missed",
+        "robots that saw each other elsewhere do not end an alignment of others that were seen there",
+    ),
+    Mutant(
+        "agent/witness.py",
+        "            if held.alignment is None or not is_surer(held, held.alignment.T_a_b, belief, T_a_b):",
+        "            if True:",
+        "a robot that was carried unmerges two others that saw each other, three times",
     ),
     Mutant(
         "agent/pairs/through.py",

@@ -55,6 +55,23 @@ def test_the_weakest_alignment_yields_to_what_two_robots_saw_that_it_would_place
     assert refused_as is None or (isinstance(outcome, Rejection) and refused_as in outcome.reason)
 
 
+@pytest.mark.parametrize(
+    ("place", "llr", "seen_llr", "is_refused"),
+    [(BY_WAY, -2.0, 4.0, False), (BY_WAY, -6.0, 4.0, True), (ELSEWHERE, 4.0, 6.0, False), (ELSEWHERE, 6.0, 4.0, True)],
+)
+def test_an_alignment_stands_whose_robots_saw_each_other_there_more_surely(
+    place: Transform, llr: float, seen_llr: float, is_refused: bool
+) -> None:
+    """One of the two others may have been carried, and tell for a while that it is where it was."""
+    beliefs = believed(0.95)
+    for pair, at, told in ((("r1", "r3"), place, llr), (("r2", "r3"), T_2_3, seen_llr)):
+        said = beliefs[pair].places.add(at, "maps", 0)
+        assert said is not None
+        said.told = {pair[0]: told}
+    outcome = unless_refuted(("r2", "r3"), aligned(T_2_3, 0.8), beliefs)
+    assert isinstance(outcome, Rejection) == is_refused
+
+
 def test_what_two_robots_saw_is_asked_of_the_pair_itself_elsewhere() -> None:
     beliefs = believed(0.95)
     said = beliefs["r2", "r3"].places.add(ELSEWHERE, "maps", 0)
