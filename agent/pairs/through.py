@@ -1,8 +1,8 @@
 """Alignments that would put two other robots where they looked for each other and nobody was, or not where they met.
 
-One of the alignments between such two is wrong, or the two are: one that was carried tells others for a while that it
-is where it was. The weakest goes (:class:`mrslam.agent.witness.Witness`), unless its own robots saw each other there
-more surely; what would go is not believed in the first place, or it would be found and unmerged by turns.
+One of the alignments between such two is wrong, or what the two say is: one that was carried tells others for a while
+that it is where it was. The weakest goes (:class:`mrslam.agent.witness.Witness`), unless its own robots saw each other
+there more surely; what would go is not believed in the first place, or it would be found and unmerged by turns.
 """
 
 from __future__ import annotations
