@@ -24,6 +24,7 @@ import sys
 import tempfile
 import threading
 import time
+import weakref
 from collections import defaultdict
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
@@ -113,7 +114,7 @@ class Meter:
         self.calls: dict[str, int] = defaultdict(int)
         self.kinds: dict[str, int] = dict.fromkeys(("searched", "examined", "hinted", "hints_failed"), 0)
         self.minutes: list[dict[str, Any]] = []
-        self._runners: list[Runner] = []
+        self._runners: weakref.WeakSet[Runner] = weakref.WeakSet()  # their memory is gone when the run is judged
         self._begin_s = time.process_time()
         Runner._align = by_kind(Runner._align, self.kinds)
         for room, entries in ROOMS.items():
@@ -123,7 +124,7 @@ class Meter:
 
         def met(runner: Runner, *args: Any, **kwargs: Any) -> None:
             begin(runner, *args, **kwargs)
-            self._runners.append(runner)
+            self._runners.add(runner)
 
         Runner.__init__ = met
 

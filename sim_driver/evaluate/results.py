@@ -212,10 +212,13 @@ class RunResults:
         path = self.folder / robot_id / name
         return self.tried(path, _png, None) if path.exists() else None
 
-    def map(self, robot_id: str, name: str = "map") -> OccupancyGrid | None:
-        """Return a robot's own map, or its ``team_map`` (in its own map's frame, too); None where it is damaged."""
+    def map(self, robot_id: str, name: str = "map", *, keep: bool = True) -> OccupancyGrid | None:
+        """Return a robot's own map, or its ``team_map`` (in its own map's frame, too); None where it is damaged.
+
+        ``keep`` : see :meth:`tried`.
+        """
         path = self.folder / robot_id / f"{name}.yaml"
-        return None if self._left_none(path) else self.tried(path, _map, None)
+        return None if self._left_none(path) else self.tried(path, _map, None, keep=keep)
 
     def _left_none(self, path: Path) -> bool:
         """Return whether a robot that was lost left no such file, which is no damage."""

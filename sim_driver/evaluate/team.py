@@ -41,7 +41,7 @@ def _team_maps(run: RunResults) -> dict[str, tuple[float, float]]:
     judge = Judge(world.grid, world.reachable)
     worth = {}
     for robot_id, T_world_team in frames.items():
-        team = run.map(robot_id, "team_map")
+        team = run.map(robot_id, "team_map", keep=False)
         if team is not None:
             worth[robot_id] = judge.coverage(team, T_world_team), judge.occupied_precision(team, T_world_team)
     return worth

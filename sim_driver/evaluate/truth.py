@@ -22,6 +22,8 @@ MUST_MERGE = 0.3
 ``auto`` finds all such pairs in the first table of docs/alignment.md."""
 NEAR_WALL_CELLS = 2.0
 """A wall cell of a map is right within this distance of a true wall, cells of the map: one for each map's rounding."""
+BLOCK_POINTS = 1 << 16
+"""Points of a map that another one is asked for at once."""
 MARGIN_M = 1.0
 """Distances to walls are known up to this far outside of a world, metres; beyond, a wall counts as wrong anyway."""
 
@@ -68,8 +70,8 @@ class Judge:
 
     def coverage(self, grid: OccupancyGrid, T_world_map: Transform) -> float:
         """Return the share of the reachable floor that the map knows to be free, 0..1."""
-        floor = se2.apply(se2.inverse(T_world_map), self._floor)
-        return float(np.mean(values_at(grid, floor) == 0)) if len(floor) else 0.0
+        values = values_from(grid, se2.inverse(T_world_map), self._floor)
+        return float(np.mean(values == 0)) if len(values) else 0.0
 
     def occupied_precision(
         self, grid: OccupancyGrid, T_world_map: Transform, unsure_m: float = 0.0, or_at: Sequence[Transform] = ()
@@ -117,7 +119,7 @@ class Judge:
         """
         walls = se2.apply(se2.compose(moved, shown[1]), shown[0].centres(shown[0].is_occupied))
         is_floor = self._wall_m(walls) > 2.0 * _near_m(shown[0])
-        is_shown = values_at(to[0], se2.apply(se2.inverse(to[1]), walls)) == 0
+        is_shown = values_from(to[0], se2.inverse(to[1]), walls) == 0
         return float(np.count_nonzero(is_floor & is_shown)) * shown[0].resolution_m
 
     def ghosts(
@@ -145,8 +147,8 @@ def overlap(a: OccupancyGrid, b: OccupancyGrid, T_world_a: Transform, T_world_b:
     """Return how much of the smaller map's known area the other knows too, 0..1."""
     if a.known_area_m2() < b.known_area_m2():
         a, b, T_world_a, T_world_b = b, a, T_world_b, T_world_a
-    points = se2.apply(se2.between(T_world_a, T_world_b), b.centres(b.is_known))
-    return float(np.mean(values_at(a, points) >= 0)) if len(points) else 0.0
+    values = values_from(a, se2.between(T_world_a, T_world_b), b.centres(b.is_known))
+    return float(np.mean(values >= 0)) if len(values) else 0.0
 
 
 def shared_middle(
@@ -154,7 +156,7 @@ def shared_middle(
 ) -> NDArray[np.float64]:
     """Return the middle ``(2,)`` of what both maps know, in map b's frame; of what b knows where they share nothing."""
     points = b.centres(b.is_known)
-    is_shared = values_at(a, se2.apply(se2.between(T_world_a, T_world_b), points)) >= 0
+    is_shared = values_from(a, se2.between(T_world_a, T_world_b), points) >= 0
     points = points[is_shared] if is_shared.any() else points
     return np.asarray(points.mean(axis=0)) if len(points) else np.zeros(2)
 
@@ -185,4 +187,16 @@ def values_at(grid: OccupancyGrid, points: NDArray[np.float64]) -> NDArray[np.in
     inside = (row >= 0) & (row < height) & (col >= 0) & (col < width)
     values = np.full(len(points), -1, dtype=np.int8)
     values[inside] = grid.cells[row[inside], col[inside]]
+    return values
+
+
+def values_from(grid: OccupancyGrid, T_grid_frame: Transform, points: NDArray[np.float64]) -> NDArray[np.int8]:
+    """Return the grid's values at points ``(N, 2)`` of another frame, -1 outside.
+
+    Block by block: a campus has millions of points, and each takes a hundred bytes on its way.
+    """
+    values = np.empty(len(points), dtype=np.int8)
+    for first in range(0, len(points), BLOCK_POINTS):
+        block = slice(first, first + BLOCK_POINTS)
+        values[block] = values_at(grid, se2.apply(T_grid_frame, points[block]))
     return values

@@ -52,6 +52,18 @@ MUTANTS = (
         "an alignment is judged in the middle of a map, wherever the other one meets it",
     ),
     Mutant(
+        "sim_driver/evaluate/truth.py",
+        "        block = slice(first, first + BLOCK_POINTS)",
+        "        block = slice(first, first + BLOCK_POINTS - 1)",
+        "of a large map one cell in each block is judged by whatever memory held",
+    ),
+    Mutant(
+        "sim_driver/evaluate/truth.py",
+        "values_at(grid, se2.apply(T_grid_frame, points[block]))",
+        "values_at(grid, points[block])",
+        "maps are held against each other as if all robots had set out at one place",
+    ),
+    Mutant(
         "sim_driver/evaluate/judges.py",
         "by_place(known, a, b, T_a_b), a, b",
         "by_place(known[::-1], a, b, T_a_b), a, b",

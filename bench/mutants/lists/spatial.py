@@ -65,8 +65,8 @@ MUTANTS = (
     ),
     Mutant(
         "spatial/grid.py",
-        "return (np.stack([cols, rows], axis=-1) + 0.5) * self.resolution_m",
-        "return np.stack([cols, rows], axis=-1) * self.resolution_m",
+        "        points += 0.5  # in place: a campus has millions of cells\n",
+        "",
         "walls lie half a cell off in all that works with points",
     ),
     Mutant(

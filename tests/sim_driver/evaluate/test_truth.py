@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 
 from mrslam.sim_driver.evaluate.results import RunResults
-from mrslam.sim_driver.evaluate.truth import Judge, overlap, pair_error, shared_middle
+from mrslam.sim_driver.evaluate.truth import (
+    BLOCK_POINTS,
+    Judge,
+    overlap,
+    pair_error,
+    shared_middle,
+    values_at,
+    values_from,
+)
 from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.spatial import OccupancyGrid, se2
 from mrslam.spatial.files.tum import write_tum
@@ -38,6 +46,17 @@ def test_what_two_maps_share_has_its_middle_in_the_second_ones_frame() -> None:
     assert shared_middle(a, b, np.zeros(3), np.zeros(3)) == pytest.approx([11.0, 0.5])  # nothing
     unseen = OccupancyGrid(np.full_like(cells, -1), 0.05)
     assert shared_middle(a, unseen, np.zeros(3), np.zeros(3)).tolist() == [0.0, 0.0]
+
+
+def test_many_points_are_asked_for_in_blocks_and_get_the_values_of_one_question() -> None:
+    rng = np.random.default_rng(7)
+    grid = OccupancyGrid(rng.choice(np.array([-1, 0, 100], dtype=np.int8), (400, 500)), 0.05, (-3.0, 2.0))
+    points, T_grid_frame = grid.centres(np.ones(grid.shape, dtype=np.bool_)), se2.transform(1.3, -0.4, 0.6)
+    assert len(points) > 3 * BLOCK_POINTS
+    whole = values_at(grid, se2.apply(T_grid_frame, points))
+    assert np.array_equal(values_from(grid, T_grid_frame, points), whole)
+    assert len(set(whole.tolist())) == 3
+    assert values_from(grid, T_grid_frame, points[:0]).shape == (0,)
 
 
 def test_two_cells_away_is_near_a_wall_and_three_are_not() -> None:
