@@ -10,14 +10,17 @@ maps), ``exchange`` (beacons, messages, coding), ``rest``. Bytes are those a rob
 ``by_minute`` has what had been spent, sent in beacons and exchanged by the end of each minute of the mission, and how
 many robots each had placed then, in the mean. Missions end when all is explored, before their time; with ``--patrol``
 the robots drive in rounds for all of it. With ``--processes 2`` robots take their turns in two processes: ``cpu_s`` and
-``peak_rss_mb`` are those of all, rooms and minutes those of the first one's robots. ``--rows`` adds the lines to a
-file, and the laws (``scale_laws.py``) are fitted to all of it.
+``peak_rss_mb`` are those of all, rooms and minutes those of the first one's robots. ``exchange_kb_by_minute`` is of all
+robots, by the exchanges that ended in each minute. ``--rows`` adds the lines to a file, and the laws
+(``scale_laws.py``) are fitted to all of it.
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
+import math
 import multiprocessing
 import resource
 import sys
@@ -31,6 +34,8 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from bench.patrol import patrol
 from bench.scale_laws import laws
 from mrslam.agent import Agent
@@ -40,6 +45,7 @@ from mrslam.agent.shells.runner import Runner
 from mrslam.agent.team import Team
 from mrslam.comms import CommsNode
 from mrslam.rbpf import Mapper
+from mrslam.sim_driver.evaluate.results import RunResults
 from mrslam.sim_driver.kernels import load_kernels
 from mrslam.sim_driver.missions.mission import make_mission
 from mrslam.sim_driver.missions.usage import peak_kb
@@ -173,6 +179,7 @@ def run(robots: int, minutes: float, world: str, seed: int, is_patrol: bool, pro
         mission = patrol(tables, "bench-scale") if is_patrol else make_mission(tables, Path("bench-scale.toml"))
         metrics = run_mission(mission, Path(scratch), meter.look, print, processes=processes)
         wall_s = time.monotonic() - wall
+        exchanged_kb = exchanged_by_minute(Path(scratch), minutes)
     merged = [pair for pair in metrics["pairs"] if pair["status"] == "accepted"]
     others = resource.getrusage(resource.RUSAGE_CHILDREN)  # all of them, and the largest one's memory
     peak_mb = (peak_kb() + (processes - 1) * others.ru_maxrss) / 1024
@@ -192,8 +199,19 @@ def run(robots: int, minutes: float, world: str, seed: int, is_patrol: bool, pro
         "false_merges": sum(pair["is_false"] for pair in merged),
         "worst_error_m": max((pair["error_m"] for pair in merged), default=0.0),
         "worst_alignment_m": max((pair["alignment_m"] for pair in merged), default=0.0),
-        "most_placed": max(len(robot["placed"]) for robot in metrics["robots"]), "by_minute": meter.minutes,
+        "most_placed": max(len(robot["placed"]) for robot in metrics["robots"]), "exchange_kb_by_minute": exchanged_kb,
+        "by_minute": meter.minutes,
     }  # fmt: skip
+
+
+def exchanged_by_minute(out: Path, minutes: float) -> list[float]:
+    """Return what a robot sent in exchanges that ended in each minute, kB, in the mean of all robots of a run."""
+    events = RunResults.read(out).events
+    sent = np.zeros(math.ceil(minutes) + 1)
+    for event in itertools.chain.from_iterable(events.values()):
+        if event["event"] in ("exchange_done", "exchange_failed"):
+            sent[int(event["t"] // 60.0)] += event["bytes_sent"] / 1e3 / len(events)
+    return [round(float(kb), 2) for kb in sent]
 
 
 def main() -> None:
