@@ -64,7 +64,7 @@ def agreeing(a: Trail, b: Trail, matches: Sequence[KeyMatch]) -> NDArray[np.bool
 
 
 def choose(agrees: NDArray[np.bool_]) -> Chosen:
-    """Return the largest set of matches that agree by ``agrees (M, M)``, and the size of its largest rival set."""
+    """Return the largest set that agrees by ``agrees (M, M)``, symmetric, and the size of its largest rival set."""
     everyone = np.arange(agrees.shape[0])
     keep = _clique(agrees, everyone)
     others = np.setdiff1d(everyone, keep)
@@ -82,10 +82,13 @@ def _clique(agrees: NDArray[np.bool_], among: NDArray[np.int64]) -> NDArray[np.i
             break
         clique, left = [int(start)], part[start].copy()
         left[start] = False
+        leaves = part[left].sum(axis=0)  # of those left, how many each agrees with
         while left.any():
-            member = int(np.argmax(np.where(left, part[:, left].sum(axis=1), -1)))
+            member = int(np.argmax(np.where(left, leaves, -1)))
             clique.append(member)
-            left &= part[member]
-            left[member] = False
+            stays = left & part[member]
+            stays[member] = False
+            leaves -= part[left & ~stays].sum(axis=0)
+            left = stays
         best = max(best, clique, key=len)
     return among[np.sort(np.array(best, dtype=np.int64))]

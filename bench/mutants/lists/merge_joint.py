@@ -346,6 +346,12 @@ MUTANTS = (
         "matches between two robots are believed whose loop closes from one end only",
     ),
     Mutant(
+        "merge/joint/consistent.py",
+        "            leaves -= part[left & ~stays].sum(axis=0)\n",
+        "",
+        "a set of matches is grown by those that agree with what has been ruled out",
+    ),
+    Mutant(
         "merge/joint/local_match.py",
         "expected.tobytes() + np.float64(lost_m).tobytes()",
         "expected.tobytes()",

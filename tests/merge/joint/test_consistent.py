@@ -3,7 +3,7 @@ import pytest
 
 from bench import joint as bench
 from mrslam.merge import Trail
-from mrslam.merge.joint.consistent import KeyMatch, agreeing, choose
+from mrslam.merge.joint.consistent import STARTS, KeyMatch, agreeing, choose
 from mrslam.spatial import KeyScans
 
 
@@ -38,6 +38,22 @@ def test_the_clique_is_a_clique():
         np.fill_diagonal(agrees, True)
         keep = choose(agrees).keep
         assert agrees[np.ix_(keep, keep)].all() and keep.size >= 6
+
+
+def test_each_next_member_is_the_one_that_leaves_most_to_choose_from():
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        agrees = rng.random((30, 30)) < 0.8
+        agrees &= agrees.T
+        np.fill_diagonal(agrees, True)
+        best = []
+        for start in np.argsort(-agrees.sum(axis=1), kind="stable")[:STARTS]:
+            grown, left = [start], set(np.flatnonzero(agrees[start])) - {start}
+            while left:
+                grown.append(min(left, key=lambda one: (-agrees[one, list(left)].sum(), one)))
+                left = {one for one in left if agrees[one, grown[-1]]} - {grown[-1]}
+            best = max(best, grown, key=len)
+        assert choose(agrees).keep.tolist() == sorted(best)
 
 
 def test_nothing_to_choose_from():
