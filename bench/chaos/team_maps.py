@@ -13,7 +13,7 @@ from bench.chaos.schedule import REST_S
 from mrslam.agent import Agent
 from mrslam.mutual_detection import place_covariance
 from mrslam.sim_driver.evaluate.robot_rows import GHOST_M
-from mrslam.sim_driver.evaluate.truth import values_at
+from mrslam.sim_driver.evaluate.truth import values_from
 from mrslam.spatial import OccupancyGrid, se2
 from mrslam.spatial.se2 import Transform
 
@@ -140,8 +140,8 @@ class TeamMaps:
             T_world_member = scene.frame(agent, member)
             if T_world_member is not None:
                 grid = agent.node.store.maps[member].map.to_grid()
-                shown |= values_at(grid, se2.apply(se2.inverse(T_world_member), floor)) == 0
-        known = np.any([values_at(team.grid, se2.apply(se2.inverse(T), floor)) == 0 for T in frames], axis=0)
+                shown |= values_from(grid, se2.inverse(T_world_member), floor) == 0
+        known = np.any([values_from(team.grid, se2.inverse(T), floor) == 0 for T in frames], axis=0)
         return float(known.mean()), float((known & shown).sum() / max(shown.sum(), 1))
 
 
