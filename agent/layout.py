@@ -194,7 +194,3 @@ class Layout:
         """
         T_own_a, T_own_b = self.T_own_map(a), self.T_own_map(b)
         return None if T_own_a is None or T_own_b is None else se2.between(T_own_a, T_own_b)
-
-    def weakest_between(self, a: str, b: str) -> Pair | None:
-        """Return the weakest of the alignments that place one robot by the other, None where none do."""
-        return self.placement.weakest_between(a, b)

@@ -233,9 +233,12 @@ class Team:
             return Verdict("rejected", f"not where {job.hinted_by} has it: {outcome.reason}", outcome)
         pair = (job.a, job.b)
         self.beliefs[pair].note(outcome, now_ns)
-        outcome = unless_repeated(pair, unless_refuted(pair, outcome, self.beliefs), self.beliefs)
-        loops = loops_of(pair, self.beliefs)
-        return self.beliefs[pair].settle(job, outcome, now_ns, loops, is_bent=self.layout.bent.compares(*pair))
+
+        def unless(found: Alignment | Rejection) -> Alignment | Rejection:
+            return unless_repeated(pair, unless_refuted(pair, found, self.beliefs), self.beliefs)
+
+        is_bent, loops = self.layout.bent.compares(*pair), loops_of(pair, self.beliefs)
+        return self.beliefs[pair].settle(job, outcome, now_ns, loops, unless, is_bent=is_bent)
 
     def unmerge(self, pair: Pair, reason: str, now_ns: int) -> list[Effect]:
         """Withdraw a pair's alignment, which robots have seen to be wrong."""

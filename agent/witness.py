@@ -12,7 +12,7 @@ from mrslam.agent.effects import Effect
 from mrslam.agent.encounters import Encounters
 from mrslam.agent.own_sightings import OwnSightings
 from mrslam.agent.pairs.belief import PairBelief
-from mrslam.agent.pairs.through import against_by_way, is_surer
+from mrslam.agent.pairs.through import misplacing
 from mrslam.agent.pairs.weighing import against
 from mrslam.agent.team import Team
 from mrslam.comms import TeammateClaim, TeammatePose
@@ -148,8 +148,8 @@ class Witness:
             if belief.alignment is None:
                 continue
             belief.places.add(T_a_b := belief.alignment.T_a_b, "maps", now_ns)
-            if (reason := against(belief.places, T_a_b)) is not None:
-                effects += team.unmerge(pair, reason, now_ns)
+            if (objection := against(belief.places, T_a_b)) is not None:
+                effects += team.unmerge(pair, objection.words, now_ns)
         return effects or self._look_through(team, now_ns)
 
     def _look_through(self, team: Team, now_ns: int) -> list[Effect]:
@@ -162,12 +162,8 @@ class Witness:
                 continue
             if is_own:
                 belief.places.add(T_a_b, "team", now_ns)
-            reason = against_by_way(pair, belief, T_a_b)
-            if reason is None or (weakest := team.layout.weakest_between(*pair)) is None:
-                continue
-            held = team.beliefs[weakest]
-            if held.alignment is None or not is_surer(held, held.alignment.T_a_b, belief, T_a_b):
-                return team.unmerge(weakest, reason, now_ns)
+            if (wrong := misplacing(pair, T_a_b, team.layout.placement.tree, team.beliefs)) is not None:
+                return team.unmerge(*wrong, now_ns)
         return []
 
     def claims(self, team: Team, now_ns: int) -> list[tuple[str, Transform, float, int]]:

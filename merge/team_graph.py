@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -53,10 +54,10 @@ class Placement:
             T_rigid=_except(robot_id, self.T_rigid), bends=_except(robot_id, self.bends), edges=edges, dropped=dropped,
         )  # fmt: skip
 
-    def weakest_between(self, a: str, b: str) -> Pair | None:
-        """Return the weakest alignment on the tree path between two robots; None where no path leads there."""
-        tree = tree_of({edge.pair: edge for edge in self.edges})
-        return weakest(tree, path(tree, a, b))
+    @cached_property
+    def tree(self) -> dict[Pair, Edge]:
+        """The maximum spanning forest of the alignments used."""
+        return tree_of({edge.pair: edge for edge in self.edges})
 
 
 T = TypeVar("T")

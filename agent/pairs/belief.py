@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -14,6 +14,7 @@ from mrslam.agent.pairs.second_look import is_echo, is_foreseen, lies_elsewhere,
 from mrslam.agent.pairs.weighing import agrees, by_sight, is_worth_keeping, weighed
 from mrslam.alignment import Alignment, Rejection, StabilityCheck
 from mrslam.merge.graph.consistency import SEEN_CONFIDENCE
+from mrslam.spatial.se2 import Transform
 
 Status = Literal["untried", "accepted", "rejected", "revoked"]
 UNCONFIRMED = "found once; a second alignment that agrees is awaited"
@@ -116,14 +117,20 @@ class PairBelief:
     @property
     def is_seen(self) -> bool:
         """Whether the robots saw each other where the transform believed has them: what else fits, fits as well."""
-        place = None if self.alignment is None else self.places.at(self.alignment.T_a_b)
+        return self.alignment is not None and self._is_seen_at(self.alignment.T_a_b)
+
+    def _is_seen_at(self, T_a_b: Transform) -> bool:
+        place = self.places.at(T_a_b)
         return place is not None and place.is_supported
 
     @property
     def weighed_alignment(self) -> Alignment | None:
         """The transform believed, certain where the robots saw each other there: loops that fail drop others first."""
-        found = self.stability.believed
-        if found is None or not self.is_seen:
+        return None if self.alignment is None else self.as_weighed(self.alignment)
+
+    def as_weighed(self, found: Alignment) -> Alignment:
+        """Return an alignment of the pair as :attr:`weighed_alignment` would be if it were believed."""
+        if not self._is_seen_at(found.T_a_b):
             return found
         return replace(found, confidence=max(found.confidence, SEEN_CONFIDENCE))
 
@@ -133,20 +140,24 @@ class PairBelief:
         outcome: Alignment | Rejection,
         now_ns: int,
         loops: Sequence[Loop] = (),
+        unless: Callable[[Alignment | Rejection], Alignment | Rejection] = lambda outcome: outcome,
         *,
         is_bent: bool = False,
     ) -> Verdict:
         """Take one more alignment of the pair, and return what it changed; ``loops`` : where third robots have it.
 
-        ``is_bent`` : whether a joint solution bends both maps. They are compared as they are bent then; that they do
-        not fit rigidly says nothing.
+        ``unless`` : refuses alignments for what is believed of other pairs; asked when it is known what the robots of
+        this one saw of each other there. ``is_bent`` : whether a joint solution bends both maps. They are compared as
+        they are bent then; that they do not fit rigidly says nothing.
         """
         self.attempts += 1
         self.last = Attempt(now_ns, job.versions, job.area_m2, job.is_told)
         guess = self.search.guess if self.alignment is None and job.saved_m2 is not None else None
+        by_encounters = self._by_encounters(job, outcome, now_ns, loops)
+        vetted = unless(by_encounters)
         if job.prior is None:
-            self.search = self.search.then(job, outcome)
-        outcome = self._by_encounters(job, outcome, now_ns, loops)
+            self.search = self.search.then(job, outcome if vetted is by_encounters else vetted)
+        outcome = vetted
         if reason := self._unmerged_by(outcome, searched=job.prior is None, is_bent=is_bent):
             self.revoke(reason)
             return Verdict("revoked", reason, outcome)
@@ -186,7 +197,7 @@ class PairBelief:
             self.places.add(rival, "maps", now_ns)
         seen = None if job.sighted is None else self.places.at(job.sighted)
         if seen is not None and isinstance(outcome, Rejection) and agrees(outcome.evidence) and not seen.is_refuted:
-            return by_sight(seen, outcome)
+            outcome = by_sight(seen, outcome)
         return weighed(self.places, outcome, loops)
 
     def _believe_at_once(self, outcome: Alignment, place: Hypothesis) -> None:

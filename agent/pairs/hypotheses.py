@@ -152,8 +152,12 @@ class Hypotheses:
 
     @property
     def supported(self) -> Hypothesis | None:
-        """The place where the robots saw each other, the best of several; None where there is none."""
-        return max((one for one in self._places if one.is_supported), key=lambda one: one.llr, default=None)
+        """The place where the robots saw each other, the best of several; None where there is none.
+
+        Of those where they saw each other as surely, the one where more wall fitted.
+        """
+        seen = [one for one in self._places if one.is_supported]
+        return max(seen, key=lambda one: (one.llr, one.fitted_m), default=None)
 
     @property
     def misfitted_m(self) -> float:

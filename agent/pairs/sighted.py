@@ -58,11 +58,20 @@ def _untried(
     Sightings proposed it, or maps did and sightings support it: maps that lie elsewhere are merged wrongly then.
     """
     for place in belief.places:
-        is_elsewhere = belief.alignment is None or not place.is_at(belief.alignment.T_a_b)
         wait_s = interval_s if place.tries < PATIENT_AFTER else max(interval_s, PATIENCE_S)
         waited = place.tried_ns is None or now_ns - place.tried_ns >= wait_s * 1e9
         is_due = waited and place.tried != versions
         is_seen = place.fix is not None or place.is_supported
-        if is_seen and is_elsewhere and is_due and not place.is_refuted and not is_known(place.T_a_b):
+        if is_seen and is_due and not place.is_refuted and _is_ahead(belief, place) and not is_known(place.T_a_b):
             return place
     return None
+
+
+def _is_ahead(belief: PairBelief, place: Hypothesis) -> bool:
+    """Return whether robots saw each other here rather than where the pair is merged, or is not, rather than anywhere.
+
+    A place that would yield to another as soon as the pair is merged there is not tried (:func:`weighing.against`).
+    """
+    if belief.alignment is None:
+        return belief.places.ahead_of(place.T_a_b) is None
+    return belief.places.ahead_of(belief.alignment.T_a_b) is place

@@ -8,12 +8,13 @@ there more surely; what would go is not believed in the first place, or it would
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 from mrslam.agent.pairs.belief import PairBelief
-from mrslam.agent.pairs.weighing import against, refused, weight_against
+from mrslam.agent.pairs.weighing import against, refused
 from mrslam.alignment import Alignment, Rejection
 from mrslam.merge import Pair
-from mrslam.merge.graph.edges import make_edge, pair_of
+from mrslam.merge.graph.edges import Edge, make_edge, pair_of
 from mrslam.merge.graph.tree import chain, path, tree_of, weakest
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
@@ -31,30 +32,37 @@ def unless_refuted(
     T_a, T_b = chain(tree, a), chain(tree, b)
     if b in T_a:
         return outcome  # placed through others already: it moves nobody
-    joined = {**tree, pair: make_edge(a, b, outcome)}
+    joined = {**tree, pair: make_edge(a, b, beliefs[pair].as_weighed(outcome))}
     for one in sorted(T_a):
         for other in sorted(T_b):
             names = pair_of(one, other)
-            belief = beliefs.get(names)
-            if names == pair or belief is None:
+            if names == pair or names not in beliefs:
                 continue
             T = se2.compose(se2.inverse(T_a[one]), se2.compose(outcome.T_a_b, T_b[other]))
-            T_names = T if names[0] == one else se2.inverse(T)
-            why = against_by_way(names, belief, T_names)
-            if why is None or weakest(joined, path(joined, one, other)) != pair:
-                continue
-            if not is_surer(beliefs[pair], outcome.T_a_b, belief, T_names):
-                return refused(outcome, why)
+            wrong = misplacing(names, T if names[0] == one else se2.inverse(T), joined, beliefs)
+            if wrong is not None and wrong.pair == pair:
+                return refused(outcome, wrong.reason)
     return outcome
 
 
-def against_by_way(names: Pair, belief: PairBelief, T_a_b: Transform) -> str | None:
-    """Return what was seen that speaks against a place to which third robots lead, in words, or None."""
-    reason = against(belief.places, T_a_b, " and ".join(names))
-    return None if reason is None else f"placed through it, {reason}"
+class Misplacing(NamedTuple):
+    """An alignment that leads two other robots to a place where they were not."""
+
+    pair: Pair
+    reason: str
 
 
-def is_surer(belief: PairBelief, T_a_b: Transform, by_way: PairBelief, T_by_way: Transform) -> bool:
-    """Return whether robots saw each other at a place more surely than two others speak against where it leads them."""
-    place = belief.places.at(T_a_b)
-    return place is not None and place.llr > weight_against(by_way.places, T_by_way)
+def misplacing(
+    names: Pair, T_a_b: Transform, tree: Mapping[Pair, Edge], beliefs: Mapping[Pair, PairBelief]
+) -> Misplacing | None:
+    """Return which alignment has to go for what two robots saw, who are placed through third ones; None where none has.
+
+    ``T_a_b`` : where the tree of alignments has the maps of these two robots.
+    """
+    objection = against(beliefs[names].places, T_a_b, " and ".join(names))
+    if objection is None or (pair := weakest(tree, path(tree, *names))) is None:
+        return None
+    met = beliefs[pair].places.at(tree[pair].T_a_b)
+    if met is not None and met.llr > objection.llr:
+        return None  # its own robots saw each other there, and more surely
+    return Misplacing(pair, f"placed through it, {objection.words}")

@@ -6,6 +6,7 @@ Maps propose, and whoever was there decides. A body at a place proves nothing al
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,35 +38,38 @@ def weighed(places: Hypotheses, outcome: Alignment | Rejection, loops: Sequence[
     if outcome.T_a_b is None:
         return outcome
     if isinstance(outcome, Alignment):
-        reason = against(places, outcome.T_a_b)
-        return outcome if reason is None else refused(outcome, reason)
+        objection = against(places, outcome.T_a_b)
+        return outcome if objection is None else refused(outcome, objection.words)
     here = places.at(outcome.T_a_b)
     if here is not None and here is places.supported and agrees(outcome.evidence):
         return by_sight(here, outcome)
     return _decided(places, outcome, loops) if outcome.ambiguous else outcome
 
 
-def against(places: Hypotheses, T_a_b: Transform, robots: str = "the robots") -> str | None:
-    """Return what was seen that speaks against a place of two robots, in words, or None.
+class Objection(NamedTuple):
+    """What was seen that speaks against a place of two robots."""
+
+    llr: float
+    """How much, nats, 0 or more."""
+    words: str
+
+
+def against(places: Hypotheses, T_a_b: Transform, robots: str = "the robots") -> Objection | None:
+    """Return what was seen that speaks most against a place of two robots, or None.
 
     They looked for each other and nobody was there, or they rather saw each other elsewhere. It keeps alignments from
     being believed, and withdraws those that are.
     """
-    here = places.at(T_a_b)
-    if here is not None and here.is_doubted:
-        return f"{robots} looked where the other should be, and nobody was there ({here.llr:.1f} nats)"
-    ahead = places.ahead_of(T_a_b)
-    if ahead is None:
-        return None
-    x, y, _ = ahead.T_a_b
-    return f"{robots} saw each other with the maps {x:.1f}, {y:.1f} m apart, which is not here"
-
-
-def weight_against(places: Hypotheses, T_a_b: Transform) -> float:
-    """Return how much speaks against a place, nats, 0 or more; :func:`against` says it in words."""
+    found = []
     here, ahead = places.at(T_a_b), places.ahead_of(T_a_b)
-    missed = 0.0 if here is None or not here.is_doubted else -here.llr
-    return max(missed, 0.0 if ahead is None else ahead.llr)
+    if here is not None and here.is_doubted:
+        words = f"{robots} looked where the other should be, and nobody was there ({here.llr:.1f} nats)"
+        found.append(Objection(-here.llr, words))
+    if ahead is not None:
+        x, y, _ = ahead.T_a_b
+        words = f"{robots} saw each other with the maps {x:.1f}, {y:.1f} m apart, which is not here"
+        found.append(Objection(ahead.llr, words))
+    return max(found, key=lambda one: one.llr, default=None)
 
 
 def _decided(places: Hypotheses, outcome: Rejection, loops: Sequence[Loop]) -> Alignment | Rejection:

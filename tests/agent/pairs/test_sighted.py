@@ -76,7 +76,7 @@ def test_robots_that_two_alignments_each_tie_to_the_team_need_no_third_where_it_
     assert team._sighted_job(20 * S) is None
     other = team.beliefs["r1", "r3"].places.add(np.array([0.0, 9.0, 0.0]), "sight", 0)  # not where the team has them
     assert other is not None
-    other.told = {"r3": 9.0}
+    other.told = {"r3": 10.0}  # and it is where they saw each other more surely
     job = team._sighted_job(20 * S)
     assert job is not None and job.sighted is other.T_a_b
     own = team.beliefs["r2", "r4"].places.add(np.array([0.0, 0.3, 0.0]), "sight", 0)
