@@ -41,7 +41,7 @@ MUTANTS = (
     ),
     Mutant(
         "agent/witness.py",
-        "if (reason := against(belief.places, T_a_b)) is not None:",
+        "if (objection := against(belief.places, T_a_b)) is not None:",
         "if False:",
         "a pair whose robots looked in vain for each other stays merged",
     ),

@@ -53,8 +53,8 @@ MUTANTS = (
     ),
     Mutant(
         "agent/team.py",
-        "outcome = unless_repeated(pair, unless_refuted(pair, outcome, self.beliefs), self.beliefs)",
-        "outcome = unless_refuted(pair, outcome, self.beliefs)",
+        "return unless_repeated(pair, unless_refuted(pair, found, self.beliefs), self.beliefs)",
+        "return unless_refuted(pair, found, self.beliefs)",
         "maps that are alike are believed however often they were wrong",
     ),
     Mutant(

@@ -12,6 +12,7 @@ from mrslam.agent.known_map import KnownMap
 from mrslam.agent.team import Team
 from mrslam.alignment import Alignment, Evidence, Rejection, WallEvidence
 from mrslam.spatial import LocalMap, OccupancyGrid, TiledMap
+from mrslam.spatial.se2 import Transform
 
 S = 1_000_000_000
 
@@ -64,6 +65,12 @@ class Floors(Team):
         job = self.next_job(round(t_s * S), self.searching)
         assert isinstance(job, AlignJob)
         return job
+
+    def job_of(self, a: str, b: str, attempt: int = 0, sighted: Transform | None = None) -> AlignJob:
+        """Return the alignment of a pair, due or not."""
+        maps = self.maps[a], self.maps[b]
+        versions, areas = (maps[0].version, maps[1].version), (maps[0].area_m2, maps[1].area_m2)
+        return AlignJob(a, b, maps[0].grid, maps[1].grid, None, versions, areas, attempt, sighted=sighted)
 
     def end(self, job: AlignJob, outcome: Alignment | Rejection, t_s: float) -> dict[str, Any]:
         """Let an alignment end; return the event that reports it."""

@@ -70,3 +70,17 @@ def test_of_two_places_within_reach_of_a_transform_the_nearer_one_is_meant() -> 
     first, second = places.add(at(0.0), "maps", 0), places.add(at(0.8), "maps", 1)
     assert first is not second
     assert places.at(at(0.45)) is second and places.at(at(0.35)) is first
+
+
+@pytest.mark.parametrize("fitting", [0, 1])
+def test_of_two_places_seen_as_surely_that_is_ahead_where_more_wall_fitted(fitting: int) -> None:
+    places = Hypotheses()
+    here, there = places.add(at(0.0), "maps", 0), places.add(at(5.0), "maps", 1)
+    assert here is not None and there is not None
+    here.told, there.told = {"r1": 6.0}, {"r2": 6.0}
+    better, other = (here, there) if fitting == 0 else (there, here)
+    better.fitted_m = 9.0
+    assert places.supported is better
+    assert places.ahead_of(better.T_a_b) is None and places.ahead_of(other.T_a_b) is better
+    other.told["r3"] = 1.0
+    assert places.supported is other

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from mrslam.agent.effects import AlignJob
 from mrslam.agent.pairs.hypotheses import Hypothesis
 from mrslam.agent.pairs.schedule import PATIENCE_S, PATIENT_AFTER
 from mrslam.agent.pairs.sighted import sighted_job
+from mrslam.alignment import Rejection
 from mrslam.mutual_detection.mutual import MutualFix
-from tests.agent.pairs.floors import Floors, S, found
+from tests.agent.pairs.floors import Floors, S, found, walls
 
 
 def met() -> tuple[Floors, Hypothesis]:
@@ -56,10 +58,8 @@ def test_after_some_tries_in_vain_maps_are_laid_there_seldom_until_the_place_is_
 
 def merge(team: Floors, a: str, b: str) -> None:
     """Have a pair found twice, with both maps in one frame."""
-    maps = team.maps[a], team.maps[b]
-    versions, areas = (maps[0].version, maps[1].version), (maps[0].area_m2, maps[1].area_m2)
     for attempt in range(2):
-        team.end(AlignJob(a, b, maps[0].grid, maps[1].grid, None, versions, areas, attempt), found(0.0), attempt)
+        team.end(team.job_of(a, b, attempt), found(0.0), attempt)
 
 
 def test_robots_that_two_alignments_each_tie_to_the_team_need_no_third_where_it_has_them() -> None:
@@ -123,3 +123,58 @@ def test_maps_that_are_laid_where_their_robots_saw_each_other_go_with_their_own_
     job = due(team, 1.0)
     assert job is not None and job.trails is not None
     assert job.trails[0] is team.maps["r1"].trail and job.trails[1] is team.maps["r2"].trail
+
+
+@pytest.mark.parametrize("is_merged", [False, True])
+@pytest.mark.parametrize(("x_m", "llr", "is_tried"), [(5.0, 9.0, False), (5.0, 10.0, True), (1.2, 10.0, False)])
+def test_maps_are_laid_nowhere_from_where_they_would_go_at_once_for_what_was_seen(
+    x_m: float, llr: float, is_tried: bool, is_merged: bool
+) -> None:
+    """A second place is tried if it is said more for than for the first, and is not the first one, corrected."""
+    team, first = met()
+    first.told = {"r1": 9.0}
+    belief = team.beliefs["r1", "r2"]
+    if is_merged:
+        for attempt in range(2):
+            job = due(team, 10.0 * attempt)
+            if job is not None:
+                team.end(job, found(2.0), 10.0 * attempt)
+        assert belief.alignment is not None
+    second = belief.places.add(np.array([x_m, 0.0, 0.0]), "r1", 0)
+    assert second is not None
+    second.told = {"r1": llr}
+    team.grow("r1", 70, revision=5)
+    job = due(team, 60.0)
+    tried = None if job is None else belief.places.at(job.sighted)
+    if is_tried:
+        assert tried is second
+    else:
+        assert tried is (None if is_merged else first)
+
+
+def test_a_place_that_robots_saw_is_refused_where_they_saw_each_other_more_surely_elsewhere_since() -> None:
+    team, place = met()
+    job = due(team, 1.0)
+    assert job is not None
+    other = team.beliefs["r1", "r2"].places.add(np.array([9.0, 0.0, 0.0]), "maps", 0)
+    assert other is not None
+    other.told = {"r1": 6.0}
+    said = team.end(job, Rejection("too little", 0.3, walls(0.0, 0.0), "auto", place.T_a_b), 2.0)
+    assert said["status"] == "rejected" and "saw each other with the maps 9.0, 0.0 m apart" in said["reason"]
+
+
+@pytest.mark.parametrize(("llr", "is_merged"), [(6.0, False), (8.0, True)])
+def test_a_place_that_robots_saw_is_refused_where_it_puts_one_where_another_did_not_see_it(
+    llr: float, is_merged: bool
+) -> None:
+    """All three pairs were seen: of those that lead there the first by names counts least, unless it was seen more."""
+    team = Floors("r1", "r2", "r3")
+    merge(team, "r2", "r3")
+    for pair, x_m, said_llr in ((("r2", "r3"), 0.0, 9.0), (("r1", "r3"), 9.0, 7.0), (("r1", "r2"), 1.0, llr)):
+        place = team.beliefs[pair].places.add(np.array([x_m, 0.0, 0.0]), "r1", 0)
+        assert place is not None
+        place.told = {"r1": said_llr}
+    job = team.job_of("r1", "r2", sighted=place.T_a_b)
+    said = team.end(job, Rejection("too little", 0.3, walls(0.0, 0.0), "auto", place.T_a_b), 2.0)
+    assert (team.beliefs["r1", "r2"].alignment is not None) == is_merged
+    assert is_merged or "placed through it, r1 and r3 saw each other with the maps 9.0, 0.0 m apart" in said["reason"]

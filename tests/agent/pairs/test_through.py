@@ -11,7 +11,7 @@ from mrslam.alignment import Alignment, Rejection
 from mrslam.merge import Pair
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
-from tests.agent.pairs.floors import walls
+from tests.agent.pairs.floors import Floors, found, walls
 
 T_1_2, T_2_3 = se2.transform(1.0, 2.0, 0.5), se2.transform(-3.0, 1.0, 2.0)
 BY_WAY = se2.compose(T_1_2, T_2_3)
@@ -78,3 +78,42 @@ def test_what_two_robots_saw_is_asked_of_the_pair_itself_elsewhere() -> None:
     assert said is not None
     said.told = {"r2": 4.0}
     assert isinstance(unless_refuted(("r2", "r3"), aligned(T_2_3, 0.8), beliefs), Alignment)
+
+
+@pytest.mark.parametrize(("llr", "is_refused"), [(5.0, True), (6.0, False)])
+def test_an_alignment_counts_before_it_is_believed_as_it_will_after(llr: float, is_refused: bool) -> None:
+    """Of two that robots saw the first by names is the weaker one; of any other the one that they did not see."""
+    beliefs = believed(0.95)
+    for pair, at, said_llr in (
+        (("r1", "r2"), T_1_2, 6.0),
+        (("r2", "r3"), T_2_3, llr),
+        (("r1", "r3"), ELSEWHERE, 7.0),
+    ):
+        said = beliefs[pair].places.add(at, "maps", 0)
+        assert said is not None
+        said.told = {pair[0]: said_llr}
+    outcome = unless_refuted(("r2", "r3"), aligned(T_2_3, 0.8), beliefs)
+    assert isinstance(outcome, Rejection) == is_refused
+
+
+def test_what_speaks_most_against_where_an_alignment_leads_others_counts() -> None:
+    beliefs = believed(0.95)
+    for pair, at, llr in ((("r1", "r3"), BY_WAY, -2.0), (("r1", "r3"), ELSEWHERE, 7.0), (("r2", "r3"), T_2_3, 4.0)):
+        said = beliefs[pair].places.add(at, "maps", 0)
+        assert said is not None
+        said.told = {pair[0]: llr}
+    outcome = unless_refuted(("r2", "r3"), aligned(T_2_3, 0.8), beliefs)
+    assert isinstance(outcome, Rejection) and "saw each other with the maps 9.0, -6.0 m apart" in outcome.reason
+
+
+@pytest.mark.parametrize("is_refused", [False, True])
+def test_a_search_that_is_refused_for_what_others_saw_has_found_nothing(is_refused: bool) -> None:
+    team = Floors("r1", "r2", "r3")
+    for attempt in range(2):
+        team.end(team.job_of("r2", "r3", attempt), found(0.0), float(attempt))
+    if is_refused:
+        said = team.beliefs["r1", "r3"].places.add(ELSEWHERE, "maps", 0)
+        assert said is not None
+        said.told = {"r1": 7.0}
+    team.end(team.job_of("r1", "r2"), found(1.0, 0.8), 2.0)
+    assert team.beliefs["r1", "r2"].search.accepted != is_refused
