@@ -11,6 +11,7 @@ from mrslam.merge.grids.tiled_grid import TiledGrid
 from mrslam.merge.grids.warp import warp
 from mrslam.merge.joint.bend import Bend
 from mrslam.merge.joint.candidate_kernels import nearest_keys
+from mrslam.merge.joint.consistent_kernels import grow
 from mrslam.merge.joint.local_match import LocalMatcher
 from mrslam.merge.joint.trail import Trail
 from mrslam.merge.joint.trail_kernels import seen_again
@@ -41,7 +42,8 @@ def _join_and_bend() -> None:
     keys = np.stack([np.linspace(0.0, 0.8, 5), np.zeros(5), np.zeros(5)], axis=1)
     scans = KeyScans.of_points([(points - key[:2])[::2] for key in keys], np.zeros((5, 2)))
     trail, matcher = Trail(keys, scans), LocalMatcher()
-    nearest_keys(keys, keys, 1.0)
+    nearest_keys(keys, keys, 1.0, 1.0)
+    grow(np.ones((3, 3), dtype=np.int8), 0)
     seen_again(keys, trail.way_m, 1.0, 1.0, 1.0)
     for off_m in (0.0, 1.0):
         matcher.match(trail, 2, trail, 2, se2.transform(off_m, 0.0, 0.0), 20.0)

@@ -50,13 +50,14 @@ def candidates(
     shown = a.scans.shown, b.scans.shown
     if not _are_near(T_a[shown[0]], T_b[shown[1]]):
         return []
-    nearest, away_m = nearest_keys(T_a[shown[0]], T_b[shown[1]], TURN_COST_M)
-    i, j = shown[0][nearest], shown[1]
+    nearest, away_m = nearest_keys(T_a[shown[0]], T_b[shown[1]], TURN_COST_M, FAR_MOST_M)
+    near = np.flatnonzero(away_m <= FAR_MOST_M)
+    i, j, away_m = shown[0][nearest[near]], shown[1][near], away_m[near]
     lost_m = np.full(j.size, first_lost_m)
     if believed:
-        to_a = a.way_from(np.array([match.i for match in believed]))
-        to_b = b.way_from(np.array([match.j for match in believed]))
-        lost_m = (to_a[:, i] + to_b[:, j]).min(axis=0)
+        to_a = a.way_between(np.array([match.i for match in believed]), i)
+        to_b = b.way_between(np.array([match.j for match in believed]), j)
+        lost_m = (to_a + to_b).min(axis=0)
     done_m = np.sort([b.way_m[j] for _, j in found])
     chosen: list[Candidate] = []
     last_m = -np.inf

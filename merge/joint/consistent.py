@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrslam.alignment.stability import SAME_PLACE
+from mrslam.merge.joint.consistent_kernels import grow
 from mrslam.merge.joint.trail import Trail
 from mrslam.spatial import se2
 from mrslam.spatial.matching.places import DRIFT_M_PER_M, DRIFT_RAD_PER_M
@@ -50,13 +51,15 @@ class Chosen(NamedTuple):
 
 
 def agreeing(a: Trail, b: Trail, matches: Sequence[KeyMatch]) -> NDArray[np.bool_]:
-    """Return ``(M, M)``: whether the loop through two matches and both robots' paths between them closes."""
+    """Return ``(M, M)``: whether the loop through two matches and both robots' paths between them closes.
+
+    It does where one match has map b at a place that lays the other's keyframe of b where that match has it.
+    """
     i, j = (np.array([match[side] for match in matches], dtype=np.int64) for side in (0, 1))
-    T_i_j = np.array([match.T_i_j for match in matches])
-    way_m = a.way_from(i)[:, i] + b.way_from(j)[:, j]
-    T_a_j = se2.compose(a.T_map_key[i], T_i_j)  # where each match has its keyframe of b in the map of a
-    T_j_other = se2.between(b.T_map_key[j][:, None], b.T_map_key[j][None])
-    error = se2.between(T_a_j[None], se2.compose(T_a_j[:, None], T_j_other))
+    T_a_j = se2.compose(a.T_map_key[i], np.array([match.T_i_j for match in matches]))
+    T_a_b = se2.compose(T_a_j, se2.inverse(b.T_map_key[j]))
+    error = se2.compose(T_a_b[:, None], b.T_map_key[j][None]) - T_a_j[None]
+    way_m = a.way_between(i, i) + b.way_between(j, j)
     off_m, off_rad = np.hypot(error[..., 0], error[..., 1]), np.abs(se2.wrap(error[..., 2]))
     tight_m, tight_rad = LOOSE_M + DRIFT_M_PER_M * way_m, LOOSE_RAD + DRIFT_RAD_PER_M * way_m
     closes = (off_m <= GATE * tight_m) & (off_rad <= GATE * tight_rad)
@@ -75,20 +78,10 @@ def choose(agrees: NDArray[np.bool_]) -> Chosen:
 def _clique(agrees: NDArray[np.bool_], among: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return a largest clique found greedily: the next member is the one that leaves most to choose from."""
     part = agrees[np.ix_(among, among)]
-    degree = part.sum(axis=1)
-    best: list[int] = []
+    degree, ones = part.sum(axis=1), part.view(np.int8)
+    best = among[:0]
     for start in np.argsort(-degree, kind="stable")[:STARTS]:
-        if degree[start] <= len(best):
+        if degree[start] <= best.size:
             break
-        clique, left = [int(start)], part[start].copy()
-        left[start] = False
-        leaves = part[left].sum(axis=0)  # of those left, how many each agrees with
-        while left.any():
-            member = int(np.argmax(np.where(left, leaves, -1)))
-            clique.append(member)
-            stays = left & part[member]
-            stays[member] = False
-            leaves -= part[left & ~stays].sum(axis=0)
-            left = stays
-        best = max(best, clique, key=len)
-    return among[np.sort(np.array(best, dtype=np.int64))]
+        best = max(best, grow(ones, start), key=len)
+    return among[np.sort(best)]

@@ -152,16 +152,17 @@ class Trail:
         keys = np.array(self.T_map_key, order="C")  # of a map that came by radio they are read-only
         return seen_again(keys, self.way_m, OLD_WAY_M, NEAR_M, SEEN_AGAIN_EVERY_M)
 
-    def way_from(self, keys: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return ``(len(keys), K)``: shortest path in the pose graph from these keyframes to all, metres.
+    def way_between(self, keys: NDArray[np.int64], others: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return ``(len(keys), len(others))``: shortest path in the pose graph between keyframes, metres.
 
-        Each keyframe is looked up once: matches come back in every round of joining.
+        From each of ``keys`` it is looked up once: matches come back in every round of joining.
         """
         new = np.array(sorted(set(keys.tolist()) - self._ways.keys()), dtype=np.int64)
         if new.size:
             ways = dijkstra(self.lengths, directed=False, indices=new).astype(np.float32)  # there are many of them
             self._ways.update(zip(new.tolist(), ways, strict=True))
-        return np.array([self._ways[key] for key in keys.tolist()], dtype=np.float64).reshape(-1, len(self))
+        found = [self._ways[key][others] for key in keys.tolist()]
+        return np.array(found, dtype=np.float64).reshape(-1, len(others))
 
     @cached_property
     def _ways(self) -> dict[int, NDArray[np.float32]]:

@@ -346,9 +346,9 @@ MUTANTS = (
         "matches between two robots are believed whose loop closes from one end only",
     ),
     Mutant(
-        "merge/joint/consistent.py",
-        "            leaves -= part[left & ~stays].sum(axis=0)\n",
-        "",
+        "merge/joint/consistent_kernels.py",
+        "leaves[k] -= agrees[other, k]",
+        "leaves[k] -= 0",
         "a set of matches is grown by those that agree with what has been ruled out",
     ),
     Mutant(

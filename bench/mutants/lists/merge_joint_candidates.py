@@ -17,7 +17,7 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/candidates.py",
-        "        lost_m = (to_a[:, i] + to_b[:, j]).min(axis=0)\n",
+        "        lost_m = (to_a + to_b).min(axis=0)\n",
         "",
         "far from any match as little is looked for as next to it",
     ),
@@ -41,26 +41,26 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/candidates.py",
-        "(to_a[:, i] + to_b[:, j]).min(axis=0)",
-        "(to_a[:, i] + to_b[:, j]).max(axis=0)",
+        "(to_a + to_b).min(axis=0)",
+        "(to_a + to_b).max(axis=0)",
         "next to a match keyframes are looked for as far as the farthest one lets them drift",
     ),
     Mutant(
         "merge/joint/candidates.py",
-        "a.way_from(np.array([match.i for",
-        "a.way_from(np.array([match.j for",
+        "a.way_between(np.array([match.i for",
+        "a.way_between(np.array([match.j for",
         "how far the first robot may have drifted is counted from the other robot's keyframe",
     ),
     Mutant(
         "merge/joint/candidates.py",
-        "b.way_from(np.array([match.j for",
-        "b.way_from(np.array([match.i for",
+        "b.way_between(np.array([match.j for",
+        "b.way_between(np.array([match.i for",
         "how far the second robot may have drifted is counted from the other robot's keyframe",
     ),
     Mutant(
         "merge/joint/candidates.py",
-        "(to_a[:, i] + to_b[:, j])",
-        "(2.0 * to_b[:, j])",
+        "(to_a + to_b)",
+        "(2.0 * to_b)",
         "the drift of the first robot is taken for that of the second",
     ),
     Mutant(
@@ -90,8 +90,8 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/candidates.py",
-        "nearest_keys(T_a[shown[0]], T_b[shown[1]], TURN_COST_M)",
-        "nearest_keys(T_a[shown[0]], T_b[shown[1]], 0.0)",
+        "nearest_keys(T_a[shown[0]], T_b[shown[1]], TURN_COST_M,",
+        "nearest_keys(T_a[shown[0]], T_b[shown[1]], 0.0,",
         "a keyframe is compared with one that looked the other way, next to one that looked the same way",
     ),
     Mutant(
@@ -114,9 +114,27 @@ MUTANTS = (
     ),
     Mutant(
         "merge/joint/candidate_kernels.py",
-        ">= least * least:",
-        ">= least:",
+        "if dx * dx + dy * dy >= least * least:",
+        "if dx * dx + dy * dy >= least:",
         "the nearest keyframe is not found within a metre",
+    ),
+    Mutant(
+        "merge/joint/candidate_kernels.py",
+        "if aside * aside + ahead * ahead >= least * least:",
+        "if aside * aside + ahead * ahead >= least:",
+        "a stretch of way metres aside is passed over though the nearest keyframe is on it",
+    ),
+    Mutant(
+        "merge/joint/candidate_kernels.py",
+        "min((block + 1) * BLOCK, len(T_a))",
+        "min((block + 1) * BLOCK, len(T_a) - 1)",
+        "the last keyframe is compared with none",
+    ),
+    Mutant(
+        "merge/joint/candidate_kernels.py",
+        "least = most_m + turn_cost_m * math.pi",
+        "least = most_m",
+        "a keyframe that looked the other way is compared with none though it is near",
     ),
     Mutant(
         "merge/joint/candidate_kernels.py",

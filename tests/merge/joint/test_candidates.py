@@ -47,11 +47,20 @@ def test_the_nearest_keyframe_is_that_of_the_slow_twin():
     rng = np.random.default_rng(0)
     T_a, T_b = (rng.normal(size=(count, 3)) * [5.0, 5.0, 3.0] for count in (200, 150))
     T_a[:, 2], T_b[:, 2] = se2.wrap(T_a[:, 2]), se2.wrap(T_b[:, 2])
-    nearest, away_m = nearest_keys(T_a, T_b, TURN_COST_M)
+    T_b[:20, :2] += [40.0, 0.0]  # where nobody was
+    nearest, away_m = nearest_keys(T_a, T_b, TURN_COST_M, FAR_MOST_M)
+    near = 0
     for j, T in enumerate(T_b):
         away = np.hypot(*(T_a[:, :2] - T[:2]).T)
         i = int(np.argmin(away + TURN_COST_M * np.abs(se2.wrap(T_a[:, 2] - T[2]))))
-        assert (nearest[j], away_m[j]) == (i, pytest.approx(away[i]))
+        if away[i] <= FAR_MOST_M:
+            near += 1
+            assert (nearest[j], away_m[j]) == (i, pytest.approx(away[i]))
+        else:
+            assert away_m[j] > FAR_MOST_M
+    assert near > 100
+    opposed = np.array([[0.9 * FAR_MOST_M, 0.0, np.pi]])
+    assert nearest_keys(np.zeros((1, 3)), opposed, TURN_COST_M, FAR_MOST_M)[1].tolist() == [opposed[0, 0]]
 
 
 def trail(places: list[tuple[float, float]]) -> Trail:

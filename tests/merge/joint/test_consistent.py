@@ -68,8 +68,8 @@ def test_a_loop_that_goes_far_may_miss_by_more():
     first = matches[0]
     off = [match._replace(T_i_j=match.T_i_j + np.array([0.5, 0.0, 0.0])) for match in matches]
     agrees = agreeing(trails["r1"], trails["r2"], [first, *off])[0, 1:]
-    way = trails["r1"].way_from(np.array([first.i]))[0, [m.i for m in off]]
-    way += trails["r2"].way_from(np.array([first.j]))[0, [m.j for m in off]]
+    way = trails["r1"].way_between(np.array([first.i]), np.array([m.i for m in off]))[0]
+    way += trails["r2"].way_between(np.array([first.j]), np.array([m.j for m in off]))[0]
     assert not agrees[way < 5.0].any() and agrees[way > 60.0].all()
 
 
