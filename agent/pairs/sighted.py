@@ -68,7 +68,7 @@ def _untried(
 
 
 def _is_ahead(belief: PairBelief, place: Hypothesis) -> bool:
-    """Return whether robots saw each other here rather than where the pair is merged, or is not, rather than anywhere.
+    """Return whether robots rather saw each other here than where the pair is merged; if it is not, than anywhere else.
 
     A place that would yield to another as soon as the pair is merged there is not tried (:func:`weighing.against`).
     """

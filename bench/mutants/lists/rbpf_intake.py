@@ -53,6 +53,12 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/front_end/scan_gate.py",
+        "< min(REPEATED_LEAST, unlike.size / 2)",
+        "< unlike.size / 2",
+        "a robot next to a teammate believes a stuck laser that it does not turn",
+    ),
+    Mutant(
+        "rbpf/front_end/scan_gate.py",
         "        return now_m.tobytes() == before_m.tobytes()",
         "        return False",
         "a stuck laser most of whose beams are dropped is believed",

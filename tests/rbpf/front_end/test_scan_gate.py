@@ -52,6 +52,25 @@ def test_the_same_ranges_are_those_of_a_robot_that_stands_unless_odometry_moved(
     assert refused(gate, room(7, 0.3), np.array([0.3, 0.0, 0.0])) is None
 
 
+@pytest.mark.parametrize(
+    ("beams", "kept", "is_stuck"), [(400, 40, True), (400, 39, False), (40, 20, True), (40, 19, False)]
+)
+def test_a_stuck_laser_most_of_whose_beams_end_at_a_teammate_is_known_by_the_others(
+    beams: int, kept: int, is_stuck: bool
+) -> None:
+    """The teammate is masked where it is believed to be, another part of the same scan each time."""
+    gate, scan = ScanGate(), make_scan(IDENTITY, 1, beams=beams, rng=np.random.default_rng(1))
+    ranges_m = scan.ranges_m.copy()
+    ranges_m[kept + 1 :] = np.nan
+    assert refused(gate, replace(scan, ranges_m=ranges_m), IDENTITY) is None
+    later = scan.ranges_m.copy()
+    later[kept : beams - 1] = np.nan
+    moved = np.array([0.0, 0.0, 0.1])
+    assert refused(gate, replace(scan, ranges_m=later, stamp_ns=2), moved) == (STUCK_WORDS if is_stuck else None)
+    later[0] += 0.01  # nothing repeats itself
+    assert refused(gate, replace(scan, ranges_m=later, stamp_ns=3), moved) is None
+
+
 @pytest.mark.parametrize("odometry", [(None, None), (IDENTITY, None), (None, np.ones(3))])
 def test_where_odometry_is_missing_nothing_is_known_to_have_moved(odometry: tuple) -> None:
     gate, scan = ScanGate(), room(1)
