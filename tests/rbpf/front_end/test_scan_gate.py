@@ -64,11 +64,12 @@ def test_a_stuck_laser_most_of_whose_beams_end_at_a_teammate_is_known_by_the_oth
     ranges_m[kept + 1 :] = np.nan
     assert refused(gate, replace(scan, ranges_m=ranges_m), IDENTITY) is None
     later = scan.ranges_m.copy()
-    later[kept : beams - 1] = np.nan
+    later[kept:] = np.nan
     moved = np.array([0.0, 0.0, 0.1])
     assert refused(gate, replace(scan, ranges_m=later, stamp_ns=2), moved) == (STUCK_WORDS if is_stuck else None)
     later[0] += 0.01  # nothing repeats itself
     assert refused(gate, replace(scan, ranges_m=later, stamp_ns=3), moved) is None
+    assert refused(gate, replace(scan, ranges_m=later, stamp_ns=4), 2.0 * moved) == STUCK_WORDS  # to the last byte
 
 
 @pytest.mark.parametrize("odometry", [(None, None), (IDENTITY, None), (None, np.ones(3))])
