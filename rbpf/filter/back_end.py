@@ -133,7 +133,9 @@ class BackEnd:
     def _look_for_loop(self, key: Keyframe) -> None:
         """Where the best particle comes to a place it has been, see whether its trajectory agrees."""
         self._arrivals.add(key.arrival)
-        self.loops.add_key(key.beams, float(key.arrival[WAY]), key.is_carried)
+        self.loops.add_key(
+            key.beams, float(key.arrival[WAY]), is_carried=key.is_carried, is_unconfirmed=key.is_unconfirmed
+        )
         trajectory = self.filter.trajectory
         self.loops.scans.forget(trajectory)
         self._is_contradicted = self.config.close_loops and self.loops.look(trajectory, self.arrivals)

@@ -28,7 +28,7 @@ class KeptScans:
         """By keyframe, in the order of time: points ``(N, 5)`` in its base frame; not of all, see :meth:`forget`."""
         self._origins = Rows(2)
         self._way = Rows(1)
-        self._starts = [0]  # keyframes from which on the robot was not carried, in the order of time
+        self._starts = [0]  # keyframes to which no scan led from the one before, in the order of time
 
     @property
     def origins(self) -> NDArray[np.float64]:
@@ -42,18 +42,18 @@ class KeptScans:
 
     @property
     def newest_start(self) -> int:
-        """The keyframe to which the robot was carried last, 0 if it never was."""
+        """The last keyframe to which no scan led: the robot was carried there, or came by its wheels alone; else 0."""
         return self._starts[-1]
 
-    def uncarried(self, first: int, last: int, key: int) -> range:
-        """Return which of the keyframes ``first .. last - 1`` were reached from ``key``, or it from them, uncarried."""
+    def connected(self, first: int, last: int, key: int) -> range:
+        """Return which of the keyframes ``first .. last - 1`` scans connect with ``key``, all the way."""
         k = bisect_right(self._starts, key)
         ends = [*self._starts, self._way.size]
         return range(max(first, ends[k - 1]), min(last, ends[k]))
 
-    def add(self, beams: Beams, way_m: float, is_carried: bool = False) -> None:
-        """Keep a keyframe's scan, taken ``way_m`` after the keyframe before; the robot may have been carried there."""
-        if is_carried:
+    def add(self, beams: Beams, way_m: float, *, is_apart: bool = False) -> None:
+        """Keep a keyframe's scan, taken ``way_m`` after the one before; ``is_apart`` : whether no scan led there."""
+        if is_apart:
             self._starts.append(self._way.size)
         self.points[self._way.size] = beams.points.astype(np.float32)
         self._origins.add(beams.origin)

@@ -92,9 +92,12 @@ class LoopCloser:
         information = self._edge_values.rows[since:, 3:].reshape(-1, 3, 3)
         return self._edges.rows[since:, 0][places.is_seen_all_round(information)]
 
-    def add_key(self, beams: Beams, way_m: float, is_carried: bool = False) -> None:
-        """Take a keyframe's scan, taken ``way_m`` after the keyframe before; the robot may have been carried there."""
-        self.scans.add(beams, way_m, is_carried)
+    def add_key(self, beams: Beams, way_m: float, *, is_carried: bool = False, is_unconfirmed: bool = False) -> None:
+        """Take a keyframe's scan, taken ``way_m`` after the keyframe before.
+
+        ``is_carried`` : whether the robot was carried there; ``is_unconfirmed`` : whether its wheels alone led there.
+        """
+        self.scans.add(beams, way_m, is_apart=is_carried or is_unconfirmed)
         self.is_carried |= is_carried
         if is_carried:
             self._far.drop()
@@ -173,11 +176,11 @@ class LoopCloser:
         """
         new = T_map_key.shape[0] - 1
         last = min(old + places.GROUP + 1, new - TAIL)
-        group = self.scans.uncarried(old - places.GROUP, max(last, old + 1), old)  # its own at least: carried since
+        group = self.scans.connected(old - places.GROUP, max(last, old + 1), old)  # its own at least
         keys = [k for k in group if k in self.scans.points]
         T_old_key = se2.between(T_map_key[old], T_map_key[keys])
         place = Place(self.scans.origins[keys], T_old_key, [self.scans.points[k] for k in keys])
-        points = self.scans.joined(T_map_key, self.scans.uncarried(new - TAIL, new + 1, new), new)
+        points = self.scans.joined(T_map_key, self.scans.connected(new - TAIL, new + 1, new), new)
         return self._matcher.match(place, points, T_old_new, lost_m)
 
     def _is_confirmed(self, T_map_key: Transform, old: int, found: Match) -> bool:

@@ -44,7 +44,7 @@ def places_of(
     """
     newest = T_map_key.shape[0] - 1
     centre = T_map_key[-1] if centre is None else centre
-    points = scans.joined(T_map_key, scans.uncarried(newest - count + 1, newest + 1, newest), newest)
+    points = scans.joined(T_map_key, scans.connected(newest - count + 1, newest + 1, newest), newest)
     if points.shape[0] < POINTS_LEAST:
         return NOWHERE
     grid = _walls(scans, T_map_key, old, centre, drift.reach_m + float(np.hypot(*points[:, :2].T).max()))

@@ -5,6 +5,18 @@ from bench.mutants.mutant import Mutant
 MUTANTS = (
     Mutant(
         "rbpf/loops/loop_closer.py",
+        "is_apart=is_carried or is_unconfirmed)",
+        "is_apart=is_carried)",
+        "wheels that leapt while a robot was off are confirmed by what it saw before",
+    ),
+    Mutant(
+        "rbpf/filter/back_end.py",
+        ", is_unconfirmed=key.is_unconfirmed\n",
+        "\n",
+        "a robot that its wheels led on unseen is found again by what it saw before",
+    ),
+    Mutant(
+        "rbpf/loops/loop_closer.py",
         "        self.is_carried &= not believed\n",
         "",
         "a robot that was carried and found again is never compared with what is near it any more",

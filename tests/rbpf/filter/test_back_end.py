@@ -96,7 +96,7 @@ def test_a_robot_that_lost_itself_trusts_only_places_seen_before_that(monkeypatc
 
     for _ in range(5):
         assert health(back) > 0.5
-    assert health(back, is_unconfirmed=True) <= LOST  # the sixth
+    assert health(back, is_unconfirmed=True) <= LOST and back.loops.scans.newest_start == 5  # the sixth
     assert health(back) <= LOST and health(back, 6) <= LOST and health(back, 5) <= LOST
     resumed.restore(back.state())
     for robot in (back, resumed):

@@ -169,7 +169,7 @@ def test_places_are_looked_for_that_fit_well_enough_and_not_at_those_followed(
     monkeypatch.setattr("mrslam.rbpf.loops.stretch_search.find", find)
     monkeypatch.setattr("mrslam.rbpf.loops.stretch_search._walls", lambda *_: "walls")
     far, _ = searching(match(), 10.0)
-    far._scans.uncarried = lambda *_: range(2)  # type: ignore[method-assign]
+    far._scans.connected = lambda *_: range(2)  # type: ignore[method-assign]
     far._scans.joined = lambda *_: np.ones((POINTS_LEAST, 5))  # type: ignore[method-assign]
     known = [ELSEWHERE]
     drift = Drift(10.0, turn_rad)

@@ -21,7 +21,7 @@ def wall(T_map_base: np.ndarray) -> Beams:
 def kept(poses: np.ndarray, carried: tuple[int, ...] = ()) -> KeptScans:
     scans = KeptScans()
     for k, pose in enumerate(poses):
-        scans.add(wall(pose), 0.5, k in carried)
+        scans.add(wall(pose), 0.5, is_apart=k in carried)
         scans.forget(poses[: k + 1])
     return scans
 
@@ -51,8 +51,8 @@ def test_scans_of_a_way_that_are_put_together_lie_on_the_walls_that_they_saw() -
 
 def test_keyframes_before_and_after_the_robot_was_carried_are_of_different_ways() -> None:
     scans = kept(np.arange(30.0).reshape(10, 3), carried=(4, 7))
-    assert [scans.uncarried(0, 10, key) for key in (0, 3, 4, 6, 7, 9)] == [
+    assert [scans.connected(0, 10, key) for key in (0, 3, 4, 6, 7, 9)] == [
         range(0, 4), range(0, 4), range(4, 7), range(4, 7), range(7, 10), range(7, 10)
     ]  # fmt: skip
-    assert scans.uncarried(5, 9, 6) == range(5, 7) and scans.uncarried(5, 9, 8) == range(7, 9)
+    assert scans.connected(5, 9, 6) == range(5, 7) and scans.connected(5, 9, 8) == range(7, 9)
     assert scans.newest_start == 7 and scans.way_m.tolist() == [0.5 * k for k in range(1, 11)]

@@ -164,6 +164,17 @@ def test_a_robot_that_was_carried_is_not_looked_for_where_it_thinks_it_is() -> N
         assert look(one, trajectory, keys + 1) == (False, 0)
 
 
+@pytest.mark.parametrize("is_unconfirmed", [False, True])
+def test_what_was_seen_before_wheels_alone_led_on_does_not_confirm_where_they_led(is_unconfirmed: bool) -> None:
+    """The robot is on the other side of its round, where it sees something else than where its wheels have it."""
+    loops, trajectory, keys = two_rounds(np.zeros(3))
+    seen = keyframe(np.zeros(3), drive(24)[17], np.random.default_rng(5))
+    loops.add_key(seen.beams, 3.0, is_unconfirmed=is_unconfirmed)
+    assert np.array_equal(trajectory[keys], drive(24)[5])
+    _, edges = look(loops, trajectory, keys + 1)
+    assert edges == (not is_unconfirmed)
+
+
 @pytest.mark.parametrize("is_found", [False, True])
 def test_a_robot_that_was_carried_is_so_until_it_is_found(is_found: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     loops, trajectory, keys = two_rounds(np.zeros(3))
