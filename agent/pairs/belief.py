@@ -139,8 +139,8 @@ class PairBelief:
         job: AlignJob,
         outcome: Alignment | Rejection,
         now_ns: int,
-        loops: Sequence[Loop] = (),
-        unless: Callable[[Alignment | Rejection], Alignment | Rejection] = lambda outcome: outcome,
+        loops: Sequence[Loop],
+        unless: Callable[[Alignment | Rejection], Alignment | Rejection],
         *,
         is_bent: bool = False,
     ) -> Verdict:
@@ -155,7 +155,7 @@ class PairBelief:
         guess = self.search.guess if self.alignment is None and job.saved_m2 is not None else None
         by_encounters = self._by_encounters(job, outcome, now_ns, loops)
         vetted = unless(by_encounters)
-        if job.prior is None:
+        if job.prior is None:  # what other pairs refuse was not found
             self.search = self.search.then(job, outcome if vetted is by_encounters else vetted)
         outcome = vetted
         if reason := self._unmerged_by(outcome, searched=job.prior is None, is_bent=is_bent):

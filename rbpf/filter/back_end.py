@@ -87,7 +87,7 @@ class BackEnd:
         resamplings, edges = self.filter.resamplings, self.loops.edges
         self._follow_need()
         self._is_carried |= key.is_carried
-        if key.is_carried or key.is_unconfirmed:
+        if key.is_apart:
             self._lost_from = self._arrivals.size
         agreement = self.filter.move(key, self._is_carried)
         self._matched.add(np.zeros(9) if agreement is None else agreement.information.ravel())

@@ -50,7 +50,7 @@ class Health:
 
     def follow(self, agreement: Agreement, key: Keyframe) -> None:
         """Take a keyframe, and how far the best particle's map agrees with it, into account."""
-        self.is_lost |= key.is_carried or key.is_unconfirmed
+        self.is_lost |= key.is_apart
         seen = agreement.inliers + agreement.conflicts
         fits = agreement.inliers / seen if seen > SEEN_LEAST else key.inliers
         if seen > SEEN_LEAST:

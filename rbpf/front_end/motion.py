@@ -55,6 +55,11 @@ class Keyframe:
         """Whether the robot was carried here."""
         return bool(self.arrival[CARRIED])
 
+    @property
+    def is_apart(self) -> bool:
+        """Whether no scan led here from the keyframe before: the robot was carried, or came by its wheels alone."""
+        return self.is_carried or self.is_unconfirmed
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Agreement:

@@ -221,7 +221,7 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/filter/back_end.py",
-        "        if key.is_carried or key.is_unconfirmed:",
+        "        if key.is_apart:",
         "        if key.is_carried:",
         "a robot that its map contradicted trusts places that it saw since",
     ),

@@ -65,7 +65,7 @@ MUTANTS = (
     ),
     Mutant(
         "rbpf/front_end/health.py",
-        "        self.is_lost |= key.is_carried or key.is_unconfirmed",
+        "        self.is_lost |= key.is_apart",
         "        self.is_lost |= key.is_carried",
         "a robot that its map contradicts is not lost",
     ),

@@ -9,6 +9,8 @@ import numpy as np
 from mrslam.agent.config import AgentConfig, Settings
 from mrslam.agent.effects import AlignJob, Event
 from mrslam.agent.known_map import KnownMap
+from mrslam.agent.pairs.belief import PairBelief
+from mrslam.agent.pairs.hypotheses import Hypothesis
 from mrslam.agent.team import Team
 from mrslam.alignment import Alignment, Evidence, Rejection, WallEvidence
 from mrslam.spatial import LocalMap, OccupancyGrid, TiledMap
@@ -36,6 +38,14 @@ def walls(matched_m: float, contradicted_m: float, overlap_m2: float = 0.0) -> E
 
 def weak(wall_m: float, overlap_m2: float = 0.0) -> Alignment:
     return Alignment(np.array([1.0, 0.0, 0.0]), 0.58, walls(wall_m, 0.0, overlap_m2), np.eye(3) * 1e-4, "auto")
+
+
+def say(belief: PairBelief, T_a_b: Transform, llr: float, by: str = "r1") -> Hypothesis:
+    """Let a robot say how much speaks for a place of a pair, nats; return the place."""
+    place = belief.places.add(T_a_b, "maps", 0)
+    assert place is not None
+    place.told = {by: llr}
+    return place
 
 
 def floor(cells: int, revision: int, epoch: int) -> KnownMap:

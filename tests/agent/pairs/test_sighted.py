@@ -11,7 +11,7 @@ from mrslam.agent.pairs.schedule import PATIENCE_S, PATIENT_AFTER
 from mrslam.agent.pairs.sighted import sighted_job
 from mrslam.alignment import Rejection
 from mrslam.mutual_detection.mutual import MutualFix
-from tests.agent.pairs.floors import Floors, S, found, walls
+from tests.agent.pairs.floors import Floors, S, found, say, walls
 
 
 def met() -> tuple[Floors, Hypothesis]:
@@ -140,9 +140,7 @@ def test_maps_are_laid_nowhere_from_where_they_would_go_at_once_for_what_was_see
             if job is not None:
                 team.end(job, found(2.0), 10.0 * attempt)
         assert belief.alignment is not None
-    second = belief.places.add(np.array([x_m, 0.0, 0.0]), "r1", 0)
-    assert second is not None
-    second.told = {"r1": llr}
+    second = say(belief, np.array([x_m, 0.0, 0.0]), llr)
     team.grow("r1", 70, revision=5)
     job = due(team, 60.0)
     tried = None if job is None else belief.places.at(job.sighted)
@@ -156,9 +154,7 @@ def test_a_place_that_robots_saw_is_refused_where_they_saw_each_other_more_surel
     team, place = met()
     job = due(team, 1.0)
     assert job is not None
-    other = team.beliefs["r1", "r2"].places.add(np.array([9.0, 0.0, 0.0]), "maps", 0)
-    assert other is not None
-    other.told = {"r1": 6.0}
+    say(team.beliefs["r1", "r2"], np.array([9.0, 0.0, 0.0]), 6.0)
     said = team.end(job, Rejection("too little", 0.3, walls(0.0, 0.0), "auto", place.T_a_b), 2.0)
     assert said["status"] == "rejected" and "saw each other with the maps 9.0, 0.0 m apart" in said["reason"]
 
@@ -171,9 +167,7 @@ def test_a_place_that_robots_saw_is_refused_where_it_puts_one_where_another_did_
     team = Floors("r1", "r2", "r3")
     merge(team, "r2", "r3")
     for pair, x_m, said_llr in ((("r2", "r3"), 0.0, 9.0), (("r1", "r3"), 9.0, 7.0), (("r1", "r2"), 1.0, llr)):
-        place = team.beliefs[pair].places.add(np.array([x_m, 0.0, 0.0]), "r1", 0)
-        assert place is not None
-        place.told = {"r1": said_llr}
+        place = say(team.beliefs[pair], np.array([x_m, 0.0, 0.0]), said_llr)
     job = team.job_of("r1", "r2", sighted=place.T_a_b)
     said = team.end(job, Rejection("too little", 0.3, walls(0.0, 0.0), "auto", place.T_a_b), 2.0)
     assert (team.beliefs["r1", "r2"].alignment is not None) == is_merged

@@ -11,7 +11,7 @@ from mrslam.alignment import Alignment, Rejection
 from mrslam.merge import Pair
 from mrslam.spatial import se2
 from mrslam.spatial.se2 import Transform
-from tests.agent.pairs.floors import Floors, found, walls
+from tests.agent.pairs.floors import Floors, found, say, walls
 
 T_1_2, T_2_3 = se2.transform(1.0, 2.0, 0.5), se2.transform(-3.0, 1.0, 2.0)
 BY_WAY = se2.compose(T_1_2, T_2_3)
@@ -47,9 +47,7 @@ def test_the_weakest_alignment_yields_to_what_two_robots_saw_that_it_would_place
     place: Transform, llr: float, confidence: float, refused_as: str | None
 ) -> None:
     beliefs = believed(confidence)
-    said = beliefs["r1", "r3"].places.add(place, "maps", 0)
-    assert said is not None
-    said.told = {"r1": llr}
+    say(beliefs["r1", "r3"], place, llr)
     outcome = unless_refuted(("r2", "r3"), aligned(T_2_3, 0.8), beliefs)
     assert isinstance(outcome, Alignment) == (refused_as is None)
     assert refused_as is None or (isinstance(outcome, Rejection) and refused_as in outcome.reason)
@@ -65,18 +63,14 @@ def test_an_alignment_stands_whose_robots_saw_each_other_there_more_surely(
     """One of the two others may have been carried, and tell for a while that it is where it was."""
     beliefs = believed(0.95)
     for pair, at, told in ((("r1", "r3"), place, llr), (("r2", "r3"), T_2_3, seen_llr)):
-        said = beliefs[pair].places.add(at, "maps", 0)
-        assert said is not None
-        said.told = {pair[0]: told}
+        say(beliefs[pair], at, told, pair[0])
     outcome = unless_refuted(("r2", "r3"), aligned(T_2_3, 0.8), beliefs)
     assert isinstance(outcome, Rejection) == is_refused
 
 
 def test_what_two_robots_saw_is_asked_of_the_pair_itself_elsewhere() -> None:
     beliefs = believed(0.95)
-    said = beliefs["r2", "r3"].places.add(ELSEWHERE, "maps", 0)
-    assert said is not None
-    said.told = {"r2": 4.0}
+    say(beliefs["r2", "r3"], ELSEWHERE, 4.0, "r2")
     assert isinstance(unless_refuted(("r2", "r3"), aligned(T_2_3, 0.8), beliefs), Alignment)
 
 
@@ -89,9 +83,7 @@ def test_an_alignment_counts_before_it_is_believed_as_it_will_after(llr: float, 
         (("r2", "r3"), T_2_3, llr),
         (("r1", "r3"), ELSEWHERE, 7.0),
     ):
-        said = beliefs[pair].places.add(at, "maps", 0)
-        assert said is not None
-        said.told = {pair[0]: said_llr}
+        say(beliefs[pair], at, said_llr, pair[0])
     outcome = unless_refuted(("r2", "r3"), aligned(T_2_3, 0.8), beliefs)
     assert isinstance(outcome, Rejection) == is_refused
 
@@ -99,9 +91,7 @@ def test_an_alignment_counts_before_it_is_believed_as_it_will_after(llr: float, 
 def test_what_speaks_most_against_where_an_alignment_leads_others_counts() -> None:
     beliefs = believed(0.95)
     for pair, at, llr in ((("r1", "r3"), BY_WAY, -2.0), (("r1", "r3"), ELSEWHERE, 7.0), (("r2", "r3"), T_2_3, 4.0)):
-        said = beliefs[pair].places.add(at, "maps", 0)
-        assert said is not None
-        said.told = {pair[0]: llr}
+        say(beliefs[pair], at, llr, pair[0])
     outcome = unless_refuted(("r2", "r3"), aligned(T_2_3, 0.8), beliefs)
     assert isinstance(outcome, Rejection) and "saw each other with the maps 9.0, -6.0 m apart" in outcome.reason
 
@@ -112,8 +102,6 @@ def test_a_search_that_is_refused_for_what_others_saw_has_found_nothing(is_refus
     for attempt in range(2):
         team.end(team.job_of("r2", "r3", attempt), found(0.0), float(attempt))
     if is_refused:
-        said = team.beliefs["r1", "r3"].places.add(ELSEWHERE, "maps", 0)
-        assert said is not None
-        said.told = {"r1": 7.0}
+        say(team.beliefs["r1", "r3"], ELSEWHERE, 7.0)
     team.end(team.job_of("r1", "r2"), found(1.0, 0.8), 2.0)
     assert team.beliefs["r1", "r2"].search.accepted != is_refused
