@@ -1,13 +1,16 @@
-"""Missions side by side in processes of their own, so that one which dies takes no other with it."""
+"""Missions side by side in processes of their own, so that one which dies takes no other with it; here or elsewhere."""
 
 from __future__ import annotations
 
+import importlib
 import multiprocessing
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
+
+from mrslam.sim_driver.sweep.workers import DaskWorkers
 
 Outcome = TypeVar("Outcome")
 MISSIONS_A_PROCESS = 20
@@ -70,3 +73,27 @@ def play_all(
                 future.cancel()
     for worker in idle:
         worker.close()
+
+
+def play_on_cluster(
+    scheduler: str, play: Callable[[int], Outcome], seeds: Sequence[int], died: Callable[[int], Outcome]
+) -> Iterator[Outcome]:
+    """Yield the outcome of every seed's mission as it comes, from the workers of a Dask cluster.
+
+    What a lost worker was playing, others play again. ``died`` : returns that of a mission with which one worker after
+    another was lost. Raises ``InputError`` where no scheduler answers, or Dask is not installed.
+    """
+    workers = DaskWorkers(scheduler)
+    killed: type[Exception] = importlib.import_module("distributed.scheduler").KilledWorker
+    try:
+        pending: dict[Any, int] = {workers.submit(play, seed): seed for seed in seeds}
+        while pending:
+            for future in workers.next_done(set(pending)):
+                seed = pending.pop(future)
+                try:
+                    outcome = future.result()
+                except killed:
+                    outcome = died(seed)
+                yield outcome
+    finally:
+        workers.close()

@@ -4,6 +4,9 @@
 
 A mission that broke is named with its seed; ``--missions 1 --seed THAT`` plays it again. So is one whose process died,
 which counts as broken. One JSON line at the end, which counts what was played until then after Ctrl-C.
+
+``--scheduler tcp://HOST:8786`` plays them on a Dask cluster, whose workers are started in a checkout of this version:
+``python -m distributed.cli.dask_worker HOST:8786 --nthreads 1``.
 """
 
 from __future__ import annotations
@@ -24,9 +27,10 @@ from rich.progress import track
 
 from bench.chaos.mission import died, play_chaos
 from bench.chaos.schedule import with_fault
-from bench.workers import play_all
+from bench.workers import play_all, play_on_cluster
 from mrslam.sim_driver.faults.config import KINDS
 from mrslam.sim_driver.kernels import ensure_compiled
+from mrslam.spatial import InputError
 
 
 def main() -> int:
@@ -40,18 +44,31 @@ def main() -> int:
     )
     parser.add_argument("--stop", action="store_true", help="at the first mission that breaks")
     parser.add_argument("--figures", type=Path, help="file for what was measured: a JSON line a mission")
-    parser.add_argument("--workers", type=int, default=os.cpu_count())
+    parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes of this machine")
+    parser.add_argument("--scheduler", help="Dask scheduler to play on in their place, tcp://host:8786")
     options = parser.parse_args()
+    try:
+        return play(options)
+    except InputError as error:
+        parser.error(str(error))
+
+
+def play(options: argparse.Namespace) -> int:
+    """Play the missions of the options; return what the process ends with, 0 where all were played and none broke."""
     console = Console(stderr=True)
-    ensure_compiled(console.print)
     start_s = time.monotonic()
     faults: Counter[str] = Counter()
     broken: dict[int, list[str]] = {}
     seeds = list(islice(with_fault(options.fault, options.seed, options.world), options.missions))
     played = 0
     figures = options.figures.open("a") if options.figures else None
+    one = partial(play_chaos, world=options.world)
     with suppress(KeyboardInterrupt):
-        outcomes = play_all(partial(play_chaos, world=options.world), seeds, options.workers, died)
+        if options.scheduler is None:
+            ensure_compiled(console.print)
+            outcomes = play_all(one, seeds, options.workers, died)
+        else:
+            outcomes = play_on_cluster(options.scheduler, one, seeds, died)
         for outcome in track(outcomes, "chaos", total=len(seeds), console=console):
             played += 1
             faults += outcome.faults

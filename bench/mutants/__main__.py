@@ -66,7 +66,7 @@ def runs(mutant: Mutant, top: Path) -> list[list[str]]:
 def _killer(ended: Ended) -> str:
     if not ended.failed:
         return ""
-    found = re.search(r"^(?:FAILED|ERROR) .+?(?= - |$)|^seed \d+: .*", ended.output, re.MULTILINE)
+    found = re.search(r"^(?:FAILED|ERROR) tests/.+?(?= - |$)|^seed \d+: .*", ended.output, re.MULTILINE)
     return found[0] if found else ended.output.strip().splitlines()[-1][:200] if ended.output.strip() else "no output"
 
 
@@ -78,7 +78,9 @@ def fail_unbroken(scratch: Scratch, verdicts: Iterable[Verdict], timeout_s: floa
     ended = scratch.run([sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-q", *killers], timeout_s)
     if not ended.failed:
         return []
-    return re.findall(r"^(?:FAILED|ERROR) (.+?)(?: - |$)", ended.output, re.MULTILINE) or [ended.output.strip()[-200:]]
+    return re.findall(r"^(?:FAILED|ERROR) (tests/.+?)(?: - |$)", ended.output, re.MULTILINE) or [
+        ended.output.strip()[-200:]
+    ]
 
 
 def _options() -> argparse.Namespace:

@@ -9,8 +9,10 @@ import subprocess
 import sys
 from collections import Counter
 
+import pytest
+
 from bench.chaos.mission import Outcome, died
-from bench.workers import play_all
+from bench.workers import play_all, play_on_cluster
 
 
 def dies_at_three(seed: int) -> Outcome:
@@ -24,6 +26,26 @@ def test_a_process_that_dies_is_a_broken_mission_and_the_others_are_played() -> 
     assert sorted(outcomes) == list(range(8))
     assert outcomes.pop(3).violations == ["the process that played it died"]
     assert all(outcome.violations == [] and outcome.faults["crash"] == 1 for outcome in outcomes.values())
+
+
+@pytest.mark.slow
+def test_on_a_cluster_a_mission_that_kills_its_workers_is_broken_and_the_others_are_played() -> None:
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, host="127.0.0.1"
+    ) as cluster:
+        played = list(play_on_cluster(cluster.scheduler_address, dies_at_three, range(8), died))
+    outcomes = {outcome.seed: outcome for outcome in played}
+    assert (len(played), sorted(outcomes)) == (8, list(range(8)))
+    assert outcomes.pop(3).violations == ["the process that played it died"]
+    assert all(outcome.violations == [] and outcome.faults["crash"] == 1 for outcome in outcomes.values())
+
+
+def test_a_cluster_that_is_not_there_is_said_in_words() -> None:
+    command = [sys.executable, "-m", "bench.chaos", "--missions", "1", "--scheduler", "tcp://127.0.0.1:9"]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    assert (ended.returncode, ended.stdout) == (2, "")
+    assert "tcp://127.0.0.1:9" in ended.stderr and "Traceback" not in ended.stderr
 
 
 def test_the_command_plays_missions_in_processes_of_their_own() -> None:

@@ -17,6 +17,7 @@ from bench.mutants.lists import (
     alignment_verification,
     bench_hotel,
     bench_relocalise,
+    bench_workers,
     chaos,
     chaos_judges,
     comms,
@@ -130,5 +131,6 @@ MUTANTS: tuple[Mutant, ...] = (
     *chaos.MUTANTS,
     *bench_hotel.MUTANTS,
     *bench_relocalise.MUTANTS,
+    *bench_workers.MUTANTS,
     *chaos_judges.MUTANTS,
 )
