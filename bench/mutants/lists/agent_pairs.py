@@ -312,6 +312,36 @@ MUTANTS = (
     ),
     Mutant(
         "agent/pairs/second_look.py",
+        "is_of_robots and _is_one_room_again(before, now)",
+        "False",
+        "one room of each that looks alike merges two robots' maps",
+    ),
+    Mutant(
+        "agent/pairs/second_look.py",
+        "is_of_robots and _is_one_room_again(before, now)",
+        "_is_one_room_again(before, now)",
+        "a robot in a room of a saved map is localised late",
+    ),
+    Mutant(
+        "agent/pairs/second_look.py",
+        " and now.overlap < ONE_ROOM",
+        "",
+        "small maps that show the same room are merged late or never",
+    ),
+    Mutant(
+        "agent/pairs/second_look.py",
+        "is_one_room = now.matched_m < LITTLE_WALL_M and",
+        "is_one_room =",
+        "large maps that share a tenth are merged late",
+    ),
+    Mutant(
+        "agent/pairs/second_look.py",
+        "now.overlap_m2 < WALL_GROWTH * before.overlap_m2\n",
+        "now.matched_m < WALL_GROWTH * before.matched_m\n",
+        "a room that looks alike, seen once more from nearer, merges two robots' maps",
+    ),
+    Mutant(
+        "agent/pairs/second_look.py",
         "saved_m2 is not None and now.matched_m < MUCH_WALL_M",
         "False and now.matched_m < MUCH_WALL_M",
         "a room that looks like a saved one is believed to be that on its walls alone",

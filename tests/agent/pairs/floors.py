@@ -33,7 +33,7 @@ def found(
 
 def walls(matched_m: float, contradicted_m: float, overlap_m2: float = 0.0) -> Evidence:
     side = WallEvidence(matched_m=matched_m, contradicted_m=contradicted_m)
-    return Evidence(a=side, b=side, overlap_m2=overlap_m2)
+    return Evidence(a=side, b=side, overlap_m2=overlap_m2, overlap=0.5)
 
 
 def weak(wall_m: float, overlap_m2: float = 0.0) -> Alignment:

@@ -156,6 +156,36 @@ def test_the_less_wall_agrees_the_less_may_contradict_where_two_looks_suffice(
     assert (verdict["status"] == "accepted") is is_believed
 
 
+@pytest.mark.parametrize(
+    ("wall_m", "overlap", "ground_m2", "is_believed"),
+    [
+        ((12.0, 14.6), 0.3, (23.0, 25.0), False),  # the same room from nearer: its like agrees as well
+        ((12.0, 12.5), 0.3, (23.0, 29.0), True),  # the next room, too
+        ((12.0, 12.5), 0.4, (23.0, 25.0), True),  # most of what the robot has seen
+        ((19.5, 20.5), 0.3, (33.0, 35.0), True),  # several rooms
+    ],
+)
+def test_one_room_of_several_is_believed_only_once_more_ground_is_shared(
+    wall_m: tuple[float, float], overlap: float, ground_m2: tuple[float, float], is_believed: bool
+) -> None:
+    team = Floors("r1", "r2")
+    for t_s, agrees_m, shared_m2 in zip((0, 10), wall_m, ground_m2, strict=True):
+        one = found(wall_m=agrees_m)
+        verdict = team.align(replace(one, evidence=replace(one.evidence, overlap=overlap, overlap_m2=shared_m2)), t_s)
+    assert (verdict["status"] == "accepted") is is_believed
+    assert verdict["reason"] == ("accepted" if is_believed else WEAK)
+
+
+def test_one_room_of_a_saved_map_needs_no_more_ground() -> None:
+    team = Floors()
+    team.grow("r2", 64)
+    team.save("office@monday")
+    for t_s, wall_m in ((0, 12.0), (10, 14.6)):
+        one = found(wall_m=wall_m)
+        verdict = team.align(replace(one, evidence=replace(one.evidence, overlap=0.3, overlap_m2=23.0)), t_s)
+    assert verdict["status"] == "accepted"  # by wall that came to it
+
+
 def test_a_place_in_a_saved_map_may_contradict_more_for_the_wall_that_confirms_it_is_new() -> None:
     team = Floors()
     team.grow("r2", 64)
