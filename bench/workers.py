@@ -80,11 +80,13 @@ def play_on_cluster(
 ) -> Iterator[Outcome]:
     """Yield the outcome of every seed's mission as it comes, from the workers of a Dask cluster.
 
-    What a lost worker was playing, others play again. ``died`` : returns that of a mission with which one worker after
-    another was lost. Raises ``InputError`` where no scheduler answers, or Dask is not installed.
+    What a lost worker was playing, others play again. It is blamed on all missions that waited for it, so those with
+    which one worker after another was lost are played once more at the end, each alone. ``died`` : returns that of a
+    mission that loses workers then, too. Raises ``InputError`` where no scheduler answers, or Dask is not installed.
     """
     workers = DaskWorkers(scheduler)
     killed: type[Exception] = importlib.import_module("distributed.scheduler").KilledWorker
+    blamed: list[int] = []
     try:
         pending: dict[Any, int] = {workers.submit(play, seed): seed for seed in seeds}
         while pending:
@@ -93,7 +95,14 @@ def play_on_cluster(
                 try:
                     outcome = future.result()
                 except killed:
-                    outcome = died(seed)
+                    yield died(seed)
+                    continue
                 yield outcome
+        for seed in blamed:
+            try:
+                outcome = workers.submit(play, seed).result()
+            except killed:
+                outcome = died(seed)
+            yield outcome
     finally:
         workers.close()

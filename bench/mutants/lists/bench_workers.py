@@ -5,12 +5,6 @@ from bench.mutants.mutant import Mutant
 MUTANTS = (
     Mutant(
         "bench/workers.py",
-        "                    outcome = died(seed)\n",
-        "                    continue\n",
-        "a mission that kills the workers of a cluster is not told",
-    ),
-    Mutant(
-        "bench/workers.py",
         "            return self._died(seed)\n",
         "            raise\n",
         "a mission that dies ends all of them",
