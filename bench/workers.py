@@ -95,7 +95,7 @@ def play_on_cluster(
                 try:
                     outcome = future.result()
                 except killed:
-                    yield died(seed)
+                    blamed.append(seed)
                     continue
                 yield outcome
         for seed in blamed:
